@@ -1,4 +1,4 @@
-"""docs/bvh.md: its tables hold what is measured."""
+"""The tables of docs/bvh.md equal measured numbers."""
 from __future__ import annotations
 
 import argparse
@@ -14,12 +14,12 @@ SCENES = ("cornell", "bunny", "robots", "kitchen", "conference")
 
 
 def tables() -> dict[str, dict[str, dict[str, float]]]:
-    """What is counted -> a method as it is asked for -> scene -> number."""
+    """Returns the page's tables: counter -> method with options -> scene -> number."""
     found: dict[str, dict[str, dict[str, float]]] = {}
     table: dict[str, dict[str, float]] | None = None
     for line in PAGE.read_text().splitlines():
         if not line.startswith("|"):
-            table = None        # at its end
+            table = None  # the table has ended
         name, *values = (cell.strip(" `") for cell in line.strip("|").split("|"))
         if values and values[0] == SCENES[0]:
             found[name] = table = {}
@@ -29,7 +29,7 @@ def tables() -> dict[str, dict[str, dict[str, float]]]:
 
 
 def asked(words: str) -> tuple[str, dict[str, object]]:
-    """The method and options of a row."""
+    """Returns the method and the options of a table row."""
     parser = argparse.ArgumentParser()
     parser.add_argument("method")
     parser.add_argument("--packet", type=lambda text: tuple(map(int, text.split("x"))))
@@ -65,7 +65,7 @@ def test_every_method_of_the_family_is_there() -> None:
 @pytest.mark.parametrize("size, row", [(4096, 0), (1 << 14, 1), (1 << 15, 2), (1 << 16, 3),
                                        (1 << 22, 4)])
 def test_streams_are_as_the_page_says(size: int, row: int) -> None:
-    """The table of stream sizes, and the lengths of the streams level by level."""
+    """The page's table of stream sizes and its stream lengths per level equal measured numbers."""
     if catalogue.mesh_path("bunny") is None:
         pytest.skip("the page is about the mesh of bunny; name its folder in GPGPU_RT_SCENES")
     text = PAGE.read_text()
@@ -83,7 +83,7 @@ def test_streams_are_as_the_page_says(size: int, row: int) -> None:
 
 
 def test_the_table_of_streams_agrees_with_that_of_nodes() -> None:
-    """Eye rays are in both."""
+    """Both tables show the same node counts for eye rays."""
     text, nodes = PAGE.read_text(), tables()["nodes"]
     rows = text[text.index("| a ray |"):].split("\n\n")[0].splitlines()
     heads, *rows = [[cell.strip() for cell in row.strip("|").split("|")]

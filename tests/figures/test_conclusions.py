@@ -1,5 +1,5 @@
-"""Figure 26, Table 1, the CPU, Figure 2, verdicts and the index: their numbers are those of the
-JSON files."""
+"""Figure 26, Table 1, the CPU page, Figure 2, verdicts and the index show the numbers of the JSON
+files."""
 from __future__ import annotations
 
 import csv
@@ -38,7 +38,7 @@ STRUCTURES = {"grid": "Grid", "ray-engine": "Grid", "ray-tiles": "tuple",
 
 
 def _write(cell: Cell, folder: Path, **more: Any) -> None:
-    """A cell's file as if it had been measured."""
+    """Writes a cell's file like a measured file."""
     (folder / cell.name).write_text(json.dumps({
         "settings": results.settings(cell), "gpu": {"renderer": "llvmpipe X", "backend": "egl"},
         "commit": "abc1234", "date": "2020-01-01", "rays": cell.size ** 2,
@@ -65,11 +65,12 @@ def test_verdicts_follow_from_order_and_ratio(ours: tuple, word: str) -> None:
     said = verdicts.of_groups(groups, ["cows"])
     assert said.word == word and "cows" in said.why
     faster = {"bunny": ([ns / 1000 for ns in ours], (1.0, 2.0, 4.0))}
-    assert verdicts.of_groups(faster).word == word      # how fast the machine is does not count
+    assert verdicts.of_groups(faster).word == word  # machine speed does not count
 
 
 def test_published_times_that_tie_are_not_scored() -> None:
-    """They have no order, though they are measured; those of stand-ins do not count either."""
+    """Published times that tie have no order, so they are measured but not scored. Times of
+    stand-ins are not scored either."""
     groups = {"conference": ((344, 179), (16.0, 16.7)), "cows": ((3, 2, 1), (1, 2, 3))}
     said = verdicts.of_groups(groups, ["cows"])
     assert said.word == verdicts.UNSCORED and "conference tie" in said.why
@@ -79,7 +80,7 @@ def test_published_times_that_tie_are_not_scored() -> None:
 
 
 def test_ratios_are_off_by_the_median_over_pairs() -> None:
-    # Against 1, 1, 1 the pairs of 1, 2, 8 are off by 2, 4 and 8.
+    # Relative to 1, 1, 1, the pairs of 1, 2, 8 are off by 2, 4 and 8.
     assert verdicts.off_by((1, 2, 8), (1, 1, 1)) == pytest.approx(4)
     assert verdicts.off_by((5, 10, 40), (1, 2, 8)) == pytest.approx(1)
 
@@ -107,8 +108,8 @@ def test_rates_between_scenes_lie_on_a_line_of_logarithms() -> None:
 
 
 def test_the_survey_s_own_scaling() -> None:
-    """Foley's rate goes from an X800's 8.32 and the Ray Engine's from a GeForce4's 2.4 billion
-    instructions a second to a GeForce 8800's."""
+    """The survey scales two rates to a GeForce 8800: Foley's from an X800 with 8.32 billion
+    instructions a second, and the Ray Engine's from a GeForce4 with 2.4 billion."""
     rows = {row.source: row for row in scaled.scaled()}
     foley, engine = rows["Foley and Sugerman 2005"], rows[surveyed.BASE]
     assert engine.rate == 114_499 and find_card("NV25") == engine.card
@@ -116,12 +117,14 @@ def test_the_survey_s_own_scaling() -> None:
     assert arithmetic == pytest.approx(foley.rate / 8.32e9 / (114_499 / 2.4e9))
     assert bandwidth == pytest.approx(foley.rate / foley.card.bandwidth
                                       / (114_499 / engine.card.bandwidth))
-    # Günther's scenes all have more triangles: the nearest is the fairy forest's 13.2 frames/s.
+    # All scenes of Günther et al. have more triangles. The fairy forest is nearest, at 13.2
+    # frames/s.
     assert rows["Günther et al. 2007"].rate == pytest.approx(13.2 * 1024 ** 2)
 
 
 def _regions(turns: int) -> dict[str, Any]:
-    """A loop of 30 instructions, so many turns a fragment, as cells of "work of" rays hold it."""
+    """Returns a cell's record of work: a loop of 30 instructions that a fragment runs ``turns``
+    times."""
     runs = {str(w): 480 // w for w in (1, 2, 32)}
     return {"rays": 480, "pixels": 480, "fragments": 480, "texel_bytes": {}, "written_bytes": 0,
             "regions": [
@@ -132,7 +135,8 @@ def _regions(turns: int) -> dict[str, Any]:
 
 
 def _conclusions(folder: Path) -> dict[str, float]:
-    """Files of every entry of Figure 26: nanoseconds as published, the Ray Engine's 1000."""
+    """Writes files for every entry of Figure 26; returns the nanoseconds of each entry. The times
+    are the published times, with 1000 ns for the Ray Engine."""
     times = {}
     for at, entry in enumerate(surveyed.entries()):
         speed = surveyed.published_speed(entry.source) or 2.0 + at
@@ -155,7 +159,7 @@ def _conclusions(folder: Path) -> dict[str, float]:
 
 def test_figure_26_and_table_1_hold_what_the_data_say(tmp_path: Path, monkeypatch) -> None:
     times = _conclusions(tmp_path)
-    fig26.draw(tmp_path, tmp_path, False)     # of the card's constant nothing is known
+    fig26.draw(tmp_path, tmp_path, False)  # the card's constant is unknown
     assert {row["predicted_ns"] for row in _rows(tmp_path / "fig26.csv")} == {""}
     assert set(period.cells(False, "G80")) < set(fig26.cells(False)) < set(table1.cells(False))
     monkeypatch.setattr(fig26, "fitted", lambda data: period.Fit(0.5, 7, False))
@@ -186,7 +190,7 @@ def test_figure_26_and_table_1_hold_what_the_data_say(tmp_path: Path, monkeypatc
     assert float(horn["update_seconds"]) == 0.25 and horn["here_dynamic_geometry"] == "N"
     assert float(horn["measured_relative"]) == pytest.approx(40.9)
     page = (tmp_path / "table1.md").read_text()
-    # Günther's is refitted here, and the Ray Engine has a grid on the host.
+    # Our method for Günther et al. refits, and our Ray Engine has a grid on the host.
     assert "Günther et al. 2007, dynamic geometry: Y, not N" in page
     assert "Carr et al. 2002, acceleration structure: Grid (kd_node), not N/A" in page
 
@@ -202,7 +206,7 @@ def test_loops_of_passes_count_as_often_as_they_turn(method: str, some: str, cou
     for one in looped:
         found = pass_work.counted(card, {**work, "passes": [one]})
         assert found.instructions == one["total"]["scalar"]
-        # Several turns, so more than the one that would be counted if nobody had seen it.
+        # The loop runs several times, so the count exceeds the count of one iteration.
         assert found.instructions > one["ran"] * (one["once"]["scalar"]
                                                   + sum(loop["scalar"] for loop in one["loops"]))
     unseen = pass_work.unseen(work)
@@ -239,11 +243,11 @@ def test_the_cpu_s_rays_a_gflop(tmp_path: Path) -> None:
     rows = {row["traced_by"]: row for row in _rows(tmp_path / "cpu.csv")}
     one, ours = rows[EMBREE], rows["kd-packet"]
     assert float(one["rays_per_gflop"]) == pytest.approx(1e7 / 50)
-    # On a renderer of the CPU's, ours had all threads.
+    # A CPU renderer ran our method on all threads.
     assert float(ours["rays_per_gflop"]) == pytest.approx(4e7 / (50 * CORES))
     assert float(ours["over_one_thread"]) == pytest.approx(4)
     page = (tmp_path / "cpu.md").read_text()
-    assert "1917 Mrays/s" in page      # not the survey's 1,887
+    assert "1917 Mrays/s" in page  # not the survey's 1,887
     assert "1 GHz (a guess) times 50 operations per clock" in page
     assert f"times cores, 1 for {CORES} threads" in page
     assert (tmp_path / one["file"]).exists()
@@ -281,7 +285,7 @@ def test_figure_2_is_of_real_draws(tmp_path: Path) -> None:
     whole, quads = fig02.shown()
     assert (whole.primitives, whole.fragments) == (1, fig02.SIDE ** 2)
     assert quads.primitives % 2 == 0 and quads.attributes == {"rectangle": 4, "row": 1}
-    assert "triangle_table" not in quads.by_fragments    # its vertex program reads corners
+    assert "triangle_table" not in quads.by_fragments  # the vertex program reads corners
     assert "kd_node_table" in whole.by_fragments
     rows = {row["method"]: row for row in _rows(tmp_path / "fig02.csv")}
     assert rows["kd-restart"]["rasteriser"].startswith("1 triangle in")
@@ -315,7 +319,8 @@ def test_mirrors_verdict(last: float, word: str, tmp_path: Path) -> None:
 
 
 def test_a_small_comparison_traces_back_to_its_cells(tmp_path: Path, monkeypatch) -> None:
-    """Measured, drawn and put into the index; each number of the page stands in a cell's file."""
+    """A small figure is measured, drawn and indexed. Each number on its page is in a cell's
+    file."""
     small = replace(
         fig12.FIGURE, panels=(Panel("cornell"),), remarks=lambda results: [],
         cell=lambda panel, column, full: Cell(panel.scene, column.method, (), 8, runs=1))
@@ -344,7 +349,7 @@ def test_seconds_spent_are_those_of_all_cells(tmp_path: Path) -> None:
     assert [one["tree"]["leaves"] for one in found] == sorted(
         {one["tree"]["leaves"] for one in found})
 
-    def spent() -> tuple[float, int]:     # a cell of two pages counts once
+    def spent() -> tuple[float, int]:  # a cell of two pages counts once
         for name in ("fig02", "fig03"):
             (tmp_path / f"{name}.md").write_text(name)
             provenance.record(name, cells, tmp_path, tmp_path, False)
@@ -359,7 +364,8 @@ def test_seconds_spent_are_those_of_all_cells(tmp_path: Path) -> None:
 
 
 def test_pages_drawn_before_stay_what_they_were(tmp_path: Path, monkeypatch) -> None:
-    """Another page, of another size, is drawn beside one: the index has each with its own."""
+    """Drawing a page leaves older pages as they are, and the index shows each page with its own
+    size."""
     sizes = {False: 8, True: 12}
     small = replace(
         fig12.FIGURE, panels=(Panel("cornell"),), remarks=lambda results: [],

@@ -1,4 +1,4 @@
-"""The diagrams: what they draw is what a ray did, which geometry alone tells as well."""
+"""The diagrams draw the walk of a real ray. Geometry alone predicts the same walk."""
 from __future__ import annotations
 
 import csv
@@ -29,7 +29,7 @@ SMALL = world()
 
 
 def crossed(small: World) -> list[int]:
-    """Leaves in the order of the ray, up to the hit: by float64 slabs of their boxes."""
+    """Returns the leaves that the ray crosses before its hit, in order, by float64 slab tests."""
     origin, direction = small.origin.astype(float), small.direction.astype(float)
     with np.errstate(divide="ignore"):
         t0, t1 = (small.lo - origin) / direction, (small.hi - origin) / direction
@@ -42,7 +42,7 @@ def crossed(small: World) -> list[int]:
 
 
 def path(small: World, top: int, node: int) -> list[int]:
-    """From ``top`` down to ``node``, both included."""
+    """Returns the nodes from ``top`` down to ``node``, including both."""
     way = [node]
     while way[-1] != top:
         way.append(int(small.parents[way[-1]]))
@@ -50,13 +50,13 @@ def path(small: World, top: int, node: int) -> list[int]:
 
 
 def common(small: World, one: int, two: int) -> int:
-    """The lowest node above both."""
+    """Returns the lowest common ancestor of two nodes."""
     above = set(path(small, 0, one))
     return next(node for node in path(small, 0, two)[::-1] if node in above)
 
 
 def expected(small: World, method: str) -> list[int]:
-    """Nodes in the order a method must visit them."""
+    """Returns the nodes in the order in which a method must visit them."""
     leaves = crossed(small)
     visits = path(small, 0, leaves[0])
     for last, leaf in zip(leaves, leaves[1:]):
@@ -65,7 +65,7 @@ def expected(small: World, method: str) -> list[int]:
             visits += path(small, 0, leaf)
         elif method == "kd-backtrack":
             visits += path(small, meet, last)[-2::-1] + path(small, meet, leaf)
-        else:    # a stack: on from the child of the node where the ways part
+        else:  # a stack continues below `meet`
             visits += path(small, meet, leaf)[1:]
     return visits
 
@@ -113,7 +113,8 @@ def test_figure_3_streams_are_those_of_the_linked_programs() -> None:
 
 
 def test_figure_4_passes_follow_each_other_through_textures() -> None:
-    """Every pass of a batch reads what the one before it wrote, and the batches are all there."""
+    """In a batch, every pass reads the textures that the previous pass wrote. The passes of all
+    batches are present."""
     passes, split, hits = fig04.passes()
     order = [one.name for one in passes]
     assert order == list(fig04.TITLES) * int(split["batches"]) and split["batches"] > 2
@@ -146,8 +147,8 @@ def test_figure_9_lists_the_tree() -> None:
             assert list(map(int, re.findall(r"\d+", holds))) == SMALL.inside(node)
         else:
             assert f"{SMALL.tree.split[node]:.4f}" in holds
-    # Every triangle that reaches into a leaf's box is listed there, and no other (their boxes do
-    # not mislead: each triangle's own does not reach into a leaf that it stays out of).
+    # Each leaf lists only triangles whose bounding boxes overlap the leaf. The leaves together
+    # list all triangles.
     for node in filter(SMALL.is_leaf, range(len(SMALL.tree.axis))):
         lo, hi = (SMALL.triangles[:, :2, :2].min(1), SMALL.triangles[:, :2, :2].max(1))
         meets = ((lo < SMALL.hi[node, :2]) & (hi > SMALL.lo[node, :2])).all(axis=1)
@@ -164,7 +165,7 @@ def test_figure_10_is_the_walk_and_shows_the_slip() -> None:
     assert [row[2] for row in down] == [SMALL.name(node) for node in found.visited]
     for row, step in zip(rows, found.steps):
         assert row[4:6] == [f"{step.after['t_min']:.3f}", f"{step.after['t_max']:.3f}"]
-        # The stack that the rows keep is as high as the state says, and a pop takes its top.
+        # The stack in each row is as high as the state says, and a pop removes the top entry.
         assert row[7].count("(") == step.after["stacked"]
     for before, row in zip(rows, rows[1:]):
         if row[1] == "pop":
@@ -180,7 +181,8 @@ def test_figure_10_is_the_walk_and_shows_the_slip() -> None:
 
 
 def test_the_printed_rule_is_right_where_no_plane_lies_behind(monkeypatch) -> None:
-    """From outside, t_split < 0 nowhere: then the printed and the mended rule agree."""
+    """From an origin outside the box, t_split is never negative. Then the printed rule and the
+    corrected rule agree."""
     outside = World(SMALL.scene, SMALL.triangles, SMALL.tree, SMALL.lo, SMALL.hi,
                     (SMALL.origin - SMALL.direction).astype(np.float32), SMALL.direction)
     found = walk(fig10.METHOD, outside)
@@ -221,7 +223,8 @@ def test_figure_15_follows_ropes_of_the_tree() -> None:
 
 
 def test_figure_15_ropes_name_the_smallest_node() -> None:
-    """Behind a face lies its rope's node, and neither child of it holds the whole face."""
+    """A rope leads to the smallest node behind its face: the node holds the whole face, but
+    neither of its children does."""
     for (leaf, face), node in fig15.ropes_of(SMALL).items():
         axis, upper = next((a, u) for name, a, u in fig15.FACES if name == face)
         other = 1 - axis
@@ -247,7 +250,7 @@ def test_a_walk_is_one_ray() -> None:
 
 
 def below(found: Hierarchy, node: int) -> list[int]:
-    """Triangles of a node's leaves, by its children."""
+    """Returns the triangles below a node, by descending through its children."""
     if found.is_leaf(node):
         return found.inside(node)
     return [t for child in found.children(node) for t in below(found, child)]
@@ -282,7 +285,8 @@ def test_figure_19_miss_links_lead_past_the_subtree() -> None:
 
 
 def test_figure_19_visits_are_those_of_geometry() -> None:
-    """Boxes by float64 slabs, triangles by the float64 reference, no stack."""
+    """The visited nodes are the nodes that geometry predicts. The prediction tests boxes by
+    float64 slabs and triangles by the float64 reference, without a stack."""
     found, ray = hierarchy(), walk(fig19.METHOD)
     origin, direction = SMALL.origin.astype(float), SMALL.direction.astype(float)
     node, nearest, expected = 0, np.inf, []
@@ -307,7 +311,8 @@ def test_figure_19_visits_are_those_of_geometry() -> None:
 
 @pytest.mark.parametrize("height", range(7))
 def test_figure_21_shows_the_least_and_greatest_positions(height: int) -> None:
-    """Of each block of texels, the far row and column included, by hand."""
+    """Each level shows the minimum and maximum of each block of texels, computed directly. A block
+    includes its far row and column."""
     tree, *found = fig21.pyramids()
     positions, side = fig21.image().charts[0], 2**height
     for boxes, reduce in zip(found, (np.min, np.max)):

@@ -1,4 +1,4 @@
-"""Figures: numbers on the pages come from the JSON, and finished cells are kept."""
+"""The pages of the figures show the numbers of the JSON files, and measured cells are kept."""
 from __future__ import annotations
 
 import csv
@@ -30,7 +30,7 @@ from gpgpu_rt.figures.survey import fig22_large_scenes as fig22
 from gpgpu_rt.figures.survey import tree_sizes
 from gpgpu_rt.methods.kdtree.tree import LEAF as KD_LEAF_AXIS
 
-NOT_PUBLISHED = {("fig22", fig22.FAST), ("fig22", fig22.CPU)}   # rows of ours
+NOT_PUBLISHED = {("fig22", fig22.FAST), ("fig22", fig22.CPU)}  # our own rows
 COMPARISONS = [fig12.FIGURE, fig13.FIGURE, fig16.FIGURE, fig20.FIGURE, fig22.FIGURE]
 CELL = Cell("cornell", "kd-restart", size=16, runs=1)
 
@@ -80,7 +80,7 @@ def test_interrupting_loses_only_the_running_cell(tmp_path, monkeypatch) -> None
 
 def _fake(cell: Cell, folder: Path, ns: float, nodes: float = 3, stand_in: str | None = None,
           **more: Any) -> None:
-    """Write a cell's file as if it had been measured."""
+    """Writes a cell's file like a measured file."""
     (folder / cell.name).write_text(json.dumps({
         "settings": results.settings(cell), "gpu": {"renderer": "R", "backend": "egl"},
         "date": "2020-01-01", "rays": cell.size ** 2, "ns_per_ray": ns,
@@ -129,7 +129,8 @@ def test_unwritable_folder(tmp_path, capsys) -> None:
 
 
 def test_an_order_unlike_the_published_one_is_explained(tmp_path) -> None:
-    """Times that rise where the paper's fall: every pair of columns is named with its counters."""
+    """The page names each pair of columns whose measured order differs from the published order,
+    with the pair's counters."""
     figure = fig20.FIGURE
     for k, column in enumerate(figure.columns):
         theirs = published("fig20", "kitchen", column.method, column.published_options)
@@ -142,7 +143,7 @@ def test_an_order_unlike_the_published_one_is_explained(tmp_path) -> None:
 
 
 def test_every_published_cell_has_a_column() -> None:
-    """Nothing that the survey printed is left out but two CPU columns."""
+    """The figures show every number that the survey printed, except two CPU columns."""
     for figure, left_out in ((fig13.FIGURE, set()), (fig22.FIGURE, set()),
                              (fig16.FIGURE, {"openrt-frustum-packet", "rope-packet-cpu"})):
         ours = {(panel.scene, column.published_method or column.method, column.published_options,
@@ -163,7 +164,7 @@ def test_published_nanoseconds(asked: tuple[str, ...], expected: float) -> None:
 
 
 def test_another_cpu_is_left_out_of_tau(tmp_path) -> None:
-    """Figure 16: embreex may be as fast as it likes."""
+    """Figure 16: tau-b leaves out embreex, however fast embreex is."""
     figure, panel = fig16.FIGURE, Panel("bunny", "primary")
     for ns, column in zip((1, 300, 200), figure.columns):
         _fake(figure.cell(panel, column, False), tmp_path, ns)
@@ -174,14 +175,14 @@ def test_another_cpu_is_left_out_of_tau(tmp_path) -> None:
 
 
 def test_packets_counters_are_shared_out() -> None:
-    """What a packet fetches is fetched once for its four rays; pixels without a ray count
-    nothing."""
+    """A fetch of a packet counts once for its four rays. A pixel without a ray counts nothing."""
     cell = Cell("cornell", "kd-packet", size=16, work="mirror rays 3", runs=1)
     result = measure.run(cell)
     rays = workload("cornell", "mirror rays 3", 16)
     with rt.Tracer("cornell", "kd-packet", statistics=True) as tracer:
         hits = rays.trace(tracer)
-    first = hits.nodes_visited.reshape(16, 16)[::2, ::2]   # each of a packet holds its count
+    # each ray of a packet stores the packet's count
+    first = hits.nodes_visited.reshape(16, 16)[::2, ::2]
     assert result["rays"] == rays.live < 256
     assert result["counters"]["nodes_visited"] == pytest.approx(first.sum() / rays.live)
 
@@ -190,7 +191,8 @@ def test_packets_counters_are_shared_out() -> None:
     (0.5, "The claim holds on"), (1.5, "The claim holds in tendency on"),
     (3.0, "The claim does not hold on")])
 def test_mirrors_and_packets(last: float, says: str, tmp_path) -> None:
-    """Figure 14: the ratio of rates by bounce, all bounces so far, and the verdict."""
+    """Figure 14 shows the ratio of rates per bounce and over all bounces so far, and the
+    verdict."""
     for bounces in fig14.BOUNCES:
         ratio = 2 + (last - 2) * bounces / 5
         for method, ns in ((fig14.SINGLE, 100.0), (fig14.PACKET, 100.0 / ratio)):
@@ -207,7 +209,7 @@ def test_mirrors_and_packets(last: float, says: str, tmp_path) -> None:
 
 
 def test_sizes_with_ropes(tmp_path) -> None:
-    """Figure 17: the bytes from the tree's own arrays."""
+    """Figure 17 computes its bytes from the tree's own arrays."""
     scene = rt.load_scene("shirley6")
     found = tree_sizes.measure(scene, {"max_depth": 6})
     with rt.Tracer(scene, "kd-ropes", max_depth=6) as tracer:
@@ -229,7 +231,7 @@ def test_sizes_with_ropes(tmp_path) -> None:
     (6.0, "transfers bound it, as the survey says"),
     (1.0, "intersection (passes) bounds it, not transfers")])
 def test_where_the_ray_engines_time_goes(transfer: float, says: str, tmp_path) -> None:
-    """Figure 5: rates from the seconds, bytes a ray, and the verdict."""
+    """Figure 5 shows rates computed from the seconds, the bytes per ray, and the verdict."""
     cell = fig05.cell("cornell", "as it is", False)
     rays = cell.size ** 2
     split = {"traversal_seconds": 1.0, "transfer_seconds": transfer, "intersection_seconds": 5.0,

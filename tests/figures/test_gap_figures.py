@@ -1,4 +1,4 @@
-"""The experiments on sections 4.3 and 5: pages say what their data say."""
+"""The pages of the experiments on sections 4.3 and 5 show the numbers of their data."""
 from __future__ import annotations
 
 import csv
@@ -32,7 +32,8 @@ def _page(module: Any, tmp_path: Path) -> list[dict[str, str]]:
 
 
 def _done(instructions: int, turns: int) -> dict[str, Any]:
-    """32 rays of one region; at each width twice as many lanes are busy as at half of it."""
+    """Returns the record of work of 32 rays. The number of runs is the same at each width, so
+    utilisation halves when the width doubles."""
     return {"count": 32, "fragments": 32, "kernels": ["", "down", "intersect"],
             "written_bytes": 0, "texel_bytes": {}, "fetched": 0,
             "transfers": {f"{store} {line} {together}": 100 for store in gap_work.STORES
@@ -59,14 +60,14 @@ def test_bytes_moved_are_those_of_the_log(tmp_path: Path) -> None:
 
 
 def test_a_ray_s_bytes_are_those_of_its_records() -> None:
-    # Eight numbers of the ray, four of its hit, and the state: interval, node, cursor, phase,
-    # steps; a BVH's node, cursor and height of the stack.
+    # A ray has eight numbers and its hit has four. A kd-tree's state has interval, node, cursor,
+    # phase and steps. A BVH's state has node, cursor and stack height.
     assert (stacks.NODE, stacks.KD_ENTRY) == (4, 8)
     assert stacks.state_bytes("bvh-stack") == 4 * (8 + 4 + 3)
     plain = stacks.state_bytes("kd-restart")
     assert plain == stacks.state_bytes("kd-stack")
     assert stacks.state_bytes("kd-push-down") == plain + 4 * 2
-    assert stacks.state_bytes("kd-short-stack") == plain + 4 * 3     # the stack's own left out
+    assert stacks.state_bytes("kd-short-stack") == plain + 4 * 3  # without the stack itself
 
 
 def test_schedules_of_a_scene_differ_in_what_they_move() -> None:
@@ -75,7 +76,8 @@ def test_schedules_of_a_scene_differ_in_what_they_move() -> None:
                                         "kd-restart", {"schedule": schedule})
              for schedule in ("kernels", "loop")}
     alone = moved["loop"]["bytes"]
-    # The camera's rays have one origin, a uniform: a direction read, state and hit written.
+    # Camera rays share one origin, which is a uniform. A pass reads directions and writes states
+    # and hits.
     assert alone["rays"] >= 16 * 1024 and alone["written"] >= 3 * 16 * 1024
     for part in ("rays", "state", "written"):
         assert moved["kernels"]["bytes"][part] > 3 * alone[part]
@@ -99,12 +101,13 @@ def test_stacks_leave_rays_in_flight_that_fit(tmp_path: Path) -> None:
     rows = {row["method"]: row for row in _page(stacks, tmp_path)}
     card = machines()["G80"]
     assert int(rows["kd-stack"]["bytes of stack"]) == 256
-    assert int(rows["kd-stack"]["rays in flight"]) == 64      # the survey's
+    assert int(rows["kd-stack"]["rays in flight"]) == 64  # the survey's number
     assert int(rows["kd-stack"]["deepest seen"]) == 2
     kept = int(rows["kd-restart"]["bytes a ray in registers"])
     assert kept == 4 * (8 + 4 + 8)
     assert int(rows["kd-restart"]["rays in flight"]) == card.registers // kept // 32 * 32
-    # 32 x 5 turns a warp and ray: 20 scalar instructions and a fetch each, and one more fetch.
+    # A warp runs the loop 32 x 5 times. Each iteration costs 20 scalar instructions and a fetch,
+    # and its inner region costs another fetch.
     clocks = 4 * 32 * 5 * 20 + card.fetch_latency * 32 * 10
     assert float(rows["kd-stack"]["Mrays/s"]) == pytest.approx(
         1e-6 * card.multiprocessors * 64 * card.clock / clocks)

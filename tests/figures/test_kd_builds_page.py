@@ -1,4 +1,4 @@
-"""docs/kd-trees.md: its table of builds holds what is measured."""
+"""The table of builds in docs/kd-trees.md equals measured numbers."""
 from __future__ import annotations
 
 import pytest
@@ -15,11 +15,11 @@ from gpgpu_rt.scene import catalogue
 KD_BUILDS = next(o for o in find_method("kd-stack").options if o.name == "build").choices
 
 
-BY_PASSES = ("hybrid, gpu",)    # whose trees are others than numpy's
+BY_PASSES = ("hybrid, gpu",)  # builders whose trees differ from numpy's
 
 
 def _numbers() -> dict[tuple[str, str], dict[str, float]]:
-    """(build, what) -> scene -> number."""
+    """Returns the page's table: (build, counter) -> scene -> number."""
     lines = [line.strip("|").split("|") for line in PAGE.read_text().splitlines()
              if line.startswith("| ") and ": " in line]
     return {tuple(name.strip().split(": ")): dict(zip(SCENES, map(float, values)))

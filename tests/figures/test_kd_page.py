@@ -1,4 +1,4 @@
-"""docs/kd-trees.md: its tables of counters hold what is measured."""
+"""The tables of counters in docs/kd-trees.md equal measured numbers."""
 from __future__ import annotations
 
 from pathlib import Path
@@ -10,11 +10,12 @@ from gpgpu_rt.scene import catalogue
 
 PAGE = Path(__file__).parents[2] / "docs" / "kd-trees.md"
 SCENES = ("cornell", "bunny", "robots", "kitchen", "conference")
-SLOW = ("kd-texture-stack",)   # seconds a scene
+SLOW = ("kd-texture-stack",)  # needs seconds per scene
 
 
 def _rows() -> dict[str, dict[str, float]]:
-    """First cell of a row -> scene -> number, of all tables of counters, which have all scenes."""
+    """Returns the rows of all counter tables: first cell -> scene -> number. A counter table has a
+    column for every scene."""
     lines = [line.strip("|").split("|") for line in PAGE.read_text().splitlines()
              if line.startswith("|") and "---" not in line]
     return {name.strip(" `"): dict(zip(SCENES, map(float, values))) for name, *values in lines

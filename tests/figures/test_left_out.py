@@ -1,5 +1,5 @@
-"""Figures about cards where no instruction can be counted: what is measured stays, what is
-predicted says why it is left out."""
+"""Figures about cards on a machine that cannot count instructions: measured numbers stay, and the
+page says why predictions are left out."""
 from __future__ import annotations
 
 import csv
@@ -21,7 +21,8 @@ COUNTED = [name for name in FIGURES
 
 @pytest.fixture
 def here(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Cells and pages by this process, however many there are: it alone has the fixture's Mesa."""
+    """Measures cells and draws pages in this process, because only this process has the fixture's
+    Mesa."""
     for module in (measure, pages):
         monkeypatch.setattr(module, "worth_workers", lambda parts: False)
 
@@ -33,7 +34,8 @@ def test_the_figures_that_need_counts_are_known() -> None:
 @pytest.mark.parametrize("name", COUNTED)
 def test_a_page_without_counts_says_why(name: str, uncountable: str, here, tmp_path: Path,
                                         capsys) -> None:
-    """Some cells that need counts are asked for; nothing else is measured."""
+    """A page without counts says which cells are left out, and why. The test requests only cells
+    that need counts."""
     cells = figure_of(name).cells(False)
     counted = [cell for cell in dict.fromkeys(cells) if works.work_of(cell).counted][:3]
     measure.measure(counted, tmp_path)
@@ -50,10 +52,10 @@ def test_a_page_without_counts_says_why(name: str, uncountable: str, here, tmp_p
 
 
 def test_what_is_measured_stays(uncountable: str, here, tmp_path: Path) -> None:
-    """Two rows of Figure 26, at a tiny size."""
+    """Two rows of Figure 26 keep their measured numbers. The test measures at a tiny size."""
     some = [entry for entry in fig26.entries() if entry.method in ("ray-engine", "kd-restart")]
     small = {entry: entry.measured(False) for entry in some}
-    for cell in small.values():     # as it would be measured
+    for cell in small.values():  # write each result under the larger cell's name
         measure.measure([cell_of(cell)], tmp_path)
         result = json.loads((tmp_path / cell_of(cell).name).read_text())
         (tmp_path / cell.name).write_text(json.dumps({
@@ -71,13 +73,14 @@ def test_what_is_measured_stays(uncountable: str, here, tmp_path: Path) -> None:
 
 
 def cell_of(cell: Cell) -> Cell:
-    """The same rays of a scene that is quick to build."""
+    """Returns a cell with the same rays and a scene that is quick to build."""
     return Cell("cornell", cell.method, cell.options, 16, cell.work, 1)
 
 
 def test_a_cell_that_was_left_out_is_tried_again(here, tmp_path: Path, monkeypatch,
                                                  countable) -> None:
-    """As it is when Mesa is another one on the same renderer, or the process was killed."""
+    """A cell without counts is measured again in a later run. The renderer may then have another
+    Mesa, or a killed process may have caused the failure."""
     cell = Cell("cornell", "kd-restart", (), 64, gap_work.DONE + "eye rays", 1)
     with monkeypatch.context() as within:
         def refuses() -> None:
@@ -92,7 +95,7 @@ def test_a_cell_that_was_left_out_is_tried_again(here, tmp_path: Path, monkeypat
 
 
 def test_bytes_that_are_moved_need_no_counts(uncountable, here, tmp_path: Path) -> None:
-    """Retention is of the log of passes alone; Figure 2 of texts and queries."""
+    """Retention needs only the log of passes, and Figure 2 needs only texts and queries."""
     cell = retention.cells(False)[0]
     small = Cell("cornell", cell.method, cell.options, 16, cell.work, 1)
     measure.measure([small], tmp_path)

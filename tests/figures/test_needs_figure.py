@@ -1,4 +1,5 @@
-"""The figure of needs: the same pictures from fewer bytes and passes, as its page says."""
+"""The figure of needs: methods make the same pictures from fewer bytes and passes, as the page
+says."""
 from __future__ import annotations
 
 import csv

@@ -1,4 +1,5 @@
-"""Figures 6 and 23, and how alike rays are: drawn from what passes did and rays need."""
+"""Figures 6 and 23 draw logged passes. The measure of ray coherence counts the nodes that rays
+need."""
 from __future__ import annotations
 
 from pathlib import Path
@@ -18,7 +19,7 @@ def test_figure_6_has_purcells_kernels() -> None:
     kinds = kinds_of(fig06.passes())
     assert list(kinds) == ["eye_rays", "init", "traverse", "intersect", "surfaces", "picture"]
     assert set(fig06.WORDS) == set(kinds)
-    assert kinds["init"][1] == 2       # eye rays, shadow rays
+    assert kinds["init"][1] == 2  # eye rays, shadow rays
     assert {"rays", "state", "hit", "grid_cell table"} == set(kinds["traverse"][0].reads)
     assert {"triangle table", "reference table"} <= set(kinds["intersect"][0].reads)
     assert set(kinds["surfaces"][0].writes) == {"rays", "lit", "direct"}
@@ -47,7 +48,7 @@ def test_they_are_drawn(tmp_path: Path, figure) -> None:
 
 @pytest.mark.parametrize("seed", [5], ids="seed{}".format)
 def test_needed_nodes(seed: int) -> None:
-    """Against every box of the tree, one at a time."""
+    """The needed nodes equal a separate test of each ray against every box of the tree."""
     scene = soup_scene(60, seed)
     rng = np.random.default_rng(seed)
     origins, directions = rng.random((40, 3)), rng.normal(size=(40, 3))

@@ -1,4 +1,4 @@
-"""The figure of path tracing's noise: what it measures shrinks, and its page says so."""
+"""The figure of path tracing's noise: the measured noise shrinks, and the page says so."""
 from __future__ import annotations
 
 import numpy as np

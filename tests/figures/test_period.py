@@ -1,4 +1,4 @@
-"""Predicted against published: the page says what its data say."""
+"""The page of predicted and published times shows the numbers of its data."""
 from __future__ import annotations
 
 import csv
@@ -15,7 +15,8 @@ TURNS = {"kd-restart": 100, "packets": 40, "+ push-down": 30, "+ short stack": 2
 
 
 def _write(data: Path) -> period.Experiment:
-    """Figure 13 on cornell, primary rays: a loop of 50 instructions, so many turns a fragment."""
+    """Writes the cells of Figure 13 on cornell with primary rays. A fragment runs a loop of 50
+    instructions, as often as TURNS says."""
     one = next(e for e in period.EXPERIMENTS if e.figure.name == "fig13")
     for panel, column in one.pairs():
         if (panel.scene, panel.rays) != ("cornell", "primary"):
@@ -44,13 +45,14 @@ def test_the_page_holds_what_the_data_say(tmp_path: Path) -> None:
     plain = {name: 1e9 * 50 * turns / rate for name, turns in TURNS.items()}
     published = {"kd-restart": 38.3, "packets": 17.5, "+ push-down": 88.8, "+ short stack": 91.3}
     ratios = sorted(plain[name] * published[name] / 1e3 for name in TURNS)
-    share = (ratios[1] + ratios[2]) / 2      # the median: as many too fast as too slow
+    share = (ratios[1] + ratios[2]) / 2  # the median: half are too fast, half too slow
     for name, row in rows.items():
         assert float(row["predicted_ns"]) == pytest.approx(plain[name] / share, rel=2e-3)
         assert float(row["published_ns"]) == pytest.approx(1e3 / published[name])
         assert float(row["utilisation"]) == pytest.approx(1.0)
     page = (tmp_path / "period.md").read_text()
-    # Plain restart and packets are the other way round; the last two are a published tie.
+    # Plain restart and packets have the opposite order here. The last two columns tie in the
+    # paper.
     assert "cornell, primary: tau-b 0.55 of 4 methods" in page
     assert (tmp_path / "period.png").stat().st_size > 10_000
 
@@ -75,5 +77,6 @@ def test_tiles_are_weighed_by_the_whole_image(tmp_path: Path) -> None:
         row.predict(1.0)
         before = plain[row.column.label]
         before.predict(1.0)
-        # Half as many rays, half as much work again a pixel.
+        # The image has half as many rays per pixel as the tiles, and 1.5 times as much work per
+        # pixel.
         assert row.ns == pytest.approx(1.5 / 0.5 * before.ns)

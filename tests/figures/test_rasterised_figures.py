@@ -1,4 +1,5 @@
-"""Figures of what the rasteriser approximates: scenes, and pages from small measurements."""
+"""Figures on the approximations of rasterisation: their scenes, and their pages from small
+measurements."""
 from __future__ import annotations
 
 import csv

@@ -1,4 +1,4 @@
-"""Figures 24 and 25, and the table of stream reduction: what they show is what geometry tells."""
+"""Figures 24 and 25 and the table of stream reduction agree with geometry computed directly."""
 from __future__ import annotations
 
 import csv
@@ -14,11 +14,12 @@ from gpgpu_rt.figures.framework.cell import Cell
 from gpgpu_rt.figures.survey import fig24_ray_cones as fig24
 from gpgpu_rt.figures.survey import fig25_ray_hierarchy as fig25
 
-WIDE = 1 + 1e-5    # margins of the cones, and float32
+WIDE = 1 + 1e-5  # margins of the cones and of float32
 
 
 def test_the_cones_are_those_of_the_rays() -> None:
-    """Spheres hold the origins below and are no larger than that needs, nor are the cones."""
+    """A node's sphere holds all origins below the node, and its cone holds all directions. Neither
+    is much larger than necessary."""
     levels, _, _ = small_rays.traversal()
     origins, directions = (a.astype(float) for a in small_rays.rays())
     assert [len(level.radius) for level in levels] == [64, 16, 4, 1]
@@ -43,7 +44,7 @@ def test_the_stream_is_what_the_reduction_left() -> None:
         slots = one.slots.reshape(-1, 2)
         assert (after.pairs == slots[slots[:, 0] >= 0]).all()
         assert 0 < one.kept < slots.shape[0]
-    for one in rounds:    # a child is the pair's triangle with one of the node's four
+    for one in rounds:  # a child pairs the triangle with a child of the node
         there = one.slots[..., 0] >= 0
         assert (one.slots[..., 0] == one.pairs[:, :1])[there].all()
         assert (one.slots[..., 1] == 4 * one.pairs[:, 1:] + np.arange(4))[there].all()

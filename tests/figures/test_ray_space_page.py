@@ -1,4 +1,4 @@
-"""docs/ray-space.md: its tables hold what is measured."""
+"""The tables of docs/ray-space.md equal measured numbers."""
 from __future__ import annotations
 
 from pathlib import Path
@@ -17,7 +17,8 @@ WORK = {"eye": workloads.EYE, "shadow": workloads.SHADOW, "mirror, once": worklo
 
 
 def rows() -> list[list[str]]:
-    """The cells of every row of every table; an empty first cell stands for the one above."""
+    """Returns the cells of every row of every table. An empty first cell repeats the cell
+    above."""
     found: list[list[str]] = []
     for line in PAGE.read_text().splitlines():
         if line.startswith("|") and "---" not in line:
@@ -31,7 +32,7 @@ def number(word: str) -> float:
 
 
 def counters(scene: str, method: str, packet: tuple[int, int], **options: object) -> list[float]:
-    """Nodes a packet, and triangles that a packet tests."""
+    """Returns the number of nodes per packet and of triangles that a packet tests."""
     with rt.Tracer(real_scene(scene), method, packet=packet, statistics=True,
                    **options) as tracer:
         tracer.trace(*tracer.scene.camera.rays((256, 256)))

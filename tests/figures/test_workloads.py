@@ -1,4 +1,5 @@
-"""Workloads: shadow and mirror rays leave from hits, to the light and as mirrors throw them."""
+"""Workloads: shadow rays go from hits to the light, and mirror rays leave hits in the reflected
+direction."""
 from __future__ import annotations
 
 import numpy as np
@@ -12,7 +13,7 @@ SIZE = 24
 
 
 def _seen(name: str) -> tuple[rt.Scene, np.ndarray, np.ndarray, rt.Hits]:
-    """A scene, its eye rays, and the reference's hits."""
+    """Returns a scene, its eye rays, and the reference's hits."""
     scene, rays = rt.load_scene(name), workload(name, EYE, SIZE)
     return scene, rays.origins, rays.directions, reference.trace(scene, rays.origins,
                                                                  rays.directions)
@@ -28,16 +29,16 @@ def test_shadow_rays_reach_the_light(name: str) -> None:
     assert np.abs(rays.origins[live] - points[live]).max() < 1e-4 * scene.extent
     ends = rays.origins[live] + rays.t_max[live, None] * rays.directions[live]
     assert np.abs(ends - light).max() < 1e-4 * scene.extent
-    # A hit without a ray faces away from the light.
+    # A hit without a shadow ray faces away from the light.
     corners = scene.triangles[hits.triangle].astype(np.float64)
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     normal *= -np.sign((normal * directions).sum(axis=1, keepdims=True))
     faces = hits.hit & ((normal * (light - points)).sum(axis=1) > 0)
-    assert (faces == live).mean() > 0.99   # but for hits edge-on to the light
+    assert (faces == live).mean() > 0.99  # except hits edge-on to the light
 
 
 def test_shadow_rays_are_answered_as_by_the_reference() -> None:
-    """Any hit before the light, and none beside the ray's own triangle."""
+    """Shadow rays find an occluder before the light exactly where the reference does."""
     rays = workload("cornell", SHADOW, SIZE)
     live = np.isfinite(rays.origins).all(axis=1)
     truth = reference.trace(rt.load_scene("cornell"), rays.origins[live], rays.directions[live])
