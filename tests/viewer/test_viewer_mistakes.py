@@ -1,4 +1,4 @@
-"""The viewer without a window: what goes wrong is said, and ends nothing."""
+"""The viewer without a window shows a message for each mistake and continues."""
 from __future__ import annotations
 
 from collections.abc import Iterator
@@ -15,7 +15,7 @@ from gpgpu_rt.viewer import Viewer, moves
 
 @pytest.fixture
 def user_method(tmp_path: Path) -> Iterator[str]:
-    """A method of a user's whose shader has an error."""
+    """Registers a user's own method whose shader has an error; yields the method's name."""
     row = find_method("bvh-threaded")
     broken = tmp_path / "broken.glsl"
     text = (ROOT / str(row.glsl)).read_text()

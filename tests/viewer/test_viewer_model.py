@@ -1,4 +1,4 @@
-"""The viewer without a window: selections, paces, cameras."""
+"""The viewer without a window: selections, the pace of drawing, and cameras."""
 from __future__ import annotations
 
 import shlex
@@ -63,7 +63,7 @@ def test_the_line_draws_the_same_pixels(soup: str, clock: Clock, tmp_path: Path,
     output = tmp_path / "again.png"
     assert main([*words[1:-1], f"--output={output}"]) == 0
     assert (np.asarray(Image.open(output)) == viewer.image).all()
-    assert len(np.unique(viewer.image.reshape(-1, 3), axis=0)) > 20    # something is there
+    assert len(np.unique(viewer.image.reshape(-1, 3), axis=0)) > 20  # the picture is not empty
     viewer.release()
 
 
@@ -106,7 +106,7 @@ def test_what_takes_too_long_waits_to_be_asked_for(viewer: Viewer, clock: Clock,
     draw = viewer.tracer.render
 
     def slow(camera, size, *more, **options):
-        clock.now += 0.01 * size[0] * size[1]       # 17 s for all pixels
+        clock.now += 0.01 * size[0] * size[1]  # 17 s for all pixels
         return draw(camera, size, *more, **options)
 
     monkeypatch.setattr(viewer.tracer, "render", slow)
@@ -121,7 +121,7 @@ def test_moving_is_coarse_and_rest_is_fine(viewer: Viewer, clock: Clock) -> None
     settle(viewer)
     fine = viewer.image
     assert fine.shape[:2] == VIEW[::-1]
-    viewer.pace.measured(1, 1.0)     # as if a full picture took a second
+    viewer.pace.measured(1, 1.0)  # as if a full picture took a second
     viewer.camera = moves.orbit(viewer.camera, 0.1, 0.0)
     assert viewer.step() and viewer.image.shape[0] < VIEW[1] / 2
     assert not viewer.step(), "nothing moved since"
@@ -129,7 +129,7 @@ def test_moving_is_coarse_and_rest_is_fine(viewer: Viewer, clock: Clock) -> None
     viewer.reset_camera()
     settle(viewer)
     assert (viewer.image == fine).all() and viewer.settled_after >= 0
-    viewer.resize((0, 0))       # minimised
+    viewer.resize((0, 0))  # minimised
     viewer.resize((VIEW[0] + 7, VIEW[1] + 3))
     settle(viewer)
     assert viewer.image.shape[:2] == (VIEW[1] + 3, VIEW[0] + 7)
@@ -153,7 +153,7 @@ def test_moves(seed: int) -> None:
     assert np.allclose(back.eye, camera.eye) and np.allclose(back.target, camera.target)
     near = moves.approach(camera, 0.5)
     assert np.isclose(np.linalg.norm(np.subtract(near.target, near.eye)), distance / 2)
-    # A pan by the image's height brings what was at its lower edge to the upper one.
+    # A pan by the image's height moves the lower edge's points to the upper edge.
     up = moves.pan(camera, 0.0, 1.0)
     (x, y), = projected(up, (200, 100), np.array([[camera.target, camera.target]]))[:, 0]
     assert np.isclose(x, 100) and np.isclose(y, 150)

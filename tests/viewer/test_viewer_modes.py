@@ -1,4 +1,5 @@
-"""The viewer without a window: what its modes show, and what is saved of it."""
+"""The viewer without a window: its modes show the right content, and saved files hold this
+content."""
 from __future__ import annotations
 
 import json
@@ -42,7 +43,8 @@ def test_the_picture_s_tracer_outlives_those_of_other_modes(viewer: Viewer) -> N
 
 
 def test_graphs_show_what_heat_maps_cost(viewer: Viewer) -> None:
-    """Under passes, both methods go through some; the picture's own schedule has one."""
+    """Graphs count the passes and rays of both heat maps. Both methods need several passes here,
+    but the picture's own schedule needs only one."""
     viewer.look_at("heat")
     viewer.change_heat(what="passes", other="grid")
     settle(viewer)
@@ -61,7 +63,7 @@ def test_what_making_a_tracer_takes_holds_no_heat_map_back(viewer: Viewer, monke
         viewer.clock.now += 100.0 * (viewer.tracers.made - before)
         return tracer
 
-    def slow_at_first(*given):      # its programs over arrays of rays are compiled then
+    def slow_at_first(*given):  # the first map compiles its programs
         viewer.clock.now += 0.0 if viewer.heat.maps else 100.0
         return count(*given)
 
@@ -80,7 +82,7 @@ def test_heat_of_two_methods_has_one_scale(viewer: Viewer) -> None:
     with rt.Tracer(viewer.scene, "bvh-threaded", statistics=True) as tracer:
         hits = tracer.trace(*viewer.camera.rays(VIEW))
     assert (one.values.ravel() == hits.triangles_tested).all()
-    for wipe, map_shown in ((0.0, two), (1.0, one)):    # where the other one begins
+    for wipe, map_shown in ((0.0, two), (1.0, one)):  # the share of the image before the other map
         viewer.change_heat(wipe=wipe)
         assert (viewer.image == colours.ramp(map_shown.values / viewer.heat.top)).all()
     assert (one.values != two.values).any()
@@ -92,7 +94,7 @@ def test_heat_of_two_methods_has_one_scale(viewer: Viewer) -> None:
 
 @pytest.mark.parametrize("what", KINDS)
 def test_a_scale_says_where_rays_lie_beyond(monkeypatch, what: str) -> None:
-    """The panel's, a saved map's and the command's are one."""
+    """The panel, a saved map and the `heat` command draw the same scale."""
     bars, draw = [], colours.colour_bar
 
     def noted(highest, unit, width, lowest=0.0, beyond=False):
@@ -160,7 +162,7 @@ def test_scrubbing_shows_each_pass(viewer: Viewer) -> None:
 
 @pytest.mark.parametrize("method, why", [("kd-stack", "one pass"), ("ray-tiles", "no state")])
 def test_no_passes_is_said_and_shows_none(viewer: Viewer, method: str, why: str) -> None:
-    """Not those of the method before."""
+    """The viewer shows no passes of the previous method, and says why the method has none."""
     viewer.look_at("passes")
     settle(viewer)
     assert len(np.unique(viewer.image)) > 1
@@ -191,7 +193,8 @@ def test_a_heat_map_that_fails_leaves_none_of_another_method(viewer: Viewer,
 
 
 def followed() -> list[tuple[str, dict]]:
-    """Methods, and with octants where they have them, whose state says which box a ray is in."""
+    """Returns the methods whose state names the box of a ray, each without options and with
+    octants if the method has octants."""
     tried = [(row, options) for row in rt.methods() if "step" in row.schedules
              for options in ({}, {"octants": True}, {"octants": True, "shared_subtrees": 8})
              if set(options) <= {option.name for option in row.options}]
@@ -212,14 +215,14 @@ def test_a_clicked_ray_goes_through_its_boxes_to_its_hit(soup: str, method: str,
     assert path.hit == hits.triangle[pixel]
     assert path.rows[-1][-1] == str(path.hit) and path.rows[-1][2] == "done"
     assert len(path.columns) == len(path.rows[0]) and len(path.boxes) > 2
-    # Boxes that hold rays' intervals are boxes that the ray meets.
+    # If boxes hold a ray's interval, the ray meets the boxes.
     way = path.end - path.origin
     lo, hi = path.boxes[:, 0], path.boxes[:, 1]
     with np.errstate(divide="ignore", invalid="ignore"):
         a, b = (lo - path.origin) / way, (hi - path.origin) / way
     enter, leave = np.minimum(a, b).max(1), np.maximum(a, b).min(1)
     met = enter <= leave + 1e-4
-    # A threaded walk also looks into boxes that it then passes by.
+    # A threaded walk also visits boxes that the ray misses.
     threaded = method in ("bvh-threaded", "geometry-image") or "octants" in options
     assert met.mean() > (0.3 if threaded else 0.99)
     assert path.edges().shape == (len(path.boxes), 12, 2, 3)
@@ -229,7 +232,7 @@ def test_a_clicked_ray_goes_through_its_boxes_to_its_hit(soup: str, method: str,
 
 def test_a_click_is_followed_and_survives_a_move(viewer: Viewer) -> None:
     settle(viewer)
-    viewer.follow((10 ** 6, -5))    # outside: the nearest pixel
+    viewer.follow((10 ** 6, -5))  # outside: the nearest pixel
     assert viewer.busy and not viewer.finished
     settle(viewer)
     assert viewer.path.pixel == (VIEW[0] - 1, 0) and not viewer.message
@@ -242,7 +245,8 @@ def test_a_click_is_followed_and_survives_a_move(viewer: Viewer) -> None:
 
 
 def test_what_stands_for_none_is_a_dash(soup: str) -> None:
-    """Among packets' fields is a node that waits to be put away, where there is one."""
+    """An empty field shows a dash. For example, a packet's state has a field for a postponed
+    node."""
     scene = rt.load_scene(soup)
     away = replace(scene.camera, target=tuple(2 * np.array(scene.camera.eye)
                                               - scene.camera.target))
@@ -295,7 +299,7 @@ def test_a_heat_map_is_saved_whole_with_what_it_follows_from(
     viewer.camera = moves.orbit(viewer.camera, 0.3, 0.1)
     viewer.look_at("heat")
     viewer.change_heat(what=what, other=other, layout=layout, wipe=0.3)
-    viewer.pace.measured(1, 1.0)        # as if a full picture took a second
+    viewer.pace.measured(1, 1.0)  # as if a full picture took a second
     viewer.step()
     assert viewer.divisor > 1
     path = viewer.save(tmp_path)
@@ -318,7 +322,7 @@ def test_a_heat_map_is_saved_whole_with_what_it_follows_from(
 def test_passes_are_saved_with_what_they_follow_from(viewer: Viewer, tmp_path: Path) -> None:
     viewer.camera = moves.orbit(viewer.camera, 0.3, 0.1)
     viewer.look_at("passes")
-    viewer.step()       # the camera does not rest yet: a coarse picture
+    viewer.step()  # the camera still moves: a coarse picture
     assert viewer.journey is None
     path = viewer.save(tmp_path)
     viewer.go_to(3, "node")

@@ -1,6 +1,8 @@
-"""The viewer as a person uses it: a window under Xvfb, keys and mouse by xdotool, screenshots.
+"""The viewer's window, used like a person uses it: under Xvfb, with keys and mouse by xdotool, and
+with screenshots.
 
-Full, as the window, its context and its programs take seconds to come up on a software renderer.
+These tests belong to the full suite, because the window, its context and its programs take seconds
+to start on a software renderer.
 """
 from __future__ import annotations
 
@@ -31,10 +33,10 @@ MISSING = [
 pytestmark = [pytest.mark.full, pytest.mark.once, pytest.mark.skipif(
     bool(MISSING), reason=f"the window is not tested: no {', '.join(MISSING)}")]
 SIZE = (640, 480)
-PATIENCE = 240.0    # seconds: how busy the machine is, is not what is tested
+PATIENCE = 240.0  # seconds; generous, because a busy machine is no fault
 CLIENT = Path(__file__).with_name("x_client.py")
 START = "import sys; from gpgpu_rt.cli import main; sys.exit(main(sys.argv[1:]))"
-# A user's own method, with an error in its shader, as the last row of the table.
+# Registers a user's own method, with an error in its shader, as the last row of the table.
 BROKEN = """
 import dataclasses, sys
 from gpgpu_rt.cli import main
@@ -46,7 +48,7 @@ sys.exit(main(sys.argv[1:]))
 
 @pytest.fixture(scope="module")
 def display() -> Iterator[str]:
-    """A screen of its own."""
+    """Starts an X server with one screen; yields the display's name."""
     reader, writer = os.pipe()
     server = subprocess.Popen(["Xvfb", "-displayfd", str(writer), "-screen", "0", "1024x768x24",
                                "-nolisten", "tcp"], pass_fds=[writer], stderr=subprocess.DEVNULL)
@@ -59,7 +61,7 @@ def display() -> Iterator[str]:
 
 
 class Person:
-    """Someone before the window."""
+    """A person in front of the viewer's window."""
 
     def __init__(self, display: str, folder: Path, *words: str, code: str = START,
                  before: tuple[str, ...] = ()) -> None:
@@ -79,7 +81,7 @@ class Person:
                               text=True, timeout=PATIENCE, check=True).stdout
 
     def desktop(self, what: str, *words: str) -> None:
-        """What a window manager or a file manager does."""
+        """Acts like a window manager or a file manager: drops a file, or closes the window."""
         subprocess.run([sys.executable, str(CLIENT), what, self.window, *words],
                        env=self.environment, check=True, timeout=PATIENCE)
 
@@ -103,13 +105,16 @@ class Person:
         self.xdotool("click", "1")
 
     def screen(self, size: tuple[int, int] = SIZE) -> np.ndarray:
-        """(h, w, 3) uint8 of what is on the screen."""
+        """Returns the screen's pixels, (h, w, 3) uint8."""
         grabbed = ImageGrab.grab(bbox=(0, 0, *size), xdisplay=self.display)
         return np.asarray(grabbed.convert("RGB"))
 
     def settled(self, size: tuple[int, int] = SIZE) -> np.ndarray:
-        """What is on the screen once the title says that it is all there, and nothing changes. A
-        picture that the program holds back, as this machine is slow, is asked for."""
+        """Returns the screen once the title says that the picture is complete and the pixels stay
+        the same.
+
+        On a slow machine the viewer may hold a picture back; the person then asks for the picture.
+        """
         began, last, same = time.monotonic(), self.screen(size), 0
         while same < 3:
             assert time.monotonic() - began < PATIENCE, "it never comes to rest"
@@ -124,7 +129,7 @@ class Person:
         return last
 
     def quit(self, by_key: bool = True) -> dict:
-        """Close the window; what it printed. No program may end otherwise than well."""
+        """Closes the window and returns the printed JSON. The process must end with status 0."""
         if by_key:
             self.key("ctrl+q")
         else:
@@ -135,7 +140,7 @@ class Person:
         return json.load(self.out)
 
     def leave(self) -> None:
-        """Whatever happened."""
+        """Ends the process in any case."""
         if self.process.poll() is None:
             self.process.kill()
             self.process.wait()
@@ -210,7 +215,7 @@ def test_the_lists_of_the_panel(person) -> None:
     one = person("cornell")
     one.key("h")
     one.settled()
-    one.click(80, 64)       # the list of methods opens below, the one chosen amid it
+    one.click(80, 64)  # open the list of methods; the chosen method is in its middle
     one.settled()
     one.click(80, 64 + 40)
     one.settled()
@@ -219,12 +224,13 @@ def test_the_lists_of_the_panel(person) -> None:
 
 
 def test_keys_typed_into_a_busy_window_are_no_shortcuts(person, tmp_path: Path) -> None:
-    """A process that is stopped takes as long over a frame as one that builds a structure."""
+    """Keys typed while the window is busy go to the text field, not to shortcuts. A stopped
+    process imitates a frame that builds a structure."""
     one = person("cornell")
     one.key("h")
     one.settled()
     one.process.send_signal(signal.SIGSTOP)
-    one.click(80, 40)       # the file's field
+    one.click(80, 40)  # the text field of the file
     one.xdotool("type", "--delay", "50", "mp3")
     one.process.send_signal(signal.SIGCONT)
     one.settled()
@@ -238,7 +244,7 @@ def test_keys_are_a_list_s_while_it_is_open(person) -> None:
     one.key("h")
     one.xdotool("mousemove", "500", "300")
     closed = one.settled()
-    one.click(80, 64)       # the list of methods
+    one.click(80, 64)  # the list of methods
     assert (one.settled() != closed).any()
     one.key("m", "3", "h", "Tab")
     one.settled()
@@ -286,7 +292,7 @@ def test_a_mesh_is_dropped_and_a_path_typed(person, tmp_path: Path) -> None:
     one.key("Return")
     one.settled()
     one.key("Escape", "Tab")
-    one.click(500, 240)     # leave the field first
+    one.click(500, 240)  # leave the text field first
     one.settled()
     found = one.quit()
     assert found["settings"]["scene"] == "cornell" and not found["message"]

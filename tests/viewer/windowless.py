@@ -1,4 +1,4 @@
-"""What the tests of a viewer without a window share; its fixtures stand in conftest.py."""
+"""Helpers of the tests of a viewer without a window. Their fixtures are in conftest.py."""
 from __future__ import annotations
 
 import pytest
@@ -14,7 +14,7 @@ def full(*values: object):
 
 
 def settle(viewer: Viewer, steps: int = 30) -> None:
-    """Let it rest until there is nothing more to do."""
+    """Steps the viewer, with a camera at rest, until the viewer is finished."""
     viewer.clock.now += 1.0
     for _ in range(steps):
         viewer.step()

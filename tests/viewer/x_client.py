@@ -1,4 +1,4 @@
-"""What a desktop does with a window: drops files on it (the XDND protocol), asks it to close.
+"""Acts on a window like a desktop: drops files (XDND protocol) and requests a close.
 
 ``python x_client.py drop WINDOW PATH`` and ``python x_client.py close WINDOW``, on ``DISPLAY``.
 """
@@ -17,7 +17,7 @@ PATIENCE = 120.0
 
 
 class Client:
-    """A connection with a window of its own."""
+    """An X connection that has its own window and acts on another window."""
 
     def __init__(self, window: int) -> None:
         self.display = xlib.XOpenDisplay(None)
@@ -30,7 +30,7 @@ class Client:
         return xlib.XInternAtom(self.display, name.encode(), False)
 
     def tell(self, name: str, *data: int) -> None:
-        """Send the window a client message."""
+        """Sends the window a client message."""
         event = xlib.XEvent()
         message = event.xclient
         message.type, message.window, message.format = xlib.ClientMessage, self.other, 32
@@ -43,13 +43,14 @@ class Client:
         self.tell("WM_PROTOCOLS", self.atom("WM_DELETE_WINDOW"), 0)
 
     def drop(self, path: str, x: int = 300, y: int = 200) -> None:
-        """Drop a file, answering what the window asks, until it says that it is finished."""
+        """Drops a file, and answers the window's requests until the window reports the end of the
+        drop."""
         uri = self.atom("text/uri-list")
         xlib.XSetSelectionOwner(self.display, self.atom("XdndSelection"), self.own, 0)
         types = (ctypes.c_ulong * 4)(uri, *map(self.atom, ("text/plain", "STRING", "TEXT")))
         xlib.XChangeProperty(self.display, self.own, self.atom("XdndTypeList"), XA_ATOM, 32, 0,
                              ctypes.cast(types, ctypes.POINTER(ctypes.c_ubyte)), len(types))
-        self.tell("XdndEnter", self.own, VERSION << 24 | 1, uri)    # 1: all types are in the list
+        self.tell("XdndEnter", self.own, VERSION << 24 | 1, uri)  # 1: the list has all types
         self.tell("XdndPosition", self.own, 0, x << 16 | y, 0, self.atom("XdndActionCopy"))
         status = self._until("XdndStatus")
         assert status.data.l[1] & 1, "the window does not want it"
@@ -57,7 +58,8 @@ class Client:
         self._until("XdndFinished", (Path(path).as_uri() + "\r\n").encode())
 
     def _until(self, name: str, text: bytes = b"") -> xlib.XClientMessageEvent:
-        """Wait for a message; who asks for the selection meanwhile is given ``text``."""
+        """Waits for a message and returns the message. Meanwhile, answers requests for the
+        selection with ``text``."""
         began, event = time.monotonic(), xlib.XEvent()
         while time.monotonic() - began < PATIENCE:
             if not xlib.XPending(self.display):
