@@ -1,4 +1,5 @@
-"""The examples run as a user would run them, and the tools say what they do before they do it."""
+"""The examples run like a user runs them, and the tools say what they will do before they do
+it."""
 from __future__ import annotations
 
 import json

@@ -1,4 +1,5 @@
-"""Imports point one way: no circle of packages, none inside functions, few modules at the top."""
+"""Imports point one way: packages import each other in no circle, functions contain no import, and
+few modules are at the top level."""
 from __future__ import annotations
 
 import ast
@@ -9,22 +10,22 @@ from pathlib import Path
 import gpgpu_rt as rt
 
 PACKAGE = Path(rt.__file__).parent
-MOST_MODULES = 12       # directly in gpgpu_rt, which a newcomer meets first
+MOST_MODULES = 12  # modules directly in gpgpu_rt, which newcomers see first
 # The command line's entry imports late, so that an early interrupt is silent. Two commands import
 # late what needs optional dependencies: charts and the window.
 LATE = {"__main__.py", "cli/benching.py", "cli/view.py"}
 
 
 def sources() -> Iterator[tuple[Path, tuple[str, ...]]]:
-    """Each file of the package, and the dotted name of its module below ``gpgpu_rt``."""
+    """Yields each file of the package and the parts of its module name below ``gpgpu_rt``."""
     for path in sorted(PACKAGE.rglob("*.py")):
         parts = path.relative_to(PACKAGE).with_suffix("").parts
         yield path, parts[:-1] if parts[-1] == "__init__" else parts
 
 
 def imported(path: Path, module: tuple[str, ...]) -> Iterator[tuple[tuple[str, ...], bool]]:
-    """What a file imports of the package, and whether it does so inside a function; what only type
-    checkers read is left out."""
+    """Yields each module of the package that a file imports, and whether a function contains the
+    import. Imports for type checkers only are left out."""
     def visit(node: ast.AST, late: bool) -> Iterator[tuple[tuple[str, ...], bool]]:
         for child in ast.iter_child_nodes(node):
             if isinstance(child, ast.If) and "TYPE_CHECKING" in ast.dump(child.test):
@@ -42,14 +43,14 @@ def imported(path: Path, module: tuple[str, ...]) -> Iterator[tuple[tuple[str, .
 
 
 def test_no_circle_of_packages() -> None:
-    """Each package imports only packages that do not import it, however far around."""
+    """No package imports a package that imports it, directly or indirectly."""
     graph: dict[str, set[str]] = {}
     for path, module in sources():
         for target, _ in imported(path, module):
             if module and target and target[0] and target[0] != module[0]:
                 graph.setdefault(module[0], set()).add(target[0])
     assert len(graph) > 15
-    list(TopologicalSorter(graph).static_order())    # CycleError names the circle
+    list(TopologicalSorter(graph).static_order())  # CycleError names the circle
 
 
 def test_no_import_inside_a_function() -> None:

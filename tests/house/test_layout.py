@@ -1,4 +1,5 @@
-"""Records: packer and accessors agree, and an index past what a float holds is refused."""
+"""Records: the Python packer and the GLSL accessors agree, and indices beyond float32's exact
+integers are refused."""
 from __future__ import annotations
 
 import importlib
@@ -34,8 +35,8 @@ def fields_of(record: Record, count: int, seed: int) -> dict[str, np.ndarray]:
 
 
 def test_records_have_names_of_their_own() -> None:
-    """GLSL knows a record by its name; one with a define is another form of one so called, and of
-    states a program has one, its method's."""
+    """Every record has its own name, by which GLSL finds the record. A record with a define is a
+    variant of another record. The methods' states share a name, because a program has only one."""
     names = [record.name for record in RECORDS if not getattr(record, "define", "")
              and record.name != STATE.name]
     assert len(names) == len(set(names))
@@ -64,7 +65,7 @@ def test_what_is_not_given_is_zero_wherever_it_is_packed(record: Record) -> None
 @pytest.mark.parametrize("storage", PRECISIONS)
 @pytest.mark.parametrize("record", RECORDS, ids=lambda r: r.name)
 def test_glsl_reads_what_python_packed(record: Record, storage: str, tmp_path) -> None:
-    """Across the row wraps of a table, each accessor gives back its own field."""
+    """Each GLSL accessor reads its own field, also across the row breaks of a table."""
     gpu = open_gpu()
     count = 4096 // record.texels + 40
     precision = Precision(storage=storage)

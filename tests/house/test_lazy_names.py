@@ -1,4 +1,4 @@
-"""The package itself imports nothing: a public name brings its module when it is first used."""
+"""Importing the package imports no library. A public name loads its module at first use."""
 from __future__ import annotations
 
 import ast
@@ -15,7 +15,7 @@ import gpgpu_rt as rt
 
 
 def fresh(code: str) -> str:
-    """What a new process prints."""
+    """Returns the output of a new Python process."""
     return subprocess.run([sys.executable, "-c", code], capture_output=True, text=True,
                           check=True).stdout
 
@@ -55,7 +55,7 @@ def test_names_and_modules_are_there_when_asked_for() -> None:
 @pytest.mark.parametrize("package", ["gpgpu_rt." + one.name for one in pkgutil.iter_modules(
     rt.__path__) if one.name not in ("viewer", "__main__")])
 def test_every_module_can_be_the_first(package: str) -> None:
-    """No import works only because another was made before it."""
+    """Every module can be imported first, without help from an earlier import."""
     code = ("import importlib, pkgutil, sys, moderngl, trimesh\n"
             f"found = importlib.import_module('{package}')\n"
             "for one in pkgutil.walk_packages(getattr(found, '__path__', []), '{}.'):\n"

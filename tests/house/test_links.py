@@ -1,4 +1,4 @@
-"""What README, CONTRIBUTING and docs point to is there."""
+"""All links in README, CONTRIBUTING and docs have an existing target."""
 from __future__ import annotations
 
 import re
@@ -12,7 +12,7 @@ _LINK = re.compile(r"\]\(([^)\s]+)\)")
 
 
 def _anchors(page: Path) -> set[str]:
-    """Its headings, as pages name them in addresses."""
+    """Returns the anchors of a page's headings, as links spell them."""
     heads = re.findall(r"(?m)^#+ (.+)$", page.read_text())
     return {re.sub(r"[^\w\- ]", "", head.lower()).replace(" ", "-") for head in heads}
 

@@ -1,4 +1,4 @@
-"""The table, options, contexts and the command line."""
+"""Tests of the method table, options, contexts and the command line."""
 from __future__ import annotations
 
 import configparser
@@ -85,7 +85,7 @@ def test_no_context_is_one_clear_line() -> None:
 def test_an_existing_context_is_taken() -> None:
     gpu = open_gpu()
     with rt.Tracer("cornell", context=gpu.context) as tracer:
-        assert tracer.gpu is gpu    # one a context, or bytes would go to the wrong log
+        assert tracer.gpu is gpu  # two objects on one context would mix their logs
         assert tracer.trace([[0.0, 0, 1e4]], [[0, 0, -1.0]]) is not None
 
 
@@ -100,7 +100,7 @@ def test_render_and_statistics() -> None:
     json.dumps(statistics)
     pixels = np.asarray(image).astype(int)
     left, right = pixels[32, 4], pixels[32, 59]
-    assert left[0] > 2 * left[1] and right[1] > 1.5 * right[0]   # red left, green right
+    assert left[0] > 2 * left[1] and right[1] > 1.5 * right[0]  # red left, green right
 
 
 @pytest.mark.parametrize("method", METHODS)
@@ -146,7 +146,8 @@ def test_tables(capsys) -> None:
 
 
 def test_options_and_files_of_methods(capsys) -> None:
-    """Not in one test with `info`, which makes OSMesa's context current beside the fixture's."""
+    """Lists a method's options. `info` has its own test, because `info` makes OSMesa's context
+    current beside the fixture's context."""
     status, out, _ = run(capsys, "methods", "bvh-packet", "brute-force")
     told = [line.split()[:2] for line in out.splitlines()]
     assert status == 0 and ["--packet", "2x2"] in told and ["--octants", "no"] in told
@@ -192,7 +193,8 @@ def test_info_says_which_backend_is_taken(capsys, monkeypatch) -> None:
 
 
 def test_a_device_that_is_named_is_not_replaced() -> None:
-    """Auto goes on to OSMesa where EGL gives nothing, but not where its device was asked for."""
+    """With context "auto", OSMesa replaces a missing EGL, but never an EGL device that the user
+    named."""
     answer = subprocess.run([sys.executable, "-m", "gpgpu_rt", "render", "cornell", "-o", "x.png"],
                             capture_output=True, text=True,
                             env={**os.environ, "GPGPU_RT_CONTEXT": "auto",
@@ -309,14 +311,14 @@ def test_mistakes_are_one_line(capsys, tmp_path, arguments: list[str], message: 
     np.save(tmp_path / "one.npy", np.zeros(3))
     np.savez_compressed(tmp_path / "torn.npz", origins=np.random.default_rng(1).random((99, 3)))
     whole = bytearray((tmp_path / "torn.npz").read_bytes())
-    whole[99:120] = bytes(21)                 # in the stream: zlib finds it, not the archive
+    whole[99:120] = bytes(21)  # in the stream: zlib finds the damage
     (tmp_path / "torn.npz").write_bytes(whole)
     np.savez(tmp_path / "nan.npz", origins=[[0, 0, 0], [np.nan, 0, 0]], directions=np.ones((2, 3)))
     before = sorted(tmp_path.iterdir())
     status, out, err = run(capsys, *(a.replace("{}", str(tmp_path)) for a in arguments))
     assert status in (1, 2) and message in err
     assert err.count("\n") == 1 and "Traceback" not in err
-    assert sorted(tmp_path.iterdir()) == before    # nothing half written
+    assert sorted(tmp_path.iterdir()) == before  # no partial output
 
 
 def test_a_folder_of_scenes_that_is_not_there_is_told_of(capsys, tmp_path, monkeypatch) -> None:
@@ -328,7 +330,8 @@ def test_a_folder_of_scenes_that_is_not_there_is_told_of(capsys, tmp_path, monke
 
 
 def test_every_folder_is_installed() -> None:
-    """A wheel holds what setup.cfg lists; an editable install would hide what it forgets."""
+    """setup.cfg lists every package folder, because a wheel contains only listed folders. An
+    editable install would hide a missing folder."""
     root = Path(rt.__file__).parents[1]
     config = configparser.ConfigParser()
     config.read(root / "setup.cfg")

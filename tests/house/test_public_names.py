@@ -1,4 +1,4 @@
-"""What users call is described, and says in a line what they got wrong."""
+"""Every public name has a description, and a user's mistake raises an error of one line."""
 from __future__ import annotations
 
 import contextlib
@@ -22,7 +22,7 @@ ROOT = Path(rt.__file__).parents[1]
 
 
 def public() -> Iterator[tuple[str, Any]]:
-    """Every public name, and those of public classes and modules, with what it stands for."""
+    """Yields every public name with its object, including the members of public classes."""
     owners = {"rt": rt, "rt.reference": rt.reference, "trimesh_ray": trimesh_ray}
     for prefix, module in owners.items():
         for name in module.__all__:
@@ -42,9 +42,10 @@ DESCRIBED = {name: thing for name, thing in public() if callable(thing)
 
 
 def undescribed(name: str, thing: Any) -> list[str]:
-    """What its docstring does not tell: itself, or a parameter."""
+    """Returns the parts that the docstring does not describe: the object itself, or parameters."""
     text = inspect.getdoc(thing)
-    if not text or text.startswith(f"{name.rpartition('.')[2]}("):    # a dataclass's own
+    # the generated text of a dataclass
+    if not text or text.startswith(f"{name.rpartition('.')[2]}("):
         return ["what it is"]
     if not inspect.isfunction(thing):
         return []
@@ -61,7 +62,7 @@ def test_that_would_find_what_is_not() -> None:
     def bare(x): ...
 
     def half(x, y):
-        """Of x, and nothing else."""
+        """Describes x alone."""
     assert len(DESCRIBED) > 70
     assert undescribed("bare", bare) == ["what it is"] and undescribed("half", half) == ["y"]
 
@@ -95,7 +96,7 @@ def test_mistakes_in_python_are_one_line(call, message: str) -> None:
 
 
 class Interrupted:
-    """Progress, and Ctrl-C once enough samples are there."""
+    """Raises KeyboardInterrupt, like Ctrl-C, once ``after`` samples are done."""
 
     def __init__(self, after: int) -> None:
         self.after = after
@@ -115,7 +116,7 @@ def test_an_interrupted_picture_is_kept(monkeypatch) -> None:
         assert tracer.statistics.samples == 16 and part.size == (16, 16)
         assert abs(np.asarray(part, float).mean() - whole.mean()) < 0.1 * whole.mean()
         again = np.asarray(tracer.render(size=(16, 16), integrator="path", samples=32), float)
-        assert (again == whole).all()       # nothing of it is left behind
+        assert (again == whole).all()  # no sample of the interrupted picture remains
         monkeypatch.setattr(type(tracer.sessions.pictures.integrator), "_take_samples", _interrupt)
         with pytest.raises(KeyboardInterrupt):
             tracer.render(size=(16, 16), integrator="path", samples=32)
