@@ -1,4 +1,5 @@
-"""Cells aside: found by helpers that stand still while something is timed, and none is lost."""
+"""Helpers measure untimed cells beside the main process. They stop while the main process times a
+cell, and no cell is lost."""
 from __future__ import annotations
 
 import functools
@@ -21,7 +22,7 @@ from gpgpu_rt.gl.context import is_software, open_gpu
 from gpgpu_rt.workers import Workers, machine
 
 pytest.importorskip("distributed")
-import psutil  # noqa: E402  (distributed brings it)
+import psutil  # noqa: E402  (distributed installs psutil)
 
 TREES = [Cell("cornell", "kd-restart", (("max_depth", depth),), work="tree")
          for depth in range(4, 10)]
@@ -68,13 +69,13 @@ def test_what_a_helper_raises_is_raised(workers: Workers) -> None:
 
 
 def test_helpers_stand_still_while_one_is_alone(tmp_path) -> None:
-    """And go on afterwards, also where an error ends what is timed."""
+    """Helpers stop while a cell is timed. They continue afterwards, even after an error."""
     with subprocess.Popen([sys.executable, "-uc", (
             "import time\nwhile True: print(time.monotonic()); time.sleep(0.005)")],
             stdout=subprocess.PIPE, text=True) as helper:
         assert helper.stdout is not None
         try:
-            helper.stdout.readline()       # it has started
+            helper.stdout.readline()  # the helper has started
             spans = []
             with machine.helped(lambda: [helper.pid]):
                 for _ in range(2):
@@ -84,7 +85,7 @@ def test_helpers_stand_still_while_one_is_alone(tmp_path) -> None:
                         spans.append((began, time.monotonic()))
                         raise KeyError
                     time.sleep(0.2)
-            with machine.alone():       # no helper any more
+            with machine.alone():  # there is no helper now
                 last = time.monotonic()
                 time.sleep(0.1)
         finally:
@@ -106,7 +107,8 @@ def test_what_a_helper_started_stands_still_too() -> None:
         started = int(helper.stdout.readline())
 
         def stand_still(those: int) -> bool:
-            """Whether so many of the two do, soon: a signal takes a moment."""
+            """Returns whether ``those`` of the two processes are stopped within 10 s. A signal
+            needs a moment."""
             until = time.monotonic() + 10
             while time.monotonic() < until:
                 states = [psutil.Process(pid).status() for pid in (helper.pid, started)]
@@ -120,7 +122,8 @@ def test_what_a_helper_started_stands_still_too() -> None:
 
 
 def test_threads_of_a_process_hold_the_machine_in_turns() -> None:
-    """As those of a Dask worker with several, which would time two cells at once."""
+    """Only one thread of a process times a cell at a time. A Dask worker may have several threads,
+    which would otherwise time cells at once."""
     spans: list[tuple[float, float]] = []
 
     def time_something(k: int) -> None:
@@ -152,7 +155,7 @@ def test_who_waits_for_the_machine_says_so(tmp_path, monkeypatch) -> None:
 
 
 def test_figures_measure_untimed_cells_aside(tmp_path, monkeypatch) -> None:
-    """What is found is what one process finds, and timed is only what this process measures."""
+    """Helpers find the results of a single process. Only this process measures timed cells."""
     monkeypatch.setattr(aside, "WORTH", 2)
     monkeypatch.setattr(os, "sched_getaffinity", lambda process: {0, 1}, raising=False)
     asked: list[Cell] = []

@@ -1,4 +1,5 @@
-"""Pictures by workers: tiles and frames as one process draws them, killed or interrupted."""
+"""Pictures by workers: tiles and frames equal those of a single process, also after a killed
+worker or an interrupt."""
 from __future__ import annotations
 
 import json
@@ -28,7 +29,8 @@ pytest.importorskip("distributed")
 
 SIZE = (40, 24)
 WORDS = ["--size", "40x24", "-m", "bvh-packet"]
-# In the background of a shell Ctrl-C is ignored, and so by what is started there.
+# A shell's background job ignores Ctrl-C, and so do its children. This script handles Ctrl-C
+# again.
 COMMAND = """
 import signal, sys
 from gpgpu_rt import cli
@@ -39,7 +41,7 @@ if __name__ == "__main__":
 
 
 def kill_one(workers: Workers) -> int:
-    """Kill a worker; the number of its process."""
+    """Kills a worker; returns the number of its process."""
     pid = next(iter(workers.client.run(os.getpid).values()))
     os.kill(pid, signal.SIGKILL)
     return pid
@@ -59,7 +61,7 @@ def test_tiles_make_up_the_picture_of_one_process(integrator: str, picture: dict
 
 
 def moving(path: Path, frames: int = 6) -> rt.Animation:
-    """Triangles that fly about, so far that trees over them are built anew."""
+    """Writes an animation of triangles that move far, so methods rebuild their trees."""
     vertices = np.random.default_rng(1).random((frames, 300, 3))
     np.savez(path, vertices=vertices, faces=np.arange(300).reshape(-1, 3))
     return rt.load_animation(path)
@@ -107,7 +109,7 @@ def test_render_command(tmp_path, monkeypatch, capsys, address: str, exact_rende
     alone, shared = tmp_path / "alone.png", tmp_path / "shared.png"
     assert run(["cornell", *WORDS, "-o", str(alone)], capsys)[0] == 0
     status, said = run(["cornell", *WORDS, "-o", str(shared), "--scheduler", address], capsys)
-    # One may have been killed just now.
+    # One worker may be dead from the previous test.
     assert status == 0 and re.search("6 of 6 tiles drawn by (1 worker|2 workers);", said)
     assert (np.asarray(Image.open(shared)) == np.asarray(Image.open(alone))).all()
     assert len(list(tmp_path.iterdir())) == 2
@@ -124,7 +126,7 @@ def test_a_motion_that_cannot_be_sent_is_a_line() -> None:
 
 
 def interrupted_after(parts: int, monkeypatch) -> None:
-    """Let a run be interrupted once so many parts are there."""
+    """Interrupts a run once ``parts`` parts are saved."""
     keep = sharing.Unfinished.keep
 
     def keep_some(self, part: int, image: Image.Image) -> None:
@@ -150,7 +152,8 @@ def test_an_interrupted_run_goes_on(output: str, shared: bool, tmp_path, capsys,
     assert status == 130 and "2 of 6 parts are saved; --resume draws the others" in said
     status, said = run([*words, "--resume", "--size", "8x8"], capsys)
     assert status == 1 and "parts with another size" in said and said.count("\n") == 1
-    # Whoever began it, anyone may go on.
+    # Workers may resume a run of a single process, and a single process may resume a run of
+    # workers.
     status, said = run([*words, "--resume"] + ["--scheduler", address] * (not shared), capsys)
     assert status == 0 and ("wrote 4 frames" if shared else "4 of 6 frames drawn") in said
     found, expected = ([p for p in sorted((tmp_path / folder).rglob("*")) if p.is_file()]
@@ -160,7 +163,8 @@ def test_an_interrupted_run_goes_on(output: str, shared: bool, tmp_path, capsys,
 
 
 def test_ctrl_c_is_a_line(tmp_path) -> None:
-    """It comes to all processes of a terminal at once, workers too."""
+    """Ctrl-C ends a run with a single line. All processes of a terminal receive Ctrl-C at once,
+    including workers."""
     running = subprocess.Popen(
         [sys.executable, "-c", COMMAND, "render", "cloth", "--frames", "4000", "--size",
          "16x16", "-o", f"{tmp_path}/", "--scheduler", "local"], stderr=subprocess.PIPE,
@@ -181,7 +185,8 @@ def test_ctrl_c_is_a_line(tmp_path) -> None:
 
 
 def test_a_lost_scheduler_is_a_line_and_the_last_one(tmp_path) -> None:
-    """Dask logged a traceback after what says how to go on."""
+    """The message on how to resume is the last line. Dask used to log a traceback after the
+    message."""
     file, output = tmp_path / "scheduler.json", tmp_path / "out"
     begun: list[subprocess.Popen] = []
 
@@ -235,7 +240,8 @@ def test_tiles_of_an_interrupted_picture_are_kept(tmp_path, monkeypatch, capsys,
 @pytest.mark.parametrize("resume", [[], ["--resume"]], ids=["anew", "resume"])
 def test_two_runs_do_not_write_one_output(resume: list, shared: bool, tmp_path, monkeypatch,
                                           capsys, address: str) -> None:
-    """The second took away what the first had kept, and then both failed."""
+    """A second run with the same output is refused. The second run used to delete the parts of the
+    first, and then both failed."""
     words = ["cloth", "--frames", "3", "--size", "8x8", "-o", f"{tmp_path}/%d.png",
              *["--scheduler", address] * shared]
     keep, second = sharing.Unfinished.keep, []
@@ -269,8 +275,8 @@ def test_what_a_killed_run_held_is_free(tmp_path) -> None:
 
 
 def test_a_claim_on_what_was_just_let_go_is_not_one(tmp_path, monkeypatch) -> None:
-    """The other lets go between opening the file and locking it: a lock on a file that nobody will
-    find keeps nobody out."""
+    """A claim checks that its locked file still exists in the folder. The owner may release the
+    file between the open and the lock, and a lock on a deleted file excludes nobody."""
     folder = tmp_path / "a.unfinished"
     others, lock = [Claim(folder, Path("a"))], claim._locked
 

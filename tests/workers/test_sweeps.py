@@ -1,4 +1,5 @@
-"""Sweeps: cells by workers are those of one process, and what is timed is alone on its machine."""
+"""Sweeps: cells by workers equal the cells of a single process, and a timed cell has its machine
+to itself."""
 from __future__ import annotations
 
 import functools
@@ -24,19 +25,19 @@ pytest.importorskip("distributed")
 
 TREES = [Cell("cornell", "kd-restart", (("max_depth", depth),), work="tree")
          for depth in range(4, 10)]
-# Of a scene that comes last by name.
+# A scene whose name sorts last.
 TIMED = [Cell("shirley6", method, size=16, runs=1) for method in ("grid", "kd-restart")]
-NOT_THE_CELLS = ("processor_seconds", "date")     # but how it was measured
+NOT_THE_CELLS = ("processor_seconds", "date")  # facts of the measurement, not of the cell
 
 
 def read(folder: Path) -> dict[str, Any]:
-    """What every file of cells holds."""
+    """Returns the content of every file of cells, without facts of the measurement."""
     return {path.name: {name: value for name, value in json.loads(path.read_text()).items()
                         if name not in NOT_THE_CELLS} for path in folder.iterdir()}
 
 
 def _killing(flag: Path, cell: Cell) -> dict[str, Any]:
-    """A cell whose worker dies the first time that it is measured."""
+    """Measures a cell, but kills the worker at the first measurement of one cell."""
     if cell == TREES[2] and not flag.exists():
         flag.touch()
         os.kill(os.getpid(), 9)
@@ -44,8 +45,8 @@ def _killing(flag: Path, cell: Cell) -> dict[str, Any]:
 
 
 def test_a_sweep_is_that_of_one_process(workers: Workers, tmp_path, monkeypatch) -> None:
-    """Even though a worker is killed in the middle."""
-    for cell in TREES:      # one cell alone is worth no process
+    """Workers measure the same cells as a single process, even if a worker is killed."""
+    for cell in TREES:  # a single cell is worth no process
         measure.measure([cell], tmp_path / "alone")
     flag = tmp_path / "killed"
     monkeypatch.setattr(measure, "measured", functools.partial(_killing, flag))
@@ -53,7 +54,7 @@ def test_a_sweep_is_that_of_one_process(workers: Workers, tmp_path, monkeypatch)
     assert flag.exists()
     assert read(tmp_path / "shared") == read(tmp_path / "alone")
     assert len(read(tmp_path / "shared")) == len(TREES)
-    # Nothing is left to do for whoever comes next.
+    # A second sweep measures nothing again.
     monkeypatch.setattr(sweep, "results", lambda *_: pytest.fail("measured again"))
     measure.measure(TREES, tmp_path / "shared", workers=workers)
 
@@ -78,8 +79,11 @@ def test_an_interrupted_sweep_keeps_what_came_in(workers: Workers, tmp_path, mon
 
 
 def _when(folder: Path, cell: Cell) -> dict[str, Any]:
-    """Settings as they are, and when it ran, or was timed. What is not timed waits for another
-    process that measures such cells: one that was started anew takes a while."""
+    """Returns the cell's settings and the times of its run.
+
+    An untimed cell waits for a second process with untimed cells, because a restarted worker needs
+    a while.
+    """
     began = time.monotonic()
     if cell in TIMED:
         time.sleep(0.2)
@@ -98,7 +102,7 @@ def _when(folder: Path, cell: Cell) -> dict[str, Any]:
 
 
 def test_what_is_timed_has_the_machine_to_itself(workers: Workers, tmp_path) -> None:
-    workers.client.wait_for_workers(2, timeout=180)     # one was killed just now
+    workers.client.wait_for_workers(2, timeout=180)  # the previous test may have killed a worker
     found = dict(sweep.results([*TREES, *TIMED], workers, functools.partial(_when, tmp_path)))
     when = {cell: result["when"] for cell, result in found.items()}
     assert len(when) == 8
@@ -122,7 +126,8 @@ def test_numbers_of_another_renderer_are_refused(workers: Workers) -> None:
 
 
 def test_meshes_come_along(tmp_path, monkeypatch) -> None:
-    """A machine without the mesh, or with another of its name, finds the one that was sent."""
+    """A machine without the mesh, or with another mesh of this name, uses the mesh that the sweep
+    sends."""
     monkeypatch.setattr(own_folder.tempfile, "gettempdir", lambda: str(tmp_path))
     for name in ("here", "there"):
         (tmp_path / name).mkdir()

@@ -1,4 +1,4 @@
-"""Workers: hits and pictures as one process finds them, whatever happens to a worker."""
+"""Workers find the hits and pictures of a single process, even after the loss of a worker."""
 from __future__ import annotations
 
 import fcntl
@@ -26,7 +26,7 @@ METHOD, OPTIONS = "bvh-threaded", {"octants": True}
 
 
 def _killed_once(flag: str, number: int) -> int:
-    """A task whose worker is killed the first time that it runs."""
+    """Returns the square of ``number``, but kills the worker at the first run of one task."""
     if number == 1 and not os.path.exists(flag):
         open(flag, "w").close()
         os.kill(os.getpid(), signal.SIGKILL)
@@ -53,10 +53,11 @@ def test_hits_are_those_of_one_process(workers: Workers, monkeypatch) -> None:
 
 @pytest.mark.parametrize("given", ["image", "shape"])
 def test_packets_find_the_same_tiles(given: str, workers: Workers, monkeypatch) -> None:
-    """What each counted says so: in rows of another width they hold other rays."""
+    """Packets of workers hold the same rays as packets of a single process. The counters prove
+    this, because rows of another width would put other rays into a packet."""
     monkeypatch.setattr(module, "PART", 256)
     scene = rt.load_scene("cornell")
-    origins, directions = scene.camera.rays((44, 37))       # 37 rows of 44
+    origins, directions = scene.camera.rays((44, 37))  # 37 rows of 44
     t_min = np.linspace(0, 900, 44 * 37).reshape(37, 44)
     t_max = np.linspace(500, 2000, 44 * 37).reshape(37, 44)
     rays_of, more = (origins, directions), {}
@@ -99,7 +100,7 @@ def test_a_killed_worker_loses_nothing(workers: Workers, tmp_path) -> None:
     found = dict(workers.map(_killed_once, [(flag, number) for number in range(6)]))
     assert found == {number: number * number for number in range(6)}
     assert os.path.exists(flag)
-    # What it held comes again from elsewhere.
+    # The workers get the scene of the killed worker again.
     scene = rt.load_scene("cornell")
     origins, directions = rays.random_rays(scene, 100, 6)
     with rt.Tracer(scene, METHOD, **OPTIONS) as tracer:
@@ -236,7 +237,8 @@ def test_misuse_is_an_error_with_advice(workers: Workers) -> None:
 
 
 def test_who_waits_for_the_machine_says_so(tmp_path, monkeypatch) -> None:
-    """Also where it holds the machine side by side with others, and is to be alone."""
+    """A process says that it waits for the machine, also if it shares the machine with other
+    processes and then needs the machine for itself."""
     monkeypatch.setattr(machine, "_file", lambda: tmp_path / "lock")
     waited: list[str] = []
     with (tmp_path / "lock").open("ab") as other:
@@ -268,7 +270,7 @@ def test_whoever_is_silent_last_lets_dask_speak_again() -> None:
 
 
 def _listening(processes: list[int]) -> set[str]:
-    """Addresses at which these processes, and what they started, accept connections."""
+    """Returns the addresses at which these processes and their children accept connections."""
     import psutil
     whole = [child for number in processes for child in (
         psutil.Process(number), *psutil.Process(number).children(recursive=True))]
@@ -282,7 +284,8 @@ def test_local_workers_listen_to_this_machine_alone(workers: Workers) -> None:
 
 
 def test_tls_without_a_certificate_is_a_line() -> None:
-    """Dask raised a TypeError, and waited for 20 s as the client was deleted."""
+    """TLS without a certificate ends in one line. Dask used to raise a TypeError and to wait 20 s
+    while it deleted the client."""
     with pytest.raises(rt.Error, match="certificate"):
         Workers("tls://127.0.0.1:1")
 
