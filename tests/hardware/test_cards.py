@@ -1,4 +1,4 @@
-"""The cards' figures, and times made of them."""
+"""The figures of graphics cards, and times predicted from these figures."""
 from __future__ import annotations
 
 import json
@@ -59,17 +59,18 @@ def _region(vector: int, parent: int, loop: bool, runs: dict[int, int]) -> dict:
 
 
 def test_a_side_of_a_branch_is_skipped_where_that_spares_something() -> None:
-    # One group of 32 that runs the program; a loop it turns 10 times; a side no lane wants.
+    # A group of 32 runs the program, a loop of 10 iterations, and a branch side that no lane
+    # needs.
     work = {"fragments": 32, "written_bytes": 16, "texel_bytes": {}, "regions": [
         _region(10, -1, False, {1: 32, 32: 1}), _region(7, 0, True, {1: 200, 32: 10}),
         _region(40, 1, False, {1: 0, 32: 0}), _region(2, 1, False, {1: 5, 32: 3})]}
     card = find_card("G80")
     found, branch = loop_work(card, work), card.branch_cost
-    skipped = 32 * 10 * branch              # cheaper than 80 a turn
+    skipped = 32 * 10 * branch  # less than 80 per iteration
     taken = min(4 * 32 * 3 + 32 * 10 * branch, 4 * 32 * 10)
     assert found.instructions == 20 * 32 + 14 * 320 + skipped + taken
     assert found.texels == 32 + 200 + 5 and found.streamed == 32 * 16
-    # A card without branches runs both sides, and counts instructions of four.
+    # A card without branches runs both sides, and its instructions have four components.
     both = loop_work(find_card("R420"), work, 32)
     assert both.instructions == 10 * 32 + 7 * 320 + (40 + 2) * 320
 

@@ -1,5 +1,5 @@
-"""Counting instructions stands on the text that a driver prints for debugging: where that is
-absent or has another form, one condition says so and all else goes on."""
+"""Instruction counts come from the text that a driver prints for debugging. Without a readable
+text, one message says so, and everything else still works."""
 from __future__ import annotations
 
 import json
@@ -21,7 +21,8 @@ PROGRAM = ("#version 330\nin vec2 p; void main() { gl_Position = vec4(p, 0, 1); 
 
 
 def test_the_form_of_mesa_22_3_is_read() -> None:
-    """A loop with two ways out over a fetch, a comparison, a product and two sums."""
+    """The text of a loop with two exits is read. The loop has a fetch, a comparison, a product and
+    two sums."""
     program = parse(KNOWN)
     assert program.loops == [1] and program.dependent_reads == 1
     assert program.outputs == {"colour": 0} and program.samplers == ["table"]
@@ -30,7 +31,7 @@ def test_the_form_of_mesa_22_3_is_read() -> None:
     assert program.flattened(1).vector == 10
 
 
-# Forms of Mesa 23 to 25, and damage: none may be taken for a program with other counts.
+# Forms of Mesa 23 to 25, and damaged texts. None may pass as a program with other counts.
 OTHERS = {
     "Mesa 25.0": TEXTS["mesa-25.0"],
     "values without ssa": KNOWN.replace("ssa_", "%"),
@@ -68,7 +69,7 @@ def test_a_driver_that_prints_nothing_is_the_same_condition(said, monkeypatch) -
 
 
 def test_a_text_that_is_misread_is_noticed(monkeypatch) -> None:
-    """It parses, but is not what the small program must compile to."""
+    """A text that parses, but differs from the small test program, is reported as misread."""
     other = KNOWN.replace("txf", "fneg")
     monkeypatch.setattr(compiler, "_ask", lambda line: (
         f"{compiler._MARK}\nshader: MESA_SHADER_FRAGMENT\n{other}" * len(json.loads(line)), True))
@@ -80,7 +81,8 @@ def test_a_text_that_is_misread_is_noticed(monkeypatch) -> None:
 
 
 def test_mesa_22_3_can_be_counted(gpu) -> None:
-    """Else every test that needs counts would be skipped, and nobody would know."""
+    """Mesa 22.3 is countable. Otherwise every test that needs counts would be skipped
+    unnoticed."""
     if "Mesa 22.3" not in gpu.version:
         pytest.skip(f"this is {gpu.version}")
     assert not_countable() == ""

@@ -1,4 +1,4 @@
-"""The emulated fragment processor: the renderer's bits, and the counts of the shaders' own."""
+"""The emulated fragment processor produces the renderer's bits and the shaders' own counters."""
 from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
@@ -39,7 +39,7 @@ CASES = [_case(*one, []) for one in MANY] + [_case(*one, [pytest.mark.full]) for
 
 
 def _rays(scene: rt.Scene) -> tuple[np.ndarray, np.ndarray]:
-    """Two tiles of rays, each from a place of its own: origins then lie in a texture."""
+    """Returns two tiles of rays with separate origins, so origins are in a texture."""
     pixels = tile_pixels(64, TILE, (2, 1))
     origins, directions = (a.reshape(-1, 3)[pixels] for a in scene.camera.rays((64, 64)))
     aside = np.random.default_rng(5).normal(scale=1e-3, size=origins.shape)
@@ -67,7 +67,7 @@ def test_the_emulation_leaves_what_the_renderer_left(method: str, options: dict)
 
 
 def _name(target: int, packet: bool) -> str:
-    """What the compiler calls an element of an array of outputs."""
+    """Returns the compiler's name of an element of an output array."""
     return ("packet_target" if target == 0 else f"packet_target@{target - 1}") if packet else ""
 
 
@@ -115,7 +115,7 @@ def test_the_log_of_passes_counts_what_ran(schedule: str) -> None:
         cost, log = tracer.statistics, tracer.pass_log
         steps = cost.counters["steps"] * len(hits)
     assert sum(one["draws"] for one in cost.pass_log) == cost.draw_calls
-    assert cost.uploaded_bytes >= 32 * len(hits)    # and the corners of what is drawn
+    assert cost.uploaded_bytes >= 32 * len(hits)  # and the vertices of the draws
     assert log is not None and log.queries == cost.queries
     ran = {one["name"]: one for one in cost.pass_log}
     if schedule == "kernels":
@@ -142,7 +142,7 @@ def test_passes_have_operations_and_fetches() -> None:
 
 PAIRS = [(row.name, schedule) for row in rt.methods() for schedule in row.schedules]
 SOME = (("bvh-packet", "loop"), ("ray-tiles", "kernels"))
-# lines that a vertex program places: loops are not emulated
+# a vertex program places these lines; loops in vertex programs are not emulated
 UNSEEN = {"algorithms/segments.frag"}
 
 
@@ -159,20 +159,20 @@ def test_every_pass_of_every_method_is_counted(method: str, schedule: str) -> No
     assert {one["name"] for one in passes if "total" not in one} <= UNSEEN
     assert sum(one["draws"] for one in passes) >= cost.draw_calls > 0
     assert log.queries == cost.queries
-    assert log.uploaded >= 32 * 128 and log.read_back >= 16 * 128    # rays, hits
+    assert log.uploaded >= 32 * 128 and log.read_back >= 16 * 128  # rays, hits
     for one in passes:
         assert one["fragments"] >= 0 and one["written"] >= 0
         assert set(one["once"]["fetches"]) <= set(one["texel_bytes"])
-        if "wanted" in one:      # no more than with both sides of branches
+        if "wanted" in one:  # at most the count with both branch sides
             assert all(count <= one["total"]["fetches"][name]
                        for name, count in one["wanted"].items())
     if schedule != "loop" or method == "geometry-image":
         return
-    with rt.Tracer(scene, method, statistics=True) as tracer:    # the shaders' own counters
+    with rt.Tracer(scene, method, statistics=True) as tracer:  # the shaders' own counters
         hits = tracer.trace(origins, directions)
         side = tracer.options.get("packet", (1, 1)) if tracer.method.packet else (1, 1)
     fetched = sum(one["wanted"].get("triangle_table", 0) for one in passes if "wanted" in one)
-    # A packet's counters stand with each of its rays, and count each ray's test.
+    # Each ray of a packet stores the packet's counters, which count each ray's test.
     tested = hits.triangles_tested.sum() / (side[0] * side[1]) ** 2
     assert fetched == pytest.approx(3 * tested, rel=0.02)
 
@@ -214,7 +214,8 @@ def test_the_compiler_outlives_a_text_that_it_refuses() -> None:
 
 @needs_counts
 def test_the_compiler_outlives_an_interrupt(monkeypatch) -> None:
-    """It would go on with the text that nobody waits for when asked for another."""
+    """After an interrupt, the compiler process must not answer the next request with the old
+    text."""
     vertex = "#version 330\nin vec2 corner;\nvoid main() { gl_Position = vec4(corner, 0, 1); }\n"
     one, other = ((vertex, "#version 330\nuniform vec4 a; out vec4 colour;\n"
                    f"void main() {{ colour = {what}; }}\n") for what in ("a", "a * a + a"))

@@ -1,4 +1,4 @@
-"""Machines with units for rays, and what a software cache misses."""
+"""Machines with ray tracing units, and the misses of a software cache."""
 from __future__ import annotations
 
 import numpy as np
@@ -34,16 +34,17 @@ def test_every_fetch_of_an_emulation_is_seen_ray_after_ray(countable) -> None:
     tables = sum(n for name, n in run.fetches().items() if name.endswith("_table"))
     lines = fetches.in_order(16)
     assert len(lines) == tables > 0
-    root = lines[0]      # where every ray begins
+    root = lines[0]  # every ray starts here
     assert np.count_nonzero(lines == root) >= run.fragments
-    # All in step: each begins before any goes on.
+    # In lockstep, every ray begins before any ray continues.
     assert (fetches.in_order(16, run.fragments)[:run.fragments] == root).all()
     whole = [transfers(fetches.in_order(line), 1 << 20) for line in (16, 128)]
     assert whole[0] >= whole[1] >= whole[0] / 8
 
 
 def _work(runs_of: dict[str, dict[int, int]]) -> dict:
-    """32 rays: ten instructions around, 20 a step with a fetch, 50 a test with three."""
+    """Returns the record of work of 32 rays: ten instructions outside the loops, 20 per step with
+    a fetch, and 50 per test with three fetches."""
     def region(cost: int, fetches: dict, parent: int, loop: bool, name: str) -> dict:
         return {"vector": cost, "scalar": 2 * cost, "fetches": fetches, "parent": parent,
                 "loop": loop, "runs": {str(w): n for w, n in runs_of[name].items()}}
@@ -66,7 +67,7 @@ def test_units_take_their_kernels_out_of_the_shader() -> None:
     assert alone.shader == pytest.approx(
         32 * (20 + 40 * 40 + 12 * 100) / card.scalar_rate / 32)
     assert alone.memory == pytest.approx(16 * 64 / card.bandwidth / 32)
-    older = on_card(find_card("R420"), WORK)      # memory is each card's own
+    older = on_card(find_card("R420"), WORK)  # each card has its own memory
     assert older.memory == pytest.approx(16 * 64 / find_card("R420").bandwidth / 32)
     assert older.memory > alone.memory
     nobody_waits = on_card(card, WORK, width=1)

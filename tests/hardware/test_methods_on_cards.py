@@ -1,4 +1,4 @@
-"""Which methods a card could have run: every program of a method is judged."""
+"""Tells which methods a card could have run, by judging every program of each method."""
 from __future__ import annotations
 
 import json
@@ -23,8 +23,8 @@ def test_every_kernel_of_a_method_is_judged(row: rt.Method) -> None:
 
 
 def test_programs_of_one_file_are_held_apart(countable) -> None:
-    """The grid's two kernels are programs of one file: the one that tests triangles fetches
-    their corners, and takes more arithmetic than the other."""
+    """The grid's two kernels are separate programs of one file. The kernel that tests triangles
+    fetches their corners and needs more arithmetic."""
     asked = method_needs(["grid"])["grid", "kernels"]
     walk, test = asked["traverse"], asked["intersect"]
     assert test.textures >= 3 and test.arithmetic > 20 and walk != test
@@ -36,14 +36,15 @@ def test_programs_of_one_file_are_held_apart(countable) -> None:
 
 
 def test_the_largest_table_of_a_program_counts() -> None:
-    """Not that of the last draw: ray classification looks its lists up in more than one size."""
+    """A method's largest draw decides, not its last draw: ray classification looks up its lists at
+    several sizes."""
     asked = method_needs(["ray-classification"])["ray-classification", "kernels"]
     assert max(one.largest_index for one in asked.values()) > find_card("R420").exact_integers
 
 
 @pytest.fixture
 def few(monkeypatch: pytest.MonkeyPatch) -> list[rt.Method]:
-    """Three methods in place of all, for speed."""
+    """Three methods replace the whole table, for speed."""
     rows = [row for row in rt.methods() if row.name in ("grid", "kd-short-stack", "ray-tiles")]
     monkeypatch.setattr(methods_on_cards, "methods", lambda: rows)
     return rows

@@ -1,5 +1,6 @@
-"""Which kernel each ray ran at each of its steps, as the renderer ran them one step a pass; and
-what a traversal in one loop then costs, a static model that the emulation is held against."""
+"""Records the kernel of each ray at each step, from a renderer that draws one step per pass. From
+the record it computes the cost of a traversal in one loop, a static model for comparison with the
+emulation."""
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -17,31 +18,33 @@ class Traces:
 
     Attributes
     ----------
-    kernels : (steps, n) int8, the number of the kernel that a ray ran; 0 behind its last step
+    kernels : (steps, n) int8, the number of each ray's kernel at each step; 0 after the ray's last
+    step
     """
 
     kernels: np.ndarray
 
     @property
     def runs(self) -> list[int]:
-        """How often each kernel ran, in their order."""
+        """Returns how often each kernel ran, in the kernels' order."""
         most = int(self.kernels.max(initial=0))
         return [int(np.count_nonzero(self.kernels == kernel)) for kernel in range(1, most + 1)]
 
     @property
     def turns(self) -> int:
-        """Turns of an outer loop in which each kernel runs on while rays want it, in their order:
-        a ray needs another one where it goes back to an earlier kernel."""
+        """Returns, for each kernel, in how many iterations of the outer loop the kernel runs. A
+        ray needs another iteration when it returns to an earlier kernel."""
         now, then = self.kernels[:-1], self.kernels[1:]
         return self.kernels.shape[1] + int(np.count_nonzero((then < now) & (then > 0)))
 
 
 def kernel_traces(tracer: Tracer, origins: np.ndarray, directions: np.ndarray) -> Traces:
-    """Trace rays under ``step``, one step a pass, and keep what each did.
+    """Traces rays under ``step`` with one step per pass; returns the kernel of each ray at each
+    step.
 
     Parameters
     ----------
-    tracer : under ``step`` with ``steps_per_pass=1``
+    tracer : a tracer under ``step`` with ``steps_per_pass=1``
     origins, directions : (n, 3) or (h, w, 3)
     """
     rows: list[np.ndarray] = []
@@ -59,10 +62,10 @@ def kernel_traces(tracer: Tracer, origins: np.ndarray, directions: np.ndarray) -
 
 
 def modelled(program: Program, traces: Traces) -> RegionWork:
-    """The static model of a traversal in one loop, from the steps that rays took.
+    """Returns the cost of a traversal in one loop by the static model, from the rays' steps.
 
-    The loop program nests one loop a kernel in an outer one, in the order of the kernels' phases.
-    Both sides of branches count, as a machine without branches runs them.
+    The loop program has an inner loop for each kernel, in the order of the kernels' phases, inside
+    an outer loop. Both sides of a branch count, because a machine without branches runs both.
     """
     total = _times(program.flattened(0), traces.kernels.shape[1])
     outer, *inner = program.loops
