@@ -1,4 +1,5 @@
-"""Hostile files: small ones that declare much, FIFOs, text and names in other encodings."""
+"""Hostile files: small files that declare large contents, FIFOs, and text and names in other
+encodings."""
 from __future__ import annotations
 
 import io
@@ -29,7 +30,8 @@ TRIANGLE = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
 
 
 def within_seconds(seconds: float, run: Callable[[], object]) -> object:
-    """What ``run`` returns or raises; a failure where it has not ended by then."""
+    """Returns the result or the exception of ``run``. Fails if ``run`` has not ended after
+    ``seconds``."""
     found: list[object] = []
 
     def catch() -> None:
@@ -45,7 +47,7 @@ def within_seconds(seconds: float, run: Callable[[], object]) -> object:
 
 
 def png(width: int, height: int) -> bytes:
-    """A PNG file of so many black texels, in as few bytes as it takes."""
+    """Returns a PNG file with all texels black, compressed as far as possible."""
     def chunk(kind: bytes, data: bytes) -> bytes:
         return (struct.pack(">I", len(data)) + kind + data
                 + struct.pack(">I", zlib.crc32(kind + data)))
@@ -105,7 +107,8 @@ def test_a_material_file_that_cannot_be_read_is_noted(library: str | None, note:
 # trimesh's logger -------------------------------------------------------------------------------
 
 def test_a_broken_normal_is_no_traceback(tmp_path: Path) -> None:
-    """In a process of its own: pytest takes what is logged for itself."""
+    """A broken normal logs no traceback. The test needs a separate process, because pytest
+    captures log messages."""
     content = trimesh.creation.box().export(file_type="stl_ascii").replace(
         "facet normal ", "facet normal x", 1)
     (tmp_path / "m.stl").write_text(content)
@@ -132,7 +135,8 @@ def test_blanks_of_an_obj_are_read_once(tmp_path: Path) -> None:
 
 
 def test_runs_of_materials_are_read_once(tmp_path: Path) -> None:
-    """Once each run took a copy of all vertices: 16,000 would have taken minutes and 12 GB."""
+    """Each face is read once, however many material changes the file has. Every change used to
+    copy all vertices, so 16,000 changes would have needed minutes and 12 GB."""
     runs = "".join(f"usemtl m{k % 7}\ng g{k}\nf 1 2 3\n" for k in range(16_000))
     (tmp_path / "m.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\n" + "v 5 5 5\n" * 30_000 + runs)
     scene = within_seconds(60, lambda: rt.load_scene(tmp_path / "m.obj"))
@@ -141,7 +145,7 @@ def test_runs_of_materials_are_read_once(tmp_path: Path) -> None:
 
 
 def gltf(**changed: object) -> bytes:
-    """A glTF file of one triangle, parts of it changed."""
+    """Returns a glTF file of one triangle, with the parts in ``changed`` replaced."""
     data = np.eye(3, dtype="<f4").tobytes()
     import base64
     tree = {"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}],
@@ -213,7 +217,7 @@ def test_a_large_image_is_refused_by_its_header(tmp_path: Path) -> None:
 
 
 def test_the_texels_of_an_image_are_as_they_were() -> None:
-    """The table of a byte's value gives what the formula in float64 gave."""
+    """The lookup table for byte values gives the results of the float64 formula."""
     image = Image.fromarray(np.random.default_rng(3).integers(0, 256, (9, 7, 3)).astype(np.uint8))
     bytes_ = np.asarray(image).astype(np.float64) / 255
     expected = np.where(bytes_ <= 0.04045, bytes_ / 12.92, ((bytes_ + 0.055) / 1.055) ** 2.4)
@@ -231,7 +235,7 @@ def test_an_archive_that_inflates_is_refused(tmp_path: Path, monkeypatch) -> Non
         read_npz(tmp_path / "r.npz", "rays")
     assert read_npz(tmp_path / "r.npz", "rays", names=("directions",)) == {}
     np.savez(tmp_path / "r.npz", origins=np.zeros((10 ** 6, 3)))
-    assert len(read_npz(tmp_path / "r.npz", "rays")) == 1       # as many bytes as it has
+    assert len(read_npz(tmp_path / "r.npz", "rays")) == 1  # uncompressed, and as large as its file
 
 
 @pytest.mark.parametrize("shape", [(10 ** 9, 3), (10 ** 18, 10 ** 18), (-1, 3)])
@@ -257,7 +261,7 @@ def test_plain_arrays_are_read(save: Callable, tmp_path: Path) -> None:
     assert list(found) == list(arrays)
     for name, value in arrays.items():
         assert np.array_equal(found[name], value) and found[name].dtype == value.dtype
-        found[name][...] = 0        # they are the caller's
+        found[name][...] = 0  # the caller may write to the arrays
 
 
 @pytest.mark.parametrize("text", ["x", "-1", "0", "nan", "1e30"])
@@ -324,7 +328,7 @@ def test_a_name_that_is_not_utf_8_is_read_and_written(tmp_path: Path, monkeypatc
         for words in ([], ["--json"]):
             assert main(["render", str(tmp_path / f"{name}.ply"), "--size", "8", "-o",
                          str(tmp_path / f"{name}.png"), *words]) == 0
-        assert main(["methods"]) == 0       # Günther, among others
+        assert main(["methods"]) == 0  # the list has the name Günther
     assert (tmp_path / f"{name}.png").is_file()
     assert rt.load_scene(tmp_path / f"{name}.ply").name == "caf?"
 
@@ -350,7 +354,7 @@ def test_a_device_is_not_replaced(tmp_path: Path) -> None:
     ["render", "cloth", "--frames", "1", "-o", "{}/x.gif"]], ids=lambda words: words[0])
 def test_a_full_disk_names_the_file(command: list[str], tmp_path: Path, capsys) -> None:
     resource = pytest.importorskip("resource")
-    rt.Tracer("cornell", "grid").release()      # what the cache keeps is written before
+    rt.Tracer("cornell", "grid").release()  # write the cache before the limit
     before = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (64, before[1]))
     try:

@@ -1,4 +1,5 @@
-"""Mutated files end in success or in one line: a sample of each kind, and thousands in full."""
+"""Reading a mutated file either succeeds or fails with a single line. The quick suite tries a
+sample of each kind, and the full suite thousands."""
 from __future__ import annotations
 
 import importlib

@@ -1,4 +1,5 @@
-"""Shared folders: links, FIFOs and what other users own are refused where files are kept."""
+"""Shared folders: links, FIFOs and other users' files are refused where the package keeps
+files."""
 from __future__ import annotations
 
 import os
@@ -32,20 +33,20 @@ BUILT = [(build, kind) for build, kinds in BUILDS.items() for kind in kinds]
 
 
 def built(build, kind: str | None, triangles: np.ndarray):
-    """A structure as it is built, or as the cache has it."""
+    """Returns a structure from the cache, or builds the structure."""
     return cached(build, triangles, **({} if kind is None else {"build": kind}))
 
 
 @pytest.fixture
 def temporary(tmp_path: Path, monkeypatch) -> Path:
-    """The folder for temporary files."""
+    """Makes tmp_path the folder for temporary files; returns its path."""
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
     return tmp_path
 
 
 @pytest.fixture
 def another(monkeypatch) -> None:
-    """This process's files belong to another user, neither this one nor root."""
+    """Makes this process's files look like the files of another user, who is not root."""
     monkeypatch.setattr(own_folder, "_ROOT", -1)
     monkeypatch.setattr(os, "geteuid", lambda: 54321)
 
@@ -165,7 +166,8 @@ HARM = {
 @pytest.mark.parametrize("build, kind", [(b, k) for b, k in BUILT if k in ("sah", None)])
 def test_indices_that_lead_astray_are_not_believed(build, kind: str | None, harm: str,
                                                    tmp_path: Path, monkeypatch) -> None:
-    """A checksum says that a file is whole, not that it holds a tree."""
+    """A structure with wrong indices is not loaded. A checksum shows that a file is complete, but
+    not that the file holds a valid tree."""
     monkeypatch.setenv("GPGPU_RT_CACHE", str(tmp_path))
     structure = built(build, kind, random_soup(40, 2))
     whole = {name: np.asarray(value) for name, value in vars(structure).items()}
