@@ -1,4 +1,4 @@
-"""Known rays, their scores, the reference picture and `gpgpu-rt accuracy`."""
+"""Tests of known rays, their scores, the reference picture and `gpgpu-rt accuracy`."""
 from __future__ import annotations
 
 import copy
@@ -21,7 +21,7 @@ METHODS = [row.name for row in rt.methods()]
 
 @pytest.fixture(scope="module")
 def ball() -> rt.Scene:
-    """A closed mesh, seen from within and from outside."""
+    """Returns a closed mesh, which the tests see from inside and from outside."""
     mesh = trimesh.creation.icosphere(subdivisions=3)
     return rt.Scene.from_arrays(mesh.vertices * 3.7 + 1.3, mesh.faces, name="ball")
 
@@ -40,7 +40,7 @@ def test_rays_follow_the_seed(ball) -> None:
     eye = KnownRays(ball, 100, 7, ["eye"]).directions.astype(float)
     pixels = ball.camera.rays((10, 10))[1].reshape(-1, 3)
     angle = np.arccos(np.clip((eye * pixels).sum(axis=1), -1, 1))
-    assert 0 < np.degrees(angle).max() < ball.camera.fov / 10     # each within its pixel
+    assert 0 < np.degrees(angle).max() < ball.camera.fov / 10  # each ray stays within its pixel
     for kinds in ((), ("eye", "eye"), ("ey",)):
         with pytest.raises(rt.OptionError):
             KnownRays(ball, 10, 1, kinds)
@@ -72,8 +72,8 @@ def test_a_miss_inside_a_closed_mesh_is_a_leak(known, kind: str) -> None:
 
 
 def test_a_leak_to_what_lies_behind(ball) -> None:
-    """From outside a ray that slips through an edge hits the back: no triangle is missed for
-    sure, but all the rays around it meet the front."""
+    """A ray from outside that leaks through an edge hits the back and counts as wrong. No single
+    triangle is certainly missed there, but all rays around the ray hit the front."""
     rng = np.random.default_rng(3)
     known = KnownRays(ball, 400, 3, ["edges"])
     known.origins[:] = np.float32((1.3, 1.3, 9.0)) + rng.uniform(-1, 1, (400, 3)).astype("f4")
@@ -89,14 +89,15 @@ def test_a_leak_to_what_lies_behind(ball) -> None:
     found = answers(known, t=(through, behind.t[through]),
                     triangle=(through, behind.triangle[through]))
     assert found.wrong[through].all()
-    # The same at a distance that is off besides, as in low precision.
+    # The hit is wrong even if its distance has an additional error, as at low precision.
     found = answers(known, t=(through, behind.t[through] * 1.01),
                     triangle=(through, behind.triangle[through]))
     assert found.categories["wrong distance"][through].all() and found.wrong[through].all()
 
 
 def test_the_rim_of_an_open_mesh_may_be_missed() -> None:
-    """A ring around a ray at the rim sees past it; around one at the diagonal it does not."""
+    """A miss at the rim is not wrong, because a ring of rays around the ray also passes the rim. A
+    miss at the diagonal is a leak."""
     corners = np.array([[0, 0, 0], [3, 0, 0.5], [3, 3, 1], [0, 3, 0.5]])
     square = rt.Scene.from_arrays(corners, [[0, 1, 2], [0, 2, 3]], name="square")
     known = KnownRays(square, 600, 3, ["edges"])
@@ -122,7 +123,7 @@ def test_wrong_distances_are_no_wrong_hits(known) -> None:
     assert not found.wrong.any() and found.categories["wrong distance"][rays].all()
     assert found.t_error[rays] == pytest.approx(1e-3)
     assert found.over(0.5e-3) == (len(rays), int(known.truth.hit.sum()))
-    # Another triangle at a wrong distance is wrong still.
+    # Another triangle at a wrong distance is a wrong hit.
     other = (known.truth.triangle[rays] + 640) % 1280
     found = answers(known, t=(rays, known.truth.t[rays] * 1.5), triangle=(rays, other))
     assert found.wrong[rays].all() and np.isnan(found.t_error[rays]).all()
@@ -183,7 +184,8 @@ def test_full_precision_is_right(method: str, yardstick: Yardstick) -> None:
 @pytest.mark.parametrize("method", [
     name if name in ("bvh-threaded", "grid", "kd-restart") else
     pytest.param(name, marks=pytest.mark.full) for name in METHODS
-    if "loop" in find_method(name).schedules and "fp16" in precisions(name)])   # else too slow
+    # without `loop`, the test is too slow
+    if "loop" in find_method(name).schedules and "fp16" in precisions(name)])
 def test_less_precision_is_measured(method: str, yardstick: Yardstick) -> None:
     rows = {word: yardstick.measure(method, {"precision": word}, 1) for word in ("fp32", "fp16")}
     check_row(rows["fp16"], "fp16")
@@ -203,7 +205,7 @@ def test_accuracy_command(capsys, tmp_path) -> None:
     assert [r["options"]["octants"] for r in result["rows"]] == [True, True]
     assert cli.main(arguments) == 0
     out = capsys.readouterr().out
-    assert "0.012" in out and "wrong" in out     # none of 256 wrong: at most 0.012
+    assert "0.012" in out and "wrong" in out  # no wrong ray of 256 proves at most 0.012
     path.unlink()
     for more, message in ((["--precisions", "fp12"], "no precision"), (["--rays", "0"], "rays"),
                           (["-m", "gird"], "did you mean grid"),

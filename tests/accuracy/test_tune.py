@@ -1,4 +1,4 @@
-"""Tuning: confidence bounds, promises, and that a promise is kept on rays drawn anew."""
+"""Tuning: confidence bounds, promises, and a check of each promise on new rays."""
 from __future__ import annotations
 
 import json
@@ -82,14 +82,14 @@ def test_t_is_decided_by_the_quantiles_bound() -> None:
         assert bool(finding.misses(promise, 0)) == misses, past
         assert finding.is_hopeless(promise) == hopeless, past
     assert found_of(errors).misses(promise, 0) == {"t error": 2}
-    assert found_of(np.zeros(100)).t_error == math.inf      # too few to tell
+    assert found_of(np.zeros(100)).t_error == math.inf  # too few rays for a bound
     assert found_of(np.full(9, np.nan)).t_error == math.inf
 
 
 def test_wrong_is_decided_by_the_upper_bound() -> None:
     promise = Promise(**LOOSE)
     assert not found_of(np.zeros(2000), 10).misses(promise, 0)
-    finding = found_of(np.zeros(2000), 18)      # 0.9 %, but at most 1.3 %
+    finding = found_of(np.zeros(2000), 18)  # 0.9 %, but the upper bound is 1.3 %
     assert finding.misses(promise, 0) == {"wrong": pytest.approx(1.3, abs=0.05)}
     assert not finding.is_hopeless(promise) and found_of(np.zeros(2000), 40).is_hopeless(promise)
     assert finding.misses(Promise(**LOOSE, max_bytes=10), 30)["bytes"] == 3
@@ -124,7 +124,8 @@ def test_knobs_come_from_the_option_tables(method: str) -> None:
 
 @pytest.fixture
 def few_rays(monkeypatch) -> None:
-    """Stages on fewer rays: which candidate is fastest is left to chance, what it keeps is not."""
+    """Makes the stages use fewer rays. Chance then decides which candidate is fastest, but each
+    choice still keeps its promise."""
     for name, value in (("PROBE", 256), ("SCREEN", 1024), ("FIELD", 1024), ("RUNS", 1)):
         monkeypatch.setattr(tuning, name, value)
 
@@ -147,7 +148,7 @@ def test_the_chosen_keeps_its_promise(ball, few_rays, seed: int, method: str) ->
         outcomes = [t.outcome for t in search.trials]
         assert outcomes.count("chosen") == 1
         assert set(outcomes) <= {"chosen", "missed", "slower", "not possible", "not reached"}
-        for trial in search.trials:    # what is called slower was timed so, and only that
+        for trial in search.trials:  # each "slower" or "not reached" agrees with the timings
             times = trial.times_slower(search.chosen)
             assert trial.outcome != "slower" or times is None or times >= 1
             assert trial.outcome != "not reached" or "times faster" in trial.note
@@ -162,8 +163,8 @@ def test_the_chosen_keeps_its_promise(ball, few_rays, seed: int, method: str) ->
 
 
 def test_what_is_traced_keeps_the_promise(ball, few_rays) -> None:
-    """Not by the choices one by one, but as a tracer takes between them: each kind of rays alone,
-    its vertices and edges left out."""
+    """A tracer that picks between the two choices keeps the promise, not only each choice alone.
+    The test traces each kind of rays separately, without vertices and edges."""
     found = tune(ball, Promise(**LOOSE), names=["bvh-threaded", "bvh-packet"], budget=0)
     with rt.Tracer(ball, found.settings.choices) as tracer:
         for kind, rays in (("eye", COHERENT), ("random", INCOHERENT)):
@@ -184,7 +185,8 @@ def test_one_choice_where_two_cannot_be_told_or_held(changes: dict) -> None:
 
 
 def test_a_promise_that_is_broken_is_noticed(ball, few_rays) -> None:
-    """Moller-Trumbore leaks at vertices: neither chosen, nor let through by `keeps`."""
+    """The tuner does not choose Moller-Trumbore, which leaks at vertices, and `keeps` rejects
+    Moller-Trumbore."""
     found = tune(ball, Promise(1e-3, 1e-2, kinds=("vertices",)), names=["bvh-threaded"],
                  budget=3600)
     search, = found.searches
@@ -205,7 +207,7 @@ def test_proof_and_confirmation_decide(ball) -> None:
                     ((), (("intersection", "moller-trumbore"),)))
     assert search._proved(exact) and exact.outcome == "chosen"
     assert not search._proved(leaky) and leaky.outcome == "missed" and leaky.misses["wrong"] > 1
-    assert {turn for _, turn, _ in search._known} == {0, 1, 2}     # other rays confirm
+    assert {turn for _, turn, _ in search._known} == {0, 1, 2}  # a second set of rays confirms
     assert len({known.directions.tobytes() for known in search._known.values()}) == 3
 
 
@@ -213,7 +215,8 @@ def test_proof_and_confirmation_decide(ball) -> None:
                                              (("vertices",), None)])
 def test_a_rate_is_of_neither_the_first_run_nor_an_odd_one(ball, few_rays, monkeypatch,
                                                            kinds: tuple, timed_on: str) -> None:
-    """Compiling takes 100 s of the first run on rays of a kind; the next one is an odd one."""
+    """A rate leaves out the first two runs on each kind of rays: the first compiles for 100 s, and
+    the second is a slow outlier."""
     trace, ahead = KnownRays.trace, {}
 
     def timed(self, tracer, part=slice(None)):
@@ -260,10 +263,11 @@ def test_tune_command(few_rays, capsys, tmp_path, monkeypatch) -> None:
     monkeypatch.setenv("GPGPU_RT_CACHE", "")
     assert cli.main([*arguments[:-2], "--max-t-error", "1e-2"]) == 0
     assert "write the settings to a file by -o" in capsys.readouterr().err
-    # Beyond float32: nothing is written, and the closest candidate is named.
+    # The promise exceeds float32's precision: no file is written, and a message names the closest
+    # candidate.
     assert cli.main([*arguments, "--max-t-error", "1e-12", "--json"]) == 1
     out, error = capsys.readouterr()
-    search, = json.loads(out)["searches"]       # the second is not made for nothing
+    search, = json.loads(out)["searches"]  # one failed search makes the second useless
     assert search["chosen"] is None and not path.exists()
     last = error.splitlines()[-1]
     assert "for coherent rays; the closest is bvh-threaded" in last
@@ -278,7 +282,7 @@ def test_tune_command(few_rays, capsys, tmp_path, monkeypatch) -> None:
 @pytest.mark.full
 @pytest.mark.once
 def test_a_promise_of_1e_5_holds_on_20_seeds() -> None:
-    """The bar: bounds of 1e-5, as many rays of 20 other seeds."""
+    """The chosen settings keep bounds of 1e-5 on as many rays from 20 other seeds."""
     scene = rt.load_scene("bunny")
     found = tune(scene, Promise(1e-5, 1e-5), seed=0)
     for search in found.searches:
