@@ -1,7 +1,8 @@
-"""A pytest plugin for trimesh's own tests: our intersector takes the place of its ray engines.
+"""A pytest plugin for trimesh's own tests that replaces trimesh's ray engines by our intersector.
 
-Run by test_trimeshs_own_tests.py in a process of its own, as what it replaces stays replaced. What
-trimesh's sdist leaves out of its tests, their common module and the meshes, stands in for here.
+test_trimeshs_own_tests.py runs the plugin in a separate process, because the replacement cannot be
+undone. trimesh's source distribution lacks the tests' common module and meshes, so this file
+provides substitutes.
 """
 from __future__ import annotations
 
@@ -20,11 +21,11 @@ import trimesh
 from gpgpu_rt.trimesh_ray import RayMeshIntersector
 
 METHOD = os.environ.get("OURS_IN_TRIMESH", "bvh-threaded")
-asked = 0      # queries that ours answered
+asked = 0  # queries that our intersector answered
 
 
 class Counting(RayMeshIntersector):
-    """Counts, so that nobody takes a run in which it was not asked for a proof."""
+    """Counts queries, so a run without queries does not count as a proof."""
 
     def _current(self):
         global asked
@@ -41,7 +42,8 @@ class AsNative(Counting):
 
 
 class AsEmbree(Counting):
-    """With the arguments of the engine on Embree, which names one triangle at a place."""
+    """Accepts the arguments of the Embree engine, and like that engine reports only one triangle
+    per location."""
 
     def __init__(self, geometry, scale_to_box=True):
         super().__init__(geometry, METHOD, coincident=False)
@@ -62,7 +64,8 @@ def pytest_terminal_summary(terminalreporter) -> None:
 
 
 def stand_in() -> types.ModuleType:
-    """What the tests ask of trimesh's module of that name, as far as rays go."""
+    """Returns a substitute for trimesh's module `generic`, with the members that the ray tests
+    use."""
     folder = Path(tempfile.mkdtemp(prefix="meshes"))
     for name, mesh in meshes().items():
         mesh.export(folder / name)
@@ -85,8 +88,8 @@ def stand_in() -> types.ModuleType:
 
 
 def meshes() -> dict[str, trimesh.Trimesh]:
-    """Of the same kind as those of the same name: a cube, a ball, a cube that lacks an eighth, a
-    thing with holes in its surface, a part with a bore."""
+    """Returns substitutes for trimesh's meshes of the same names: a cube, a ball, a cube without
+    one octant, a mesh with holes, and a part with a bore."""
     ball = trimesh.creation.icosphere(subdivisions=3)
     open_pot = trimesh.Trimesh(10 * ball.vertices, ball.faces[40:], process=False)
     return {"unit_cube.STL": trimesh.creation.box(), "unit_sphere.STL": ball,
@@ -95,8 +98,8 @@ def meshes() -> dict[str, trimesh.Trimesh]:
 
 
 def seven_eighths(half: float) -> trimesh.Trimesh:
-    """A cube around 0 without the octant where x, y and z are above 0: the faces between cells
-    that are filled and those that are not."""
+    """Returns a cube around the origin without the octant of positive x, y and z. Its faces
+    separate filled cells from empty cells."""
     filled = np.zeros((4, 4, 4), bool)
     filled[1:3, 1:3, 1:3] = True
     filled[2, 2, 2] = False
@@ -116,7 +119,7 @@ def seven_eighths(half: float) -> trimesh.Trimesh:
 
 
 def rays(mesh: trimesh.Trimesh, count: int = 500) -> dict[str, np.ndarray]:
-    """Rays from around a mesh into all directions."""
+    """Returns rays from points around a mesh in all directions."""
     rng = np.random.default_rng(len(mesh.faces))
     return {"ray_origins": mesh.bounds.mean(0) + mesh.scale * rng.uniform(-1, 1, (count, 3)),
             "ray_directions": rng.normal(size=(count, 3))}

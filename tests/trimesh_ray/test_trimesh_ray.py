@@ -1,4 +1,5 @@
-"""The drop-in for trimesh: answers what trimesh's own engines answer, in the same shapes."""
+"""The intersector for trimesh gives the same answers as trimesh's own engines, in arrays of the
+same shapes."""
 from __future__ import annotations
 
 import copy
@@ -19,7 +20,8 @@ OURS = {"bvh-threaded": {}, "kd-short-stack": {},
 ENGINES = {"native": Native, "embree": Embree,
            **{name: lambda mesh, name=name, options=options: RayMeshIntersector(
                mesh, name, **options) for name, options in OURS.items()}}
-EXACT = [name for name in ENGINES if name != "embree"]    # that one steps by offsets
+# Embree steps by offsets, so it is not exact
+EXACT = [name for name in ENGINES if name != "embree"]
 
 
 @pytest.fixture(params=ENGINES)
@@ -101,8 +103,8 @@ def test_points_inside_a_closed_mesh(engine, name: str) -> None:
 
 
 def test_rays_at_vertices_and_along_edges(exact) -> None:
-    """One place a ray, however many triangles meet there; and all of those, if triangles are
-    asked for."""
+    """A ray at a vertex has one location, however many triangles meet there. A query for triangles
+    returns all of them."""
     mesh = trimesh.creation.box()
     origins = np.zeros_like(mesh.vertices)
     ray = exact(mesh)
@@ -112,7 +114,8 @@ def test_rays_at_vertices_and_along_edges(exact) -> None:
     tri, rays = ray.intersects_id(origins, mesh.vertices)
     around = np.bincount(mesh.faces.ravel(), minlength=8)
     assert np.bincount(rays, minlength=8).tolist() == around.tolist()
-    # The diagonal of a face: in and out of the box, through two triangles each.
+    # A ray through the diagonals of two faces enters and leaves the box, through two triangles
+    # each time.
     _, rays, _ = ray.intersects_location([[0.1, 0.1, -9]], [[0, 0, 1]])
     assert len(rays) == 2
 
@@ -135,7 +138,7 @@ def test_triangles_that_coincide_are_all_found_in_order(name: str) -> None:
     assert tri.tolist() == [0] and np.abs(at - [[0.7, 0.2, 0]]).max() < 1e-12
     at, _, tri = ray.intersects_location([[0.7, 0.2, -1]], [[0, 0, 1]])
     assert tri.tolist() == [0, 4, 6] and np.allclose(at[:, 2], layers[1:4], atol=1e-12)
-    for most in (1, 2, 3, 4):   # places are counted, not the triangles that meet there
+    for most in (1, 2, 3, 4):  # `max_hits` counts locations, not triangles
         at, _, tri = ray.intersects_location([[0.7, 0.2, -1]], [[0, 0, 1]], max_hits=most)
         assert tri.tolist() == [0, 4, 6][:most]
 
@@ -143,8 +146,8 @@ def test_triangles_that_coincide_are_all_found_in_order(name: str) -> None:
 @pytest.mark.filterwarnings("error")
 @pytest.mark.parametrize("length", [1e-300, 1e-46, 1e-41, 1e-38, 1e30, 1e39, 1e300])
 def test_directions_of_any_length(length: float) -> None:
-    """In units of the shortest t is past float32: all hits of a ray were at infinity, in the order
-    of triangles, and places were not numbers."""
+    """Directions of any length give the same hits. For a short direction, t overflows float32: all
+    hits used to be at infinity, in triangle order, with NaN locations."""
     mesh = trimesh.creation.icosphere(subdivisions=2)
     origins, directions = random_rays(mesh, 300, 4)
     directions /= np.linalg.norm(directions, axis=1, keepdims=True)
@@ -161,9 +164,10 @@ def test_directions_of_any_length(length: float) -> None:
 
 @pytest.mark.parametrize("name", OURS)
 def test_a_sheet_seen_from_afar_has_two_sides(name: str) -> None:
-    """A box of a millimetre, ten kilometres away: float32 gives both sides one t, or nearly."""
+    """A box of one millimetre at a distance of ten kilometres has two sides. In float32, both
+    sides have almost the same t."""
     mesh = trimesh.creation.box(extents=(1e-3, 1e-3, 1e-3))
-    rays = [[0, 0, 1e4], [1e-4, 2e-4, 1e4]], [[0, 0, -1.0]] * 2     # the first along diagonals
+    rays = [[0, 0, 1e4], [1e-4, 2e-4, 1e4]], [[0, 0, -1.0]] * 2  # the first ray hits diagonals
     with ENGINES[name](mesh) as ray:
         at, index, _ = ray.intersects_location(*rays)
         tri, _ = ray.intersects_id(*rays)
@@ -179,7 +183,8 @@ def test_a_sheet_seen_from_afar_has_two_sides(name: str) -> None:
 
 @pytest.mark.parametrize("seed", [4, 5], ids="seed{}".format)
 def test_a_place_is_named_once_however_many_triangles_meet_there(seed: int) -> None:
-    """Rays from inside a ball at its vertices, edges' middles and faces, where each has one."""
+    """A location is reported once, however many triangles meet there. Rays from inside a ball aim
+    at vertices, midpoints of edges and faces."""
     mesh = trimesh.creation.icosphere(subdivisions=2)
     rng = np.random.default_rng(seed)
     weights = np.concatenate([np.eye(3), (1 - np.eye(3)) / 2, rng.dirichlet((1, 1, 1), 3)])
@@ -240,7 +245,7 @@ def test_rays_that_are_none_and_those_that_do_not_fit(exact) -> None:
     mesh = closed("box")
     ray = exact(mesh)
     nothing = np.zeros((0, 3))
-    if not isinstance(ray, Native):     # it fails on none
+    if not isinstance(ray, Native):  # trimesh's engine fails without rays
         assert [len(a) for a in ray.intersects_id(nothing, nothing, return_locations=True)] \
             == [0, 0, 0]
         assert ray.intersects_first(nothing, nothing).shape == (0,)

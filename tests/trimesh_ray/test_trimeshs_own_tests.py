@@ -1,7 +1,7 @@
-"""trimesh's published tests of its ray engines, with ours in their place.
+"""Runs trimesh's published ray tests with our engine in place of trimesh's engines.
 
-They are trimesh's, and not in this repository: TRIMESH_TESTS names the folder that holds
-test_ray.py, of a checkout or of the sdist of the release that is installed
+The tests belong to trimesh and are not in this repository. TRIMESH_TESTS names the folder that
+holds test_ray.py, from a checkout or from the source distribution of the installed release
 (``pip download --no-deps --no-binary :all: trimesh==VERSION``).
 """
 from __future__ import annotations
@@ -16,12 +16,12 @@ from pathlib import Path
 import pytest
 
 VARIABLE = "TRIMESH_TESTS"
-FILES = ("test_ray.py", "test_ray_upstream.py")     # the second since trimesh 5
+FILES = ("test_ray.py", "test_ray_upstream.py")  # trimesh 5 added the second file
 PLUGIN = "ours_in_trimesh"
 
 
 def published() -> list[Path]:
-    """Their files; skips aloud where there are none."""
+    """Returns trimesh's test files; skips the test with a reason if no folder is named."""
     folder = os.environ.get(VARIABLE)
     if not folder:
         pytest.skip(f"{VARIABLE} names no folder with trimesh's test_ray.py")
@@ -35,7 +35,8 @@ def published() -> list[Path]:
 def test_ours_passes_trimeshs_ray_tests(method: str) -> None:
     files, left_out = published(), []
     if importlib.util.find_spec("manifold3d") is None:
-        left_out = ["--deselect", f"{files[0].name}::test_contains_cavity"]    # cuts a hole by it
+        # the test cuts a hole with manifold3d
+        left_out = ["--deselect", f"{files[0].name}::test_contains_cavity"]
     here = str(Path(__file__).parent)
     answer = subprocess.run(
         [sys.executable, "-m", "pytest", "-q", "-p", PLUGIN, "-p", "no:cacheprovider", "-c",
