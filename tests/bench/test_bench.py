@@ -1,4 +1,5 @@
-"""The bench: engines agree with us before they race; ratios and verdicts follow from turns."""
+"""The bench checks that engines agree with us before it times them. Ratios and verdicts follow
+from the timed rounds."""
 from __future__ import annotations
 
 import functools
@@ -26,7 +27,8 @@ from gpgpu_rt.hardware.compiler import not_countable
 from gpgpu_rt.methods.settings import SAFE_DEFAULT
 
 SIZE = 24
-race_module = importlib.import_module("gpgpu_rt.bench.race")   # the name is the function's
+# `bench.race` itself names the function
+race_module = importlib.import_module("gpgpu_rt.bench.race")
 
 
 @pytest.mark.parametrize("kind", RAY_SETS)
@@ -47,7 +49,7 @@ def test_engines_answer_the_same_question(engine, kind: str) -> None:
         else:
             ours = tracer.trace(rays.origins, rays.directions).triangle
     assert found.shape == ours.shape and found.dtype.kind == ours.dtype.kind
-    # Walls meet in edges, where either triangle is an answer.
+    # Where walls meet in an edge, either triangle is right.
     assert (found == ours).mean() > (0.99 if rays.any_hit else 0.97)
 
 
@@ -59,7 +61,7 @@ def test_compact_rays_are_those_of_pixels_with_one() -> None:
     assert found.origins[:, 0].tolist() == [0, 2, 3] and found.ends.tolist() == [1, 3, 4]
     assert rays.compact(2).origins[:, 0].tolist() == [0, 3]
     assert found.live == 3 and found.any_hit
-    rays.directions[0, 1], rays.directions[2] = nan, 0      # no rays either, whatever begins there
+    rays.directions[0, 1], rays.directions[2] = nan, 0  # NaN or zero directions are no rays either
     again = replace(rays)
     assert again.live == again.compact().live == 1
     with rt.Tracer("cornell") as tracer:
@@ -85,7 +87,7 @@ def test_a_race_takes_ratios_turn_by_turn() -> None:
                    SIZE, 2, [one for one in ENGINES if one.name == EMBREE])
     assert [entry.name for entry in entries][:2] == ["grid", "bvh-threaded"]
     assert all(len(entry.seconds) == 2 and entry.rays == SIZE ** 2 for entry in entries)
-    assert entries[0].bytes_a_triangle > 48    # a triangle's corners alone
+    assert entries[0].bytes_a_triangle > 48  # a triangle's corners alone need 48
     if len(entries) == 3:
         ours, theirs = entries[0], entries[2]
         assert ours.over == pytest.approx([b / a for a, b in zip(ours.seconds, theirs.seconds)])
@@ -111,7 +113,8 @@ def test_a_noisy_machine_gives_none(seconds: list[float], why: str) -> None:
 
 @pytest.fixture
 def apart() -> list[Entry]:
-    """The packets have the better median; turn by turn the grid was the faster one."""
+    """Returns entries in which the packets have the better median, but the grid is faster in most
+    rounds."""
     embree = _entry(EMBREE, [1.0, 2.0, 1.0], [1, 1, 1])
     grid = _entry("grid", [0.5, 1.1, 1.1], [2, 1.8, 0.9])
     packet = _entry("bvh-packet", [1.0, 2.0, 0.9], [1, 1.0, 1.1])
@@ -128,7 +131,7 @@ def test_rows_are_in_order_of_the_ratio(apart: list[Entry], capsys) -> None:
     assert out[0].endswith("mirror rays of 64 x 64 pixels")
     assert "for bvh-packet packet=4x2 octants, grid: umin is not known" in out[6]
     assert out[7].startswith("no verdict: the slowest run")
-    for entry in apart:     # without embreex there is the rate alone
+    for entry in apart:  # without embreex, only rates count
         entry.over = []
     assert [entry.name for entry in ranked(apart)][0] == EMBREE
 
@@ -139,7 +142,8 @@ def test_the_chart_says_what_the_table_does(apart: list[Entry], tmp_path) -> Non
     draw([("box", "mirror rays of 64 x 64 pixels", apart),
           ("box", "eye rays", [_entry("grid", [1.0, 1.0, 1.0], [])])],
          str(tmp_path / "b.svg"), "llvmpipe, on 2 threads")
-    # Text is drawn as outlines, with a comment that says which; the lowest bar comes first.
+    # The SVG draws text as outlines, each with a comment that holds the text. The lowest bar comes
+    # first.
     texts = [line.strip()[5:-4] for line in (tmp_path / "b.svg").read_text().splitlines()
              if line.strip().startswith("<!--")]
     assert [text for text in texts if text.startswith(("grid", "embree", "bvh"))] == [
@@ -154,7 +158,7 @@ def test_the_chart_says_what_the_table_does(apart: list[Entry], tmp_path) -> Non
 def test_peaks_are_rates() -> None:
     found = peaks(open_gpu())
     assert found.near_texels > 1e6 and found.far_texels > 1e5 and found.flops > found.near_texels
-    with rt.Tracer("cornell") as tracer:    # nothing is left wrong for those who come after
+    with rt.Tracer("cornell") as tracer:  # `peaks` leaves the context usable for later tracers
         assert tracer.trace([[0, 0, 9]], [[0, 0, -1]]).hit.shape == (1,)
 
 
@@ -162,14 +166,15 @@ def test_peaks_are_rates() -> None:
 
 
 def test_shares_are_of_the_peaks() -> None:
-    peak = Peaks(near_texels=1000.0, far_texels=1.0, flops=4000.0)    # 2000 multiply-adds
+    peak = Peaks(near_texels=1000.0, far_texels=1.0, flops=4000.0)  # 2000 multiply-adds
     assert Work(10, 30).shares(peak, 50) == {"fetch_share": 0.5, "arithmetic_share": 0.75}
     assert set(Work(unknown="why").shares(peak, 50).values()) == {None}
 
 
 @pytest.mark.parametrize("size", [8, 64])
 def test_brute_force_works_for_a_ray_as_its_triangles_ask(size: int, countable) -> None:
-    """Three texels each; of a ray itself a few. All pixels hold a ray, or every other one."""
+    """Brute force fetches three texels per triangle, and a few per ray. The test fills all pixels
+    with rays, or every other pixel."""
     rays, triangles = workload("cornell", RAY_SETS["eye"], size), len(rt.load_scene("cornell"))
     half = rays.origins.copy()
     half[::2] = np.nan
@@ -178,12 +183,14 @@ def test_brute_force_works_for_a_ray_as_its_triangles_ask(size: int, countable) 
         assert not found.unknown and 0 <= found.texels - 3 * triangles <= 16
         assert found.instructions > 20 * triangles
         sparse = work_of(tracer, Workload(half, rays.directions, size))
-        assert found.texels < sparse.texels < found.texels + 16     # what dead pixels read
+        # the texels that pixels without a ray read
+        assert found.texels < sparse.texels < found.texels + 16
         assert "no ray" in work_of(tracer, Workload(half * np.nan, rays.directions, size)).unknown
 
 
 def test_quantised_nodes_are_half_the_fetches(countable) -> None:
-    """A texel of integers in place of two of floats; triangles and rays stay what they are."""
+    """Quantised nodes fetch one integer texel instead of two float texels. Fetches of triangles
+    and rays stay the same."""
     rays, found = workload("cornell", RAY_SETS["eye"], 64), []
     for options in ({}, {"quantise_nodes": 16}):
         with rt.Tracer("cornell", "bvh-threaded", **options) as tracer:
