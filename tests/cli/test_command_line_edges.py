@@ -1,4 +1,5 @@
-"""Edges of the command line and of the Python API: one line, never a traceback."""
+"""Edge cases of the command line and of the Python API end in a single line, never in a
+traceback."""
 from __future__ import annotations
 
 import os
@@ -104,7 +105,7 @@ def test_json_that_is_nested_deep_is_refused(text: str, tmp_path: Path, monkeypa
 # The report -----------------------------------------------------------------------------------
 
 def png_of(width: int, height: int) -> bytes:
-    """A PNG of one colour: small, whatever size it has."""
+    """Returns a PNG of one colour, which is a small file at any image size."""
     def chunk(name: bytes, data: bytes) -> bytes:
         return struct.pack(">I", len(data)) + name + data + struct.pack(
             ">I", zlib.crc32(name + data))
@@ -142,7 +143,7 @@ def test_the_report_takes_pictures_from_its_folder_alone(tmp_path: Path) -> None
     write_report(tmp_path / "r.html", out, films=False)
     text = (tmp_path / "r.html").read_text()
     assert text.count("data:image/png") == len(own)
-    assert text.count(" is missing.<") == len(foreign) + 1     # and no fig12.png
+    assert text.count(" is missing.<") == len(foreign) + 1  # fig12.png is missing too
 
 
 def test_a_figures_name_is_escaped(tmp_path: Path) -> None:

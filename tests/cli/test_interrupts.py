@@ -1,4 +1,4 @@
-"""Interrupts: Ctrl-C in the first two seconds of a command ends it with status 130, in silence."""
+"""Ctrl-C in the first two seconds of a command ends the command silently, with status 130."""
 from __future__ import annotations
 
 import os
@@ -13,8 +13,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-HANG = 60       # seconds after which an interrupted process counts as hung
-STARTS = 2.0    # seconds within which the interrupt comes
+HANG = 60  # seconds after which an interrupted process counts as hung
+STARTS = 2.0  # seconds within which the interrupt comes
 
 COMMANDS = {
     "render": "-m gpgpu_rt render bunny --size 256x256 -o {folder}/picture.png",
@@ -35,15 +35,16 @@ OURS = tuple(f'File "{ROOT / name}/' for name in ("gpgpu_rt", "figures"))
 
 @pytest.fixture(autouse=True)
 def heard() -> Iterator[None]:
-    """In the background of a shell Ctrl-C is ignored, and so by what is started there."""
+    """Makes this process and its children react to Ctrl-C. A shell's background job ignores
+    Ctrl-C, and so do its children."""
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
     yield
     signal.signal(signal.SIGINT, before)
 
 
 def interrupted(words: list[str], after: float, folder: Path) -> tuple[int, str, str]:
-    """Status, stdout and stderr of ``python WORDS``, interrupted with all that it started, as by a
-    terminal, ``after`` so many seconds."""
+    """Returns status, stdout and stderr of ``python WORDS``. After ``after`` seconds the process
+    and all its children are interrupted, like by a terminal."""
     process = subprocess.Popen([sys.executable, *words], cwd=folder, text=True,
                                start_new_session=True, stdout=subprocess.PIPE,
                                stderr=subprocess.PIPE)
@@ -58,7 +59,8 @@ def interrupted(words: list[str], after: float, folder: Path) -> tuple[int, str,
 
 
 def before_our_code(err: str) -> bool:
-    """Whether Python was interrupted as it started, before any line of this package ran."""
+    """Returns whether the interrupt came while Python started, before any line of this package
+    ran."""
     return "Traceback" in err and not any(place in err for place in OURS)
 
 
@@ -71,8 +73,8 @@ def check(command: str, after: float, folder: Path) -> None:
     if before_our_code(err):
         return
     said = f"{command}, interrupted after {after:.3f} s: status {status}\n{out}{err}"
-    # 0: the command had done its work. A signal's end is 130 to a shell: Python had not yet begun
-    # to handle signals, or did not any more.
+    # Status 0: the command was finished. A shell reports death by the signal as 130: Python did
+    # not handle signals yet, or no longer did.
     assert status in (0, 130, -signal.SIGINT), said
     assert not any(word in out + err for word in NOISE), said
     assert not [*folder.glob(".writing-*")], said
@@ -131,7 +133,8 @@ def test_no_interrupt_is_lost(within: str, sleep: float, loading: str, tmp_path)
 
 
 def test_a_command_that_ignores_interrupts_goes_on(tmp_path) -> None:
-    """As one that `nohup` or a shell's `&` started."""
+    """A command that ignores interrupts continues, like a command that `nohup` or a shell's `&`
+    started."""
     code = LOSING.format("signal.raise_signal(signal.SIGINT)", 0, "")
     done = subprocess.run([sys.executable, "-c", "import signal\n"
                            "signal.signal(signal.SIGINT, signal.SIG_IGN)\n" + code],
