@@ -1,4 +1,4 @@
-"""A page in headless Chromium: what it would load, what is broken, what scripts say."""
+"""Looks at a page in headless Chromium: requests, broken images, and errors of scripts."""
 from __future__ import annotations
 
 import json
@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-# Run in the page once it is loaded; what it finds goes into the document that is dumped.
+# Runs in the loaded page and writes its findings into the document, which Chromium then prints.
 PROBE = """<script>addEventListener("load", () => {
 const waits = [...document.images].map(i => { i.loading = "eager";
   return i.complete ? 0 : new Promise(done => { i.onload = i.onerror = done; }); });
@@ -29,12 +29,13 @@ addEventListener("error", e => window.failed.push(String(e.message)));
 
 
 def looked_at(page: Path, width: int, folder: Path) -> dict:
-    """What the probe finds in a page of this width in pixels; skips aloud without Chromium."""
+    """Returns the probe's findings for a page at a window width in pixels. Skips the test with a
+    reason if Chromium is missing."""
     browser = shutil.which("chromium") or shutil.which("chromium-browser")
     if browser is None:
         pytest.skip("no chromium to look at the page with")
     text = page.read_text(encoding="utf-8")
-    # The page's own policy allows no script: it is let in for the probe, and for nothing else.
+    # The page's own policy allows no scripts. The copy allows scripts for the probe alone.
     probed = text.replace("style-src 'unsafe-inline'", "style-src 'unsafe-inline'; script-src "
                           "'unsafe-inline'").replace("</head>", PROBE + "</head>")
     copy = folder / f"probed{width}.html"

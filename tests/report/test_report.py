@@ -1,4 +1,4 @@
-"""The teaching page: whole, offline, and honest about what is missing."""
+"""The teaching page is complete, works offline, and says which figures are missing."""
 from __future__ import annotations
 
 import base64
@@ -43,7 +43,8 @@ def picture(width: int, seed: int) -> Image.Image:
 
 @pytest.fixture
 def figures(tmp_path: Path) -> Path:
-    """A folder as `make figures` leaves one, of two figures and one that no chapter names."""
+    """Returns a folder like a folder from `make figures`, with two figures and a figure that no
+    chapter names."""
     folder = tmp_path / "out"
     folder.mkdir()
     (folder / "fig12.md").write_text(TABLE)
@@ -56,7 +57,7 @@ def figures(tmp_path: Path) -> Path:
 
 
 class Reader(HTMLParser):
-    """Collects what a page refers to, and its text."""
+    """Collects a page's text and all references."""
 
     def __init__(self, text: str) -> None:
         super().__init__()
@@ -87,7 +88,7 @@ def test_everything_is_carried_along(figures: Path, tmp_path: Path) -> None:
     outside = [r for r in read.references if not r.startswith(("data:", "#"))]
     assert outside == []
     assert all(r[1:] in read.ids for r in read.references if r.startswith("#"))
-    assert "script" not in read.tags and "alert(1)" in read.words     # as text
+    assert "script" not in read.tags and "alert(1)" in read.words  # shown as text
     assert "Figure 12: <eye> rays & time" in read.words and "701" in read.words
     assert "A figure of my own" in read.words and "--only fig20" in read.words
     assert "The picture gone.png is missing" in read.words
@@ -143,7 +144,8 @@ def test_films_and_maps(tmp_path: Path, figures: Path, monkeypatch) -> None:
     with Image.open(io.BytesIO(base64.b64decode(gif))) as film:
         assert film.n_frames > 5
     assert "on one scale" in text
-    assert "Not shown: method ray-tiles" in text      # it has no passes to look at; the rest is
+    # the method has no passes; the page shows all other parts
+    assert "Not shown: method ray-tiles" in text
 
 
 @pytest.mark.parametrize("arguments, message", [
@@ -169,7 +171,7 @@ def test_in_a_browser(figures: Path, tmp_path: Path, width: int) -> None:
     assert found["images"] > 8
     assert found["broken"] == [] and found["requests"] == []
     assert found["refused"] == [] and found["errors"] == []
-    assert found["wide"] <= 0      # nothing is cut off at the side
+    assert found["wide"] <= 0  # nothing is cut off at the side
 
 
 @pytest.mark.full
