@@ -148,7 +148,7 @@ def test_the_chosen_keeps_its_promise(ball, few_rays, seed: int, method: str) ->
         outcomes = [t.outcome for t in search.trials]
         assert outcomes.count("chosen") == 1
         assert set(outcomes) <= {"chosen", "missed", "slower", "not possible", "not reached"}
-        for trial in search.trials:  # each "slower" or "not reached" agrees with the timings
+        for trial in search.trials:  # a "slower" candidate was timed as slower
             times = trial.times_slower(search.chosen)
             assert trial.outcome != "slower" or times is None or times >= 1
             assert trial.outcome != "not reached" or "times faster" in trial.note
@@ -163,8 +163,8 @@ def test_the_chosen_keeps_its_promise(ball, few_rays, seed: int, method: str) ->
 
 
 def test_what_is_traced_keeps_the_promise(ball, few_rays) -> None:
-    """A tracer that picks between the two choices keeps the promise, not only each choice alone.
-    The test traces each kind of rays separately, without vertices and edges."""
+    """The promise holds for a tracer that picks between the two choices, not only for each choice
+    alone. The test traces each kind of rays separately, without vertices and edges."""
     found = tune(ball, Promise(**LOOSE), names=["bvh-threaded", "bvh-packet"], budget=0)
     with rt.Tracer(ball, found.settings.choices) as tracer:
         for kind, rays in (("eye", COHERENT), ("random", INCOHERENT)):

@@ -189,8 +189,8 @@ def test_brute_force_works_for_a_ray_as_its_triangles_ask(size: int, countable) 
 
 
 def test_quantised_nodes_are_half_the_fetches(countable) -> None:
-    """Quantised nodes fetch one integer texel instead of two float texels. Fetches of triangles
-    and rays stay the same."""
+    """Quantised nodes fetch one integer texel instead of two float texels. Triangles and rays need
+    the same fetches as before."""
     rays, found = workload("cornell", RAY_SETS["eye"], 64), []
     for options in ({}, {"quantise_nodes": 16}):
         with rt.Tracer("cornell", "bvh-threaded", **options) as tracer:

@@ -73,8 +73,8 @@ def check(command: str, after: float, folder: Path) -> None:
     if before_our_code(err):
         return
     said = f"{command}, interrupted after {after:.3f} s: status {status}\n{out}{err}"
-    # Status 0: the command was finished. A shell reports death by the signal as 130: Python did
-    # not handle signals yet, or no longer did.
+    # Status 0: the command had finished. Status -SIGINT, which a shell reports as 130: Python did
+    # not handle signals yet, or no longer handled them.
     assert status in (0, 130, -signal.SIGINT), said
     assert not any(word in out + err for word in NOISE), said
     assert not [*folder.glob(".writing-*")], said

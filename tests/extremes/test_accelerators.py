@@ -20,8 +20,8 @@ ROWS = {row.name: row for row in rt.methods()}
 
 
 def built_on(kind: type) -> list[str]:
-    """Returns the methods whose accelerator is a ``kind`` and whose steps can be watched one by
-    one."""
+    """Returns the methods whose accelerator is a ``kind`` and which tests can watch step by
+    step."""
     probe = make_case("one-triangle", 1, 0).scene
     names = []
     for name, row in ROWS.items():
@@ -40,7 +40,7 @@ KD, GRID, BVH = (built_on(kind) for kind in (KdTree, Grid, Bvh))
 
 def plane_rays(tree: KdTree, n: int, rng: np.random.Generator) -> tuple[np.ndarray, ...]:
     """Returns rays that start on split planes. A third of the rays run exactly in their plane, and
-    another third nearly so."""
+    another third run almost in their plane."""
     inner = np.flatnonzero(tree.axis != 3)
     node = inner[rng.integers(len(inner), size=n)]
     origins = tree.lo + (tree.hi - tree.lo) * rng.random((n, 3)).astype(np.float32)
@@ -75,8 +75,9 @@ def test_rows_24_and_25_rays_from_split_planes(exact_renderer, method: str, seed
 @pytest.mark.parametrize("seed", [3], ids="seed{}".format)
 @pytest.mark.parametrize("method", KD)
 def test_row_25_triangles_in_split_planes(exact_renderer, method: str, seed: int) -> None:
-    """Flat triangles lie in the split planes of a first tree. Many of these planes split the
-    second tree too."""
+    """Triangles in split planes are hit as by brute force. The flat triangles lie in the split
+    planes of a first tree. Many of these planes also split the tree that contains the flat
+    triangles."""
     rng = np.random.default_rng(seed)
     triangles = soup(400, seed, 0.05)
     with rt.Tracer(Case(triangles, [[0, 0, 0]], [[1, 0, 0]]).scene, method) as tracer:

@@ -1,7 +1,7 @@
 """Tests every case of the catalogue with every method and each choice of its options.
 
-Brute force answers each case within its derived bounds (rows 1 to 33). Every method returns the
-bits of brute force. So no method returns a wrong ray, as brute force returns none.
+Brute force answers each case within its derived bounds (rows 1 to 33), so it returns no wrong ray.
+Every method returns the bits of brute force, so no method returns a wrong ray either.
 """
 from __future__ import annotations
 

@@ -1,7 +1,8 @@
 """Row 41: all methods trace flat scenes across an axis, with rays that start on or near the plane.
 
-All hits equal brute force's to the bit, also where a search begins and ends at the t of a hit: a
-method then may miss no box with a hit. Brute force's hits are within its derived bounds.
+All hits equal brute force's to the bit. This also holds for a search that begins and ends at the t
+of a hit, so a method must visit every box that contains a hit. Brute force's hits are within its
+derived bounds.
 """
 from __future__ import annotations
 

@@ -11,11 +11,10 @@ from gpgpu_rt.accuracy.judge import judge
 KINDS = ("eye", "random", "vertices", "edges")
 ANSWER = ("t", "u", "v", "triangle", "status")
 SIDE = 500  # 10^6 rays per scene: 250,000 of each kind
-# A pass for each triangle, passes over every level of a stack, lists for boxes of rays that few
-# The slow methods trace fewer rays. They draw a pass per triangle, draw passes for each level of a
-# stack, share lists that few rays need, test all triangles against all tiles, or descend to the
-# cones of incoherent rays. A test in `traversal/test_ray_tiles.py` traces a million incoherent
-# rays in tiles.
+# The slow methods trace fewer rays. Brute force draws a pass per triangle, and a texture stack
+# needs passes for each level. Other methods build lists that few rays share, test all triangles
+# against all tiles, or descend to cones of incoherent rays. The test for a million incoherent rays
+# in tiles is in tests/methods/ray_tiles.
 SIDES = {"brute-force": 160, "kd-texture-stack": 160, "ray-classification": 40,
          "visibility-field": 160, "ray-tiles": 160, "ray-hierarchy": 32}
 COHERENT = ("ray-tiles",)  # traces all eye rays, as one image

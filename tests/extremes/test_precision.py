@@ -76,8 +76,9 @@ def check(case: Case, method: str, ends: bool, **options) -> None:
 
 
 def low_precisions() -> list:
-    """Returns every case with every method in every setting. Kd-trees loop for ever where storage
-    has fewer bits than arithmetic. The quick suite runs the most sensitive cases and settings."""
+    """Returns every case with every method in every setting. With fewer bits in storage than in
+    arithmetic, rays in kd-trees may loop. The quick suite runs the most sensitive cases and
+    settings."""
     combinations = []
     for name, method, options in itertools.product(CASES, ROWS, SETTINGS):
         quick = name == "degenerate" and (

@@ -51,8 +51,8 @@ def test_row_8_scaled_by_other_factors(method: str, scale: float) -> None:
 @pytest.mark.parametrize("size", [1e-8, 1e12])
 @pytest.mark.parametrize("method", METHODS)
 def test_row_8_small_triangles_at_the_stated_limits(method: str, size: float) -> None:
-    """The distance t keeps its digits in meshes a thousandth of their scene's size. It is 0 at a
-    size of 1e-12."""
+    """Triangles of a thousandth of their scene's size, seen across the scene, keep the digits of
+    t. For scenes of size 1e-12, t is 0."""
     rng = np.random.default_rng(5)
     middles, origins = rng.uniform(-0.5, 0.5, (2, 300, 3))
     triangles = middles[:, None] + 1e-3 * rng.normal(size=(300, 3, 3))
@@ -67,7 +67,7 @@ def test_row_8_small_triangles_at_the_stated_limits(method: str, size: float) ->
 
 @pytest.mark.parametrize("exponent", [-140, -130, 127])
 def test_row_20_t_past_float32(exact_renderer, exponent: int) -> None:
-    """The hit is the hit of any other length, except t: t is infinity or rounded like a
+    """Directions of any length give the same hit, except for t: t is infinite, or rounded to a
     denormal."""
     rng = np.random.default_rng(6)
     # exact also when scaled to denormals
@@ -105,7 +105,8 @@ def test_row_10_permuted_and_mirrored(exact_renderer, method: str) -> None:
     -110, 11, 100, *(pytest.param(power, marks=pytest.mark.full) for power in (-50, 50))])
 @pytest.mark.parametrize("method", METHODS)
 def test_row_20_lengths_of_directions(exact_renderer, method: str, exponent: int) -> None:
-    """Lengths are powers of two from below 1e-15 to above 1e15. Each divides t exactly."""
+    """A longer direction divides t exactly. The lengths are powers of two from below 1e-15 to
+    above 1e15."""
     case = make_case("from-afar", 500, 4)
     plain = trace(case, method)
     case.directions = np.ldexp(case.directions, exponent)

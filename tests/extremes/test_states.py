@@ -13,7 +13,7 @@ from gpgpu_rt.rays.records import NO_TRIANGLE
 
 METHODS = {row.name: row for row in rt.methods()}
 SCHEDULED = [(name, schedule) for name, row in METHODS.items() for schedule in row.schedules]
-SMALL = {"brute-force": 40}  # at most so many triangles, as each needs a pass
+SMALL = {"brute-force": 40}  # number of triangles; each triangle needs a pass
 NO_END = {"t_max", "t_exit"}  # fields that may hold infinity for "no end"
 
 

@@ -1,5 +1,5 @@
-"""Figure 26, Table 1, the CPU page, Figure 2, verdicts and the index show the numbers of the JSON
-files."""
+"""Figure 26, Table 1, the CPU page, Figure 2, verdicts and the index show the JSON files'
+numbers."""
 from __future__ import annotations
 
 import csv
@@ -69,8 +69,7 @@ def test_verdicts_follow_from_order_and_ratio(ours: tuple, word: str) -> None:
 
 
 def test_published_times_that_tie_are_not_scored() -> None:
-    """Published times that tie have no order, so they are measured but not scored. Times of
-    stand-ins are not scored either."""
+    """Published times that tie are not scored, nor are times of stand-ins."""
     groups = {"conference": ((344, 179), (16.0, 16.7)), "cows": ((3, 2, 1), (1, 2, 3))}
     said = verdicts.of_groups(groups, ["cows"])
     assert said.word == verdicts.UNSCORED and "conference tie" in said.why
@@ -108,8 +107,8 @@ def test_rates_between_scenes_lie_on_a_line_of_logarithms() -> None:
 
 
 def test_the_survey_s_own_scaling() -> None:
-    """The survey scales two rates to a GeForce 8800: Foley's from an X800 with 8.32 billion
-    instructions a second, and the Ray Engine's from a GeForce4 with 2.4 billion."""
+    """Rates scale to a GeForce 8800: Foley's from an X800 with 8.32 billion instructions a
+    second, and the Ray Engine's from a GeForce4 with 2.4 billion."""
     rows = {row.source: row for row in scaled.scaled()}
     foley, engine = rows["Foley and Sugerman 2005"], rows[surveyed.BASE]
     assert engine.rate == 114_499 and find_card("NV25") == engine.card
@@ -117,14 +116,12 @@ def test_the_survey_s_own_scaling() -> None:
     assert arithmetic == pytest.approx(foley.rate / 8.32e9 / (114_499 / 2.4e9))
     assert bandwidth == pytest.approx(foley.rate / foley.card.bandwidth
                                       / (114_499 / engine.card.bandwidth))
-    # All scenes of Günther et al. have more triangles. The fairy forest is nearest, at 13.2
-    # frames/s.
+    # All scenes of Günther et al. are larger. The nearest, fairy forest, has 13.2 frames/s.
     assert rows["Günther et al. 2007"].rate == pytest.approx(13.2 * 1024 ** 2)
 
 
 def _regions(turns: int) -> dict[str, Any]:
-    """Returns a cell's record of work: a loop of 30 instructions that a fragment runs ``turns``
-    times."""
+    """Returns a cell's work: a loop of 30 instructions that a fragment runs ``turns`` times."""
     runs = {str(w): 480 // w for w in (1, 2, 32)}
     return {"rays": 480, "pixels": 480, "fragments": 480, "texel_bytes": {}, "written_bytes": 0,
             "regions": [
@@ -135,8 +132,7 @@ def _regions(turns: int) -> dict[str, Any]:
 
 
 def _conclusions(folder: Path) -> dict[str, float]:
-    """Writes files for every entry of Figure 26; returns the nanoseconds of each entry. The times
-    are the published times, with 1000 ns for the Ray Engine."""
+    """Writes Figure 26's files; returns the published times in ns (1000 for the Ray Engine)."""
     times = {}
     for at, entry in enumerate(surveyed.entries()):
         speed = surveyed.published_speed(entry.source) or 2.0 + at
@@ -319,8 +315,7 @@ def test_mirrors_verdict(last: float, word: str, tmp_path: Path) -> None:
 
 
 def test_a_small_comparison_traces_back_to_its_cells(tmp_path: Path, monkeypatch) -> None:
-    """A small figure is measured, drawn and indexed. Each number on its page is in a cell's
-    file."""
+    """A small figure is measured, drawn and indexed. All its numbers are in the cells' files."""
     small = replace(
         fig12.FIGURE, panels=(Panel("cornell"),), remarks=lambda results: [],
         cell=lambda panel, column, full: Cell(panel.scene, column.method, (), 8, runs=1))
@@ -364,8 +359,7 @@ def test_seconds_spent_are_those_of_all_cells(tmp_path: Path) -> None:
 
 
 def test_pages_drawn_before_stay_what_they_were(tmp_path: Path, monkeypatch) -> None:
-    """Drawing a page leaves older pages as they are, and the index shows each page with its own
-    size."""
+    """Drawing a page keeps older pages, and the index shows each page with its own size."""
     sizes = {False: 8, True: 12}
     small = replace(
         fig12.FIGURE, panels=(Panel("cornell"),), remarks=lambda results: [],

@@ -79,8 +79,8 @@ def cell_of(cell: Cell) -> Cell:
 
 def test_a_cell_that_was_left_out_is_tried_again(here, tmp_path: Path, monkeypatch,
                                                  countable) -> None:
-    """A cell without counts is measured again in a later run. The renderer may then have another
-    Mesa, or a killed process may have caused the failure."""
+    """A cell without counts is measured again in a later run. A later run may have another Mesa,
+    and a killed process may have caused the failure."""
     cell = Cell("cornell", "kd-restart", (), 64, gap_work.DONE + "eye rays", 1)
     with monkeypatch.context() as within:
         def refuses() -> None:

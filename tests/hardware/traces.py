@@ -1,5 +1,5 @@
-"""Records the kernel of each ray at each step, from a renderer that draws one step per pass. From
-the record it computes the cost of a traversal in one loop, a static model for comparison with the
+"""Records the kernel of each ray at each step, from a renderer that draws one step per pass. The
+records give the cost of a traversal in one loop by a static model, which tests compare with the
 emulation."""
 from __future__ import annotations
 
@@ -18,8 +18,7 @@ class Traces:
 
     Attributes
     ----------
-    kernels : (steps, n) int8, the number of each ray's kernel at each step; 0 after the ray's last
-    step
+    kernels : (steps, n) int8, each ray's kernel number at each step; 0 after the ray's last step
     """
 
     kernels: np.ndarray
@@ -32,8 +31,9 @@ class Traces:
 
     @property
     def turns(self) -> int:
-        """Returns, for each kernel, in how many iterations of the outer loop the kernel runs. A
-        ray needs another iteration when it returns to an earlier kernel."""
+        """Returns the total number of outer-loop iterations of all rays. In an iteration each
+        kernel runs, in order, while the ray needs the kernel. A ray needs another iteration when
+        it returns to an earlier kernel."""
         now, then = self.kernels[:-1], self.kernels[1:]
         return self.kernels.shape[1] + int(np.count_nonzero((then < now) & (then > 0)))
 

@@ -1,5 +1,4 @@
-"""The examples run like a user runs them, and the tools say what they will do before they do
-it."""
+"""The examples run like a user runs them, and the tools announce each action."""
 from __future__ import annotations
 
 import json

@@ -1,5 +1,5 @@
-"""Imports point one way: packages import each other in no circle, functions contain no import, and
-few modules are at the top level."""
+"""Imports form no cycle between packages, functions contain no import, and few modules are at the
+top level."""
 from __future__ import annotations
 
 import ast
@@ -12,7 +12,7 @@ import gpgpu_rt as rt
 PACKAGE = Path(rt.__file__).parent
 MOST_MODULES = 12  # modules directly in gpgpu_rt, which newcomers see first
 # The command line's entry imports late, so that an early interrupt is silent. Two commands import
-# late what needs optional dependencies: charts and the window.
+# optional dependencies late: charts and the window.
 LATE = {"__main__.py", "cli/benching.py", "cli/view.py"}
 
 

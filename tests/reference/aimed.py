@@ -8,10 +8,8 @@ def aimed_pairs(kind: str, count: int, seed: int) -> tuple[np.ndarray, np.ndarra
     """Returns triangles, (count, 3, 3), and rays, (count, 3) each, in float32. Each ray aims at
     its triangle.
 
-    kind : "inside" the triangle; at an "edge" or a "vertex"; "beside" the triangle; "small" for
-    small,
-        distant triangles; "slivers"; "grazing" along the triangle's plane; "axis" for directions
-        with zero components
+    kind : "inside" the triangle; at an "edge" or a "vertex"; "beside" the triangle; "small" and
+        distant; "slivers"; "grazing" along the triangle's plane; "axis" for directions with zeros
     """
     rng = np.random.default_rng(seed)
     size = np.ones((count, 1, 1)) if kind != "small" else 10 ** rng.uniform(-6, -1, (count, 1, 1))

@@ -55,9 +55,9 @@ def trace(scene: rt.Scene, method: str, rays, **options) -> rt.Hits:
 
 
 def rays_for(method: str, rays: int) -> int:
-    """Returns a smaller number of rays for slow methods: methods with one pass per step, and
-    methods whose rays share candidate lists. Few random rays share a list, so building the lists
-    then costs more than tracing the rays."""
+    """Returns the number of rays for a method. Slow methods get fewer rays: they draw a pass per
+    step, or their rays share candidate lists. Few random rays share a list, so the lists then cost
+    more than the rays."""
     row = find_method(method)
     lists = "budget" in {option.name for option in row.options}
     return rays if "loop" in row.schedules and not lists else rays // 16
@@ -164,8 +164,8 @@ def test_real_scene_matches_oracle(name: str) -> None:
 def test_real_scene_bars(exact_renderer, name: str, rays: str) -> None:
     """All methods, builds and schedules agree with brute force and the oracle on 65,536 rays.
 
-    Slow methods are those whose rays share lists, those without another structure, and those with
-    one pass per step. They trace all eye rays once, and every sixteenth ray otherwise.
+    A slow method shares lists between rays, has no acceleration structure, or draws a pass per
+    step. Slow methods trace all eye rays once, and every sixteenth ray in all other cases.
     """
     scene = real_scene(name)
     chosen = RAY_SETS[rays](scene, 65_536, 29)
@@ -198,8 +198,8 @@ def test_real_scene_bars(exact_renderer, name: str, rays: str) -> None:
 
 @pytest.mark.parametrize("method", [row.name for row in rt.methods() if row.name != "brute-force"])
 def test_a_hit_ends_the_search(method: str) -> None:
-    """A wall in front of the soup spares rays the nodes behind it, in at least one setting of each
-    method."""
+    """A wall in front of the soup at least halves the nodes that rays visit, in at least one
+    setting of each method."""
     wall = np.float32([[[-3, -3, 1.5], [3, -3, 1.5], [0, 4, 1.5]]])
     triangles = np.concatenate([wall, random_soup(1500, seed=6, size=0.03)])
     scene = rt.Scene.from_arrays(triangles.reshape(-1, 3),

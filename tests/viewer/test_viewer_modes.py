@@ -215,7 +215,7 @@ def test_a_clicked_ray_goes_through_its_boxes_to_its_hit(soup: str, method: str,
     assert path.hit == hits.triangle[pixel]
     assert path.rows[-1][-1] == str(path.hit) and path.rows[-1][2] == "done"
     assert len(path.columns) == len(path.rows[0]) and len(path.boxes) > 2
-    # If boxes hold a ray's interval, the ray meets the boxes.
+    # The state's boxes hold intervals of the ray, so the ray meets the boxes.
     way = path.end - path.origin
     lo, hi = path.boxes[:, 0], path.boxes[:, 1]
     with np.errstate(divide="ignore", invalid="ignore"):

@@ -1,8 +1,8 @@
-"""The viewer's window, used like a person uses it: under Xvfb, with keys and mouse by xdotool, and
+"""The tests use the viewer's window like a person: under Xvfb, with keys and mouse by xdotool, and
 with screenshots.
 
-These tests belong to the full suite, because the window, its context and its programs take seconds
-to start on a software renderer.
+They belong to the full suite, because the window, its context and its programs take seconds to
+start on a software renderer.
 """
 from __future__ import annotations
 

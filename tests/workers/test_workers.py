@@ -26,7 +26,8 @@ METHOD, OPTIONS = "bvh-threaded", {"octants": True}
 
 
 def _killed_once(flag: str, number: int) -> int:
-    """Returns the square of ``number``, but kills the worker at the first run of one task."""
+    """Returns the square of ``number``, but kills the worker when task 1 runs for the first
+    time."""
     if number == 1 and not os.path.exists(flag):
         open(flag, "w").close()
         os.kill(os.getpid(), signal.SIGKILL)
@@ -237,8 +238,8 @@ def test_misuse_is_an_error_with_advice(workers: Workers) -> None:
 
 
 def test_who_waits_for_the_machine_says_so(tmp_path, monkeypatch) -> None:
-    """A process says that it waits for the machine, also if it shares the machine with other
-    processes and then needs the machine for itself."""
+    """A process says that it waits for the machine. This also holds for a process that shares the
+    machine and then needs the machine for itself."""
     monkeypatch.setattr(machine, "_file", lambda: tmp_path / "lock")
     waited: list[str] = []
     with (tmp_path / "lock").open("ab") as other:
@@ -284,8 +285,8 @@ def test_local_workers_listen_to_this_machine_alone(workers: Workers) -> None:
 
 
 def test_tls_without_a_certificate_is_a_line() -> None:
-    """TLS without a certificate ends in one line. Dask used to raise a TypeError and to wait 20 s
-    while it deleted the client."""
+    """TLS without a certificate ends in one line. Dask used to raise a TypeError, and deleting the
+    client took 20 s."""
     with pytest.raises(rt.Error, match="certificate"):
         Workers("tls://127.0.0.1:1")
 
