@@ -9,7 +9,7 @@ from typing import Any
 
 from ..errors import OptionError, nearest_names
 from ..gl.context import open_gpu
-from ..gl.shader import Compilation, compilations
+from ..gl.shader import ROOT, Compilation, compilations
 from ..methods import find_method
 from ..scene.scene import Scene
 from ..tracer import Tracer
@@ -18,6 +18,7 @@ from .program_text import files_of, heading, program_text, titled
 SCENE = "cornell"       # default scene; programs depend on its tree's depth and tables
 SIDE = 8                # picture's side in pixels; programs do not depend on the number of rays
 _TRIANGLE_TEST = "glsl/core/triangle.glsl"
+_INCLUDE = re.compile(r'^#include "([^"]+)"', re.M)
 _KERNEL = re.compile(r"F\(\d+, (\w+)\)")      # an entry of the define EACH_KERNEL
 
 
@@ -74,10 +75,13 @@ def traced_programs(method: str, options: Mapping[str, Any] | None = None,
         extensions = gpu.context.extensions
     unique = list({one.fragment.text: one for one in found}.values())
     begun = {one.fragment_file for one in unique if not _only_starts(one)}
+    texts = [program_text(one.fragment, extensions) for one in unique]
     own = {heading(glsl), _TRIANGLE_TEST}
+    if not any(heading(glsl) in files_of(text) for text in texts):
+        # The method's file has no text of its own: the files that it includes traverse.
+        own |= {heading(file) for file in _INCLUDE.findall((ROOT / glsl).read_text())}
     rows = []
-    for one in unique:
-        text = program_text(one.fragment, extensions)
+    for one, text in zip(unique, texts):
         starts = _only_starts(one) and one.fragment_file in begun
         rows.append((one, text, bool(own & set(files_of(text))) and not starts))
     rows.sort(key=lambda row: (not row[2], row[0].defines.get("ONLY_KERNEL") or 0))

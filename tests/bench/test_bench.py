@@ -104,7 +104,7 @@ def test_verdicts_need_every_turn(over: list[float], verdict: str) -> None:
 
 
 @pytest.mark.parametrize("seconds, why", [([1, 1.2, 1.1], ""), ([1, 1.6, 1.1], "too busy"),
-                                          ([1, 1], "2 runs cannot tell")])
+                                          ([1, 1], "2 runs cannot decide")])
 def test_a_noisy_machine_gives_none(seconds: list[float], why: str) -> None:
     assert why in too_noisy([_entry(EMBREE, seconds, seconds)])
     assert bool(too_noisy([_entry(EMBREE, seconds, seconds)])) == bool(why)
@@ -302,7 +302,7 @@ def test_mistakes_are_one_line(capsys, words: list[str], message: str) -> None:
 
 
 def test_a_race_refuses_an_image_that_is_none() -> None:
-    with pytest.raises(rt.Error, match="no image"):
+    with pytest.raises(rt.Error, match="cannot have -3 pixels"):
         race("cornell", RAY_SETS["eye"], [("grid", {})], -3, 1, ())
 
 

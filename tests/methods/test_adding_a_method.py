@@ -171,7 +171,7 @@ def test_what_is_broken_is_named_in_a_line(folder: Path, tmp_path: Path, name: s
 
 
 @pytest.mark.parametrize("text, instead, message", [
-    ('state=Record("state",', 'state=None and Record("state",', "its state is None; give a Rec"),
+    ('state=Record("state",', 'state=None and Record("state",', "state is None; give a Record"),
     ('glsl=Path(__file__).with_name("sweep.glsl")', "glsl=None", "glsl is None; give the"),
     ("prepare=prepare", "prepare=None", "prepare is None; give a function"),
     ("tables=(TRIANGLE, RUN)", "tables=None", "tables is None; give a tuple"),

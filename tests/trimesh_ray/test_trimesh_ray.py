@@ -262,7 +262,7 @@ def test_arrays_of_other_shapes_are_refused(rays) -> None:
     with RayMeshIntersector(trimesh.creation.box()) as ray:
         for ask in (ray.intersects_location, ray.intersects_id, ray.intersects_first,
                     ray.intersects_any):
-            with pytest.raises(ValueError, match="ray_origins .*give .n, 3."):
+            with pytest.raises(ValueError, match="ray_origins .*give an array .n, 3."):
                 ask(rays, rays)
             assert len(ask([], [])[0] if ask in (
                 ray.intersects_location, ray.intersects_id) else ask([], [])) == 0

@@ -337,7 +337,7 @@ def test_deformations_that_do_not_work(tmp_path) -> None:
                 deformation.to(2.0)
                 assert np.allclose(tracer.scene.triangles, scene.triangles + 2, atol=1e-6)
                 deformation.to(0.0)
-        for program, message in (("wav", "wave"), (tmp_path / "gone.glsl", "no file"),
+        for program, message in (("wav", "wave"), (tmp_path / "gone.glsl", "no deformation"),
                                  ("vec3 deform(vec3 rest) { return rest; }", "deform")):
             with pytest.raises(rt.ShaderError, match=message) as caught:
                 rt.Deformation(tracer, program)

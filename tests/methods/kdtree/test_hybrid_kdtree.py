@@ -55,7 +55,7 @@ def test_codes_interleave_bits_x_first() -> None:
 
 @pytest.mark.parametrize("options, message", [
     ({"build": "hybrid", "morton_bits": 8}, "1 to 7"),
-    ({"build": "zhou", "morton_bits": 2}, "with build hybrid alone"),
+    ({"build": "zhou", "morton_bits": 2}, "needs build hybrid"),
     ({"build": "sah", "build_device": "gpu"}, "no passes"),
     ({"build": "hybrid", "build_device": "gpu", "split": "exact"}, "split on the gpu")], ids=str)
 def test_what_is_refused(options: dict, message: str) -> None:

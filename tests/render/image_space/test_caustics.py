@@ -178,7 +178,7 @@ def test_what_stands_in_the_way_keeps_light_off() -> None:
 
 @pytest.mark.parametrize("part, material, more, message", [
     (SPHERE, rt.Material("white", (1, 1, 1)), {}, "no material is a dielectric or a mirror"),
-    (SPHERE[:, ::-1], glass(1.5), {}, "inside out"),
+    (SPHERE[:, ::-1], glass(1.5), {}, "face inwards"),
     (SPHERE, glass(1.5), {"light": (0, 1.3, 0.9)}, "too near the refractor, .* 1 around"),
     (SPHERE, glass(1.5), {"spread": 0.5}, "spread is 0.5"),
     (SPHERE, glass(1.5), {"spread": "a"}, "spread is 'a'; give a number"),
