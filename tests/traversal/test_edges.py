@@ -244,7 +244,7 @@ def test_counting_counts_as_statistics_do(method: str) -> None:
 
 def test_counting_is_of_one_choice() -> None:
     pair = rt.Choices(rt.Choice("kd-packet", {}), rt.Choice("kd-restart", {}))
-    with rt.Tracer("cornell", pair) as tracer, pytest.raises(rt.OptionError, match="a single method"):
+    with rt.Tracer("cornell", pair) as tracer, pytest.raises(rt.OptionError, match="single meth"):
         with tracer.counting():
             pass
 
