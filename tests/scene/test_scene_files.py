@@ -303,8 +303,8 @@ def test_arrays_that_are_no_textures_are_refused(folder: Path) -> None:
     np.savez(folder / "z.npz", np.ones((2, 2, 3)))
     np.save(folder / "c.npy", np.ones((2, 2, 3), complex))
     whole = (folder / "c.npy").read_bytes()
-    for data, message in ((b"", "no single array"), (whole, "complex128"),
-                          ((folder / "z.npz").read_bytes(), "no single array"),
+    for data, message in ((b"", "not a single array"), (whole, "complex128"),
+                          ((folder / "z.npz").read_bytes(), "not a single array"),
                           (whole[:40], "cannot read this texture")):
         (folder / "t.npy").write_bytes(data)
         said = {**GOOD, "materials": {**GOOD["materials"], "wood": {"texture": "t.npy"}}}
