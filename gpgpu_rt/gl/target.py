@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from types import MappingProxyType
 from typing import Any
 
 import moderngl
@@ -52,6 +53,7 @@ class Target:
         self._own = {name: stream_textures(gpu, record, size)
                      for name, record in self.records.items() if name not in given}
         self.streams = {**dict.fromkeys(self.records, []), **self._own, **given}
+        self._sampled: tuple[object, Mapping[str, moderngl.Texture]] = None, {}
         self.textures = [texture for stream in self.streams.values() for texture in stream]
         self.framebuffer = gpu.context.framebuffer(self.textures, depth)
         if depth is not None:
@@ -67,10 +69,17 @@ class Target:
         return Target(self.gpu, record, self.size,
                       borrowed={record.name: self.streams[record.name]})
 
-    def samplers(self, as_name: str | None = None) -> dict[str, moderngl.Texture]:
-        """Return sampler name -> texture. ``as_name`` renames the record of a single record."""
-        return {sampler: texture for name, textures in self.streams.items()
-                for sampler, texture in stream_samplers(as_name or name, textures).items()}
+    def samplers(self, as_name: str | None = None) -> Mapping[str, moderngl.Texture]:
+        """Return sampler name -> texture, read-only. ``as_name`` renames the only record."""
+        # Every draw asks for the names, so the plain answer is kept until the streams change.
+        if as_name is None and self._sampled[0] is self.streams:
+            return self._sampled[1]
+        found = MappingProxyType({
+            sampler: texture for name, textures in self.streams.items()
+            for sampler, texture in stream_samplers(as_name or name, textures).items()})
+        if as_name is None:
+            self._sampled = self.streams, found
+        return found
 
     def fields(self, name: str | None = None, by_ray: ByRay = whole) -> dict[str, np.ndarray]:
         """Read a record back.

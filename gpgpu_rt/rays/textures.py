@@ -99,7 +99,7 @@ class RayTextures:
 
     def samplers(self) -> dict[str, moderngl.Texture]:
         """Return sampler name -> texture for programs that read rays by ``record``."""
-        found = self.target.samplers()
+        found = dict(self.target.samplers())
         if not self._start_written:
             del found[f"{RAY_TEXELS.name}_texel_0"]
         return found

@@ -1,7 +1,7 @@
 """Picture streams: an integrator's data of each pixel, and the targets of its passes."""
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 import moderngl
@@ -62,7 +62,7 @@ class PictureStreams:
     def _of(self, name: str) -> Target:
         return self.rays[name].target if name in self.rays else self._own[name]
 
-    def samplers(self, name: str, as_name: str) -> dict[str, moderngl.Texture]:
+    def samplers(self, name: str, as_name: str) -> Mapping[str, moderngl.Texture]:
         """Return sampler name -> texture of a stream that a program reads as ``as_name``."""
         return self._of(name).samplers(as_name)
 

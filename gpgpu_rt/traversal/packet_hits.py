@@ -1,7 +1,7 @@
 """The render targets of packets, and the reading of hits from these targets."""
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
 import moderngl
 import numpy as np
@@ -96,7 +96,7 @@ class PacketHits:
                  hand_back: Callable[[], Target]) -> None:
         self._targets, self._alone, self._hand_back = targets, alone, hand_back
 
-    def samplers(self) -> dict[str, moderngl.Texture]:
+    def samplers(self) -> Mapping[str, moderngl.Texture]:
         return self._hand_back().samplers()
 
     def fields(self, name: str, by_ray: ByRay = whole) -> dict[str, np.ndarray]:

@@ -67,7 +67,7 @@ class StackAtlas:
             self._live = live.corners
         return self._where
 
-    def samplers(self) -> dict[str, moderngl.Texture]:
+    def samplers(self) -> Mapping[str, moderngl.Texture]:
         """Return sampler name -> texture of the stack's levels."""
         return self.target.samplers()
 
