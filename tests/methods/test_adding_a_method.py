@@ -172,10 +172,12 @@ def test_what_is_broken_is_named_in_a_line(folder: Path, tmp_path: Path, name: s
 
 @pytest.mark.parametrize("text, instead, message", [
     ('state=Record("state",', 'state=None and Record("state",', "state is None; give a Record"),
-    ('glsl=Path(__file__).with_name("sweep.glsl")', "glsl=None", "glsl is None; give the"),
+    ('glsl=Path(__file__).with_name("sweep.glsl")', "glsl=None",
+     "glsl is None; give the name of a file"),
     ("prepare=prepare", "prepare=None", "prepare is None; give a function"),
     ("tables=(TRIANGLE, RUN)", "tables=None", "tables is None; give a tuple"),
-    ("tables=(TRIANGLE, RUN)", 'tables=("triangle",)', "tables holds 'triangle'; give only Rec"),
+    ("tables=(TRIANGLE, RUN)", 'tables=("triangle",)',
+     "tables holds 'triangle'; give only Records"),
     ("prepare=prepare,", "prepare=prepare, schedules=None,", "schedules is None; give a tuple"),
     ("    options=(\n", "    options=None and (\n", "options is None; give a tuple"),
     ("first:int", "first:itn", "record sweep_run has a field 'first:itn'"),
