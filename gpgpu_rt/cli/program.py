@@ -18,19 +18,19 @@ PACKAGE = Path(__file__).parents[1]
 
 def add_command(command: Command) -> None:
     """Declare the command; ``command(name, run, text)`` makes a parser."""
-    sub = command("program", _program, "print the GLSL text that a method runs: conditionals "
-                  "resolved, each part under the name of its file")
+    sub = command("program", _program, "print the GLSL text that a method runs: "
+                  "conditionals resolved, each part under the name of its file")
     sub.add_argument("method", metavar="METHOD", help="a method's name")
     which = sub.add_mutually_exclusive_group()
     which.add_argument("--list", action="store_true", help="list all programs that a trace "
                        "compiles: names, lines and files")
-    which.add_argument("--all", action="store_true", help="print all programs; default: the programs "
-                       "that traverse (a single program under the schedule loop)")
+    which.add_argument("--all", action="store_true", help="print all programs; default: the "
+                       "programs that traverse (a single program under the schedule loop)")
     which.add_argument("--only", metavar="NAME", help="print only the program of this name, for "
                        "example the kernel down under the schedule kernels")
     sub.add_argument("-o", "--output", metavar="FILE", help="write the text to a file")
-    sub.add_argument("--scene", default=SCENE, help="scene whose tree determines sizes, such as the "
-                     "size of a stack; default %(default)s")
+    sub.add_argument("--scene", default=SCENE, help="scene whose tree determines sizes, such as "
+                     "the size of a stack; default %(default)s")
     add_options(sub)
 
 
