@@ -5,7 +5,7 @@ BIN    := $(VENV)/bin
 STAMP  := $(VENV)/.installed
 
 .DEFAULT_GOAL := help
-.PHONY: help setup test test-all figures report view docs bench lint format clean
+.PHONY: help setup scenes test test-all figures report view docs bench lint format clean
 
 help:  ## print this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/' | expand -t 12
@@ -15,6 +15,9 @@ setup: $(STAMP)  ## make the virtual environment, and install Mesa where it is m
 $(STAMP): setup.cfg pyproject.toml
 	@PYTHON="$(PYTHON)" sh tools/setup.sh "$(VENV)"
 	@touch $(STAMP)
+
+scenes: $(STAMP)  ## download the papers' scenes; shows their terms and asks
+	@$(BIN)/gpgpu-rt scenes --fetch
 
 test: $(STAMP)  ## the quick suite, headless
 	@$(BIN)/python tools/run_tests.py

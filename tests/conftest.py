@@ -30,6 +30,10 @@ from gpgpu_rt.workers import Workers
 # Tests build their structures, but each structure only once.
 _CACHE = tempfile.TemporaryDirectory(prefix="gpgpu_rt_tests")
 os.environ["GPGPU_RT_CACHE"] = _CACHE.name
+# Tests find fetched scenes by GPGPU_RT_SCENES alone, so that a test can hide them.
+if "GPGPU_RT_SCENES" not in os.environ and catalogue.data_folder().is_dir():
+    os.environ["GPGPU_RT_SCENES"] = str(catalogue.data_folder())
+os.environ["XDG_DATA_HOME"] = _CACHE.name
 
 # The time of an example depends on the machine's load, so no example has a deadline.
 hypothesis.settings.register_profile("untimed", deadline=None)
@@ -180,7 +184,8 @@ def variant_pairs(name: str) -> list[dict[str, object]]:
 def real_scene(name: str) -> rt.Scene:
     """Return a scene from its real mesh, or skip the test if the mesh is not found."""
     if catalogue.mesh_path(name) is None:
-        pytest.skip(f"no mesh of {name} in GPGPU_RT_SCENES or ./scenes")
+        pytest.skip(f"no mesh of {name} in GPGPU_RT_SCENES or ./scenes; `gpgpu-rt scenes "
+                    "--fetch` gets it")
     return rt.load_scene(name)
 
 

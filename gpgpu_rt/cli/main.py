@@ -20,7 +20,7 @@ from ..interrupts import STATUS
 from ..methods import find_method, load_methods, methods
 from ..options import spell
 from ..render.plan import Plan
-from ..scene.loading import list_scenes, load_scene
+from ..scene.loading import load_scene
 from ..scene.scene import Scene
 from ..scene.surfaces.geometry_image import GeometryImage
 from ..scene.surfaces.parametrise import CUTS, parametrise
@@ -31,7 +31,7 @@ from . import benching, hardware
 from . import passes_heat as looking
 from . import program
 from . import report as teaching
-from . import tuning, view
+from . import scenes, tuning, view
 from .camera import add_camera
 from .distributed import add_scheduler, render_shared, trace_shared
 from .floor import add_floor, scene_of
@@ -135,16 +135,6 @@ def _methods(chosen: argparse.Namespace) -> None:
         print()
         print_table(("file", "used by"), program.files_of_method(row.name))
         print()
-
-
-def _scenes(chosen: argparse.Namespace) -> None:
-    rows = list_scenes()
-    if chosen.json:
-        return print_json(rows)
-    print_table(("scene", "triangles", "source", "original"),
-                [(r["name"], "?" if r["triangles"] is None else f"{r['triangles']:,}", r["found"],
-                  r["original"]) for r in rows])
-    print("\nMeshes are searched in the folders of GPGPU_RT_SCENES, then in ./scenes.")
 
 
 def _render(chosen: argparse.Namespace) -> None:
@@ -345,7 +335,7 @@ def _parser() -> argparse.ArgumentParser:
     sub = command("methods", _methods, "list the methods, or a method's options and files")
     sub.add_argument("names", nargs="*", metavar="NAME", help="list the options and files of "
                      "these methods")
-    command("scenes", _scenes, "list the named scenes and the source of each")
+    scenes.add_command(command)
     sub = command("render", _render, "render a scene to an image file")
     sub.add_argument("scene", help="a scene's name, a mesh file or a scene file (.json)")
     add_choice(sub)

@@ -35,8 +35,12 @@ def show_progress(unit: str, lines: Lines) -> Iterator[Callable[..., None]]:
 
 def tenths(unit: str) -> Lines:
     """Return a function that prints a line for each tenth of the work."""
+    printed = 0
+
     def tell(done: int, of: int, note: str) -> None:
-        if 10 * done // of > 10 * (done - 1) // of:
+        nonlocal printed
+        if 10 * done // of > printed:
+            printed = 10 * done // of
             say(f"{done:,} of {counted(of, unit)}")
 
     return tell

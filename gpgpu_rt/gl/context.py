@@ -237,6 +237,9 @@ def _create_egl() -> Gpu:
 
 
 def _create_osmesa() -> Gpu:
+    # OSMesa of Mesa 22.3 crashes the process when it is asked for zink.
+    if os.environ.get("GALLIUM_DRIVER") == "zink":
+        raise ContextError("OSMesa has no driver zink; unset GALLIUM_DRIVER, or choose egl")
     return Gpu(moderngl.create_context(require=GL_VERSION, context=OsMesaLoader()), "osmesa")
 
 

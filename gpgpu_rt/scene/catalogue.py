@@ -5,9 +5,10 @@ import os
 import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
+from pathlib import Path, PurePath
 
 import numpy as np
+import platformdirs
 
 from ..errors import SceneError, nearest_names
 from .camera import Camera, load_cameras
@@ -30,7 +31,9 @@ class NamedScene:
     triangles : number of triangles of the procedural version
     make : builds the procedural version
     stand_in : the original that the procedural version replaces; None if it is the original
-    original : the place where a user gets the original
+    original : the name of the original at its owner
+    page : for an original that cannot be fetched, where its owner publishes it and which file to
+        put where; None for a scene that is built in or can be fetched
     light : position of the light for the mesh of this name; None for a light beside the camera
     paint : makes colours, (n, 3), for a mesh without colours
     takes_argument : whether ``make`` has an argument, as in ``stadium:1e-3``
@@ -44,8 +47,10 @@ class NamedScene:
     light: tuple[float, float, float] | None = None
     paint: Paint | None = None
     takes_argument: bool = False
+    page: str | None = None
 
 
+PUBLISHED = "originals"     # folder of published files that an animation reads
 _BART = "BART (Lext, Assarsson, Moeller), Chalmers: "
 
 ROWS: dict[str, NamedScene] = {row.name: row for row in (
@@ -61,19 +66,31 @@ ROWS: dict[str, NamedScene] = {row.name: row for row in (
                _BART + "the kitchen scene at t = 0",
                (3.1, 2.1, 3.3), by_part),
     NamedScene("cows", 23_218, creatures.cows, "Thrane and Simonsen's Cows, whose triangle count "
-               "and arrangement are not published", "not available"),
+               "and arrangement are not published", "not available",
+               page="the arrangement was never published; a mesh of your own must be named "
+               "cows.ply"),
     NamedScene("conference", 282_641, rooms.conference, "the conference room",
                "McGuire Computer Graphics Archive: Conference Room (331,179 triangles, not the "
                "papers' edition)", (300.0, 560.0, -250.0), by_part),
     NamedScene("fairyforest", 174_117, outdoors.fairyforest, "the Utah fairy forest",
-               "Utah 3D Animation Repository: Fairy Forest"),
+               "Utah 3D Animation Repository: Fairy Forest",
+               page="https://www.sci.utah.edu/~wald/animrep/ publishes the fairy forest; save "
+               "one of its frames as fairyforest.obj, with its .mtl file in the same folder"),
     NamedScene("sodahall", buildings.SODA_HALL, buildings.sodahall, "Soda Hall",
-               "UC Berkeley's Walkthru group: Soda Hall"),
+               "UC Berkeley's Walkthru group: Soda Hall",
+               page="https://people.eecs.berkeley.edu/~sequin/soda/soda.html leads to its models; "
+               "save a model, converted to triangles, as sodahall.ply"),
     NamedScene("powerplant", buildings.POWER_PLANT, buildings.powerplant, "the Power Plant",
-               "UNC Chapel Hill's GAMMA group: Power Plant"),
-    NamedScene("shirley6", 804, rooms.shirley6, "Shirley's scene 6", "not available"),
+               "UNC Chapel Hill's GAMMA group: Power Plant",
+               page="http://gamma.cs.unc.edu/POWERPLANT/ publishes the power plant in sections; "
+               "join the sections and save them as powerplant.ply"),
+    NamedScene("shirley6", 804, rooms.shirley6, "Shirley's scene 6", "not available",
+               page="its model was never published; a mesh of your own must be named "
+               "shirley6.ply"),
     NamedScene("buddha", 100_000, creatures.buddha, "the Buddha of Figure 1, here a tenth of the "
-               "original's 1,087,716 triangles", "Stanford 3D Scanning Repository: Happy Buddha"),
+               "original's 1,087,716 triangles", "Stanford 3D Scanning Repository: Happy Buddha",
+               page="http://graphics.stanford.edu/data/3Dscanrep/ publishes the Happy Buddha; save "
+               "its happy_vrip.ply as buddha.ply"),
     NamedScene("tenk", 10_000, outdoors.tenk, None, "built in: 10,000 triangles for Table 1"),
     NamedScene("stadium", 8_000, outdoors.stadium, None, "built in: a teapot in a stadium, "
                "stadium:RATIO sets teapot over stadium", takes_argument=True),
@@ -96,7 +113,9 @@ ROWS: dict[str, NamedScene] = {row.name: row for row in (
     NamedScene("soft-shadows", 6_000, lit.soft_shadows, "the soft shadows of Figure 7",
                "not available"),
     NamedScene("cow", 5_804, creatures.cow, "Viewpoint's cow",
-               "common-3d-test-models: cow.obj (Viewpoint Animation Engineering)"),
+               "common-3d-test-models: cow.obj (Viewpoint Animation Engineering)",
+               page="https://github.com/alecjacobson/common-3d-test-models publishes the cow; "
+               "save its data/cow.obj as cow.obj"),
 )}
 
 
@@ -128,14 +147,25 @@ def find(text: str) -> tuple[NamedScene, float | None] | None:
     raise SceneError(f"no scene {text!r}{nearest_names(text, ROWS)} (or give a mesh file's path)")
 
 
-def folders() -> list[Path]:
-    """Return the folders in which meshes are searched: those of GPGPU_RT_SCENES, then ./scenes."""
+def named_folders() -> list[Path]:
+    """Return the folders that GPGPU_RT_SCENES names; warn of a folder that is missing."""
     words = os.environ.get("GPGPU_RT_SCENES", "").split(os.pathsep)
     given = [Path(word) for word in words if word]
     for folder in given:
         if not folder.is_dir():
             warnings.warn(f"GPGPU_RT_SCENES: there is no folder {folder}", stacklevel=2)
-    return [*given, Path("scenes")]
+    return given
+
+
+def data_folder() -> Path:
+    """Return the folder of fetched scenes in this user's data folder; it may be missing."""
+    return platformdirs.user_data_path("gpgpu_rt", appauthor=False) / "scenes"
+
+
+def folders() -> list[Path]:
+    """Return the folders in which meshes are searched: the folders of GPGPU_RT_SCENES, then
+    ./scenes, then the folder of fetched scenes."""
+    return [*named_folders(), Path("scenes"), data_folder()]
 
 
 def mesh_path(name: str) -> Path | None:
@@ -144,6 +174,17 @@ def mesh_path(name: str) -> Path | None:
     if ROWS[name].takes_argument:
         return None
     candidates = (folder / (name + suffix) for folder in folders() for suffix in SUFFIXES)
+    return next((path for path in candidates if path.is_file()), None)
+
+
+def original_file(place: PurePath) -> Path | None:
+    """Return a published file that an animation reads; None if no folder has it.
+
+    Parameters
+    ----------
+    place : REPOSITORY/PATH, the repository without its owner
+    """
+    candidates = (folder / PUBLISHED / place for folder in folders())
     return next((path for path in candidates if path.is_file()), None)
 
 

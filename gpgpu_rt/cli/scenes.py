@@ -1,0 +1,199 @@
+"""The command ``scenes``: lists the named scenes, and fetches the papers' scenes."""
+from __future__ import annotations
+
+import argparse
+import contextlib
+import hashlib
+import json
+import sys
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+from ..disk.files import is_file, read_input, read_json, replacing
+from ..errors import Error, OptionError, SceneError, nearest_names
+from ..scene import catalogue
+from ..scene.camera import load_cameras
+from ..scene.loading import list_scenes
+from ..scene.originals.conversion import ORIGINALS, convert
+from ..scene.originals.download import download
+from ..scene.originals.sources import SourceFile, camera_text, source_files
+from ..text_format import counted
+from .folder_lock import Claim
+from .progress import show_progress, tenths
+from .shared import Command, print_json, print_table, say
+
+KILOBYTE = 1000
+
+
+def add_command(command: Command) -> None:
+    """Declare the command; ``command(name, run, text)`` returns a parser."""
+    sub = command("scenes", _run, "list the named scenes and the source of each, or fetch the "
+                  "papers' scenes")
+    sub.add_argument("--fetch", nargs="*", metavar="NAME", help="download these scenes and "
+                     f"convert them; without a name: {', '.join(ORIGINALS)}. Shows size and terms "
+                     "of each scene and asks before the download")
+    sub.add_argument("--from", dest="base", metavar="URL|FOLDER", help="take the files from a "
+                     "copy that holds them as REPOSITORY/PATH; default: the repositories that "
+                     "publish them")
+    sub.add_argument("--yes", action="store_true", help="agree to the terms and do not ask")
+
+
+def _run(chosen: argparse.Namespace) -> None:
+    if chosen.fetch is not None:
+        fetch(chosen.fetch or list(ORIGINALS), chosen.base, chosen.yes)
+        if not chosen.json:
+            return
+    elif chosen.base or chosen.yes:
+        raise OptionError("--from and --yes belong to --fetch; add --fetch")
+    rows = list_scenes()
+    if chosen.json:
+        return print_json(rows)
+    print_table(("scene", "triangles", "source", "original"),
+                [(r["name"], "?" if r["triangles"] is None else f"{r['triangles']:,}", r["found"],
+                  r["original"]) for r in rows])
+    print(f"\n`gpgpu-rt scenes --fetch` downloads {', '.join(ORIGINALS)}.")
+    for row in catalogue.ROWS.values():
+        if row.page and row.name not in ORIGINALS and catalogue.mesh_path(row.name) is None:
+            print(f"{row.name}: {row.page}")
+    print("Meshes are searched in the folders of GPGPU_RT_SCENES, then in ./scenes, then in "
+          f"{catalogue.data_folder()}.")
+
+
+def fetch(names: Sequence[str], base: str | None, agreed: bool) -> None:
+    """Download scenes, convert them, and put them where `load_scene` finds them.
+
+    Parameters
+    ----------
+    names : names of ORIGINALS
+    base : URL or folder of a copy of the originals; None for the repositories
+    agreed : whether the user agrees to the terms; if false, the user is asked
+
+    Raises
+    ------
+    Error
+        a scene cannot be fetched; scenes that were finished before stay
+    """
+    for name in names:
+        _check_name(name)
+    folder = next(iter(catalogue.named_folders()), catalogue.data_folder())
+    wanted = [name for name in dict.fromkeys(names) if not _is_there(name)]
+    for name in names:
+        if name not in wanted:
+            say(f"{name} is there: {catalogue.mesh_path(name)}")
+    if not wanted:
+        return
+    _show(wanted, folder, base)
+    if not agreed:
+        _ask()
+    cameras = folder / "cameras.json"
+    if is_file(cameras):
+        load_cameras(cameras)      # report a damaged file now, not after the download
+    with _working(folder) as work, show_progress("kilobyte", tenths("kilobyte")) as report:
+        missing = {name: _missing_files(name, folder) for name in wanted}
+        total = 1 + sum(file.size for files in missing.values() for file in files) // KILOBYTE
+        done = 0
+        for name in wanted:
+            for file in missing[name]:
+                download(file, base, work / file.sha256,
+                         lambda there: report((done + there) // KILOBYTE, total, name))
+                done += file.size
+            _place(name, folder, work)
+            _add_camera(name, cameras)
+    for name in wanted:
+        print(f"{name}: {ORIGINALS[name].triangles:,} triangles, {catalogue.mesh_path(name)}")
+
+
+def _check_name(name: str) -> None:
+    """Raise SceneError if a scene cannot be fetched; the message says what to do instead."""
+    if name in ORIGINALS:
+        return
+    row = catalogue.ROWS.get(name)
+    if row is None:
+        raise SceneError(f"no scene {name!r} to fetch{nearest_names(name, ORIGINALS)}")
+    raise SceneError(f"{name} cannot be fetched: {row.page or row.original}; these scenes can: "
+                     f"{', '.join(ORIGINALS)}")
+
+
+def _is_there(name: str) -> bool:
+    """Return whether the mesh of a scene is found, with the files that its animation reads."""
+    files = source_files()[name] if ORIGINALS[name].keeps_files else ()
+    return catalogue.mesh_path(name) is not None and all(
+        catalogue.original_file(file.place) is not None for file in files)
+
+
+def _show(names: Sequence[str], folder: Path, base: str | None) -> None:
+    """Print source, size and terms of each scene, and the folder that the scenes go to."""
+    for name in names:
+        files = source_files()[name]
+        size = sum(file.size for file in files) / 1e6
+        say(f"{name}: {counted(len(files), 'file')}, {size:.1f} MB\n"
+            f"    source: github.com/{files[0].repository} at {files[0].commit[:12]}"
+            + (f", taken from {base}" if base else "") + f"\n    terms: {files[0].terms}")
+    say(f"The scenes go to {folder}.")
+
+
+def _ask() -> None:
+    """Ask whether to fetch the scenes; raise Error unless the answer is yes."""
+    advice = "nothing is fetched; give --yes to agree to the terms"
+    if not sys.stdin or not sys.stdin.isatty():
+        raise Error(f"no terminal to ask at: {advice}")
+    print("Fetch these scenes and agree to their terms? [y/N] ", end="", file=sys.stderr,
+          flush=True)
+    if sys.stdin.readline().strip().lower() not in ("y", "yes"):
+        raise Error(advice)
+
+
+@contextlib.contextmanager
+def _working(folder: Path) -> Iterator[Path]:
+    """Yield a folder for partial downloads within ``folder``, which only one run uses. Empty
+    folders are removed at the end."""
+    created = [path for path in (folder, *folder.parents) if not path.exists()]
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as failure:
+        raise Error(f"cannot create the folder {folder}: {failure.strerror}; name another folder "
+                    "by GPGPU_RT_SCENES") from failure
+    work = folder / ".fetching"
+    claim = Claim(work, folder)
+    try:
+        yield work
+    finally:
+        claim.release()
+        with contextlib.suppress(OSError):      # a folder that is not empty stays
+            for path in (work, *created):
+                path.rmdir()
+
+
+def _missing_files(name: str, folder: Path) -> list[SourceFile]:
+    """Return the files of a scene that are not complete in ``folder``."""
+    return [file for file in source_files()[name]
+            if not is_file(path := folder / catalogue.PUBLISHED / file.place)
+            or hashlib.sha256(read_input(path)).hexdigest() != file.sha256]
+
+
+def _place(name: str, folder: Path, work: Path) -> None:
+    """Convert the downloaded files of a scene, and move or remove them."""
+    files = source_files()[name]
+    paths = [work / file.sha256 for file in files]
+    if ORIGINALS[name].keeps_files:
+        places = [folder / catalogue.PUBLISHED / file.place for file in files]
+        for path, place in zip(paths, places):
+            if path.exists():
+                place.parent.mkdir(parents=True, exist_ok=True)
+                path.replace(place)
+        paths = places
+    if catalogue.mesh_path(name) is None:
+        convert(name, paths, folder / f"{name}.ply")
+    if not ORIGINALS[name].keeps_files:
+        for path in paths:
+            path.unlink()
+
+
+def _add_camera(name: str, path: Path) -> None:
+    """Add the camera of a scene to a file of cameras, unless the file has a camera for it."""
+    cameras = read_json(path) if is_file(path) else {}
+    camera = json.loads(camera_text()).get(name)
+    if camera is None or name in cameras:
+        return
+    with replacing(path) as temporary:
+        temporary.write_text(json.dumps({**cameras, name: camera}, indent=1) + "\n")

@@ -1,0 +1,91 @@
+"""Conversion: makes the mesh of a scene from the files that its owner publishes."""
+from __future__ import annotations
+
+import tempfile
+import warnings
+import zipfile
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+import trimesh
+
+from ...disk.files import replacing
+from ...errors import SceneError
+from .. import mesh_file
+from ..mesh import Mesh
+
+
+@dataclass(frozen=True)
+class Original:
+    """A scene that can be fetched.
+
+    Attributes
+    ----------
+    file : the mesh file: a path in the scene's archive, or among the scene's files
+    triangles : the number of triangles
+    edit : changes the mesh after reading
+    keeps_files : whether the published files stay, because an animation reads them
+    """
+
+    file: str
+    triangles: int
+    edit: Callable[[Mesh], Mesh] = lambda mesh: mesh
+    keeps_files: bool = False
+
+
+def _without_repeats(mesh: Mesh) -> Mesh:
+    """Return a mesh without the triangles that repeat an earlier triangle, and without vertices
+    that no triangle uses.
+
+    The published Cornell box has two bottom faces with the indices of side faces. Cornell
+    University's own data have 32 triangles.
+    """
+    corners = np.sort(mesh.vertices[mesh.faces].view("f8,f8,f8")[..., 0], axis=1)
+    _, first = np.unique(corners.view("f8").reshape(len(mesh.faces), -1), axis=0,
+                         return_index=True)
+    used, faces = np.unique(mesh.faces[np.sort(first)], return_inverse=True)
+    return replace(mesh, vertices=mesh.vertices[used], faces=faces.reshape(-1, 3))
+
+
+ORIGINALS: dict[str, Original] = {
+    "bunny": Original("bunny/reconstruction/bun_zipper.ply", 69_451),
+    "conference": Original("conference.obj", 331_179),
+    "cornell": Original("CornellBox-Original.obj", 32, _without_repeats),
+    "kitchen": Original("kitchen.aff", 110_561, keeps_files=True),
+    "robots": Original("Robot.aff", 71_708, keeps_files=True),
+    "teapot": Original("teapot.obj", 15_704),
+}
+
+
+def convert(scene: str, files: list[Path], target: Path) -> None:
+    """Write the mesh of a scene to ``target``, a PLY file.
+
+    Parameters
+    ----------
+    scene : a name of ORIGINALS
+    files : the published files, complete: an archive, or the files themselves
+
+    Raises
+    ------
+    SceneError
+        the files do not give the expected number of triangles
+    """
+    original = ORIGINALS[scene]
+    with warnings.catch_warnings(), tempfile.TemporaryDirectory(dir=target.parent) as folder:
+        warnings.simplefilter("ignore")     # only positions and faces are kept
+        if len(files) == 1:
+            with zipfile.ZipFile(files[0]) as archive:
+                archive.extractall(folder)
+            path = Path(folder, original.file)
+        else:
+            path = next(file for file in files if file.name == original.file)
+        mesh = original.edit(mesh_file.read(path))
+    if len(mesh.faces) != original.triangles:
+        raise SceneError(f"{scene}: the published files give {len(mesh.faces):,} triangles, but "
+                         f"{original.triangles:,} are expected; report this as an error of "
+                         "gpgpu_rt")
+    shape = trimesh.Trimesh(mesh.vertices, mesh.faces, process=False)
+    with replacing(target) as path:
+        path.write_bytes(shape.export(file_type="ply"))

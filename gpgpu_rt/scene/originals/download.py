@@ -1,0 +1,175 @@
+"""Download: brings a file from a web server or a folder, complete and with the right digest."""
+from __future__ import annotations
+
+import hashlib
+import http.client
+import time
+import urllib.error
+import urllib.request
+from collections.abc import Callable, Iterator
+from contextlib import closing
+from pathlib import Path
+
+from ...disk.files import open_input
+from ...errors import Error, OptionError
+from .sources import SourceFile, is_url
+
+TRIES = 5              # connections in a row that bring no new byte before a download fails
+FIRST_WAIT = 0.2       # seconds before the second try; each further wait is twice as long
+SECONDS = 30           # longest wait for an answer of the server
+BLOCK = 1 << 16        # bytes that are read at a time
+# A changed file is read to the end, so that the message can name its digest. A server may send
+# without end, so reading stops at this multiple of the expected size.
+LARGEST = 4
+_AGAIN = (408, 425, 429, 500, 502, 503, 504)     # HTTP statuses of a server that may recover
+
+Report = Callable[[int], None]    # takes the number of bytes that are there
+
+
+class _Lost(Exception):
+    """The connection ended early; its text says why."""
+
+
+class _Stream:
+    """The bytes of a file from a server or a folder.
+
+    Attributes
+    ----------
+    start : position of the first byte in the file
+    total : size of the whole file in bytes; None if the server does not say
+    """
+
+    def __init__(self, source: str, start: int) -> None:
+        self.start, self.total = 0, None
+        if not is_url(source):
+            self._file = open_input(source)
+            self._file.seek(start)
+            self.start = start
+            return
+        headers = {"User-Agent": "gpgpu_rt", "Accept-Encoding": "identity"}
+        if start:
+            headers["Range"] = f"bytes={start}-"
+        request = urllib.request.Request(source, headers=headers)
+        self._file = urllib.request.urlopen(request, timeout=SECONDS)
+        length = self._file.headers.get("Content-Length", "")
+        self.total = int(length) if length.isdigit() else None
+        if self._file.status == 206:
+            content = self._file.headers.get("Content-Range", "")    # bytes 5-9/10
+            first, _, total = content.removeprefix("bytes ").partition("-")
+            total = total.rpartition("/")[2]
+            if first != str(start):
+                raise _Lost(f"the server answered with the range {content[:40]!r}")
+            self.start, self.total = start, int(total) if total.isdigit() else None
+
+    def blocks(self) -> Iterator[bytes]:
+        """Yield the bytes in blocks."""
+        at = self.start
+        while block := self._file.read(BLOCK):
+            at += len(block)
+            yield block
+        if self.total is not None and at < self.total:
+            raise _Lost(f"the connection ended after {at:,} of {self.total:,} bytes")
+
+    def close(self) -> None:
+        self._file.close()
+
+
+def download(file: SourceFile, base: str | None, partial: Path, report: Report) -> None:
+    """Bring a file to ``partial``, and continue there if an earlier run brought a part of it.
+
+    Parameters
+    ----------
+    file : the file to bring
+    base : URL or folder of a copy of the originals; None for the repository itself
+    partial : the path to write. An interrupted download stays there, so that a later call can
+        continue. A file with the wrong size or digest is removed
+    report : shows progress
+
+    Raises
+    ------
+    Error
+        the file cannot be had, or it is not the expected file
+    """
+    source = file.location(base)
+    if is_url(source) and not source.startswith(("http://", "https://")):
+        raise OptionError(f"{base} is neither a folder nor a URL of http or https")
+    continued = partial.is_file()
+    if continued and partial.stat().st_size > file.size:
+        partial.unlink()
+    try:
+        _read_all(file, source, partial, report)
+        found = _digest(partial)
+        if found != file.sha256 and continued:    # the earlier part may be damaged
+            partial.unlink()
+            _read_all(file, source, partial, report)
+            found = _digest(partial)
+    except Error:
+        raise
+    except (FileNotFoundError, IsADirectoryError) as failure:
+        raise Error(f"{base} has no file {file.place}; the folder must hold the originals as "
+                    "REPOSITORY/PATH") from failure
+    except OSError as failure:
+        raise Error(f"cannot fetch {file.place}: {failure.strerror or failure}; run the command "
+                    "again to continue") from failure
+    if found != file.sha256:
+        size = partial.stat().st_size
+        partial.unlink()
+        some = f"{size:,} bytes" if size <= LARGEST * file.size else f"more than {size:,} bytes"
+        raise Error(f"{source} is not the expected file, and nothing of it is kept: it has {some} "
+                    f"and SHA-256 {found}; expected are {file.size:,} bytes and SHA-256 "
+                    f"{file.sha256}; if the file has changed there, name an unchanged copy by "
+                    "--from")
+
+
+def _read_all(file: SourceFile, source: str, partial: Path, report: Report) -> None:
+    """Append to ``partial`` until the server has sent the whole file; connect again if the
+    connection ends early."""
+    failed = 0
+    while True:
+        before = partial.stat().st_size if partial.is_file() else 0
+        if before >= file.size:
+            return
+        try:
+            with closing(_Stream(source, before)) as stream:
+                _append(file, stream, partial, report)
+            return
+        except urllib.error.HTTPError as failure:
+            failure.close()
+            said = f"{source}: the server answers {failure.code} {failure.reason}"
+            if failure.code == 416:     # the file there is shorter than the part
+                partial.unlink()
+            elif failure.code not in _AGAIN:
+                raise Error(f"{said}; name another source by --from") from None
+        except urllib.error.URLError as failure:
+            reason = getattr(failure.reason, "strerror", None) or failure.reason
+            said = f"cannot reach {source} ({reason})"
+            if not before:
+                raise Error(f"{said}; check the network, or name a copy by --from FOLDER or "
+                            "--from URL") from None
+        except (_Lost, http.client.HTTPException, ConnectionError, TimeoutError) as failure:
+            said = f"{source}: {failure or type(failure).__name__}"
+        now = partial.stat().st_size if partial.is_file() else 0
+        failed = 0 if now > before else failed + 1
+        if failed == TRIES:
+            raise Error(f"{said}; run the command again to continue")
+        time.sleep(FIRST_WAIT * 2 ** failed)
+
+
+def _append(file: SourceFile, stream: _Stream, partial: Path, report: Report) -> None:
+    """Append the bytes of a stream to ``partial``, from the stream's start on."""
+    limit = LARGEST * file.size
+    with open(partial, "r+b" if partial.is_file() else "wb") as output:
+        output.truncate(stream.start)
+        output.seek(stream.start)
+        there = stream.start
+        for block in stream.blocks():
+            output.write(block)
+            there += len(block)
+            report(min(there, file.size))
+            if there > limit:
+                return
+
+
+def _digest(path: Path) -> str:
+    with open(path, "rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
