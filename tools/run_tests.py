@@ -5,10 +5,13 @@ import argparse
 import os
 import subprocess
 import sys
+import tempfile
 
 # Mesa's OpenGL over Vulkan, which draws with llvmpipe, too: hits are the same to the bit.
 ZINK = {"MESA_LOADER_DRIVER_OVERRIDE": "zink", "GALLIUM_DRIVER": "zink",
-        "LIBGL_ALWAYS_SOFTWARE": "1"}
+        "LIBGL_ALWAYS_SOFTWARE": "1",
+        # Without this variable, Vulkan's loader prints a line to stderr.
+        "XDG_RUNTIME_DIR": os.environ.get("XDG_RUNTIME_DIR") or tempfile.gettempdir()}
 # The folders of tests that compare hits.
 HITS = [f"tests/{folder}" for folder in (
     "traversal", "methods", "session", "inspect", "extremes", "reference", "repro",
