@@ -27,8 +27,8 @@ def load_scene(source: str | os.PathLike | trimesh.Trimesh | trimesh.Scene | Sce
     ----------
     source : one of
         - a name of `scene_names()`;
-        - the path of a mesh file (PLY, OBJ, STL, glTF, or any other format of trimesh), of a scene
-          file (.json) or of a `GeometryImage` (.npz);
+        - the path of a mesh file (PLY, OBJ, STL, glTF, AFF, or any other format of trimesh), of a
+          scene file (.json) or of a `GeometryImage` (.npz);
         - a trimesh object;
         - a Scene, which is returned unchanged
 
@@ -68,7 +68,7 @@ def _read(path: Path, row: catalogue.NamedScene | None = None) -> Scene:
                                               camera=catalogue.camera_beside(path))
     mesh = mesh_file.read(path)
     check_vertices(mesh.vertices, str(path))
-    camera = catalogue.camera_beside(path)
+    camera = catalogue.camera_beside(path) or mesh.camera
     light: PointLight | None = None
     if row is not None:
         light = PointLight(row.light) if row.light else None
@@ -83,7 +83,7 @@ def _read(path: Path, row: catalogue.NamedScene | None = None) -> Scene:
         return scene
     warnings.warn(f"{path}: the mesh is a room, so the camera is inside; --eye and --target place "
                   "the camera", stacklevel=3)
-    lights = scene.lights if light else (beside(room, scene.triangles),)
+    lights = scene.lights if light or mesh.lights else (beside(room, scene.triangles),)
     return replace(scene, camera=room, lights=lights)
 
 

@@ -112,6 +112,7 @@ class _Reader:
     def __init__(self, path: Path) -> None:
         self.path, self.folder = path, os.path.realpath(path.parent)
         self.files = {os.path.realpath(path): _File(path, str(path))}
+        self.places: dict[str, str] = {}    # the real path of each included name
         self.seen: set[int] = set()     # the identities of the geometries so far
         self.triangles = self.repeated = self.size = 0
 
@@ -169,15 +170,18 @@ class _Reader:
 
     def _place(self, file: _File, said: Include) -> str:
         """Return the real path of an included file, which must lie in the document's folder."""
-        try:
-            place = os.path.realpath(os.path.join(self.folder, said.name))
-        except ValueError:      # the name contains a zero byte
-            raise file.tokens.error("includes a file whose name no file can have", said.at
-                                    ) from None
-        if os.path.isabs(said.name) or os.path.commonpath([self.folder, place]) != self.folder:
-            raise file.tokens.error(f"includes {said.name}, which lies outside of the folder "
-                                    f"{self.path.parent}; copy it there", said.at)
-        return place
+        if said.name not in self.places:
+            try:
+                place = os.path.realpath(os.path.join(self.folder, said.name))
+            except ValueError:      # the name contains a zero byte
+                raise file.tokens.error("includes a file whose name no file can have", said.at
+                                        ) from None
+            if os.path.isabs(said.name) or os.path.commonpath(
+                    [self.folder, place]) != self.folder:
+                raise file.tokens.error(f"includes {said.name}, which lies outside of the folder "
+                                        f"{self.path.parent}; copy it there", said.at)
+            self.places[said.name] = place
+        return self.places[said.name]
 
     def _included(self, place: str, file: _File, said: Include) -> _File:
         included = self.files.get(place)

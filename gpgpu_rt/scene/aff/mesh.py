@@ -77,15 +77,15 @@ def _finite(document: Document, placement: Placement, time: float) -> np.ndarray
 def _normals(document: Document, placement: Placement, sizes: list[int]) -> np.ndarray | None:
     """Return the normals of corners, (n, 3, 3) float64 of length 1, or 0 for a missing normal;
     None if no geometry has normals."""
-    transforms, _ = placement.transforms(document.begin)
+    # Normals follow the cofactors, which exist for a flattening transform too.
+    x, y, z = placement.transforms(document.begin)[0][:, :, :3].transpose(2, 0, 1)
+    cofactors = np.stack([np.cross(y, z), np.cross(z, x), np.cross(x, y)], axis=1)
+    cofactors *= np.sign((x * cofactors[:, 0]).sum(axis=1))[:, None, None]
     turned: list[np.ndarray | None] = []
     for instance in document.instances:
         normals = instance.geometry.normals
         if normals is not None:
-            # Normals follow the cofactors, which exist for a flattening transform too.
-            x, y, z = transforms[instance.node, :, :3].T
-            cofactors = np.stack([np.cross(y, z), np.cross(z, x), np.cross(x, y)])
-            normals = normals @ (cofactors * np.sign(x @ cofactors[0]))
+            normals = normals @ cofactors[instance.node]
             length = np.linalg.norm(normals, axis=2, keepdims=True)
             normals = normals / np.where(length > 0, length, 1)
         turned.append(normals)

@@ -162,12 +162,12 @@ def _is_number(word: bytes) -> bool:
 def _fill(tokens: Tokens, keyword: bytes) -> Iterator[Statement]:
     if keyword == b"fm":
         said = tokens.numbers(12, "a material's numbers")
-        diffuse, specular, (_, transmittance, ior) = said[3:6], said[6:9], said[9:]
+        shares, (_, transmittance, ior) = said[:9].reshape(3, 3), said[9:]
     else:
         said = tokens.numbers(8, "a material's numbers")
-        diffuse, specular, (_, transmittance, ior) = (
-            said[:3] * said[3], np.repeat(said[4], 3), said[5:])
-    yield Surface.of(diffuse, specular, transmittance, ior)
+        colour, (kd, ks, _, transmittance, ior) = said[:3], said[3:]
+        shares = np.stack([0 * colour, kd * colour, np.full(3, ks)])
+    yield Surface.of(*shares, transmittance, ior)
 
 
 def _static(tokens: Tokens, _: bytes) -> Iterator[Statement]:

@@ -17,8 +17,10 @@ CLEAR = 0.5     # a surface that transmits at least this share of the light beco
 class Surface:
     """A surface of AFF.
 
-    The ambient share of a fill statement is left out, because the surroundings light the scene.
-    So is the shininess: BART's ray tracers reflect the specular share like a mirror.
+    The shininess of a fill statement is left out: the specular share reflects like a mirror, as
+    BART asks of ray tracers. So is the ambient share, because the surroundings light the scene; it
+    is the diffuse share of a surface that has neither a diffuse nor a specular one, such as the
+    garden behind BART's kitchen.
 
     Attributes
     ----------
@@ -31,14 +33,20 @@ class Surface:
     ior: float | None = None
 
     @classmethod
-    def of(cls, diffuse: np.ndarray, specular: np.ndarray, transmittance: float,
-           ior: float) -> Surface:
-        """Return the surface of a fill statement: (3,) shares, the transmitted share and the
-        refractive index, where 0 stands for 1. Shares above 1 are cut; together with the diffuse
-        share, the specular one gives way."""
+    def of(cls, ambient: np.ndarray, diffuse: np.ndarray, specular: np.ndarray,
+           transmittance: float, ior: float) -> Surface:
+        """Return the surface of a fill statement.
+
+        Parameters
+        ----------
+        ambient, diffuse, specular : (3,) shares; where they add up to more than 1, the specular
+            share gives way
+        transmittance : the share of light that passes through
+        ior : the refractive index; 0 stands for 1
+        """
         if transmittance >= CLEAR:
             return cls((0.0,) * 3, (0.0,) * 3, float(np.clip(ior or 1.0, 0.1, 10)))
-        diffuse = np.clip(diffuse, 0, 1)
+        diffuse = np.clip(diffuse if diffuse.any() or specular.any() else ambient, 0, 1)
         return cls(_shares(diffuse), _shares(np.clip(specular, 0, 1 - diffuse)))
 
     def material(self, name: str, texture: Texture | None) -> Material:
