@@ -45,7 +45,7 @@ def read(path: Path, groups: bool = False) -> Mesh:
     LimitError
         the mesh needs more memory than the budget
     """
-    try:
+    with reading(path):
         open_input(path).close()
         check_declared(path)
         with trimeshs_notes(path):
@@ -53,6 +53,17 @@ def read(path: Path, groups: bool = False) -> Mesh:
         if path.suffix.lower() == ".ply" and len(mesh.faces) < (
                 declared := ply_faces(ply_header(path))):
             raise ValueError(f"{declared} faces declared, {len(mesh.faces)} found")
+    if not len(mesh.faces):
+        raise SceneError(f"{path}: has no triangles, only points or lines; give a mesh with faces")
+    return mesh
+
+
+@contextlib.contextmanager
+def reading(path: Path) -> Iterator[None]:
+    """Turn all exceptions of a reader in this context into errors of one line that name the
+    file."""
+    try:
+        yield
     except LimitError:
         raise
     except SceneError as failure:
@@ -69,9 +80,6 @@ def read(path: Path, groups: bool = False) -> Mesh:
         reason = " ".join(said.split())[:160] or type(error).__name__
         raise SceneError(f"{path}: cannot read this mesh ({reason}); is the file complete, and of "
                          f"the type that its name says?") from None
-    if not len(mesh.faces):
-        raise SceneError(f"{path}: has no triangles, only points or lines; give a mesh with faces")
-    return mesh
 
 
 def _read(path: Path, groups: bool) -> Mesh:

@@ -10,7 +10,6 @@ import numpy as np
 
 from ...disk.budget import check_bytes, check_triangles
 from ...disk.files import read_input
-from ...errors import SceneError
 from ..camera import Camera
 from ..light import PointLight
 from .geometry import Geometry

@@ -15,6 +15,12 @@ class Placement:
 
     All arithmetic is in float64, by sums of products in a fixed order, so that machines agree to
     the bit.
+
+    Attributes
+    ----------
+    points : (3, v) float64 vertices in the coordinates of their instances
+    first : (i + 1,) int, the first vertex of each instance, and the number of vertices
+    node : (i,) int, the transform of each instance
     """
 
     def __init__(self, document: Document) -> None:
@@ -35,8 +41,8 @@ class Placement:
         self._levels = np.split(order, np.flatnonzero(np.diff(np.array(depth)[order])) + 1)[1:]
         self._moving_node = np.array(moving)
         vertices = [instance.geometry.vertices.T for instance in instances]
-        self._points = np.concatenate([np.zeros((3, 0)), *vertices], axis=1)
-        self.first = np.cumsum([0, *(v.shape[1] for v in vertices)])    # rows of instances
+        self.points = np.concatenate([np.zeros((3, 0)), *vertices], axis=1)
+        self.first = np.cumsum([0, *(v.shape[1] for v in vertices)])
         self.node = np.array([instance.node for instance in instances], np.int64)
         self._keys: dict[int, Keys] = {
             k: instance.geometry.keys for k, instance in enumerate(instances)
@@ -61,7 +67,7 @@ class Placement:
             transform, visible = self.transforms(time)
             made = self._still.copy()
             for first, last, k in self._moving:
-                points = self._points[:, first:last]
+                points = self.points[:, first:last]
                 if k in self._keys:
                     points = self._keys[k].at(time).T
                 node = self.node[k]
@@ -70,14 +76,23 @@ class Placement:
                     made[first:last] = made[first]
         return made
 
+    @property
+    def group(self) -> np.ndarray:
+        """(v,) a number of each vertex: vertices of the same number move as one rigid part."""
+        made = np.repeat(self.node, np.diff(self.first))
+        for k in self._keys:    # each of these vertices moves on its own
+            some = slice(self.first[k], self.first[k + 1])
+            made[some] = -1 - np.arange(some.start, some.stop)
+        return made
+
     @cached_property
     def _still(self) -> np.ndarray:
         """The vertices of instances that never move; zeros for the other instances."""
-        made = np.zeros(self._points.shape[::-1], np.float32)
+        made = np.zeros(self.points.shape[::-1], np.float32)
         with np.errstate(over="ignore", invalid="ignore"):
             transform, _ = self.transforms(0.0)
             for first, last, k in self._blocks(moving=False):
-                made[first:last] = _moved(transform[self.node[k]], self._points[:, first:last]).T
+                made[first:last] = _moved(transform[self.node[k]], self.points[:, first:last]).T
         return made
 
     @cached_property
