@@ -20,7 +20,9 @@ from .statements import (
 from .surface import Surface
 from .tokens import Tokens
 
-_STATEMENT_BYTES = 1024     # memory of a statement of a file that is included again
+# Bytes of the budget for a statement of a file that is included again. It takes a quarter of them;
+# four times as much refuses an exponential number of includes within about a second.
+_STATEMENT_BYTES = 4096
 
 
 @dataclass(frozen=True, eq=False)

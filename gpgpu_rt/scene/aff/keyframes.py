@@ -61,7 +61,7 @@ class Spline:
 
     Parameters
     ----------
-    keys : (n, 7) with n of at least 4: time, x, y, z, tension, continuity, bias
+    keys : (n, 7) float64 with n of at least 4: time, x, y, z, tension, continuity, bias
     """
 
     def __init__(self, keys: np.ndarray) -> None:
@@ -85,7 +85,8 @@ class RotationSpline:
 
     Parameters
     ----------
-    keys : (n, 8) with n of at least 4: time, axis x, y, z, degrees, tension, continuity, bias
+    keys : (n, 8) float64 with n of at least 4: time, axis x, y, z, degrees, tension, continuity,
+        bias
     """
 
     def __init__(self, keys: np.ndarray) -> None:

@@ -10,12 +10,15 @@ import numpy as np
 from ...errors import SceneError, nearest_names
 from ..camera import Camera
 from ..light import PointLight
+from ..values import Vector, vector
 from .geometry import (
     Geometry, read_animated, read_cone, read_mesh, read_polygons, read_sphere, read_textured
 )
 from .keyframes import FEWEST, Motion, RotationSpline, Spline
 from .surface import Surface
 from .tokens import Tokens
+
+MOST_BLOCKS = 1000      # blocks inside each other in a file; BART's files have at most 25
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,7 +53,7 @@ class Detail:
 class Background:
     """The colour behind the scene, (3,)."""
 
-    colour: tuple[float, ...]
+    colour: Vector
 
 
 @dataclass(frozen=True)
@@ -111,6 +114,8 @@ def read_statements(tokens: Tokens) -> list[Statement]:
         found += said
         if said and isinstance(said[-1], Open):
             blocks.append(at)
+            if len(blocks) > MOST_BLOCKS:
+                raise tokens.error(f"more than {MOST_BLOCKS:,} blocks are open; nest fewer", at)
     if blocks:
         raise tokens.error("the block that opens here is not closed; add }", blocks[-1])
     return found
@@ -133,7 +138,8 @@ def _view(tokens: Tokens, _: bytes) -> Iterator[Statement]:
 
 
 def _background(tokens: Tokens, _: bytes) -> Iterator[Statement]:
-    yield Background(tuple(tokens.numbers(3, "the background's colour")))
+    colour = tokens.numbers(3, "the background's colour")
+    yield Background(vector(colour, "background", 0))
 
 
 def _ambient(tokens: Tokens, _: bytes) -> Iterator[Statement]:
