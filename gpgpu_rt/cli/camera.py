@@ -3,6 +3,7 @@ from __future__ import annotations
 
 import argparse
 from dataclasses import replace
+from typing import Any
 
 from ..scene.camera import Camera, Vector
 
@@ -20,11 +21,15 @@ def add_camera(sub: argparse.ArgumentParser) -> None:
                        help="vertical field of view, from edge to edge")
 
 
+def given_camera(chosen: argparse.Namespace) -> dict[str, Any]:
+    """Return the parts of the camera that the options give, by the names of `Camera`."""
+    return {name: value for name in (*PLACES, "fov")
+            if (value := getattr(chosen, name)) is not None}
+
+
 def camera_of(chosen: argparse.Namespace, own: Camera) -> Camera:
     """Return the scene's own camera, changed by the options that were given."""
-    given = {name: value for name in (*PLACES, "fov")
-             if (value := getattr(chosen, name)) is not None}
-    return replace(own, **given)
+    return replace(own, **given_camera(chosen))
 
 
 def _vector(text: str) -> Vector:

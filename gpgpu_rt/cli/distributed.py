@@ -20,7 +20,7 @@ from ..tracer import AUTO, DEFAULT_METHOD
 from ..workers.digest import digest
 from ..workers.workers import TILE, Workers, check_parts
 from .floor import scene_of
-from .frames import kept_frames, opened, write_film
+from .frames import frame_drawing, kept_frames, opened, write_film
 from .picture import drawing_of
 from .progress import show_progress, tenths
 from .shared import options_for, print_json, print_stand_in, say
@@ -64,7 +64,8 @@ def render_shared(chosen: argparse.Namespace) -> None:
         (_tiles, scene_of(chosen), "tile") if chosen.frames is None
         else (_frames, opened(chosen), "frame"))
     scene = source if isinstance(source, Scene) else source.scene
-    drawing = drawing_of(chosen, scene)
+    drawing = (drawing_of(chosen, source) if isinstance(source, Scene)
+               else frame_drawing(chosen, source))
     if chosen.frames is None:
         check_parts(drawing)
     with Workers(chosen.scheduler) as workers:

@@ -17,6 +17,7 @@ from ..scene.procedural.animations import FRAMES_A_SECOND
 from ..text_format import counted
 from ..tracer import Tracer
 from ..workers.digest import digest
+from .camera import given_camera
 from .picture import drawing_of
 from .unfinished import Unfinished, follows_from
 
@@ -34,7 +35,8 @@ def add_frames(sub: argparse.ArgumentParser) -> None:
                      "OUTPUT.unfinished, and draw only the missing parts")
     sub.add_argument("--frames", type=_whole, metavar="N", help="render the first N frames of a "
                      "moving scene. They become numbered files if --output is a folder (end a "
-                     "new folder's name in /) or contains %%04d, else one GIF or APNG")
+                     "new folder's name in /) or contains %%04d, else one GIF or APNG. A "
+                     "moving camera is followed unless an option of the camera is given")
 
 
 def render_frames(chosen: argparse.Namespace,
@@ -48,7 +50,7 @@ def render_frames(chosen: argparse.Namespace,
     animation = opened(chosen)
     tracer = open_tracer(animation)
     try:
-        drawing = drawing_of(chosen, tracer.scene)
+        drawing = frame_drawing(chosen, animation)
         kept = kept_frames(chosen, animation, follows_from(
             tracer.method.name, tracer.options, tracer.gpu.renderer, drawing))
         spent: list[dict[str, Any]] = []
@@ -56,7 +58,7 @@ def render_frames(chosen: argparse.Namespace,
             for frame in kept.missing:
                 if frame:
                     tracer.update(animation.vertices(frame))
-                kept.keep(frame, tracer.render(**drawing))
+                kept.keep(frame, tracer.render(**animation.drawing(frame, drawing)))
                 if frame:
                     spent.append(tracer.statistics.to_dict())
             write_film(chosen.output, kept)
@@ -79,6 +81,15 @@ def opened(chosen: argparse.Namespace) -> Animation:
     return animation
 
 
+def frame_drawing(chosen: argparse.Namespace, animation: Animation) -> dict[str, Any]:
+    """Return the arguments of `Tracer.render` that all frames share: without a camera, if the
+    camera moves and no option of the command line places it."""
+    drawing = drawing_of(chosen, animation.scene)
+    if animation.camera is not None and not given_camera(chosen):
+        del drawing["camera"]
+    return drawing
+
+
 def kept_frames(chosen: argparse.Namespace, animation: Animation,
                 settings: dict[str, Any]) -> Unfinished:
     """Return the record of finished frames.
@@ -90,7 +101,8 @@ def kept_frames(chosen: argparse.Namespace, animation: Animation,
     output = Path(chosen.output) / "frames" if Path(chosen.output).is_dir() else Path(
         chosen.output)
     return Unfinished(output, chosen.frames, {
-        **settings, "scene": digest(animation.scene), "motion": digest(animation.vertices)},
+        **settings, "scene": digest(animation.scene), "motion": digest(animation.vertices),
+        **({} if "camera" in settings else {"view": digest(animation.camera)})},
         chosen.resume, functools.partial(_name, chosen.output) if numbered else None)
 
 

@@ -2,16 +2,20 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from ..disk.arrays import read_npz
 from ..errors import SceneError, did_you_mean, memory_limited
 from ..text_format import printable
-from .loading import load_scene
+from . import catalogue, mesh_file
+from .aff.animated import read_moving
+from .camera import Camera
+from .loading import load_scene, scene_of
 from .procedural.animations import MOTIONS
 from .scene import Scene
 
@@ -26,16 +30,25 @@ class Animation:
     vertices : function from a frame number, 0 or more, to the argument of `Tracer.update`: (v, 3)
         or (n, 3, 3) float32, world units. The result depends only on the frame number
     frames : the number of frames; None if the animation has no end
+    camera : function from a frame number to the camera; None if the scene's camera stands still
     """
 
     scene: Scene
     vertices: Callable[[int], np.ndarray]
     frames: int | None = None
+    camera: Callable[[int], Camera] | None = None
+
+    def drawing(self, frame: int, given: Mapping[str, Any]) -> dict[str, Any]:
+        """Return arguments of ``Tracer.render`` for a frame: those of ``given``, and a moving
+        camera unless ``given`` has a camera."""
+        if self.camera is None or given.get("camera") is not None:
+            return dict(given)
+        return {**given, "camera": self.camera(frame)}
 
 
 def animation_names() -> list[str]:
-    """Return the names of the built-in scenes that move."""
-    return list(MOTIONS)
+    """Return the names of the scenes that move."""
+    return [name for name, row in catalogue.ROWS.items() if name in MOTIONS or row.file]
 
 
 @memory_limited
@@ -44,8 +57,8 @@ def load_animation(source: str | os.PathLike[str]) -> Animation:
 
     Parameters
     ----------
-    source : a name of `animation_names()`, or the path of an .npz file with ``vertices``,
-        (frames, v, 3) float, and ``faces``, (n, 3) int
+    source : a name of `animation_names()`; the path of an AFF file; or the path of an .npz file
+        with ``vertices``, (frames, v, 3) float, and ``faces``, (n, 3) int
 
     Raises
     ------
@@ -55,14 +68,29 @@ def load_animation(source: str | os.PathLike[str]) -> Animation:
     name = os.fspath(source)
     if Path(name).suffix == ".npz":
         return _read(Path(name))
+    if Path(name).suffix.lower() == ".aff":
+        return _read_aff(Path(name))
+    if name in catalogue.ROWS and catalogue.ROWS[name].file:
+        row, path = catalogue.ROWS[name], catalogue.mesh_path(name)
+        if path is None:
+            raise SceneError(catalogue.how_to_get(row))
+        return _read_aff(path, row)
     if name not in MOTIONS:
         load_scene(name)    # raises a precise error if the name is not a scene either
-        raise SceneError(f"scene {name!r} does not move{did_you_mean(name, MOTIONS)}; give one "
-                         f"of {', '.join(MOTIONS)}, or an .npz of vertices and faces")
+        names = animation_names()
+        raise SceneError(f"scene {name!r} does not move{did_you_mean(name, names)}; give one of "
+                         f"{', '.join(names)}, an AFF file, or an .npz of vertices and faces")
     motion, scene = MOTIONS[name], load_scene(name)
     if motion.faces is not None:
         scene = replace(scene, faces=motion.faces())
     return Animation(replace(scene, moving=True), motion.vertices)
+
+
+def _read_aff(path: Path, row: catalogue.NamedScene | None = None) -> Animation:
+    with mesh_file.reading(path):
+        found = read_moving(path)
+    scene = scene_of(found.mesh, path, row, moving=True).moved(found.vertices(0))
+    return Animation(scene, found.vertices, found.frames, found.camera)
 
 
 def _read(path: Path) -> Animation:

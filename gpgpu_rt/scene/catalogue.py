@@ -28,8 +28,8 @@ class NamedScene:
     Attributes
     ----------
     name : the scene's name
-    triangles : number of triangles of the procedural version
-    make : builds the procedural version
+    triangles : number of triangles of the procedural version, or of ``file``
+    make : builds the procedural version; None if there is none
     stand_in : the original that the procedural version replaces; None if it is the original
     original : the name of the original at its owner
     page : for an original that cannot be fetched, where its owner publishes it and which file to
@@ -37,21 +37,24 @@ class NamedScene:
     light : position of the light for the mesh of this name; None for a light beside the camera
     paint : makes colours, (n, 3), for a mesh without colours
     takes_argument : whether ``make`` has an argument, as in ``stadium:1e-3``
+    file : the scene's file below a folder of meshes; None for NAME.ply, NAME.obj and so on
     """
 
     name: str
     triangles: int
-    make: Callable[..., Built]
+    make: Callable[..., Built] | None
     stand_in: str | None
     original: str
     light: tuple[float, float, float] | None = None
     paint: Paint | None = None
     takes_argument: bool = False
     page: str | None = None
+    file: str | None = None
 
 
 PUBLISHED = "originals"     # folder of published files that an animation reads
 _BART = "BART (Lext, Assarsson, Moeller), Chalmers: "
+_BART_FILES = f"{PUBLISHED}/BART-Animations/"
 
 ROWS: dict[str, NamedScene] = {row.name: row for row in (
     NamedScene("cornell", 32, cornell.make, None,
@@ -65,6 +68,10 @@ ROWS: dict[str, NamedScene] = {row.name: row for row in (
     NamedScene("kitchen", 110_561, rooms.kitchen, "BART's kitchen",
                _BART + "the kitchen scene at t = 0",
                (3.1, 2.1, 3.3), by_part),
+    NamedScene("robots-moving", 71_708, None, None, _BART + "the robots scene, frame by frame",
+               file=_BART_FILES + "scene_robot/aff/Robot.aff"),
+    NamedScene("kitchen-moving", 110_561, None, None, _BART + "the kitchen scene, frame by frame",
+               file=_BART_FILES + "scene_kitchen/aff/kitchen.aff"),
     NamedScene("cows", 23_218, creatures.cows, "Thrane and Simonsen's Cows, whose triangle count "
                "and arrangement are not published", "not available",
                page="the arrangement was never published; a mesh of your own must be named "
@@ -171,9 +178,11 @@ def folders() -> list[Path]:
 def mesh_path(name: str) -> Path | None:
     """Return the mesh file of a named scene; None if there is no file. A scene with an argument is
     always built, so it has no mesh file."""
-    if ROWS[name].takes_argument:
+    row = ROWS[name]
+    if row.takes_argument:
         return None
-    candidates = (folder / (name + suffix) for folder in folders() for suffix in SUFFIXES)
+    files = [row.file] if row.file else [name + suffix for suffix in SUFFIXES]
+    candidates = (folder / file for folder in folders() for file in files)
     return next((path for path in candidates if path.is_file()), None)
 
 
@@ -186,6 +195,12 @@ def original_file(place: PurePath) -> Path | None:
     """
     candidates = (folder / PUBLISHED / place for folder in folders())
     return next((path for path in candidates if path.is_file()), None)
+
+
+def how_to_get(row: NamedScene) -> str:
+    """Return the error of a scene that is read from ``row.file``, which is missing."""
+    return (f"scene {row.name!r} is not built in, and no folder of GPGPU_RT_SCENES has its file "
+            f"{row.file}; run `gpgpu-rt scenes --fetch {row.name.removesuffix('-moving')}`")
 
 
 def camera_beside(path: Path) -> Camera | None:

@@ -14,6 +14,7 @@ from ..text_format import printable
 from . import catalogue, mesh_file
 from .framing import beside, inside
 from .light import PointLight
+from .mesh import Mesh
 from .scene import Scene, check_vertices
 from .scene_file import read_scene
 from .surfaces.geometry_image import GeometryImage
@@ -27,8 +28,8 @@ def load_scene(source: str | os.PathLike | trimesh.Trimesh | trimesh.Scene | Sce
     ----------
     source : one of
         - a name of `scene_names()`;
-        - the path of a mesh file (PLY, OBJ, STL, glTF, or any other format of trimesh), of a scene
-          file (.json) or of a `GeometryImage` (.npz);
+        - the path of a mesh file (PLY, OBJ, STL, glTF, AFF, or any other format of trimesh), of a
+          scene file (.json) or of a `GeometryImage` (.npz);
         - a trimesh object;
         - a Scene, which is returned unchanged
 
@@ -53,6 +54,8 @@ def load_scene(source: str | os.PathLike | trimesh.Trimesh | trimesh.Scene | Sce
     path = catalogue.mesh_path(row.name)
     if path is not None:
         return _read(path, row)
+    if row.make is None:
+        raise SceneError(catalogue.how_to_get(row))
     made = row.make() if argument is None else row.make(argument)
     said = {"lights": (PointLight(made.light, made.intensity),), **made.appearance}
     return Scene(os.fspath(source), made.triangles, made.colours, camera=made.camera,
@@ -60,15 +63,28 @@ def load_scene(source: str | os.PathLike | trimesh.Trimesh | trimesh.Scene | Sce
 
 
 def _read(path: Path, row: catalogue.NamedScene | None = None) -> Scene:
-    """Return the scene of a mesh file, with the camera from `cameras.json` in the same folder."""
+    """Return the scene of a file."""
     if path.suffix.lower() == ".json":
         return read_scene(path, load_scene)
     if path.suffix.lower() == ".npz":
         return GeometryImage.load(path).scene(name=printable(path.stem), source=str(path),
                                               camera=catalogue.camera_beside(path))
-    mesh = mesh_file.read(path)
+    return scene_of(mesh_file.read(path), path, row)
+
+
+def scene_of(mesh: Mesh, path: Path, row: catalogue.NamedScene | None = None,
+             moving: bool = False) -> Scene:
+    """Return the scene of the mesh of a file.
+
+    Parameters
+    ----------
+    mesh : the mesh
+    path : its file, beside which `cameras.json` may have a camera
+    row : the named scene of the file, or None
+    moving : whether the triangles will move
+    """
     check_vertices(mesh.vertices, str(path))
-    camera = catalogue.camera_beside(path)
+    camera = catalogue.camera_beside(path) or mesh.camera
     light: PointLight | None = None
     if row is not None:
         light = PointLight(row.light) if row.light else None
@@ -77,13 +93,13 @@ def _read(path: Path, row: catalogue.NamedScene | None = None) -> Scene:
     scene = Scene.from_arrays(mesh.vertices, mesh.faces,
                               name=row.name if row else printable(path.stem),
                               colours=mesh.colours, camera=camera, light=light, source=str(path),
-                              **mesh.appearance())
+                              moving=moving, **mesh.appearance())
     room = inside(scene.triangles, scene.camera) if camera is None else None
     if room is None:
         return scene
     warnings.warn(f"{path}: the mesh is a room, so the camera is inside; --eye and --target place "
-                  "the camera", stacklevel=3)
-    lights = scene.lights if light else (beside(room, scene.triangles),)
+                  "the camera", stacklevel=4)
+    lights = scene.lights if light or mesh.lights else (beside(room, scene.triangles),)
     return replace(scene, camera=room, lights=lights)
 
 
@@ -95,15 +111,17 @@ def scene_names() -> list[str]:
 
 def list_scenes() -> list[dict[str, Any]]:
     """Return a dictionary for each named scene: `name`; `triangles`, None if the mesh cannot be
-    read; `found`, the mesh's path, "built in" or "stand-in"; `stand_in`, the original that a
-    built-in scene replaces, or None; `original`, the place where a user gets the original."""
+    read; `found`, the mesh's path, "built in", "stand-in", or "missing" for a scene that only its
+    file gives; `stand_in`, the original that a built-in scene replaces, or None; `original`, the
+    place where a user gets the original."""
     rows = []
     for row in catalogue.ROWS.values():
         path = catalogue.mesh_path(row.name)
         triangles: int | None = row.triangles
-        found = "stand-in" if row.stand_in else "built in"
+        found = "stand-in" if row.stand_in else "missing" if row.make is None else "built in"
         if path is not None:
             found = str(path)
+        if path is not None and row.file is None:
             try:
                 triangles = len(mesh_file.read(path).faces)
             except SceneError:

@@ -8,6 +8,8 @@ from typing import Any
 import numpy as np
 
 from ..accel.bounds import unit_normals
+from .camera import Camera
+from .light import Environment, PointLight
 from .material import Material
 
 
@@ -25,6 +27,7 @@ class Mesh:
     normals, uv : Values at the faces' corners, (n, 3, 3) and (n, 3, 2) float64, or None.
     parts : Names of the objects or groups.
     part_of : Index of each face's part in ``parts``, (n,) int32.
+    camera, lights, environment : Those of the file; None, or no lights, if it has none.
     """
 
     vertices: np.ndarray
@@ -36,10 +39,15 @@ class Mesh:
     uv: np.ndarray | None
     parts: tuple[str, ...]
     part_of: np.ndarray
+    camera: Camera | None = None
+    lights: tuple[PointLight, ...] = ()
+    environment: Environment | None = None
 
     def appearance(self) -> dict[str, Any]:
-        """Return the keyword arguments of `Scene.from_arrays` for normals, uv and materials."""
-        said: dict[str, Any] = {"normals": self.normals, "uv": self.uv}
+        """Return the keyword arguments of `Scene.from_arrays` for normals, uv, materials and
+        light."""
+        said: dict[str, Any] = {"normals": self.normals, "uv": self.uv,
+                                "lights": self.lights or None, "environment": self.environment}
         if self.materials:
             said.update(materials=self.materials, material_of=self.material_of)
         return {name: value for name, value in said.items() if value is not None}
@@ -74,3 +82,19 @@ def filled(parts: Sequence[np.ndarray | None], sizes: Sequence[int],
         return None
     return np.concatenate([np.zeros((n, 3, width)) if part is None else part
                            for part, n in zip(parts, sizes)])
+
+
+def fans(first: np.ndarray, sides: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Cut polygons into n triangles; return their corners, (n, 3), and the
+    polygon of each, (n,).
+
+    A face with fewer than three corners gives no triangle. A quad becomes 0 1 2 and 2 3 0; a
+    larger face becomes a fan around corner 0.
+    """
+    count = np.maximum(sides - 2, 0)
+    face = np.repeat(np.arange(len(sides)), count)
+    step = np.arange(len(face)) - np.repeat(np.cumsum(count) - count, count)
+    at = first[face, None] + np.stack([np.zeros_like(step), step + 1, step + 2], axis=1)
+    turned = (sides[face] == 4) & (step == 1)
+    at[turned] = at[turned][:, [1, 2, 0]]
+    return at, face

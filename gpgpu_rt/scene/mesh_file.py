@@ -1,4 +1,5 @@
-"""Mesh file: reads arrays and materials from a file. trimesh reads all formats except OBJ."""
+"""Mesh file: reads arrays and materials from a file. trimesh reads all formats except OBJ and
+AFF."""
 from __future__ import annotations
 
 import contextlib
@@ -16,6 +17,7 @@ import trimesh
 from ..disk.budget import check_triangles
 from ..disk.files import open_input
 from ..errors import LimitError, SceneError
+from .aff.mesh import read_aff
 from .declared import check_declared, ply_faces, ply_header, whole_text
 from .material import Material
 from .mesh import Mesh, fill_normals, filled, unlike
@@ -23,7 +25,7 @@ from .mesh_material import Resolver, Textures, material_of
 from .obj_file import UNPAINTED, read_obj
 from .texture import quietly
 
-SUFFIXES = (".ply", ".obj", ".stl", ".glb", ".gltf")
+SUFFIXES = (".ply", ".obj", ".stl", ".glb", ".gltf", ".aff")
 # Messages of trimesh that need no warning. Face normals of STL files follow from the corners.
 _HARMLESS = ("failed to extract face_normals",)
 
@@ -43,14 +45,25 @@ def read(path: Path, groups: bool = False) -> Mesh:
     LimitError
         the mesh needs more memory than the budget
     """
-    try:
+    with reading(path):
         open_input(path).close()
         check_declared(path)
         with trimeshs_notes(path):
-            mesh = (read_obj(path, groups) if path.suffix.lower() == ".obj" else _read(path))
+            mesh = _read(path, groups)
         if path.suffix.lower() == ".ply" and len(mesh.faces) < (
                 declared := ply_faces(ply_header(path))):
             raise ValueError(f"{declared} faces declared, {len(mesh.faces)} found")
+    if not len(mesh.faces):
+        raise SceneError(f"{path}: has no triangles, only points or lines; give a mesh with faces")
+    return mesh
+
+
+@contextlib.contextmanager
+def reading(path: Path) -> Iterator[None]:
+    """Turn all exceptions of a reader in this context into errors of one line that name the
+    file."""
+    try:
+        yield
     except LimitError:
         raise
     except SceneError as failure:
@@ -67,14 +80,15 @@ def read(path: Path, groups: bool = False) -> Mesh:
         reason = " ".join(said.split())[:160] or type(error).__name__
         raise SceneError(f"{path}: cannot read this mesh ({reason}); is the file complete, and of "
                          f"the type that its name says?") from None
-    if not len(mesh.faces):
-        raise SceneError(f"{path}: has no triangles, only points or lines; give a mesh with faces")
-    return mesh
 
 
-def _read(path: Path) -> Mesh:
-    """Return the mesh of a file, read by trimesh."""
+def _read(path: Path, groups: bool) -> Mesh:
+    """Return the mesh of a file, by the reader of its format."""
     suffix = path.suffix.lower()
+    if suffix == ".obj":
+        return read_obj(path, groups)
+    if suffix == ".aff":
+        return read_aff(path)
     kind = "".join(s.lower() for s in path.suffixes[-2:]) if suffix in (".gz", ".bz2") else suffix
     text = whole_text(path)
     with open_input(path) if text is None else io.BytesIO(text) as file, quietly():

@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..disk.files import decoded, is_file, read_input
-from .mesh import Mesh, fill_normals, filled, unlike
+from .mesh import Mesh, fans, fill_normals, filled, unlike
 from .mesh_material import Textures
 from .mtl_file import Library, read_library
 
@@ -127,24 +127,9 @@ class _Corners(NamedTuple):
             raise ValueError(f"line {line[first] + 1}: a face names a vertex that is not among "
                              f"the {points}")
         first = np.cumsum(sides) - sides
-        at, face = _fans(first, sides)
+        at, face = fans(first, sides)
         picked = indices[at]
         return cls(picked[..., 0], picked[..., 1], picked[..., 2], rows[face])
-
-
-def _fans(first: np.ndarray, sides: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Cut faces into n triangles; return their corners, (n, 3), and the face of each, (n,).
-
-    A face with fewer than three corners gives no triangle. A quad becomes 0 1 2 and 2 3 0; a
-    larger face becomes a fan around corner 0.
-    """
-    count = np.maximum(sides - 2, 0)
-    face = np.repeat(np.arange(len(sides)), count)
-    step = np.arange(len(face)) - np.repeat(np.cumsum(count) - count, count)
-    at = first[face, None] + np.stack([np.zeros_like(step), step + 1, step + 2], axis=1)
-    turned = (sides[face] == 4) & (step == 1)
-    at[turned] = at[turned][:, [1, 2, 0]]
-    return at, face
 
 
 def _indices(words: Sequence[bytes]) -> np.ndarray:

@@ -17,11 +17,12 @@ Files = Mapping[str, bytes]     # the content of each file by its name
 def mesh_files(scene: str) -> Files:
     """Return the files of a named scene: its mesh and the cameras beside it.
 
-    A built-in scene has no files.
+    A built-in scene has no files. Nor has an AFF file, because the files that it includes are not
+    known here: each machine needs its own.
     """
     name = scene.partition(":")[0]
     mesh = catalogue.mesh_path(name) if name in catalogue.ROWS else None
-    if mesh is None:
+    if mesh is None or mesh.suffix == ".aff":
         return {}
     beside = (mesh, mesh.parent / "cameras.json")
     return {path.name: read_input(path) for path in beside if is_file(path)}

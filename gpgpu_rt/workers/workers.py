@@ -262,12 +262,13 @@ class Workers:
         frames : numbers of the frames
         method, options : as for ``trace``
         progress : called with the number of finished frames and of all frames
-        drawing : arguments of ``Tracer.render``
+        drawing : arguments of ``Tracer.render``; without a camera, a moving camera of the
+            animation is followed
         """
         animation = load_animation(animation) if isinstance(animation, str) else animation
         shared = *self.shared(animation.scene, method, options), self.sent(animation.vertices)
-        for at, drawn in self.map(tasks.draw_frame, [(*shared, drawing, frame)
-                                                     for frame in frames], progress):
+        each = [(*shared, animation.drawing(frame, drawing), frame) for frame in frames]
+        for at, drawn in self.map(tasks.draw_frame, each, progress):
             yield frames[at], drawn
 
     def renderers(self) -> list[str]:

@@ -8,13 +8,13 @@ from PIL import Image
 import gpgpu_rt as rt
 from gpgpu_rt.cli.main import main
 from gpgpu_rt.scene import catalogue
-from gpgpu_rt.scene.animation import animation_names
 from gpgpu_rt.scene.procedural import walker
+from gpgpu_rt.scene.procedural.animations import MOTIONS
 
 SMALL = ["--size", "16x16"]
 
 
-@pytest.mark.parametrize("name", animation_names())
+@pytest.mark.parametrize("name", MOTIONS)
 def test_frames_follow_from_their_numbers(name: str) -> None:
     animation = rt.load_animation(name)
     late = animation.vertices(30)

@@ -6,6 +6,7 @@ import pytest
 import trimesh
 
 import gpgpu_rt as rt
+from gpgpu_rt.cli.main import main
 from gpgpu_rt.scene import catalogue
 from gpgpu_rt.scene.loading import list_scenes, scene_names
 
@@ -21,7 +22,7 @@ def no_meshes(monkeypatch, tmp_path) -> None:
 
 @pytest.mark.parametrize("name", [
     pytest.param(name, marks=pytest.mark.full if catalogue.ROWS[name].triangles > 10**6 else ())
-    for name in scene_names()])
+    for name in scene_names() if catalogue.ROWS[name].make])
 def test_built_scenes(name: str) -> None:
     scene, row = rt.load_scene(name), catalogue.ROWS[name]
     assert len(scene) == row.triangles and scene.stand_in == row.stand_in
@@ -32,6 +33,21 @@ def test_built_scenes(name: str) -> None:
     if len(scene) <= 10**6:  # test_large.py tests larger scenes
         hits = rt.reference.trace(scene, *scene.camera.rays((12, 12)), accelerated=True)
         assert hits.hit.mean() > 0.15  # the camera sees the scene
+
+
+@pytest.mark.parametrize("name", ["robots-moving", "kitchen-moving"])
+def test_a_scene_without_its_file(name: str, capsys) -> None:
+    """The error says how to get the file. The list of scenes names the scene without a word on
+    standard error."""
+    for load in (rt.load_scene, rt.load_animation):
+        with pytest.raises(rt.SceneError, match=f"--fetch {name.split('-')[0]}`$") as caught:
+            load(name)
+        assert "\n" not in str(caught.value)
+    row = next(r for r in list_scenes() if r["name"] == name)
+    assert row["found"] == "missing" and row["triangles"] == catalogue.ROWS[name].triangles
+    assert main(["scenes"]) == 0
+    said = capsys.readouterr()
+    assert f"{name} " in said.out and not said.err
 
 
 def test_stadium_ratio() -> None:

@@ -21,7 +21,7 @@ from gpgpu_rt import cli
 from gpgpu_rt.cli import distributed as sharing
 from gpgpu_rt.cli import folder_lock as claim
 from gpgpu_rt.cli.folder_lock import Claim
-from gpgpu_rt.scene.animation import animation_names
+from gpgpu_rt.scene.procedural.animations import MOTIONS
 from gpgpu_rt.workers import Workers
 from gpgpu_rt.workers.digest import digest
 
@@ -115,7 +115,7 @@ def test_render_command(tmp_path, monkeypatch, capsys, address: str, exact_rende
     assert len(list(tmp_path.iterdir())) == 2
 
 
-@pytest.mark.parametrize("name", animation_names())
+@pytest.mark.parametrize("name", MOTIONS)
 def test_motions_can_be_sent(name: str) -> None:
     digest(rt.load_animation(name).vertices)
 

@@ -1,0 +1,187 @@
+"""Key frames: motions by splines with tension, continuity and bias.
+
+D. H. U. Kochanek and R. H. Bartels, "Interpolating Splines with Local Tension, Continuity, and
+Bias Control", SIGGRAPH 1984. Rotations use the same tangents between the logarithms of quaternions
+and interpolate by "squad" (K. Shoemake, "Quaternion Calculus and Fast Animation", SIGGRAPH 1987
+course notes). The first and the last key only shape the tangents of their neighbours.
+"""
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+FEWEST = 4      # keys of a spline
+
+
+class _Segments:
+    """The times of a spline's segments, between the keys 1 and 2, 2 and 3, ... n - 3 and n - 2.
+
+    Parameters
+    ----------
+    times : (n,) times of the keys. They need not ascend: a file of BART has a time that goes back
+    shape : (n, 3) tension, continuity and bias of the keys
+    """
+
+    def __init__(self, times: np.ndarray, shape: np.ndarray) -> None:
+        before, self.first, self.last, after = (times[k:len(times) - 3 + k] for k in range(4))
+        length = self.last - self.first
+        (t1, c1, b1), (t2, c2, b2) = shape[1:-2].T, shape[2:-1].T
+        # The paper's tangents, with its correction for keys at unequal distances in time.
+        leave = _over(length, self.last - before) * (1 - t1)
+        arrive = _over(length, after - self.first) * (1 - t2)
+        self._leave = leave * (1 + c1) * (1 + b1), leave * (1 - c1) * (1 - b1)
+        self._arrive = arrive * (1 - c2) * (1 + b2), arrive * (1 + c2) * (1 - b2)
+
+    def tangents(self, steps: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the tangents, (n - 3, w) each, at which segments leave their first key and arrive
+        at their last one, from the steps between keys, (n - 1, w)."""
+        before, own, after = steps[:-2], steps[1:-1], steps[2:]
+        return (self._leave[0][:, None] * before + self._leave[1][:, None] * own,
+                self._arrive[0][:, None] * own + self._arrive[1][:, None] * after)
+
+    def at(self, time: float) -> tuple[int, float]:
+        """Return the segment of a time, and the place in it from 0 to 1; times outside of the
+        segments give the nearest end."""
+        if not self.first[0] < time:
+            return 0, 0.0
+        if not time < self.last[-1]:
+            return len(self.last) - 1, 1.0
+        k = int(np.argmax(time < self.last))
+        return k, float((time - self.first[k]) / (self.last[k] - self.first[k]))
+
+
+def _over(length: np.ndarray, span: np.ndarray) -> np.ndarray:
+    """Return length / span; 0 where both are 0, because no time lies in such a segment."""
+    return np.divide(length, span, out=np.zeros_like(length), where=span != 0)
+
+
+class Spline:
+    """Vectors along a spline: positions, or factors of a scale.
+
+    Parameters
+    ----------
+    keys : (n, 7) float64 with n of at least 4: time, x, y, z, tension, continuity, bias
+    """
+
+    def __init__(self, keys: np.ndarray) -> None:
+        self._segments = _Segments(keys[:, 0], keys[:, 4:7])
+        place = keys[:, 1:4]
+        step = np.diff(place, axis=0)
+        leave, arrive = self._segments.tangents(step)
+        own = step[1:-1]
+        self._cubic = np.stack([place[1:-2], leave, 3 * own - 2 * leave - arrive,
+                                leave + arrive - 2 * own])
+
+    def at(self, time: float) -> np.ndarray:
+        """Return the vector at a time, (3,) float64."""
+        segment, u = self._segments.at(time)
+        c = self._cubic[:, segment]
+        return c[0] + u * (c[1] + u * (c[2] + u * c[3]))
+
+
+class RotationSpline:
+    """Rotations along a spline. Consecutive keys turn by the shorter of the two ways.
+
+    Parameters
+    ----------
+    keys : (n, 8) float64 with n of at least 4: time, axis x, y, z, degrees, tension, continuity,
+        bias
+    """
+
+    def __init__(self, keys: np.ndarray) -> None:
+        self._segments = _Segments(keys[:, 0], keys[:, 5:8])
+        turn = _quaternions(keys[:, 1:4], keys[:, 4])
+        # q and -q are the same rotation. The sign that is nearer to the key before turns less.
+        sign = np.where((turn[1:] * turn[:-1]).sum(axis=1) < 0, -1.0, 1.0)
+        turn[1:] *= np.cumprod(sign)[:, None]
+        step = _log(_product(turn[:-1] * (1, -1, -1, -1), turn[1:]))
+        leave, arrive = self._segments.tangents(step)
+        own, p, q = step[1:-1], turn[1:-2], turn[2:-1]
+        self._ends, self._inner = (p, q), (_product(p, _exp((leave - own) / 2)),
+                                           _product(q, _exp((own - arrive) / 2)))
+
+    def at(self, time: float) -> np.ndarray:
+        """Return the rotation at a time as a matrix, (3, 3) float64."""
+        k, u = self._segments.at(time)
+        (p, q), (a, b) = self._ends, self._inner
+        return _matrix(_slerp(_slerp(p[k], q[k], u), _slerp(a[k], b[k], u), 2 * u * (1 - u)))
+
+
+def _quaternions(axis: np.ndarray, degrees: np.ndarray) -> np.ndarray:
+    """Return (n, 4) unit quaternions, real part first; without an axis nothing turns."""
+    length = np.linalg.norm(axis, axis=1, keepdims=True)
+    half = np.radians(degrees)[:, None] / 2 * (length > 0)
+    return np.concatenate([np.cos(half), np.sin(half) * axis / np.where(length > 0, length, 1)],
+                          axis=1)
+
+
+def _product(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    w, v = a[..., :1], a[..., 1:]
+    return np.concatenate([
+        w * b[..., :1] - (v * b[..., 1:]).sum(axis=-1, keepdims=True),
+        w * b[..., 1:] + b[..., :1] * v + np.cross(v, b[..., 1:])], axis=-1)
+
+
+def _log(q: np.ndarray) -> np.ndarray:
+    """Return the logarithms of (n, 4) unit quaternions, which have no real part: (n, 3)."""
+    sine = np.linalg.norm(q[:, 1:], axis=1, keepdims=True)
+    angle = np.arctan2(sine, q[:, :1])
+    return q[:, 1:] * np.divide(angle, sine, out=np.ones_like(sine), where=sine > 1e-12)
+
+
+def _exp(v: np.ndarray) -> np.ndarray:
+    angle = np.linalg.norm(v, axis=1, keepdims=True)
+    return np.concatenate([np.cos(angle), v * np.sinc(angle / np.pi)], axis=1)
+
+
+def _slerp(p: np.ndarray, q: np.ndarray, u: float) -> np.ndarray:
+    """Return the unit quaternion at u from p to q, on the arc between them. It keeps the bits of p
+    at 0 and of q at 1."""
+    angle = np.arctan2(np.linalg.norm(p - q), np.linalg.norm(p + q)) * 2
+    if u in (0, 1) or np.sin(angle) < 1e-9:
+        return q if u == 1 else p
+    return (np.sin((1 - u) * angle) * p + np.sin(u * angle) * q) / np.sin(angle)
+
+
+def _matrix(q: np.ndarray) -> np.ndarray:
+    w, x, y, z = q.tolist()
+    return np.array([
+        [1 - (2 * y * y + 2 * z * z), 2 * y * x - 2 * z * w, 2 * z * x + 2 * y * w],
+        [2 * y * x + 2 * z * w, 1 - (2 * x * x + 2 * z * z), 2 * z * y - 2 * x * w],
+        [2 * z * x - 2 * y * w, 2 * z * y + 2 * x * w, 1 - (2 * x * x + 2 * y * y)]])
+
+
+@dataclass(frozen=True, eq=False)
+class Motion:
+    """The key frames of a transform. A part that is None leaves the transform's part the identity.
+
+    Attributes
+    ----------
+    translation, scale : positions and factors, world units
+    rotation : rotations
+    visibility : (n, 2) times and flags; from a time on, a flag of 0 hides what the transform holds
+    """
+
+    translation: Spline | None = None
+    rotation: RotationSpline | None = None
+    scale: Spline | None = None
+    visibility: np.ndarray | None = None
+
+    def at(self, time: float) -> np.ndarray:
+        """Return the transform at a time, (3, 4) float64: first scale, then rotate, then move."""
+        found = np.eye(3, 4)
+        if self.rotation is not None:
+            found[:, :3] = self.rotation.at(time)
+        if self.scale is not None:
+            found[:, :3] *= self.scale.at(time)
+        if self.translation is not None:
+            found[:, 3] = self.translation.at(time)
+        return found
+
+    def visible(self, time: float) -> bool:
+        """Return whether the transform's content is visible at a time."""
+        if self.visibility is None:
+            return True
+        begun = self.visibility[self.visibility[:, 0] <= time]
+        return bool(begun[-1, 1]) if len(begun) else True
