@@ -97,7 +97,11 @@ def fetch(names: Sequence[str], base: str | None, agreed: bool) -> None:
                 download(file, base, work / file.sha256,
                          lambda there: report((done + there) // KILOBYTE, total, name))
                 done += file.size
-            _place(name, folder, work)
+                if ORIGINALS[name].keeps_files:
+                    place = folder / catalogue.PUBLISHED / file.place
+                    place.parent.mkdir(parents=True, exist_ok=True)
+                    (work / file.sha256).replace(place)
+            _convert(name, folder, work)
             _add_camera(name, cameras)
     for name in wanted:
         print(f"{name}: {ORIGINALS[name].triangles:,} triangles, {catalogue.mesh_path(name)}")
@@ -171,20 +175,14 @@ def _missing_files(name: str, folder: Path) -> list[SourceFile]:
             or hashlib.sha256(read_input(path)).hexdigest() != file.sha256]
 
 
-def _place(name: str, folder: Path, work: Path) -> None:
-    """Convert the downloaded files of a scene, and move or remove them."""
-    files = source_files()[name]
-    paths = [work / file.sha256 for file in files]
-    if ORIGINALS[name].keeps_files:
-        places = [folder / catalogue.PUBLISHED / file.place for file in files]
-        for path, place in zip(paths, places):
-            if path.exists():
-                place.parent.mkdir(parents=True, exist_ok=True)
-                path.replace(place)
-        paths = places
+def _convert(name: str, folder: Path, work: Path) -> None:
+    """Write the mesh of a scene, unless a folder has it, and remove files that need not stay."""
+    files, stay = source_files()[name], ORIGINALS[name].keeps_files
+    paths = [folder / catalogue.PUBLISHED / file.place if stay else work / file.sha256
+             for file in files]
     if catalogue.mesh_path(name) is None:
         convert(name, paths, folder / f"{name}.ply")
-    if not ORIGINALS[name].keeps_files:
+    if not stay:
         for path in paths:
             path.unlink()
 

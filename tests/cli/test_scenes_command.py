@@ -30,7 +30,7 @@ def _file(scene: str, path: str, content: bytes) -> SourceFile:
 @pytest.fixture
 def folder(tmp_path, monkeypatch) -> Path:
     """A user's folder, with small originals of two scenes in ``copy``: the bunny in an archive,
-    the robots in two files that stay."""
+    the robots in files that stay, two of which are equal."""
     monkeypatch.setenv("GPGPU_RT_SCENES", "")
     monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path / "data"))
     monkeypatch.chdir(tmp_path)
@@ -38,7 +38,7 @@ def folder(tmp_path, monkeypatch) -> Path:
     with zipfile.ZipFile(archive, "w") as writer:
         writer.writestr("bunny/box.ply", box)
     contents = {"bunny": {"bunny.zip": archive.getvalue()},
-                "robots": {"aff/top.ply": box, "aff/arm.ply": box[:100]}}
+                "robots": {"aff/top.ply": box, "aff/arm.ply": box[:100], "aff/leg.ply": box[:100]}}
     files = {}
     for scene, named in contents.items():
         files[scene] = tuple(_file(scene, path, content) for path, content in named.items())
@@ -65,7 +65,7 @@ def test_scenes_are_found_by_their_names(folder: Path, capsys) -> None:
     out, err = capsys.readouterr()
     data = folder / "data/gpgpu_rt/scenes"
     assert files_of(data) == ["bunny.ply", "cameras.json", "originals/meshes/aff/arm.ply",
-                              "originals/meshes/aff/top.ply", "robots.ply"]
+                              "originals/meshes/aff/leg.ply", "originals/meshes/aff/top.ply", "robots.ply"]
     for text in ("bunny: 1 file", "owner/meshes at 000000", "terms: free for all", str(data)):
         assert text in err
     assert f"bunny: 12 triangles, {data / 'bunny.ply'}" in out
@@ -140,6 +140,7 @@ def test_every_scene_has_a_source_or_a_page() -> None:
     derived = {"statue", "glass-teapot", "soft-shadows"}     # built around other scenes
     for row in catalogue.ROWS.values():
         assert row.name in {*ORIGINALS, *derived} or (row.page is not None) == bool(row.stand_in)
+        assert row.file is None or row.name.removesuffix("-moving") in ORIGINALS
 
 
 ORIGINALS_FOLDER = os.environ.get("GPGPU_RT_ORIGINALS")
