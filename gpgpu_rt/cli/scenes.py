@@ -9,7 +9,7 @@ import sys
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from ..disk.files import is_file, read_input, read_json, replacing
+from ..disk.files import WRITING, is_file, read_input, read_json, replacing
 from ..errors import Error, OptionError, SceneError, nearest_names
 from ..scene import catalogue
 from ..scene.camera import load_cameras
@@ -160,6 +160,8 @@ def _working(folder: Path) -> Iterator[Path]:
     work = folder / ".fetching"
     claim = Claim(work, folder)
     try:
+        for path in folder.glob(WRITING + "*"):     # a killed run left these files
+            path.unlink()
         yield work
     finally:
         claim.release()
@@ -181,7 +183,7 @@ def _convert(name: str, folder: Path, work: Path) -> None:
     paths = [folder / catalogue.PUBLISHED / file.place if stay else work / file.sha256
              for file in files]
     if catalogue.mesh_path(name) is None:
-        convert(name, paths, folder / f"{name}.ply")
+        convert(name, paths, folder / f"{name}.ply", work)
     if not stay:
         for path in paths:
             path.unlink()

@@ -118,6 +118,15 @@ def test_a_damaged_file_leaves_the_finished_scenes(folder: Path, capsys) -> None
     assert fetch("bunny", "robots") == 0 and "robots.ply" in files_of(data)
 
 
+def test_what_a_killed_run_left_is_removed(folder: Path) -> None:
+    data = folder / "data/gpgpu_rt/scenes"
+    (data / ".fetching/unpacked/bunny").mkdir(parents=True)
+    (data / ".fetching/unpacked/bunny/old.ply").write_text("half")
+    (data / ".writing-x.ply").write_text("half")
+    assert fetch("bunny") == 0
+    assert files_of(data) == ["bunny.ply", "cameras.json"] and not (data / ".fetching").exists()
+
+
 def test_consent(folder: Path, capsys, monkeypatch) -> None:
     words = ["scenes", "--fetch", "bunny", "--from", "copy"]
     assert main(words) == 1

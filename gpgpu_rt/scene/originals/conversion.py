@@ -1,7 +1,7 @@
 """Conversion: makes the mesh of a scene from the files that its owner publishes."""
 from __future__ import annotations
 
-import tempfile
+import shutil
 import warnings
 import zipfile
 from collections.abc import Callable
@@ -59,13 +59,14 @@ ORIGINALS: dict[str, Original] = {
 }
 
 
-def convert(scene: str, files: list[Path], target: Path) -> None:
+def convert(scene: str, files: list[Path], target: Path, work: Path) -> None:
     """Write the mesh of a scene to ``target``, a PLY file.
 
     Parameters
     ----------
     scene : a name of ORIGINALS
     files : the published files, complete: an archive, or the files themselves
+    work : a folder for temporary files, which only this run uses
 
     Raises
     ------
@@ -73,15 +74,18 @@ def convert(scene: str, files: list[Path], target: Path) -> None:
         the files do not give the expected number of triangles
     """
     original = ORIGINALS[scene]
-    with warnings.catch_warnings(), tempfile.TemporaryDirectory(dir=target.parent) as folder:
+    unpacked = work / "unpacked"     # a killed run may have left it
+    shutil.rmtree(unpacked, ignore_errors=True)
+    with warnings.catch_warnings():
         warnings.simplefilter("ignore")     # only positions and faces are kept
         if len(files) == 1:
             with zipfile.ZipFile(files[0]) as archive:
-                archive.extractall(folder)
-            path = Path(folder, original.file)
+                archive.extractall(unpacked)
+            path = unpacked / original.file
         else:
             path = next(file for file in files if file.name == original.file)
         mesh = original.edit(mesh_file.read(path))
+    shutil.rmtree(unpacked, ignore_errors=True)
     if len(mesh.faces) != original.triangles:
         raise SceneError(f"{scene}: the published files give {len(mesh.faces):,} triangles, but "
                          f"{original.triangles:,} are expected; report this as an error of "
