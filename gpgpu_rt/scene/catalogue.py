@@ -96,8 +96,8 @@ ROWS: dict[str, NamedScene] = {row.name: row for row in (
                "shirley6.ply"),
     NamedScene("buddha", 100_000, creatures.buddha, "the Buddha of Figure 1, here a tenth of the "
                "original's 1,087,716 triangles", "Stanford 3D Scanning Repository: Happy Buddha",
-               page="http://graphics.stanford.edu/data/3Dscanrep/ publishes the Happy Buddha; save "
-               "its happy_vrip.ply as buddha.ply"),
+               page="http://graphics.stanford.edu/data/3Dscanrep/ publishes the Happy Buddha; "
+               "save its happy_vrip.ply as buddha.ply"),
     NamedScene("tenk", 10_000, outdoors.tenk, None, "built in: 10,000 triangles for Table 1"),
     NamedScene("stadium", 8_000, outdoors.stadium, None, "built in: a teapot in a stadium, "
                "stadium:RATIO sets teapot over stadium", takes_argument=True),

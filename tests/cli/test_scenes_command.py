@@ -65,7 +65,8 @@ def test_scenes_are_found_by_their_names(folder: Path, capsys) -> None:
     out, err = capsys.readouterr()
     data = folder / "data/gpgpu_rt/scenes"
     assert files_of(data) == ["bunny.ply", "cameras.json", "originals/meshes/aff/arm.ply",
-                              "originals/meshes/aff/leg.ply", "originals/meshes/aff/top.ply", "robots.ply"]
+                              "originals/meshes/aff/leg.ply", "originals/meshes/aff/top.ply",
+                              "robots.ply"]
     for text in ("bunny: 1 file", "owner/meshes at 000000", "terms: free for all", str(data)):
         assert text in err
     assert f"bunny: 12 triangles, {data / 'bunny.ply'}" in out
