@@ -28,6 +28,11 @@ class Judged:
         """Its number, as ``Figure 8``."""
         return self.title.partition(":")[0]
 
+    @property
+    def topic(self) -> str:
+        """What it shows, as ``a teapot in a stadium``."""
+        return self.title.partition(": ")[2]
+
 
 def sentences(pages: dict[str, dict[str, Any]]) -> list[str]:
     """The ten sentences, from the JSON files of the pages by figure."""
@@ -39,10 +44,10 @@ def sentences(pages: dict[str, dict[str, Any]]) -> list[str]:
         return [one for one in judged if one.verdict.word in words]
     return [
         _made(own, len(of(verdicts.REDRAWN))),
-        _list(of(verdicts.REPRODUCED), "comes out as the survey prints it",
-              "come out as the survey prints them"),
-        _list(of(verdicts.ORDER, verdicts.MOSTLY), "holds in part", "hold in part"),
-        _list(of(verdicts.CONTRADICTED), "does not hold", "do not hold"),
+        _list(of(verdicts.REPRODUCED), "comes out as the survey says",
+              "come out as the survey says"),
+        _list(of(verdicts.ORDER, verdicts.MOSTLY), "comes out so in part", "come out so in part"),
+        _list(of(verdicts.CONTRADICTED), "comes out otherwise", "come out otherwise"),
         _order(judged),
         *_too_little(of(verdicts.TOO_LITTLE)),
         _not_tried(own, of(verdicts.UNMEASURED))]
@@ -54,15 +59,15 @@ def _made(own: dict[str, dict[str, Any]], redrawn: int) -> str:
                        or {str(page["drawn"]["renderer"]) for page in own.values()})
     return (f"This program has made {len(own)} of the survey's {sum(map(of_survey, FIGURES))} "
             f"figures and tables again, from {counted(len(cells), 'measurement')} on "
-            f"{_and(renderers) or 'no renderer'}; in {redrawn} of them the survey prints no "
-            "numbers, and these are redrawn and not judged.")
+            f"{_and(renderers) or 'no renderer'}; {redrawn} are diagrams or pictures without "
+            "numbers, and are redrawn and not judged.")
 
 
 def _list(some: Sequence[Judged], one: str, many: str) -> str:
     """A sentence on the figures with a verdict, and the counts that each rests on."""
-    says = f"{len(some)} of them {one if len(some) == 1 else many}"
-    return says + (f": {_and([f'{each.figure} ({_score(each.verdict)})' for each in some])}."
-                   if some else ".")
+    says = f"{counted(len(some), 'figure')} {one if len(some) == 1 else many}"
+    named = [f'{each.figure}, "{each.topic}" ({_score(each.verdict)})' for each in some]
+    return f"{says}: {'; '.join(named)}." if some else f"{says}."
 
 
 def _score(verdict: Verdict) -> str:
@@ -97,7 +102,7 @@ def _too_little(some: Sequence[Judged]) -> list[str]:
                       for scene in one.verdict.stand_ins.scenes})
     said = Counter(one.verdict.stand_ins.word for one in some if one.verdict.stand_ins is not None)
     return [
-        f"{len(some)} of them {'rests' if len(some) == 1 else 'rest'} on too little to judge, "
+        f"{counted(len(some), 'figure')} {'rests' if len(some) == 1 else 'rest'} on too little to judge, "
         f"because a verdict needs {LEAST_SCENES} scored scenes and, where it compares methods, "
         f"{LEAST_PAIRS} pairs of them" + (f": {_figures(some)}." if some else "."),
         f"{len(lacking)} of these would rest on enough if the papers' meshes had been found"

@@ -239,15 +239,15 @@ def stand_ins_say(verdict: Verdict) -> str:
     aside = verdict.stand_ins
     if aside is None:
         return ""
-    return (f"Stand-ins are never scored. By the same rules, {_counts(aside, 'stand-in')} would "
-            f"be \"{aside.word}\": {aside.why}")
+    return ("Stand-ins are never scored. By the same rules the verdict on "
+            f"{_counts(aside, 'stand-in')} would be \"{aside.word}\": {aside.why}")
 
 
 def _counts(verdict: Verdict, scene: str) -> str:
     names = f" ({', '.join(verdict.scenes)})" if verdict.scenes else ""
     none = verdict.scenes and verdict.agreed is None and not verdict.pairs
     return (f"{counted(len(verdict.scenes), scene)}{names} and {counted(verdict.pairs, 'pair')} "
-            "of methods" + (", because the claims compare none" if none else ""))
+            "of methods" + (" (the claims compare none)" if none else ""))
 
 
 DIAGRAM = Verdict(REDRAWN, "a diagram or a picture, drawn from this program's passes and tables; "

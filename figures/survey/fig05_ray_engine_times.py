@@ -94,9 +94,10 @@ def judge(data: Path, full: bool) -> verdicts.Verdict:
     found = [(scene, result) for scene in SCENES
              if (result := read(cell(scene, AS_IT_IS, full), data)) is not None]
     return verdicts.of_claims(verdicts.Claim(
-        f"on {scene} a ray's transfers take {number(1e6 * bus_seconds(result))} microseconds on "
-        f"an AGP 4x bus, longer than the {number(1e6 * card_seconds(result))} microseconds of its "
-        f"intersections at the published {INTERSECTIONS / 1e6:g} million a second",
+        f"on {scene} a ray's transfers take longer, {number(1e6 * bus_seconds(result))} "
+        f"microseconds on an AGP 4x bus, than its intersections, "
+        f"{number(1e6 * card_seconds(result))} microseconds at the published "
+        f"{INTERSECTIONS / 1e6:g} million a second",
         bus_seconds(result) > card_seconds(result), (scene,),
         stand_in=bool(result["scene"]["stand_in"])) for scene, result in found)
 

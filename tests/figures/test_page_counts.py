@@ -220,3 +220,32 @@ def test_a_wrong_count_is_found(file: str, before: str, after: str, drawn) -> No
             _check("fig08", data, out)
     finally:
         (out / file).write_text(text)
+
+
+def test_the_index_opens_with_ten_sentences_from_the_verdicts(drawn) -> None:
+    meshes, data, out = drawn
+    index, page = ((out / f"index.{kind}").read_text() for kind in ("md", "html"))
+    opening = index.split("\n\n")[1].split("\n")
+    assert len(opening) == 10
+    for line in opening:
+        assert line.startswith("* ") and line.endswith(".") and re.search(r"\d", line)
+        assert f"<li>{html.escape(line[2:])}</li>" in page
+    said = {name: json.loads((out / f"{name}.json").read_text())["verdict"] for name in JUDGED}
+
+    def of(word: str) -> list[str]:
+        return [FIGURES[name].partition(":")[0] for name in JUDGED if said[name]["word"] == word]
+    made, holds, part, fails, order, few, lacking, aside, never, _ = opening
+    assert f"13 of the survey's 27 figures and tables again, from {len(list(data.iterdir()))} " in (
+        made)
+    for line, word in ((holds, verdicts.REPRODUCED), (part, verdicts.MOSTLY),
+                       (fails, verdicts.CONTRADICTED), (few, verdicts.TOO_LITTLE)):
+        assert re.findall(r"(?:Figure|Table) \d+", line) == of(word)
+        assert line.startswith(f"* {len(of(word))} figure")
+    scored = [one for one in said.values() if one["agreed"] is not None and not one["claims"]]
+    assert (f"{sum(one['agreed'] for one in scored)} of {sum(one['pairs'] for one in scored)} "
+            "pairs" in order)
+    # Figures 7, 22 and 26 have fewer than four pairs or two scenes with any mesh.
+    assert f"* {len(of(verdicts.TOO_LITTLE)) - 3} of these would rest on enough" in lacking
+    assert ("(bunny, conference, cows, kitchen, robots and shirley6)" in lacking) == (not meshes)
+    assert ("contradicted in 7" in aside) == (not meshes)
+    assert "3 of these stay" in never and never.endswith("Figure 7, Figure 22 and Figure 26.")

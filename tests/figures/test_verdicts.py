@@ -62,7 +62,7 @@ def test_stand_ins_are_reported_but_never_scored() -> None:
     assert (said.stand_ins.word, said.stand_ins.scenes, said.stand_ins.pairs) == (
         verdicts.CONTRADICTED, ("cows", "kitchen"), 6)
     assert verdicts.rests_on(said) == "2 scored scenes (bunny, robots) and 6 pairs of methods"
-    assert ("2 stand-ins (cows, kitchen) and 6 pairs of methods would be \"contradicted\""
+    assert ("2 stand-ins (cows, kitchen) and 6 pairs of methods would be \"contradicted\":"
             in verdicts.stand_ins_say(said))
     only = verdicts.of_groups(aside)
     assert (only.word, only.scenes, only.pairs) == (verdicts.TOO_LITTLE, (), 0)
