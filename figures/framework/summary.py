@@ -46,7 +46,8 @@ def sentences(pages: dict[str, dict[str, Any]]) -> list[str]:
         _made(own, len(of(verdicts.REDRAWN))),
         _list(of(verdicts.REPRODUCED), "comes out as the survey says",
               "come out as the survey says"),
-        _list(of(verdicts.ORDER, verdicts.MOSTLY), "comes out so in part", "come out so in part"),
+        _list(of(verdicts.ORDER, verdicts.MOSTLY), "comes out so only in part",
+              "come out so only in part"),
         _list(of(verdicts.CONTRADICTED), "comes out otherwise", "come out otherwise"),
         _order(judged),
         *_too_little(of(verdicts.TOO_LITTLE)),
@@ -59,8 +60,8 @@ def _made(own: dict[str, dict[str, Any]], redrawn: int) -> str:
                        or {str(page["drawn"]["renderer"]) for page in own.values()})
     return (f"This program has made {len(own)} of the survey's {sum(map(of_survey, FIGURES))} "
             f"figures and tables again, from {counted(len(cells), 'measurement')} on "
-            f"{_and(renderers) or 'no renderer'}; {redrawn} are diagrams or pictures without "
-            "numbers, and are redrawn and not judged.")
+            f"{_and(renderers) or 'no renderer'}; {redrawn} without numbers of the survey "
+            f"{'is' if redrawn == 1 else 'are'} redrawn and not judged.")
 
 
 def _list(some: Sequence[Judged], one: str, many: str) -> str:
@@ -108,9 +109,9 @@ def _too_little(some: Sequence[Judged]) -> list[str]:
         f"{len(lacking)} of these would rest on enough if the papers' meshes had been found"
         + (f": {_figures(lacking)} had stand-ins for {counted(len(missing), 'scene')} "
            f"({_and(missing)})." if lacking else "."),
-        f"Stand-ins are never scored; by the same rules, those of {sum(said.values())} of these "
-        "figures would be "
-        + (_and([f"{word} in {said[word]}" for word in verdicts.WORDS if said[word]])
+        "Stand-ins are never scored; what the same rules say of the stand-ins of "
+        f"{sum(said.values())} of these figures is "
+        + (_and([f"\"{word}\" for {said[word]}" for word in verdicts.WORDS if said[word]])
            or "nothing") + ".",
         f"{len(never)} of these {'stays' if len(never) == 1 else 'stay'} too small with every "
         "mesh that this run asks for, because the survey's numbers compare too few methods or "

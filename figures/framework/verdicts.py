@@ -208,8 +208,9 @@ def _of_claims(claims: Sequence[Claim]) -> Verdict:
     judged = [claim for claim in answered if not (few and claim.scenes)]
     held = sum(claim.holds is True for claim in answered)
     why = [*([few] if few else []),
-           f"{held} of {counted(len(answered), 'claim')} "
-           f"{'holds' if len(answered) == 1 else 'hold'}: "
+           (f"{held} of {counted(len(answered), 'claim')} "
+            f"{'holds' if len(answered) == 1 else 'hold'}: " if answered
+            else "the measurements decide no claim: ")
            + "; ".join(f"{claim.says} ({_answer(claim.holds)})" for claim in claims)]
     word = TOO_LITTLE if not judged else word_of_claims(
         sum(claim.holds is True for claim in judged), len(judged))

@@ -247,5 +247,5 @@ def test_the_index_opens_with_ten_sentences_from_the_verdicts(drawn) -> None:
     # Figures 7, 22 and 26 have fewer than four pairs or two scenes with any mesh.
     assert f"* {len(of(verdicts.TOO_LITTLE)) - 3} of these would rest on enough" in lacking
     assert ("(bunny, conference, cows, kitchen, robots and shirley6)" in lacking) == (not meshes)
-    assert ("contradicted in 7" in aside) == (not meshes)
+    assert ("\"contradicted\" for 7" in aside) == (not meshes)
     assert "3 of these stay" in never and never.endswith("Figure 7, Figure 22 and Figure 26.")
