@@ -18,8 +18,8 @@ NEEDED = ("distributed", "flip_evaluator", "matplotlib", "tqdm")     # the extra
 try:
     for name in NEEDED:
         import_module(name)
-    from .framework import pages, provenance
-    from .framework.catalogue import FIGURES, figure_of, of_survey
+    from .framework import pages, provenance, summary
+    from .framework.catalogue import FIGURES, figure_of
     from .framework.index_page import IndexEntry, write_index
     from .framework.measure import measure
     from .framework.output import number
@@ -90,14 +90,14 @@ def _index(out: Path) -> None:
     """Write the index of all pages in ``out``, drawn now or by earlier runs."""
     pages = {name: page for name in FIGURES if (page := provenance.held(name, out))}
     lines = [IndexEntry(name, FIGURES[name],
-                        Verdict(**page["verdict"]) if page["verdict"] else None,
+                        Verdict.from_json(page["verdict"]),
                         provenance.summary(page)) for name, page in pages.items()]
     seconds, unknown = provenance.spent(pages.values())
     quick = [name for name, page in pages.items() if page["size"] == "quick"]
     size = "quick" if len(quick) == len(pages) else "the papers'"
     if 0 < len(quick) < len(pages):
         size += f", but quick for {', '.join(quick)}"
-    write_index(out, lines, sum(map(of_survey, FIGURES)), [
+    write_index(out, lines, summary.sentences(pages), [
         f"Size: {size}. Measuring all cells took {number(seconds / 60)} minutes of processor time"
         + (f", not counting {unknown} cells that an older version measured." if unknown else ".")
         + ("" if not quick else " The quick size traces fewer rays than the papers did, and the "

@@ -74,9 +74,13 @@ class Comparison:
 
     def pairs(self, full: bool) -> list[tuple[Panel, MethodColumn]]:
         """The pairs of panel and column that are measured."""
-        return [(panel, column) for panel in self.panels for column in self.columns
-                if column.only in (None, panel.rays) and panel.scene not in column.skips
-                and (full or panel.scene not in self.full_only)]
+        return [(panel, column) for panel in self.panels for column in self._columns_of(panel)
+                if full or panel.scene not in self.full_only]
+
+    def _columns_of(self, panel: Panel) -> list[MethodColumn]:
+        """The columns that a panel has."""
+        return [column for column in self.columns
+                if column.only in (None, panel.rays) and panel.scene not in column.skips]
 
     def cells(self, full: bool) -> list[Cell]:
         return [self.cell(panel, column, full) for panel, column in self.pairs(full)]
@@ -100,14 +104,14 @@ class Comparison:
     def judge(self, data: Path, full: bool) -> verdicts.Verdict:
         """The verdict on the order of the methods and on the ratios between them."""
         results = self._results(data, full)
-        groups, stand_ins = {}, []
+        groups = []
         for panel in dict.fromkeys(panel for panel, _ in results):
             ordered = self._ordered(panel, results)
-            groups[panel.label] = ([ours["ns_per_ray"] for _, ours, _ in ordered],
-                                   [theirs for _, _, theirs in ordered])
-            if any(ours["scene"]["stand_in"] for _, ours, _ in ordered):
-                stand_ins.append(panel.label)
-        return verdicts.of_groups(groups, stand_ins)
+            groups.append(verdicts.Group(
+                panel.scene, panel.label, [ours["ns_per_ray"] for _, ours, _ in ordered],
+                [theirs for _, _, theirs in ordered],
+                any(ours["scene"]["stand_in"] for _, ours, _ in ordered)))
+        return verdicts.of_groups(groups)
 
     def _results(self, data: Path, full: bool) -> Results:
         """The results of the finished cells, by panel and column label."""
@@ -139,7 +143,7 @@ class Comparison:
         """The columns that tau-b orders, with our results and the published nanoseconds."""
         found = [(column, results.get((panel, column.label)),
                   nanoseconds(self._published(panel, column)))
-                 for column in self.columns if column.published_method is None]
+                 for column in self._columns_of(panel) if column.published_method is None]
         return [(c, ours, theirs) for c, ours, theirs in found if ours and theirs]
 
     def _tau(self, panel: Panel, results: Results) -> float:

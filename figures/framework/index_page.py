@@ -2,7 +2,7 @@
 from __future__ import annotations
 
 import html
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -12,24 +12,30 @@ from .output import markdown_table, write_text
 from .verdicts import Verdict
 
 RULES = (
-    f"**reproduced**: the methods have the published order (tau-b {verdicts.HIGH:g} or more in "
-    "every scored group). The ratios between them are off by less than a factor of "
+    f"**{verdicts.REPRODUCED}**: the methods have the published order (tau-b {verdicts.HIGH:g} or "
+    "more in every scored group; it is 1 for the same order, -1 for the reverse). The ratios between them are off by less than a factor of "
     f"{verdicts.FACTOR:g} in the median. A group is a scene and a kind of rays. A figure that "
-    "makes claims is reproduced if all claims hold",
-    f"**{verdicts.ORDER}**: only the order agrees. In Table 1 more than half of the properties "
-    "must also agree with the survey's",
+    "makes claims is reproduced if all claims hold. Table 1's properties are such claims",
+    f"**{verdicts.ORDER}**: only the order agrees",
     f"**{verdicts.MOSTLY}**: more than half of a figure's claims hold, but not all",
-    "**contradicted**: the order differs, whatever the ratios are; or at most half of a figure's "
-    "claims hold. Our machine, cameras and sometimes scenes differ from the papers'; the figure's "
-    "page shows the reasons",
-    "**redrawn**: a diagram or a picture, made from this program's own passes and tables; the "
-    "survey prints nothing in it that could be scored",
-    f"**{verdicts.UNSCORED}**: the published times of all scenes that are not stand-ins tie, so "
-    "they have no order",
-    f"**{verdicts.UNMEASURED}**: cells are missing, or all measured scenes are stand-ins")
+    f"**{verdicts.CONTRADICTED}**: the order differs, whatever the ratios are; or at most half of "
+    "a figure's claims hold. Our machine, cameras and sometimes scenes differ from the papers'; "
+    "the figure's page shows the reasons",
+    f"**{verdicts.TOO_LITTLE}**: the verdict would rest on fewer than {verdicts.LEAST_SCENES} "
+    f"scored scenes, or on fewer than {verdicts.LEAST_PAIRS} pairs of methods in all. A pair "
+    "counts if the published numbers of one scene and kind of rays order it; published numbers "
+    "within 5 % of each other tie. A claim that compares no methods needs the scenes alone, and a "
+    "claim about structure, which no scene can change, needs neither. Times that differ by less "
+    "than their runs decide no claim",
+    f"**{verdicts.REDRAWN}**: a diagram or a picture, made from this program's own passes and "
+    "tables; the survey prints nothing in it that could be scored",
+    f"**{verdicts.UNMEASURED}**: all cells are missing",
+    "Stand-ins for scenes are never scored. What the same rules say of them stands beside the "
+    "verdict")
 COLOURS = {verdicts.REPRODUCED: "#cfe8d5", verdicts.ORDER: "#f5e6b8",
            verdicts.MOSTLY: "#e6e9b8",
-           verdicts.CONTRADICTED: "#f3c9c0", verdicts.REDRAWN: "#dfe6ee"}
+           verdicts.CONTRADICTED: "#f3c9c0", verdicts.TOO_LITTLE: "#e8dff0",
+           verdicts.REDRAWN: "#dfe6ee"}
 
 
 @dataclass(frozen=True)
@@ -45,28 +51,27 @@ class IndexEntry:
     source: str
 
 
-def write_index(out: Path, lines: Sequence[IndexEntry], wanted: int,
+def write_index(out: Path, lines: Sequence[IndexEntry], opening: Sequence[str],
                 remarks: Sequence[str]) -> None:
     """Write out/index.md and out/index.html.
 
     Parameters
     ----------
-    wanted : number of figures and tables in the survey
+    opening : sentences on what of the survey holds
     remarks : sentences on the run as a whole
     """
     of_survey = [line for line in lines if line.verdict]
     beyond = [line for line in lines if not line.verdict]
-    count = tally(of_survey)
-    head = (f"{len(of_survey)} of the survey's {wanted} figures and tables: "
-            + ", ".join(f"{n} {word}" for word, n in count.items() if n) + ".")
     pages = {line.name for line in lines}
     where = [(one.says, ", ".join(f"[{name}]({name}.md)" for name in one.pages if name in pages))
              for one in CONTRADICTIONS]
     write_text(out / "index.md", "\n".join((
-        "# The survey's figures, made again\n", f"{head}\n", *(f"{says}\n" for says in remarks),
-        markdown_table(("figure", "verdict", "why", "data"), [
-            (f"[{line.title}]({line.name}.md)", f"**{line.verdict.word}**", line.verdict.why,
-             _links(line)) for line in of_survey if line.verdict]),
+        "# The survey's figures, made again\n", *(f"* {says}" for says in opening), "",
+        *(f"{says}\n" for says in remarks),
+        markdown_table(("figure", "verdict", "rests on", "why", "data"), [
+            (f"[{line.title}]({line.name}.md)", f"**{line.verdict.word}**",
+             verdicts.rests_on(line.verdict), _why(line.verdict), _links(line))
+            for line in of_survey if line.verdict]),
         "The rules of the verdicts, all applied to the numbers behind the pages:\n",
         *(f"* {rule}." for rule in RULES), "",
         *(["## Beyond the survey's figures\n"] if beyond else []),
@@ -76,13 +81,11 @@ def write_index(out: Path, lines: Sequence[IndexEntry], wanted: int,
           for at, (says, links) in enumerate(where, 1)), "",
         "## Where the numbers come from\n",
         *(f"* [{line.name}.json]({line.name}.json): {line.source}" for line in lines), "")))
-    write_text(out / "index.html", _html(out, head, of_survey, beyond))
+    write_text(out / "index.html", _html(out, opening, of_survey, beyond))
 
 
-def tally(lines: Sequence[IndexEntry]) -> Mapping[str, int]:
-    """The number of figures with each verdict."""
-    return {word: sum(line.verdict is not None and line.verdict.word == word for line in lines)
-            for word in verdicts.WORDS}
+def _why(verdict: Verdict) -> str:
+    return " ".join(filter(None, (verdict.why, verdicts.stand_ins_say(verdict))))
 
 
 def _links(line: IndexEntry) -> str:
@@ -90,7 +93,7 @@ def _links(line: IndexEntry) -> str:
                     (("chart", "png"), ("CSV", "csv"), ("JSON", "json")))
 
 
-def _html(out: Path, head: str, of_survey: Sequence[IndexEntry],
+def _html(out: Path, opening: Sequence[str], of_survey: Sequence[IndexEntry],
           beyond: Sequence[IndexEntry]) -> str:
     """The text of an HTML page that shows every chart with its verdict."""
     cards = []
@@ -99,7 +102,8 @@ def _html(out: Path, head: str, of_survey: Sequence[IndexEntry],
         picture = (f'<a href="{line.name}.md"><img src="{line.name}.png" alt="" loading="lazy">'
                    "</a>" if (out / f"{line.name}.png").exists() else "")
         said = (f'<p class="verdict" style="background:{COLOURS.get(word, "#eeeeee")}">{word}</p>'
-                f"<p>{html.escape(line.verdict.why)}</p>" if line.verdict else "")
+                f"<p>Rests on {html.escape(verdicts.rests_on(line.verdict))}.</p>"
+                f"<p>{html.escape(_why(line.verdict))}</p>" if line.verdict else "")
         cards.append(f"<section><h2>{html.escape(line.title)}</h2>{picture}{said}"
                      f'<p class="source"><a href="{line.name}.json">{html.escape(line.source)}'
                      "</a></p></section>")
@@ -112,5 +116,6 @@ def _html(out: Path, head: str, of_survey: Sequence[IndexEntry],
     return ('<!doctype html><html lang="en"><head><meta charset="utf-8">'
             '<meta name="viewport" content="width=device-width">'
             f"<title>The survey's figures, made again</title><style>{style}</style></head><body>"
-            f"<h1>The survey's figures, made again</h1><p>{html.escape(head)}</p><main>"
+            f"<h1>The survey's figures, made again</h1><ul>"
+            + "".join(f"<li>{html.escape(says)}</li>" for says in opening) + "</ul><main>"
             + "\n".join(cards) + "</main></body></html>\n")

@@ -3,11 +3,39 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 from itertools import combinations
 
 
-def tau_b(ours: Sequence[float], published: Sequence[float], tie: float = 0.05) -> float:
-    """Agreement of two orderings: 1 if equal, -1 if reversed, nan if either orders nothing.
+@dataclass(frozen=True)
+class PairCounts:
+    """How the pairs of methods in a table compare.
+
+    concordant, discordant : pairs that both orderings order, alike and reversed
+    only_ours, only_published : pairs that tie in the other ordering
+    """
+
+    concordant: int
+    discordant: int
+    only_ours: int
+    only_published: int
+
+    @property
+    def ordered(self) -> int:
+        """The number of pairs that the published numbers order."""
+        return self.concordant + self.discordant + self.only_published
+
+    @property
+    def tau_b(self) -> float:
+        """1 if the orderings are equal, -1 if reversed, nan if either orders nothing."""
+        both = self.concordant + self.discordant
+        scale = math.sqrt((both + self.only_ours) * (both + self.only_published))
+        return (self.concordant - self.discordant) / scale if scale else math.nan
+
+
+def pair_counts(ours: Sequence[float], published: Sequence[float],
+                tie: float = 0.05) -> PairCounts:
+    """Compare two orderings, pair by pair.
 
     Parameters
     ----------
@@ -24,6 +52,9 @@ def tau_b(ours: Sequence[float], published: Sequence[float], tie: float = 0.05) 
         discordant += a * b < 0
         only_ours += a != 0 and b == 0
         only_published += a == 0 and b != 0
-    pairs = concordant + discordant
-    scale = math.sqrt((pairs + only_ours) * (pairs + only_published))
-    return (concordant - discordant) / scale if scale else math.nan
+    return PairCounts(concordant, discordant, only_ours, only_published)
+
+
+def tau_b(ours: Sequence[float], published: Sequence[float], tie: float = 0.05) -> float:
+    """Agreement of two orderings, as `PairCounts.tau_b`; parameters as for `pair_counts`."""
+    return pair_counts(ours, published, tie).tau_b

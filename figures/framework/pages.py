@@ -47,7 +47,18 @@ def _draw(name: str, data: Path, out: Path, full: bool) -> None:
     judged = None
     if of_survey(name):
         judged = figure.judge(data, full) if hasattr(figure, "judge") else verdicts.DIAGRAM
-    provenance.record(name, cells, data, out, full, judged)
+        _add_verdict(page, judged)
+    provenance.record(name, cells, data, out, full, judged, reasons)
+
+
+def _add_verdict(page: Path, judged: verdicts.Verdict) -> None:
+    """Write the verdict and what it rests on below the title of a page."""
+    if page.exists():
+        title, _, rest = page.read_text().partition("\n")
+        says = (f"**{judged.word}**: {judged.why}",
+                f"The verdict rests on {verdicts.rests_on(judged)}.",
+                verdicts.stand_ins_say(judged))
+        write_text(page, "\n\n".join((title, *filter(None, says), rest.lstrip())))
 
 
 def _add_notes(name: str, out: Path) -> None:

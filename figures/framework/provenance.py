@@ -10,7 +10,7 @@ import csv
 import datetime
 import importlib.metadata
 import json
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -33,8 +33,14 @@ def sources(cells: Iterable[Cell], data: Path) -> list[dict[str, Any]]:
 
 
 def record(name: str, cells: Iterable[Cell], data: Path, out: Path, full: bool,
-           judged: Verdict | None = None) -> None:
-    """Write out/NAME.json for a page that was drawn; ``judged`` is its verdict."""
+           judged: Verdict | None = None, reasons: Mapping[str, int] | None = None) -> None:
+    """Write out/NAME.json for a page that was drawn.
+
+    Parameters
+    ----------
+    judged : the verdict; None for a figure beyond the survey
+    reasons : why cells could not be measured here, each with its number of cells
+    """
     table = out / f"{name}.csv"
     rows: list[dict[str, str]] = []
     if table.exists():
@@ -44,19 +50,21 @@ def record(name: str, cells: Iterable[Cell], data: Path, out: Path, full: bool,
             "drawn": {"renderer": open_gpu().renderer, "commit": commit(),
                       "date": datetime.date.today().isoformat(),
                       "version": importlib.metadata.version("gpgpu_rt")},
-            "verdict": judged and asdict(judged), "cells": sources(cells, data), "rows": rows}
+            "verdict": judged and asdict(judged), "left_out": dict(reasons or {}),
+            "cells": sources(cells, data), "rows": rows}
     with replacing(out / f"{name}.json") as path:
         path.write_text(json.dumps(held, indent=1))
 
 
 def held(name: str, out: Path) -> dict[str, Any] | None:
-    """The content of out/NAME.json, or None if the page was not drawn."""
+    """The content of out/NAME.json; None if the page was not drawn, or by an older version."""
     try:
         found = read_json(out / f"{name}.json")
     except (OSError, ValueError):
         return None
-    whole = isinstance(found, dict) and "verdict" in found and (out / f"{name}.md").exists()
-    return found if whole else None
+    whole = isinstance(found, dict) and {"verdict", "left_out"} <= set(found) and (
+        found["verdict"] is None or Verdict.from_json(found["verdict"]) is not None)
+    return found if whole and (out / f"{name}.md").exists() else None
 
 
 def spent(pages: Iterable[dict[str, Any]]) -> tuple[float, int]:

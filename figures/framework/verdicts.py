@@ -1,40 +1,110 @@
 """Verdicts: rules that decide from numbers whether a figure came out as the survey prints it.
 
-* reproduced: the order and the ratios agree. The order agrees if tau-b of every scored group is at
-  least HIGH. The ratios agree if they are off by less than FACTOR in the median.
+* reproduced: the order and the ratios agree. The order agrees if tau-b of every group is at least
+  HIGH. The ratios agree if they are off by less than FACTOR in the median.
 * reproduced in order, not in ratio: only the order agrees.
 * contradicted: the order differs, whatever the ratios are.
+* too little to judge: fewer than LEAST_SCENES scored scenes, or fewer than LEAST_PAIRS pairs of
+  methods. A pair counts if the published numbers of one scene and kind of rays order it.
 
 A claim in words has neither order nor ratio. A figure that makes claims is reproduced if every
-claim holds, mostly reproduced if more than half hold, and contradicted otherwise.
+claim holds, mostly reproduced if more than half hold, and contradicted otherwise. A claim that
+compares methods needs as many scenes and pairs as a table of times. A claim that compares no
+methods needs the scenes alone, and a claim about structure, which no scene can change, needs
+neither.
+
+Stand-ins for scenes are never scored. A verdict holds beside it what the same rules say of them.
 """
 from __future__ import annotations
 
 import math
 import statistics
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, fields, replace
+from typing import Any, NamedTuple
 
-from .kendall import tau_b
+from gpgpu_rt.text_format import counted
+
+from .kendall import PairCounts, pair_counts
 from .output import number
 
 REPRODUCED = "reproduced"
 ORDER = "reproduced in order, not in ratio"
 MOSTLY = "mostly reproduced"   # for claims in words
 CONTRADICTED = "contradicted"
+TOO_LITTLE = "too little to judge"
 REDRAWN = "redrawn"            # a diagram or a picture: the survey prints nothing to score
-UNSCORED = "not scored"        # measured, but the published numbers tie and have no order
 UNMEASURED = "not measured"
-WORDS = (REPRODUCED, ORDER, MOSTLY, CONTRADICTED, REDRAWN, UNSCORED, UNMEASURED)
+WORDS = (REPRODUCED, ORDER, MOSTLY, CONTRADICTED, TOO_LITTLE, REDRAWN, UNMEASURED)
 HIGH, FACTOR = 0.8, 2.0        # the lowest tau-b of equal orders; ratios must be off by less
+LEAST_SCENES, LEAST_PAIRS = 2, 4
 
 
 @dataclass(frozen=True)
 class Verdict:
-    """One of WORDS, and the reason, with the numbers that decided."""
+    """One of WORDS, the reason with the numbers that decided, and what the verdict rests on.
+
+    scenes : the scored scenes, each once
+    pairs : pairs of methods that were compared on these scenes
+    agreed : pairs that have the published order; None for claims
+    claims, held : claims that could be answered with yes or no, and those with yes
+    structure : claims among them that no scene can change
+    stand_ins : what the same rules say of the stand-ins, whose names are its `scenes`
+    """
 
     word: str
     why: str
+    scenes: tuple[str, ...] = ()
+    pairs: int = 0
+    agreed: int | None = None
+    claims: int = 0
+    held: int = 0
+    structure: int = 0
+    stand_ins: Verdict | None = None
+
+    @classmethod
+    def from_json(cls, found: Any) -> Verdict | None:
+        """The verdict that `dataclasses.asdict` has written; None if it has other fields."""
+        if not isinstance(found, dict) or set(found) != {one.name for one in fields(cls)}:
+            return None
+        return cls(**{**found, "scenes": tuple(found["scenes"]),
+                      "stand_ins": cls.from_json(found["stand_ins"])})
+
+
+@dataclass(frozen=True)
+class Group:
+    """The times of the same methods on one scene and kind of rays, ours and the published ones."""
+
+    scene: str
+    label: str      # the scene and the kind of rays, as reasons name them
+    ours: Sequence[float]
+    theirs: Sequence[float]
+    stand_in: bool = False
+
+
+class Pair(NamedTuple):
+    """Two methods that a claim compares on one scene and kind of rays."""
+
+    scene: str
+    rays: str
+    one: str
+    other: str
+
+
+@dataclass(frozen=True)
+class Claim:
+    """A claim in words, and whether it holds.
+
+    holds : None if the measurements cannot decide
+    scenes : the scenes that were measured for it; empty for a claim that no scene can change
+    pairs : the measured methods that it compares
+    """
+
+    says: str
+    holds: bool | None
+    scenes: tuple[str, ...] = ()
+    pairs: tuple[Pair, ...] = ()
+    stand_in: bool = False
 
 
 def off_by(ours: Sequence[float], theirs: Sequence[float]) -> float:
@@ -48,50 +118,138 @@ def off_by(ours: Sequence[float], theirs: Sequence[float]) -> float:
     return 2 ** statistics.median(apart) if apart else math.nan
 
 
-def of_groups(groups: Mapping[str, tuple[Sequence[float], Sequence[float]]],
-              stand_ins: Iterable[str] = ()) -> Verdict:
-    """The verdict on a table of times.
+def of_groups(groups: Iterable[Group]) -> Verdict:
+    """The verdict on a table of times; groups with fewer than two methods are left out."""
+    compared = [group for group in groups if len(group.ours) > 1]
+    return _beside_stand_ins(_of_groups([g for g in compared if not g.stand_in]),
+                             _of_groups([g for g in compared if g.stand_in]))
 
-    Parameters
-    ----------
-    groups : our times and the published times of each scene and kind of rays
-    stand_ins : groups that are shown but not scored, because their scenes are stand-ins
+
+def of_claims(claims: Iterable[Claim], exceptions: Sequence[str] = ()) -> Verdict:
+    """The verdict on claims in words.
+
+    ``exceptions`` are sentences on measured scenes that cannot show whether the claims hold. They
+    end the reason.
     """
-    left_out = set(stand_ins)
-    real = {name: (tau_b(*pair), off_by(*pair)) for name, pair in groups.items()
-            if name not in left_out and len(pair[0]) > 1}
-    scored = {name: pair for name, pair in real.items() if pair[0] == pair[0]}
-    if real and not scored:
-        factor = statistics.median(off for _, off in real.values())
-        return Verdict(UNSCORED, f"the published times of {', '.join(real)} tie, so there is no "
-                       "order to reproduce (stand-ins are not scored); ratios are off by a "
-                       f"factor of {number(factor)} in the median.")
-    if not scored:
-        return Verdict(UNMEASURED, "all measured scenes are stand-ins"
-                       if groups else "none of its cells is measured")
-    low = [f"{name} {number(tau, 2)}" for name, (tau, _) in scored.items() if tau < HIGH]
-    factor = statistics.median(off for _, off in scored.values())
-    right = len(scored) - len(low)
-    why = (f"tau-b is {HIGH:g} or more in {right} of {len(scored)} scored groups"
-           + (f" (below: {', '.join(low)})" if low else "")
-           + f"; ratios between methods are off by a factor of {number(factor)} in the median"
-           + (f"; stand-ins left out: {', '.join(sorted(left_out & set(groups)))}"
-              if left_out & set(groups) else ""))
-    word = CONTRADICTED if low else REPRODUCED if factor < FACTOR else ORDER
-    return Verdict(word, why + ".")
+    found = list(claims)
+    said = _beside_stand_ins(_of_claims([c for c in found if not c.stand_in]),
+                             _of_claims([c for c in found if c.stand_in]))
+    if not found and exceptions:
+        said = Verdict(TOO_LITTLE, "no measured scene can show whether the claims hold.")
+    return replace(said, why=" ".join((said.why, *exceptions)))
 
 
-def of_claims(claims: Mapping[str, bool]) -> Verdict:
-    """The verdict on claims, given whether each holds."""
+def word_of_claims(held: int, claims: int) -> str:
+    """The word for claims that are enough to judge."""
+    return REPRODUCED if held == claims else MOSTLY if 2 * held > claims else CONTRADICTED
+
+
+def _beside_stand_ins(scored: Verdict, stand_ins: Verdict) -> Verdict:
+    if stand_ins.word == UNMEASURED:
+        return scored
+    if scored.word == UNMEASURED:
+        scored = Verdict(TOO_LITTLE, "all scenes that could be judged are stand-ins.")
+    return replace(scored, stand_ins=stand_ins)
+
+
+def _of_groups(groups: Sequence[Group]) -> Verdict:
+    if not groups:
+        return Verdict(UNMEASURED, "none of its cells is measured.")
+    counts = [(group, pair_counts(group.ours, group.theirs)) for group in groups]
+    ordered = [(group, count) for group, count in counts if count.ordered]
+    scenes = tuple(dict.fromkeys(group.scene for group, _ in ordered))
+    pairs = sum(count.ordered for _, count in ordered)
+    agreed = sum(count.concordant for _, count in ordered)
+    few = _too_few(scenes, pairs)
+    factor = statistics.median(off_by(group.ours, group.theirs)
+                               for group, _ in ordered or counts)
+    low = [f"{group.label} {number(count.tau_b, 2)}" for group, count in ordered
+           if not count.tau_b >= HIGH]     # nan if ours all tie
+    why = [*([few] if few else []), *([_order(ordered, low, agreed, pairs)] if ordered else []),
+           f"ratios between methods are off by a factor of {number(factor)} in the median",
+           *_ties([group for group, count in counts if not count.ordered])]
+    word = (TOO_LITTLE if few else CONTRADICTED if low
+            else REPRODUCED if factor < FACTOR else ORDER)
+    return Verdict(word, "; ".join(why) + ".", scenes, pairs, agreed)
+
+
+def _order(ordered: Sequence[tuple[Group, PairCounts]], low: Sequence[str], agreed: int,
+           pairs: int) -> str:
+    return (f"tau-b is {HIGH:g} or more in {len(ordered) - len(low)} of "
+            f"{counted(len(ordered), 'group')}" + (f" (below: {', '.join(low)})" if low else "")
+            + f"; {agreed} of {counted(pairs, 'pair')} of methods have the published order")
+
+
+def _ties(tied: Sequence[Group]) -> list[str]:
+    return [] if not tied else ["the published numbers of "
+                                f"{', '.join(group.label for group in tied)} tie, so they have no "
+                                "order to reproduce"]
+
+
+def _too_few(scenes: Sequence[str], pairs: int | None) -> str:
+    """Why so many scenes and pairs are too few for a verdict, or ""; None: no pairs are needed."""
+    if len(scenes) >= LEAST_SCENES and (pairs is None or pairs >= LEAST_PAIRS):
+        return ""
+    needed, there = counted(LEAST_SCENES, "scene"), counted(len(scenes), "scene")
+    if pairs is not None:
+        needed += f" and {counted(LEAST_PAIRS, 'pair')} of methods"
+        there += f" and {counted(pairs, 'pair')}"
+    return f"a verdict needs {needed}, not {there}"
+
+
+def _of_claims(claims: Sequence[Claim]) -> Verdict:
     if not claims:
-        return Verdict(UNMEASURED, "none of its cells is measured")
-    failed = [claim for claim, holds in claims.items() if not holds]
-    why = f"{len(claims) - len(failed)} of {len(claims)} claims hold: " + "; ".join(
-        f"{claim} ({'yes' if holds else 'no'})" for claim, holds in claims.items()) + "."
-    if not failed:
-        return Verdict(REPRODUCED, why)
-    return Verdict(MOSTLY if 2 * len(failed) < len(claims) else CONTRADICTED, why)
+        return Verdict(UNMEASURED, "none of its cells is measured.")
+    on_scenes = [claim for claim in claims if claim.scenes]
+    scenes = tuple(dict.fromkeys(scene for claim in on_scenes for scene in claim.scenes))
+    pairs = len({pair for claim in on_scenes for pair in claim.pairs})
+    few = _too_few(scenes, pairs if pairs else None) if on_scenes else ""
+    answered = [claim for claim in claims if claim.holds is not None]
+    judged = [claim for claim in answered if not (few and claim.scenes)]
+    held = sum(claim.holds is True for claim in answered)
+    why = [*([few] if few else []),
+           (f"{held} of {counted(len(answered), 'claim')} "
+            f"{'holds' if len(answered) == 1 else 'hold'}: " if answered
+            else "the measurements decide no claim: ")
+           + "; ".join(f"{claim.says} ({_answer(claim.holds)})" for claim in claims)]
+    word = TOO_LITTLE if not judged else word_of_claims(
+        sum(claim.holds is True for claim in judged), len(judged))
+    return Verdict(word, "; ".join(why) + ".", scenes, pairs, claims=len(answered), held=held,
+                   structure=sum(not claim.scenes for claim in answered))
 
 
-DIAGRAM = Verdict(REDRAWN, "A diagram or a picture, drawn from this program's passes and tables; "
+def _answer(holds: bool | None) -> str:
+    return "not decided" if holds is None else "yes" if holds else "no"
+
+
+def rests_on(verdict: Verdict) -> str:
+    """A clause on the scored scenes, the pairs of methods and the claims about structure."""
+    if verdict.word == REDRAWN:
+        return "no number of the survey"
+    parts = []
+    if verdict.structure:
+        parts.append(f"{counted(verdict.structure, 'claim')} about structure, which no scene can "
+                     "change")
+    if verdict.scenes or not parts:
+        parts.append(_counts(verdict, "scored scene"))
+    return "; ".join(parts)
+
+
+def stand_ins_say(verdict: Verdict) -> str:
+    """A sentence on what the same rules say of the stand-ins, or "" if there are none."""
+    aside = verdict.stand_ins
+    if aside is None:
+        return ""
+    return ("Stand-ins are never scored. By the same rules the verdict on "
+            f"{_counts(aside, 'stand-in')} would be \"{aside.word}\": {aside.why}")
+
+
+def _counts(verdict: Verdict, scene: str) -> str:
+    names = f" ({', '.join(verdict.scenes)})" if verdict.scenes else ""
+    none = verdict.scenes and verdict.agreed is None and not verdict.pairs
+    return (f"{counted(len(verdict.scenes), scene)}{names} and {counted(verdict.pairs, 'pair')} "
+            "of methods" + (" (the claims compare none)" if none else ""))
+
+
+DIAGRAM = Verdict(REDRAWN, "a diagram or a picture, drawn from this program's passes and tables; "
                   "the survey prints no numbers in it.")

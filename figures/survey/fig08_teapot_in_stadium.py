@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any
 
 import gpgpu_rt as rt
+from gpgpu_rt.bench.workloads import EYE
 from gpgpu_rt.disk.files import replacing
 
 from ..framework import verdicts
@@ -15,12 +16,17 @@ from ..framework.output import (
 from ..framework.results import finished, read
 
 RATIOS = (1.0, 1e-1, 1e-2, 1e-3, 1e-4)
-METHODS = (("grid", (("resolution", 50),)), ("kd-restart", ()), ("kd-backtrack", ()),
+GRID, KD_TREES = "grid", ("kd-restart", "kd-backtrack")
+METHODS = ((GRID, (("resolution", 50),)), *((tree, ()) for tree in KD_TREES),
            ("bvh-threaded", ()))
 
 
+def scene_of(ratio: float) -> str:
+    return f"stadium:{ratio:g}"
+
+
 def cell(ratio: float, method: str, options: tuple, full: bool) -> Cell:
-    return Cell(f"stadium:{ratio:g}", method, options, 512 if full else 192, runs=timed_runs(full))
+    return Cell(scene_of(ratio), method, options, 512 if full else 192, runs=timed_runs(full))
 
 
 def cells(full: bool) -> list[Cell]:
@@ -28,6 +34,9 @@ def cells(full: bool) -> list[Cell]:
 
 
 TIMES = 8    # the survey: the kd-trees are "up to 8 times" faster than the grid
+# Every claim compares the grid with both kd-trees, at every size of the teapot.
+SCENES = tuple(map(scene_of, RATIOS))
+PAIRS = tuple(verdicts.Pair(scene, EYE, GRID, tree) for scene in SCENES for tree in KD_TREES)
 
 
 def results_of(ratio: float, data: Path, full: bool) -> dict[str, dict[str, Any] | None]:
@@ -37,7 +46,7 @@ def results_of(ratio: float, data: Path, full: bool) -> dict[str, dict[str, Any]
 
 def gain(results: dict[str, dict[str, Any] | None]) -> float | None:
     """The grid's time divided by the time of the faster kd-tree."""
-    times = [found["ns_per_ray"] for name in ("grid", "kd-restart", "kd-backtrack")
+    times = [found["ns_per_ray"] for name in (GRID, *KD_TREES)
              if (found := results[name]) is not None]
     return times[0] / min(times[1:]) if len(times) == 3 else None
 
@@ -46,13 +55,14 @@ def judge(data: Path, full: bool) -> verdicts.Verdict:
     """Whether the grid falls behind as the teapot shrinks, and as far as the survey says."""
     gains = [g for ratio in RATIOS if (g := gain(results_of(ratio, data, full))) is not None]
     if len(gains) < len(RATIOS):
-        return verdicts.of_claims({})
+        return verdicts.of_claims([])
     said = ", ".join(number(g) for g in gains)
-    return verdicts.of_claims({
-        f"the grid takes {said} times the better kd-tree's time as the pot shrinks, and is slower "
-        "in the end": gains[-1] > 1,
-        "the grid is farther behind at the smallest pot than at the largest": gains[-1] > gains[0],
-        f"the grid is behind by {TIMES} times or more": max(gains) >= TIMES})
+    return verdicts.of_claims(verdicts.Claim(says, holds, SCENES, PAIRS) for says, holds in (
+        (f"the grid takes {said} times the better kd-tree's time as the pot shrinks, and is "
+         "slower in the end", gains[-1] > 1),
+        ("the grid is farther behind at the smallest pot than at the largest",
+         gains[-1] > gains[0]),
+        (f"the grid is behind by {TIMES} times or more", max(gains) >= TIMES)))
 
 
 def draw(data: Path, out: Path, full: bool) -> None:

@@ -137,13 +137,16 @@ def _triangle_hits(small: World) -> np.ndarray:
 
 
 def judge(data: Path, full: bool) -> verdicts.Verdict:
-    """Whether the pseudocode that the survey prints finds the triangle that the ray hits."""
+    """Whether the pseudocode that the survey prints finds the triangle that the ray hits.
+
+    The claim is about every ray of every scene, so one ray that goes wrong refutes it.
+    """
     found = walk(METHOD)
     start = found.steps[0].before
     printed = printed_rule(world(), start["t_min"], start["t_max"])
-    return verdicts.of_claims({
-        "the traversal as printed finds the triangle that the ray hits":
-        printed.hit == int(found.hits.triangle[0])})
+    return verdicts.of_claims([verdicts.Claim(
+        "the traversal as printed finds the triangle that the ray hits",
+        printed.hit == int(found.hits.triangle[0]))])
 
 
 def draw(data: Path, out: Path, full: bool) -> None:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 import statistics
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -24,7 +24,7 @@ from ..framework.output import markdown_table, number, plt, save_chart, write_cs
 from ..framework.results import read
 from .pass_work import counted, unseen
 from .scaled import CHIP, scaled, speeds
-from .surveyed import BASE, SurveyedMethod, entries, published_speed
+from .surveyed import BASE, SCENE, SurveyedMethod, entries, published_speed
 
 ON_SOFTWARE = ("Measured on a software renderer: rasterising, blending and transfers have the "
                "cost of memory accesses.")
@@ -162,8 +162,9 @@ def judge(data: Path, full: bool) -> verdicts.Verdict:
     found = rows(data, full)
     pairs = [(1 / row.measured, 1 / row.published) for row in found
              if row.measured and row.published]
-    said = verdicts.of_groups({"all methods": tuple(zip(*pairs))} if pairs else {})
-    return verdicts.Verdict(said.word, said.why + " " + "; ".join(
+    said = verdicts.of_groups([verdicts.Group(SCENE, "all methods", *zip(*pairs))]
+                              if pairs else [])
+    return replace(said, why=said.why + " Other columns: " + "; ".join(
         f"{name}: {_agreed(found, name, 'published')}" for name, _ in COLUMNS[1:3]) + ".")
 
 
@@ -188,7 +189,7 @@ def draw(data: Path, out: Path, full: bool) -> None:
 
 def _page(found: list[MethodSpeed], data: Path, full: bool) -> str:
     known = next((r for e in entries() if (r := read(e.measured(full), data))), None)
-    said, card = judge(data, full), fitted(data)
+    card = fitted(data)
     table = [[row.entry.source or "-", row.entry.label, number(row.measured_ns),
               number(row.predicted_ns), row.bound, number(row.measured), number(row.predicted),
               "-" if row.scaled is None else " to ".join(map(number, sorted(row.scaled))),
@@ -199,7 +200,6 @@ def _page(found: list[MethodSpeed], data: Path, full: bool) -> str:
              ("measured", "predicted")]
     parts = [
         "# Figure 26: every method at 10,000 triangles, relative to the Ray Engine\n",
-        f"**{said.word}**: {said.why}\n",
         "" if known is None else f"Measured on: {known['gpu']['renderer']}, {known['date']}. "
         f"Predicted and scaled to: {find_card(CHIP).name}"
         + ("" if card is None else f"; programs reach {number(card.share)} of its rates, fitted "

@@ -14,8 +14,8 @@ from ..framework.results import read
 HEADS = ("picture", "method", "triangles", "s", "rays traced", "M rays/s", "passes", "MiB")
 
 
-def cell(scene: str, method: str, full: bool) -> Cell:
-    return Cell(scene, method, (), 512 if full else 144, "picture", runs=1)
+def cell(scene: str, method: str, full: bool, runs: int = 1) -> Cell:
+    return Cell(scene, method, (), 512 if full else 144, "picture", runs)
 
 
 def row_of(cell: Cell, data: Path) -> list[Any] | None:

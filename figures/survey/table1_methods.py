@@ -2,7 +2,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from ..framework import verdicts
@@ -79,25 +79,28 @@ def lines(data: Path, full: bool) -> Iterator[MethodProperties]:
 
 
 def judge(data: Path, full: bool) -> verdicts.Verdict:
-    """The worse of two verdicts: Figure 26's on relative performance, and that on the properties.
+    """The worse of two verdicts: that on the properties, and Figure 26's on relative performance.
 
-    The properties contradict the survey unless more than half of them agree.
+    No scene can change the properties. Figure 26's verdict counts only if it rests on enough.
     """
     found = list(lines(data, full))
     if not found:
-        return verdicts.of_claims({})
+        return verdicts.of_claims([])
     scores = [line.agrees(column) for line in found for column in COLUMNS]
     speed = fig26.judge(data, full)
     differ = [f"{line.entry.source}, {column.replace('_', ' ')}: {line.ours[column]}, not "
               f"{line.theirs[column]}" for column in COLUMNS[:-1] for line in found
               if line.agrees(column) is False]
-    stated = len(scores) - scores.count(None)
-    word = speed.word if 2 * scores.count(True) > stated else verdicts.CONTRADICTED
-    return verdicts.Verdict(
-        word, f"Relative performance: {speed.why} Properties: {scores.count(True)} of "
-        f"{stated} that the survey states are the same here"
+    same, stated = scores.count(True), len(scores) - scores.count(None)
+    words = [verdicts.word_of_claims(same, stated),
+             *([speed.word] if speed.word not in (verdicts.TOO_LITTLE, verdicts.UNMEASURED)
+               else [])]
+    return replace(
+        speed, word=max(words, key=verdicts.WORDS.index), claims=stated, held=same,
+        structure=stated, why=f"{same} of {stated} properties that the survey states are the same "
+        "here"
         + (f"; these differ (implementation left out): {'; '.join(differ)}" if differ else "")
-        + ".")
+        + f". Relative performance, as in Figure 26: {speed.word}; {speed.why}")
 
 
 def draw(data: Path, out: Path, full: bool) -> None:
@@ -114,9 +117,8 @@ def draw(data: Path, out: Path, full: bool) -> None:
          published_speed(line.entry.source), speeds[line.entry.source].measured,
          speeds[line.entry.source].predicted, line.build, line.update, line.rebuilt, line.size)
         for line in found])
-    said = judge(data, full)
     parts = [
-        "# Table 1: properties of the methods\n", f"**{said.word}**: {said.why}\n",
+        "# Table 1: properties of the methods\n",
         "A cell holds the survey's word. If ours differs, it holds both, the survey's first.\n",
         markdown_table(("source", "method here", *(c.replace("_", " ") for c in COLUMNS),
                         "relative performance", "measured here", "predicted, 8800 GTX"),

@@ -1,0 +1,155 @@
+"""Summary: ten sentences on what of the survey holds, what does not, and what could not be tried.
+
+They open the index. Every number in them comes from the verdicts and cells of the pages.
+"""
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from gpgpu_rt.text_format import counted
+
+from . import verdicts
+from .catalogue import FIGURES, figure_of, of_survey
+from .verdicts import LEAST_PAIRS, LEAST_SCENES, Verdict
+
+
+@dataclass(frozen=True)
+class Judged:
+    """A figure of the survey: its title and its verdict."""
+
+    title: str
+    verdict: Verdict
+
+    @property
+    def figure(self) -> str:
+        """Its number, as ``Figure 8``."""
+        return self.title.partition(":")[0]
+
+    @property
+    def topic(self) -> str:
+        """What it shows, as ``a teapot in a stadium``."""
+        return self.title.partition(": ")[2]
+
+
+def sentences(pages: dict[str, dict[str, Any]]) -> list[str]:
+    """The ten sentences, from the JSON files of the pages by figure."""
+    own = {name: page for name, page in pages.items() if of_survey(name)}
+    judged = [Judged(FIGURES[name], verdict) for name, page in own.items()
+              if (verdict := Verdict.from_json(page["verdict"])) is not None]
+
+    def of(*words: str) -> list[Judged]:
+        return [one for one in judged if one.verdict.word in words]
+    return [
+        _made(own, len(of(verdicts.REDRAWN))),
+        _list(of(verdicts.REPRODUCED), "comes out as the survey says",
+              "come out as the survey says"),
+        _list(of(verdicts.ORDER, verdicts.MOSTLY), "comes out so only in part",
+              "come out so only in part"),
+        _list(of(verdicts.CONTRADICTED), "comes out otherwise", "come out otherwise"),
+        _order(judged),
+        *_too_little(of(verdicts.TOO_LITTLE)),
+        _not_tried(own, of(verdicts.UNMEASURED))]
+
+
+def _made(own: dict[str, dict[str, Any]], redrawn: int) -> str:
+    cells = {cell["file"]: cell["renderer"] for page in own.values() for cell in page["cells"]}
+    renderers = sorted({str(renderer) for renderer in cells.values()}
+                       or {str(page["drawn"]["renderer"]) for page in own.values()})
+    return (f"This program has made {len(own)} of the survey's {sum(map(of_survey, FIGURES))} "
+            f"figures and tables again, from {counted(len(cells), 'measurement')} on "
+            f"{_and(renderers) or 'no renderer'}; {redrawn} without numbers of the survey "
+            f"{'is' if redrawn == 1 else 'are'} redrawn and not judged.")
+
+
+def _list(some: Sequence[Judged], one: str, many: str) -> str:
+    """A sentence on the figures with a verdict, and the counts that each rests on."""
+    says = f"{counted(len(some), 'figure')} {one if len(some) == 1 else many}"
+    named = [f'{each.figure}, "{each.topic}" ({_score(each.verdict)})' for each in some]
+    return f"{says}: {'; '.join(named)}." if some else f"{says}."
+
+
+def _score(verdict: Verdict) -> str:
+    """What came out as published, and on how many scenes."""
+    if verdict.claims:
+        says = f"{verdict.held} of {counted(verdict.claims, 'claim')}"
+    else:
+        says = f"{verdict.agreed} of {counted(verdict.pairs, 'pair')} of methods in order"
+    if verdict.structure == verdict.claims > 0:
+        return says + ", which no scene can change"
+    return says + f", on {counted(len(verdict.scenes), 'scene')}"
+
+
+def _order(judged: Sequence[Judged]) -> str:
+    """A sentence on the order of methods in all tables of times, also those too small to judge."""
+    # Table 1 repeats the pairs of Figure 26 beside claims of its own.
+    scored = [one.verdict for one in judged if not one.verdict.claims]
+    (agreed, pairs), (others, rest) = (
+        (sum(one.agreed for one in tables if one.agreed is not None),
+         sum(one.pairs for one in tables if one.agreed is not None))
+        for tables in (scored, [one.stand_ins for one in scored if one.stand_ins is not None]))
+    return (f"In all tables of times together, {agreed} of {counted(pairs, 'pair')} of methods "
+            f"have the published order on scored scenes, and {others} of {rest} on stand-ins, "
+            "which are never scored.")
+
+
+def _too_little(some: Sequence[Judged]) -> list[str]:
+    """Four sentences on the figures that rest on too little: which, why, and what they lack."""
+    lacking = [one for one in some if _enough_with_meshes(one.verdict)]
+    never = [one for one in some if one not in lacking]
+    missing = sorted({scene for one in lacking if one.verdict.stand_ins is not None
+                      for scene in one.verdict.stand_ins.scenes})
+    said = Counter(one.verdict.stand_ins.word for one in some if one.verdict.stand_ins is not None)
+    return [
+        f"{counted(len(some), 'figure')} {'rests' if len(some) == 1 else 'rest'} on too little to judge, "
+        f"because a verdict needs {LEAST_SCENES} scored scenes and, where it compares methods, "
+        f"{LEAST_PAIRS} pairs of them" + (f": {_figures(some)}." if some else "."),
+        f"{len(lacking)} of these would rest on enough if the papers' meshes had been found"
+        + (f": {_figures(lacking)} had stand-ins for {counted(len(missing), 'scene')} "
+           f"({_and(missing)})." if lacking else "."),
+        "Stand-ins are never scored; what the same rules say of the stand-ins of "
+        f"{sum(said.values())} of these figures is "
+        + (_and([f"\"{word}\" for {said[word]}" for word in verdicts.WORDS if said[word]])
+           or "nothing") + ".",
+        f"{len(never)} of these {'stays' if len(never) == 1 else 'stay'} too small with every "
+        "mesh that this run asks for, because the survey's numbers compare too few methods or "
+        "scenes there" + (f": {_figures(never)}." if never else ".")]
+
+
+def _enough_with_meshes(verdict: Verdict) -> bool:
+    """Whether the verdict would rest on enough if each stand-in were a scored scene."""
+    aside = verdict.stand_ins
+    if aside is None:
+        return False
+    pairs = verdict.pairs + aside.pairs
+    needs_pairs = bool(pairs) or not (verdict.claims or aside.claims)
+    return (len({*verdict.scenes, *aside.scenes}) >= LEAST_SCENES
+            and (pairs >= LEAST_PAIRS or not needs_pairs))
+
+
+def _not_tried(own: dict[str, dict[str, Any]], unmeasured: Sequence[Judged]) -> str:
+    quick = [name for name, page in own.items() if page["size"] == "quick"]
+    scenes = {size: {cell.scene for name in quick for cell in figure_of(name).cells(size)}
+              for size in (True, False)}
+    left = sorted(scenes[True] - scenes[False])
+    reasons = Counter[str]()
+    for page in own.values():
+        reasons.update(page["left_out"])
+    return (f"{counted(len(unmeasured), 'figure')} "
+            f"{'has' if len(unmeasured) == 1 else 'have'} no measurements at all"
+            + (f" ({_figures(unmeasured)})" if unmeasured else "")
+            + f", the quick size leaves out {counted(len(left), 'scene')}"
+            + (f" ({_and(left)})" if left else "") + ", and this machine cannot make "
+            + f"{counted(sum(reasons.values()), 'measurement')}"
+            + (f" ({_and(list(reasons))})" if reasons else "") + ".")
+
+
+def _figures(some: Iterable[Judged]) -> str:
+    return _and([one.figure for one in some])
+
+
+def _and(words: Sequence[str]) -> str:
+    """The words as a list: ``a, b and c``."""
+    return " and ".join(filter(None, (", ".join(words[:-1]), *words[-1:])))

@@ -1,0 +1,18 @@
+"""Faked cells: the files of measured cells, written with chosen numbers."""
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+from gpgpu_rt.figures.framework import results
+from gpgpu_rt.figures.framework.cell import Cell
+
+
+def write_cell(cell: Cell, folder: Path, **more: Any) -> None:
+    """Writes a cell's file like a measured file. ``more`` replaces its numbers."""
+    (folder / cell.name).write_text(json.dumps({
+        "settings": results.settings(cell), "gpu": {"renderer": "llvmpipe X", "backend": "egl"},
+        "commit": "abc1234", "date": "2020-01-01", "rays": cell.size ** 2,
+        "scene": {"triangles": 10_000, "stand_in": None}, "statistics": {}, "counters": {},
+        "processor_seconds": 2.0, **more}))
