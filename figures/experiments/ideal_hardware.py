@@ -11,7 +11,7 @@ from gpgpu_rt.bench.workloads import EYE
 from gpgpu_rt.hardware.cards import find_card
 from gpgpu_rt.hardware.machines import Least, machines, on_card, on_cell, on_prototype, runs
 
-from ..framework.cell import Cell
+from ..framework.cell import PERIOD_TEST, Cell
 from ..framework.output import markdown_table, number, plt, save_chart, write_csv, write_text
 from ..framework.published_numbers import published_row
 from ..framework.results import finished, read
@@ -19,7 +19,6 @@ from .gap_work import DONE
 
 SCENES = ("kitchen", "conference")
 METHODS = ("kd-restart", "kd-stack", "bvh-threaded")
-TEST = ("intersection", "moller-trumbore")   # the period's test: the watertight one is of 2013
 CARD, TREE = "G80", "kd-stack"     # the prototypes and the Cell keep a stack
 HEADS = ("scene", "method", "machine", "shader ns", "steps ns", "tests ns", "memory ns",
          "waiting ns", "ns a ray", "Mrays/s", "bound by", "published Mrays/s")
@@ -32,7 +31,7 @@ def size(full: bool) -> int:
 
 def _cell(scene: str, method: str, full: bool) -> Cell:
     options = (("octants", True),) if method == "bvh-threaded" else ()
-    return Cell(scene, method, (*options, TEST), size(full), DONE + EYE, 1)
+    return Cell(scene, method, (*options, PERIOD_TEST), size(full), DONE + EYE, 1)
 
 
 def cells(full: bool) -> list[Cell]:

@@ -19,7 +19,7 @@ from gpgpu_rt.figures import command
 from gpgpu_rt.figures.experiments import cpu, cpu_peak, period
 from gpgpu_rt.figures.framework import measure, pages, provenance, results, verdicts
 from gpgpu_rt.figures.framework.catalogue import FIGURES
-from gpgpu_rt.figures.framework.cell import ON_CPU, Cell
+from gpgpu_rt.figures.framework.cell import ON_CPU, PERIOD_TEST, Cell
 from gpgpu_rt.figures.framework.comparison import Panel
 from gpgpu_rt.figures.framework.contradictions import CONTRADICTIONS, of_page
 from gpgpu_rt.figures.framework.published_numbers import published
@@ -139,10 +139,10 @@ def _conclusions(folder: Path) -> dict[str, float]:
         times[entry.label] = 1000 / speed
         _timed(entry, times[entry.label], folder)
         if "loop" in entry.row.schedules:
-            _write(entry.counted(False), folder, work=_regions(10 + at))
+            _write(entry.counted(), folder, work=_regions(10 + at))
         else:
             once = {"vector": 7, "scalar": 9, "fetches": {}}
-            _write(entry.counted(False), folder, passes={
+            _write(entry.counted(), folder, passes={
                 "rays": 480, "uploaded": 0, "read_back": 0, "passes": [
                     {"name": "x", "draws": 1, "fragments": 4800, "ran": 4800, "streams_read": 0,
                      "written": 0, "once": once, "loops": []}]})
@@ -176,6 +176,7 @@ def test_figure_26_and_table_1_hold_what_the_data_say(tmp_path: Path, monkeypatc
     page = (tmp_path / "fig26.md").read_text()
     assert verdicts.REPRODUCED in page
     assert "programs reach 0.5 of its rates, fitted to 7 cells" in page
+    assert surveyed.rays_of_columns(False) in page
     assert (tmp_path / "fig26.png").stat().st_size > 10_000
 
     table1.draw(tmp_path, tmp_path, False)
@@ -189,6 +190,20 @@ def test_figure_26_and_table_1_hold_what_the_data_say(tmp_path: Path, monkeypatc
     # Our method for Günther et al. refits, and our Ray Engine has a grid on the host.
     assert "Günther et al. 2007, dynamic geometry: Y, not N" in page
     assert "Carr et al. 2002, acceleration structure: Grid (kd_node), not N/A" in page
+    assert surveyed.rays_of_columns(False) in page
+
+
+@pytest.mark.parametrize("full", [False, True], ids=["quick", "full"])
+def test_all_methods_of_a_column_trace_the_same_rays(full: bool) -> None:
+    """All methods of Figure 26 and Table 1 trace one number of rays in a column, which the pages
+    name."""
+    for cells in ([entry.measured(full) for entry in surveyed.entries()],
+                  [entry.counted() for entry in surveyed.entries()]):
+        size, = {cell.size for cell in cells}
+        scene, = {cell.scene for cell in cells}
+        assert f"{size ** 2:,} eye rays ({size}x{size})" in surveyed.rays_of_columns(full)
+        assert scene in surveyed.rays_of_columns(full)
+        assert all(PERIOD_TEST in cell.options for cell in cells)
 
 
 @pytest.mark.parametrize("method, some", [
@@ -318,7 +333,7 @@ def test_a_small_comparison_traces_back_to_its_cells(tmp_path: Path, monkeypatch
     """A small figure is measured, drawn and indexed. All its numbers are in the cells' files."""
     small = replace(
         fig12.FIGURE, panels=(Panel("cornell"),), remarks=lambda results: [],
-        cell=lambda panel, column, full: Cell(panel.scene, column.method, (), 8, runs=1))
+        asked=lambda panel, column, full: Cell(panel.scene, column.method, (), 8, runs=1))
     for module in (pages, command):
         monkeypatch.setattr(module, "figure_of", lambda name: small)
     data, out = tmp_path / "data", tmp_path / "out"
@@ -363,7 +378,8 @@ def test_pages_drawn_before_stay_what_they_were(tmp_path: Path, monkeypatch) -> 
     sizes = {False: 8, True: 12}
     small = replace(
         fig12.FIGURE, panels=(Panel("cornell"),), remarks=lambda results: [],
-        cell=lambda panel, column, full: Cell(panel.scene, column.method, (), sizes[full], runs=1))
+        asked=lambda panel, column, full: Cell(panel.scene, column.method, (), sizes[full],
+                                               runs=1))
     for module in (pages, command):
         monkeypatch.setattr(module, "figure_of", lambda name: replace(small, name=name))
     out = tmp_path / "out"

@@ -15,7 +15,7 @@ from gpgpu_rt.bench.workloads import workload
 from gpgpu_rt.figures.command import main
 from gpgpu_rt.figures.framework import measure, published_numbers, results
 from gpgpu_rt.figures.framework.catalogue import FIGURES, figure_of
-from gpgpu_rt.figures.framework.cell import Cell
+from gpgpu_rt.figures.framework.cell import ON_CPU, PERIOD_TEST, Cell
 from gpgpu_rt.figures.framework.comparison import Panel
 from gpgpu_rt.figures.framework.kendall import tau_b
 from gpgpu_rt.figures.framework.published_numbers import nanoseconds, published, published_row
@@ -117,8 +117,18 @@ def test_tables_hold_the_measured_numbers(figure, tmp_path) -> None:
             assert value is not None and float(row["published"]) == value
     page = (tmp_path / f"{figure.name}.md").read_text()
     assert "Renderer: R" in page and "stand-in for something" in page
+    assert "test triangles as Möller and Trumbore 1997 do" in page
     assert all(f"## {panel.label}" in page for panel in panels)
     assert (tmp_path / f"{figure.name}.png").stat().st_size > 10_000
+
+
+@pytest.mark.parametrize("full", [False, True], ids=["quick", "full"])
+@pytest.mark.parametrize("figure", COMPARISONS, ids=lambda f: f.name)
+def test_papers_are_compared_with_the_triangle_test_of_their_time(figure, full: bool) -> None:
+    """Every cell of our methods has the period's test once; embreex has its own test."""
+    for cell in figure.cells(full):
+        tests = [option for option in cell.options if option[0] == PERIOD_TEST[0]]
+        assert tests == ([] if cell.method == ON_CPU else [PERIOD_TEST])
 
 
 def test_unwritable_folder(tmp_path, capsys) -> None:
