@@ -18,7 +18,9 @@ from gpgpu_rt.figures.framework.catalogue import FIGURES, figure_of
 from gpgpu_rt.figures.framework.cell import ON_CPU, PERIOD_TEST, Cell
 from gpgpu_rt.figures.framework.comparison import Panel
 from gpgpu_rt.figures.framework.kendall import tau_b
-from gpgpu_rt.figures.framework.published_numbers import nanoseconds, published, published_row
+from gpgpu_rt.figures.framework.published_numbers import (
+    nanoseconds, published, published_range, published_row
+)
 from gpgpu_rt.figures.survey import fig05_ray_engine_times as fig05
 from gpgpu_rt.figures.survey import fig12_eye_rays as fig12
 from gpgpu_rt.figures.survey import fig13_horn_improvements as fig13
@@ -47,6 +49,20 @@ def test_published_numbers() -> None:
     assert published("fig12", "robots", "grid") == 8344
     assert published("fig20", "cornell", "bvh-threaded", "build=goldsmith-salmon") == 103
     assert published("fig12", "robots", "bih") is None
+
+
+# The ranges that the survey prints, in the order of its sections 3.1, 4.2, 2.1, 4.2 and 4.4.
+RANGES = {(20e6, 40e6), (300e3, 1e6), (2, 4), (2, 3), (30, 50), (50, 100)}
+
+
+def test_published_ranges_keep_both_ends() -> None:
+    assert {(float(row["value"]), float(row["high"])) for row in published_numbers._rows()
+            if row["high"]} == RANGES
+    assert published_range("text", "", "rpu") == (50, 100)
+    assert published_range("fig12", "robots", "grid") == (8344, 8344)
+    assert not any("end of" in row["note"] for row in published_numbers._rows())
+    with pytest.raises(ValueError, match="range"):
+        published("text", "", "rpu")
 
 
 def test_a_finished_cell_is_kept(tmp_path, monkeypatch) -> None:
@@ -263,6 +279,8 @@ def test_where_the_ray_engines_time_goes(transfer: float, says: str, tmp_path) -
     assert values["bytes a ray that sending triangles would add"] == 72
     page = (tmp_path / "fig05.md").read_text()
     assert says in page and "stand-in for something" in page and "114,499" in page
+    assert "300,000 to 1,000,000 rays/s of a CPU core" in page
+    assert "114 million tests/s on the R200, and at 20 to 40 million on a CPU" in page
     assert (tmp_path / "fig05.png").stat().st_size > 10_000
 
 
