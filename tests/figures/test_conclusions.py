@@ -32,6 +32,7 @@ from gpgpu_rt.figures.survey import fig26_all_methods as fig26
 from gpgpu_rt.figures.survey import pass_work, scaled, surveyed
 from gpgpu_rt.figures.survey import table1_methods as table1
 from gpgpu_rt.hardware.cards import find_card
+from gpgpu_rt.methods.references import find_work
 
 STRUCTURES = {"grid": "Grid", "ray-engine": "Grid", "ray-tiles": "tuple",
               "ray-hierarchy": "NoneType", "geometry-image": "ImageTree"}
@@ -350,6 +351,7 @@ def test_a_small_comparison_traces_back_to_its_cells(tmp_path: Path, monkeypatch
     assert f"**{said.word}** | {said.why}" in index and "[JSON](fig12.json)" in index
     assert said.word in (out / "index.html").read_text()
     assert of_page("fig12")[0] in page and "Where the survey contradicts itself" in page
+    assert f"## Works\n\n* {find_work('Foley and Sugerman 2005')}.\n" in page
 
 
 def test_seconds_spent_are_those_of_all_cells(tmp_path: Path) -> None:
