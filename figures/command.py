@@ -100,10 +100,9 @@ def _index(out: Path) -> None:
     write_index(out, lines, summary.sentences(pages), [
         f"Size: {size}. Measuring all cells took {number(seconds / 60)} minutes of processor time"
         + (f", not counting {unknown} cells that an older version measured." if unknown else ".")
-        + ("" if not quick else " The quick size traces fewer rays than the papers did, and the "
-           "fewest with the slowest methods (brute force, methods of many passes, tables over "
-           "rays), so compare times per ray. `FULL=1` uses the papers' sizes. After an interrupt "
-           "it continues where it stopped.")])
+        + ("" if not quick else " The quick size traces fewer rays than the papers did, so "
+           "compare times per ray. `FULL=1` uses the papers' sizes. After an interrupt it "
+           "continues where it stopped.")])
 
 
 def _make(folder: Path) -> None:

@@ -30,7 +30,6 @@ from .period_misses import miss, missed, other_editions, reasons, tau_of, turned
 from .period_notes import NOTES, TWICE_PRINTED
 from .period_work import KERNELS, SQUARES, WORK, counted_rays, image_scale
 
-TEST = ("intersection", "moller-trumbore")   # the papers' test: the watertight one is of 2013
 WARP_PACKET = (4, 4)
 # The quick size leaves these scenes out if no mesh file is named for them.
 STAND_INS = ("shirley6", "fairyforest", "cows", "sodahall", "powerplant")
@@ -67,7 +66,7 @@ class Experiment:
 
     def cells(self, panel: Panel, column: MethodColumn) -> list[Cell]:
         """A cell for each kind of rays that the published number covers."""
-        options = (*self.figure.cell(panel, column, False).options, TEST)
+        options = self.figure.cell(panel, column, False).options
         if self.warps(column):
             options += (("packet", WARP_PACKET),)
         return [Cell(panel.scene, column.method, options, self.size, WORK + kind + self.manner,

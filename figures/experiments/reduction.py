@@ -36,7 +36,7 @@ def draw(data: Path, out: Path, full: bool) -> None:
     shown = [[f"{row[0]:,}", *map(number, row[1:])] for row in found]
     write_text(out / "reduction.md", (
         "# Stream reduction by blocks\n\n"
-        "Roger et al. (2007) scan within blocks of 64 elements. They send each block's line to "
+        "Roger et al. (2007b) scan within blocks of 64 elements. They send each block's line to "
         "its place, and search the block for the elements that belong there. Horn (2005) scans "
         "the whole stream and searches all of it. A scan of the flags alone, the first part of "
         "Horn's method, is shown for comparison. Times are medians of alternating runs in one "

@@ -7,6 +7,8 @@ from typing import Any
 from gpgpu_rt.bench.workloads import EYE
 
 ON_CPU = "embreex"   # the method of cells that embreex traces, on `threads` threads of the CPU
+# The triangle test of the papers' time. The project's default, the watertight test, is of 2013.
+PERIOD_TEST = ("intersection", "moller-trumbore")
 
 
 @dataclass(frozen=True)

@@ -5,14 +5,14 @@ Figures 12, 13, 16 and 20 have this form.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from gpgpu_rt.text_format import titled
 
 from . import verdicts
-from .cell import Cell
+from .cell import ON_CPU, PERIOD_TEST, Cell
 from .kendall import tau_b
 from .output import COLOURS, markdown_table, number, plt, save_chart, write_csv, write_text
 from .published_numbers import nanoseconds, published_row, published_triangles
@@ -20,6 +20,9 @@ from .results import read
 
 LOW = 0.8    # a panel with a lower tau-b gets an explanation
 TIE = 1.05   # published numbers within this factor count as equal
+TESTED_BY = ("Our methods test triangles as Möller and Trumbore 1997 do, the usual test of the "
+             "papers' time. The survey does not say which test a paper used. The default of this "
+             "program, the watertight test of Woop, Benthin and Wald 2013, is not used here.")
 
 
 @dataclass(frozen=True)
@@ -58,8 +61,8 @@ Rows = dict[Panel, list[dict[str, Any]]]
 class Comparison:
     """A figure: its panels, its columns and how a cell is measured.
 
-    ``cell`` makes the cell of a panel and a column, at the full or the quick size. ``remarks``
-    returns sentences on the measured results.
+    ``asked`` makes the cell of a panel and a column, at the full or the quick size, without the
+    triangle test, which `cell` adds. ``remarks`` returns sentences on the measured results.
     """
 
     name: str
@@ -67,7 +70,7 @@ class Comparison:
     source: str
     panels: tuple[Panel, ...]
     columns: tuple[MethodColumn, ...]
-    cell: Callable[[Panel, MethodColumn, bool], Cell]
+    asked: Callable[[Panel, MethodColumn, bool], Cell]
     notes: tuple[str, ...]
     remarks: Callable[[Results], list[str]] = lambda results: []
     full_only: tuple[str, ...] = ()       # scenes that the quick size leaves out
@@ -81,6 +84,13 @@ class Comparison:
         """The columns that a panel has."""
         return [column for column in self.columns
                 if column.only in (None, panel.rays) and panel.scene not in column.skips]
+
+    def cell(self, panel: Panel, column: MethodColumn, full: bool) -> Cell:
+        """The cell of a panel and a column, with the triangle test of the papers' time."""
+        cell = self.asked(panel, column, full)
+        if cell.method == ON_CPU:
+            return cell
+        return replace(cell, options=(*cell.options, PERIOD_TEST))
 
     def cells(self, full: bool) -> list[Cell]:
         return [self.cell(panel, column, full) for panel, column in self.pairs(full)]
@@ -177,7 +187,7 @@ class Comparison:
             f"Renderer: {first['gpu']['renderer']} ({first['gpu']['backend']}), measured "
             f"{first['date']}; published: {self.source}. Compare orders and ratios within a "
             "scene, not absolute numbers."]
-        lines.append("Cameras are ours, because the papers do not publish theirs.")
+        lines += ["Cameras are ours, because the papers do not publish theirs.", TESTED_BY]
         scenes = {panel.scene: result["scene"] for (panel, _), result in results.items()}
         for scene, about in scenes.items():
             count = published_triangles(self.name, scene)

@@ -53,8 +53,8 @@ CONTRADICTIONS = (
     Contradiction(("fig26", "table1"), "Packets \"generally outperform\" single rays, but Budge's "
                   "single rays lead the table (68.6). The survey calls almost all methods "
                   "\"computation-bounded\", but also argues with bandwidth. It lists Horn as "
-                  "stack-based, though Horn's short stack falls back on restarts. It lists Carr "
-                  "2002 without a structure, though Carr's paper has one on the host."),
+                  "stack-based, though Horn's short stack falls back on restarts. It lists "
+                  "Carr et al. 2002 without a structure, though their paper has one on the host."),
     Contradiction(("fig07",), "No GeForce 6800 GTX seems to have been sold. The thesis's own "
                   "abstract says that no version of its ray tracer beat the commercial renderer."),
     Contradiction(("fig13", "fig16", "fig22", "cpu"), "The survey gives three triangle counts for "

@@ -6,6 +6,7 @@ from pathlib import Path
 
 from tqdm import tqdm
 
+from gpgpu_rt.methods.references import cited
 from gpgpu_rt.threads import cores
 from gpgpu_rt.workers import Workers
 
@@ -44,6 +45,7 @@ def _draw(name: str, data: Path, out: Path, full: bool) -> None:
     _add_notes(name, out)
     if reasons:
         _add_left_out(page, FIGURES[name], reasons, len(set(cells)))
+    _add_works(page)
     judged = None
     if of_survey(name):
         judged = figure.judge(data, full) if hasattr(figure, "judge") else verdicts.DIAGRAM
@@ -68,6 +70,15 @@ def _add_notes(name: str, out: Path) -> None:
         lines = "\n".join(f"* {says}" for says in notes)
         write_text(page, page.read_text().rstrip() + "\n\n## Where the survey contradicts itself "
                    f"or its sources\n\n{lines}\n")
+
+
+def _add_works(page: Path) -> None:
+    """Append to a page the full citations of the works that its text cites."""
+    text = page.read_text() if page.exists() else ""
+    works = cited(text)
+    if works:
+        lines = "\n".join(f"* {work}." for work in works)
+        write_text(page, f"{text.rstrip()}\n\n## Works\n\n{lines}\n")
 
 
 def _add_left_out(page: Path, title: str, reasons: Mapping[str, int], cells: int) -> None:

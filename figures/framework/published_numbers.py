@@ -32,9 +32,30 @@ def published_row(figure: str, scene: str, method: str, options: str = "",
 
 
 def published(*names: str, **more: str | None) -> float | None:
-    """A published number in the survey's unit, or None; parameters as for `published_row`."""
+    """A published number in the survey's unit, or None; parameters as for `published_row`.
+
+    Raises
+    ------
+    ValueError
+        where the survey prints a range, see `published_range`
+    """
     row = published_row(*names, **more)
-    return None if row is None else float(row["value"])
+    if row is None:
+        return None
+    if row["high"]:
+        raise ValueError(f"the survey prints a range for {names} {more}; use published_range")
+    return float(row["value"])
+
+
+def published_range(*names: str, **more: str | None) -> tuple[float, float]:
+    """The lower and the upper end of a range that the survey prints, in its unit.
+
+    Parameters as for `published_row`. The row must exist. A single number is both ends.
+    """
+    row = published_row(*names, **more)
+    assert row is not None, (names, more)
+    low = float(row["value"])
+    return low, float(row["high"] or low)
 
 
 TIMES = ("ms", "Mrays/s", "frames/s")    # units of the time that rays take

@@ -12,7 +12,7 @@ from ..experiments import sheets
 from ..framework import verdicts
 from ..framework.cell import Cell
 from ..framework.output import markdown_table, number, plt, save_chart, write_csv, write_text
-from ..framework.published_numbers import published
+from ..framework.published_numbers import published, published_range
 from ..framework.results import read
 
 METHOD, SCENES, SHOWN = "ray-engine", ("cornell", "bunny", "kitchen"), "bunny"
@@ -111,6 +111,9 @@ def _published(scene: str, method: str, quantity: str = "rate") -> float:
 RATE = _published("figure 5", METHOD)
 FREE = _published("", METHOD + ", infinitely fast GPU")
 INTERSECTIONS = _published("", METHOD, "ray-triangle intersections")   # a second, on an R200
+# The ranges that the survey sets beside them: rays/s and tests/s of CPUs of that time.
+ON_CPU = published_range("text", "", "cpu packets", quantity="rate")
+TESTS_ON_CPU = published_range("text", "", "cpu", quantity="ray-triangle intersections")
 
 
 def draw(data: Path, out: Path, full: bool) -> None:
@@ -133,9 +136,12 @@ def draw(data: Path, out: Path, full: bool) -> None:
         "# Figure 5: a picture by the Ray Engine, and where the time goes (Carr et al. 2002)\n",
         f"Renderer: {renderer}. Eye rays. The paper's picture of 34,000 triangles ran at "
         f"{RATE:,.0f} rays/s on a GeForce4 Ti. With an infinitely fast GPU, transfers alone would "
-        f"have limited the rate to {FREE:,.0f} rays/s. On a software renderer a transfer is a "
-        "copy in memory. The time on a bus of that time is therefore computed from the bytes and "
-        "the bus's nominal rates (AGP 4x, 1,066 MB/s up; readback as PCI at 66 MHz, 266 MB/s), "
+        f"have limited the rate to {FREE:,.0f} rays/s. The survey sets {ON_CPU[0]:,.0f} to "
+        f"{ON_CPU[1]:,.0f} rays/s of a CPU core beside it (Wald et al. 2001), and a CPU's "
+        f"{TESTS_ON_CPU[0] / 1e6:.0f} to {TESTS_ON_CPU[1] / 1e6:.0f} million intersections a "
+        "second beside the R200's. On a software renderer a transfer is a copy in memory. The "
+        "time on a bus of that time is therefore computed from the bytes and the bus's "
+        "nominal rates (AGP 4x, 1,066 MB/s up; readback as PCI at 66 MHz, 266 MB/s), "
         "without latencies. The bytes include the rays that the host fetches from the tracer's "
         "textures, 32 bytes each, and the results that it writes back, 32 bytes each. The verdict "
         "compares this time with that of the intersections at the rate that the survey prints for "

@@ -1,4 +1,4 @@
-"""Figure 12: primary rays by brute force, grid, kd-restart and kd-backtrack (Foley 2005)."""
+"""Figure 12: primary rays by brute force, grid and kd-trees (Foley and Sugerman 2005)."""
 from __future__ import annotations
 
 from ..framework.cell import Cell, timed_runs

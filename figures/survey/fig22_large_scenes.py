@@ -51,7 +51,7 @@ def _nodes(result: dict) -> float:
 
 FIGURE = Comparison(
     "fig22", "Figure 22: packets with a shared stack (Günther et al. 2007) and along ropes",
-    "Günther et al. and Popov et al. 2007, 1024x1024, GeForce 8800 GTX",
+    "Günther et al. 2007 and Popov et al. 2007, 1024x1024, GeForce 8800 GTX",
     tuple(Panel(scene, rays) for rays in WORK
           for scene in (("fairyforest", "conference") if rays == "primary+secondary"
                         else ("fairyforest", "conference", *HUGE))),

@@ -19,12 +19,13 @@ from ..experiments import period
 from ..experiments.period_work import counted_rays, image_scale
 from ..framework import verdicts
 from ..framework.cell import Cell
+from ..framework.comparison import TESTED_BY
 from ..framework.kendall import tau_b
 from ..framework.output import markdown_table, number, plt, save_chart, write_csv, write_text
 from ..framework.results import read
 from .pass_work import counted, unseen
 from .scaled import CHIP, scaled, speeds
-from .surveyed import BASE, SCENE, SurveyedMethod, entries, published_speed
+from .surveyed import BASE, SCENE, SurveyedMethod, entries, published_speed, rays_of_columns
 
 ON_SOFTWARE = ("Measured on a software renderer: rasterising, blending and transfers have the "
                "cost of memory accesses.")
@@ -34,12 +35,13 @@ NOTES = (
     "The survey gives one number per paper. It does not say which of the paper's methods the "
     "number belongs to, nor which scenes it was computed from. The figure has no numbers of its "
     "own: they are Table 1's.",
-    "Measured and predicted: eye rays of `tenk`, 24 balls on a floor, 10,000 triangles.",
-    "Predicted: emulation counts the work (passes are counted if a method runs in many), and the "
-    "figures of the card give its time, as on the page of period hardware. A packet's rays are "
-    "the lanes of a warp. The Ray Engine's host is left out: only its passes and transfers count. "
-    "The Ray Engine is therefore predicted too fast, and all other methods too slow relative to "
-    "it.",
+    "`tenk` has 24 balls on a floor, 10,000 triangles.",
+    TESTED_BY,
+    "Predicted: emulation of tiles of the image counts the work (if a method runs in many passes, "
+    "all passes over the image are counted), and the figures of the card give its time, as on the "
+    "page of period hardware. A packet's rays are the lanes of a warp. The Ray Engine's host is "
+    "left out: only its passes and transfers count. The Ray Engine is therefore predicted too "
+    "fast, and all other methods too slow relative to it.",
     "Measured: the Ray Engine's host is numpy.",
     "Zhou's paper is about building kd-trees: its row is the kd-tree with a full stack, built by "
     "Zhou's method.")
@@ -61,7 +63,7 @@ class MethodSpeed:
 
 def cells(full: bool) -> list[Cell]:
     """The cells of the entries, and the cells that the card's constant is fitted to."""
-    return [*(cell for entry in entries() for cell in (entry.measured(full), entry.counted(full))),
+    return [*(cell for entry in entries() for cell in (entry.measured(full), entry.counted())),
             *period.cells(full, CHIP)]
 
 
@@ -88,7 +90,7 @@ def rows(data: Path, full: bool) -> list[MethodSpeed]:
     """Every entry that has a measurement or a prediction."""
     card, found = fitted(data), []
     for entry in entries():
-        timed, work = (read(cell, data) for cell in (entry.measured(full), entry.counted(full)))
+        timed, work = (read(cell, data) for cell in (entry.measured(full), entry.counted()))
         ns, bound = (None, "-") if work is None or card is None else predicted_ns(
             entry, work, card.share)
         if timed is not None or work is not None:
@@ -221,15 +223,15 @@ def _page(found: list[MethodSpeed], data: Path, full: bool) -> str:
         "performance (section 4.1):\n",
         *(f"* {line}." for name, _ in COLUMNS for line in claims(found, name)),
         *(f"* {line}." for line in packet_pairs(found)), "",
-        "## Notes\n", *(f"* {note}" for note in NOTES),
+        "## Notes\n", *(f"* {note}" for note in (rays_of_columns(full), *NOTES)),
         *([f"* {ON_SOFTWARE}"] if known and is_software(known["gpu"]["renderer"]) else []),
-        *(f"* {note}" for note in _least(data, full)), ""]
+        *(f"* {note}" for note in _least(data)), ""]
     return "\n".join(parts)
 
 
-def _least(data: Path, full: bool) -> list[str]:
+def _least(data: Path) -> list[str]:
     """Sentences on the passes whose predicted work is only a lower bound."""
-    results = {e.label: r for e in entries() if (r := read(e.counted(full), data))}
+    results = {e.label: r for e in entries() if (r := read(e.counted(), data))}
     return [f"Predicted, {label}: in {', '.join(names)} each loop counts as one iteration, the "
             "minimum. The number of iterations is unknown, because a vertex program places the "
             "fragments."

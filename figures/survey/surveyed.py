@@ -15,16 +15,16 @@ from typing import Any
 import gpgpu_rt as rt
 from gpgpu_rt.bench.workloads import EYE
 
-from ..experiments.period import TEST, WARP_PACKET
+from ..experiments.period import WARP_PACKET
 from ..experiments.period_work import WORK
-from ..framework.cell import Cell, timed_runs
+from ..framework.cell import PERIOD_TEST, Cell, timed_runs
 from .pass_work import PASSES
 
 SCENE = "tenk"            # 10,000 triangles, as in Table 1
 BASE = "Carr et al. 2002"    # the Ray Engine: all speeds are relative to it
-PREDICTED_SIZE = 1024     # pixels a side of the emulated image: rays are as close as published
-SLOW = {"brute-force": 64, "kd-texture-stack": 64, "ray-tiles": 128,   # pixels a side, quick size
-        "ray-hierarchy": 64, "visibility-field": 128}
+# Pixels per side of the image whose rays the predictions cover, the same for every method: rays
+# are as close as in most of the papers.
+PREDICTED_SIZE = 1024
 Options = tuple[tuple[str, Any], ...]
 
 # Source, as the survey names it -> the method and options that stand for it.
@@ -67,21 +67,34 @@ class SurveyedMethod:
 
     def measured(self, full: bool) -> Cell:
         """The cell that times eye rays of the scene here."""
-        return Cell(SCENE, self.method, self.options, self._size(full), EYE, runs=timed_runs(full))
+        return Cell(SCENE, self.method, (*self.options, PERIOD_TEST), measured_size(full), EYE,
+                    runs=timed_runs(full))
 
-    def _size(self, full: bool, quick: int = 256) -> int:
-        return 512 if full else min(quick, SLOW.get(self.method, quick))
+    def counted(self) -> Cell:
+        """The cell that counts the work of the rays that the prediction covers.
 
-    def counted(self, full: bool) -> Cell:
-        """The cell that counts the work of the same rays.
-
-        The work is emulated if one program does all of it, and otherwise counted pass by pass.
+        If one program does all of the work, tiles of the image are emulated. Otherwise the passes
+        over the whole image are counted.
         """
+        options = (*self.options, PERIOD_TEST)
         if "loop" not in self.row.schedules:
-            return Cell(SCENE, self.method, self.options, self._size(full, 128), PASSES + EYE,
-                        runs=1)
-        options = (*self.options, TEST, *((("packet", WARP_PACKET),) if self.packed else ()))
+            return Cell(SCENE, self.method, options, PREDICTED_SIZE, PASSES + EYE, runs=1)
+        if self.packed:
+            options += (("packet", WARP_PACKET),)
         return Cell(SCENE, self.method, options, PREDICTED_SIZE, WORK + EYE, runs=1)
+
+
+def measured_size(full: bool) -> int:
+    """Pixels per side of the image whose rays are timed, the same for every method."""
+    return 512 if full else 256
+
+
+def rays_of_columns(full: bool) -> str:
+    """A sentence on the number of rays in the measured and in the predicted column."""
+    timed, counted = (f"{size ** 2:,} eye rays ({size}x{size})"
+                      for size in (measured_size(full), PREDICTED_SIZE))
+    return (f"All methods of a column trace the same rays of `{SCENE}`: {timed} for the measured "
+            f"column, {counted} for the predicted column.")
 
 
 def entries() -> list[SurveyedMethod]:

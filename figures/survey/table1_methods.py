@@ -10,7 +10,9 @@ from ..framework.cell import Cell
 from ..framework.output import markdown_table, number, plt, save_chart, write_csv, write_text
 from ..framework.results import read
 from . import fig26_all_methods as fig26
-from .surveyed import STANDS_FOR, SurveyedMethod, entries, published_speed, table1, updated
+from .surveyed import (
+    STANDS_FOR, SurveyedMethod, entries, published_speed, rays_of_columns, table1, updated
+)
 
 # The beginning of the survey's word for a structure -> our classes of that kind.
 KINDS = {"Uniform Grid": {"Grid"}, "BVH": {"Bvh", "ImageTree"}, "kD-tree": {"KdTree"},
@@ -134,7 +136,7 @@ def draw(data: Path, out: Path, full: bool) -> None:
                                   "nothing to build" if line.ours[COLUMNS[0]] == "nothing"
                                   else "rebuilt" if line.rebuilt else "refitted",
                                   number(line.size / 1024)] for line in found]),
-        "## What must be known\n", *(f"* {note}" for note in NOTES), ""]
+        "## What must be known\n", *(f"* {note}" for note in (rays_of_columns(full), *NOTES)), ""]
     write_text(out / "table1.md", "\n".join(parts))
     if found:
         _chart(found, out)

@@ -1,6 +1,7 @@
 #version 330 core
-// The scan within blocks of 4 BLOCK elements (Roger, Assarsson, Holzschuch 2007; survey 3.6.2). Each of a
-// texel's four elements gets the number of kept elements in its block, up to and including this element.
+// The scan within blocks of 4 BLOCK elements (Roger, Assarsson, Holzschuch 2007b; survey, section 3.6).
+// Each of a texel's four elements gets the number of kept elements in its block, up to and including this
+// element.
 //
 // Departure: Roger et al. count the removed elements before an element, by doubling in log s passes. This
 // pass counts the kept elements, four elements a texel, in one pass.

@@ -1,5 +1,5 @@
 #version 330 core
-// Stream reduction: find the index of the i-th kept element (Horn 2005; survey 3.6.2).
+// Stream reduction: find the index of the i-th kept element (Horn 2005; survey, section 3.6).
 
 #include <records>
 #include "core/stream.glsl"

@@ -1,6 +1,6 @@
 #version 330 core
-// Final gathering by parallel projection (Hachisuka, GPU Gems 2, chapter 38, 2005; survey, section 5; fact
-// sheet G2): project each receiving point into the bundle. If the point lies between these two neighbouring
+// Final gathering by parallel projection (Hachisuka, GPU Gems 2, chapter 38, 2005; survey, section 5):
+// project each receiving point into the bundle. If the point lies between these two neighbouring
 // layers, it sees the layer that it faces along the bundle, and receives this layer's light times the
 // cosine. A single peeling serves both ways along the direction.
 //

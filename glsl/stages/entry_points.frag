@@ -1,6 +1,6 @@
 #version 330 core
 // Entry points: Reshetov, Soupikov, Hurley, "Multi-Level Ray Tracing Algorithm", SIGGRAPH 2005 (survey,
-// section 4.3). One fragment for each tile of rays sends the tile's beam through the tree and writes where
+// section 4.2). One fragment for each tile of rays sends the tile's beam through the tree and writes where
 // the tile's rays have to begin. With UPPER the beam walks through the subtrees in the list of the larger
 // tile around its tile. Without UPPER the beam walks through the whole tree.
 //

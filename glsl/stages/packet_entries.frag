@@ -1,6 +1,6 @@
 #version 330 core
 // Entry points of packets: Reshetov, Soupikov, Hurley, "Multi-Level Ray Tracing Algorithm", SIGGRAPH 2005
-// (survey, section 4.3). One fragment for each tile of rays sends a beam through the tree and writes where
+// (survey, section 4.2). One fragment for each tile of rays sends a beam through the tree and writes where
 // the tile's packets begin.
 //
 // Departures: unless the rays have bounds (BOUNDED), the beam surrounds PROBES x PROBES rays of the tile

@@ -206,7 +206,7 @@ def _flip_evaluator() -> Any:
 
 def _flip(reference: np.ndarray, picture: np.ndarray) -> float | None:
     """Return the mean FLIP of two sRGB pictures at its default viewing distance, or None without
-    its package (Andersson et al., HPG 2020)."""
+    its package (Andersson et al. 2020)."""
     evaluator = _flip_evaluator()
     if evaluator is None:
         return None

@@ -18,6 +18,7 @@ from ..errors import Error, OptionError
 from ..gl.context import open_gpu, probe
 from ..interrupts import STATUS
 from ..methods import find_method, load_methods, methods
+from ..methods.references import reference
 from ..options import spell
 from ..render.plan import Plan
 from ..scene.loading import load_scene
@@ -120,13 +121,15 @@ def _methods(chosen: argparse.Namespace) -> None:
     rows = [find_method(name) for name in chosen.names] or list(methods())
     if chosen.json:
         return print_json([row.to_dict() for row in rows] if not chosen.names else [
-            {**row.to_dict(), "files": dict(program.files_of_method(row.name))} for row in rows])
+            {**row.to_dict(), "reference": reference(row.citation),
+             "files": dict(program.files_of_method(row.name))} for row in rows])
     if not chosen.names:
         print_table(("method", "paper", "what it does"),
                     [(row.name, row.citation, row.summary) for row in rows])
         print("\n`gpgpu-rt methods NAME` lists a method's own options and files.")
     for row in rows if chosen.names else ():
         print(f"{row.name}: {row.summary} ({row.citation})\n"
+              f"reference: {reference(row.citation)}\n"
               f"schedules: {', '.join(row.schedules)}")
         print_table(("option", "default", "meaning"), [
             (word_of(o.name), "no" if o.default is False else

@@ -2,8 +2,8 @@
 
 When paths end, their texels stay: a traversal pass still runs over the whole texture, and a live
 ray's packet or SIMD lanes contain rays that have ended. Stream reduction (D. Horn, "Stream
-Reduction Operations for GPGPU Applications", GPU Gems 2, 2005; survey, 3.6.2 and 4.3) packs the
-live paths. It keeps the order of squares of 8x8 texels, so packets and tiles still contain
+Reduction Operations for GPGPU Applications", GPU Gems 2, 2005; survey, section 3.6) packs the live
+paths. It keeps the order of squares of 8x8 texels, so packets and tiles still contain
 neighbours.
 
 Each packed path keeps the texel that it came from, on which its random numbers depend, and the

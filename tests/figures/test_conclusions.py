@@ -20,7 +20,7 @@ from gpgpu_rt.figures import command
 from gpgpu_rt.figures.experiments import cpu, cpu_peak, period
 from gpgpu_rt.figures.framework import measure, pages, provenance, verdicts
 from gpgpu_rt.figures.framework.catalogue import FIGURES
-from gpgpu_rt.figures.framework.cell import ON_CPU, Cell
+from gpgpu_rt.figures.framework.cell import ON_CPU, PERIOD_TEST, Cell
 from gpgpu_rt.figures.framework.comparison import Panel
 from gpgpu_rt.figures.framework.contradictions import CONTRADICTIONS, of_page
 from gpgpu_rt.figures.framework.published_numbers import published
@@ -30,6 +30,7 @@ from gpgpu_rt.figures.survey import fig26_all_methods as fig26
 from gpgpu_rt.figures.survey import pass_work, scaled, surveyed
 from gpgpu_rt.figures.survey import table1_methods as table1
 from gpgpu_rt.hardware.cards import find_card
+from gpgpu_rt.methods.references import find_work
 
 STRUCTURES = {"grid": "Grid", "ray-engine": "Grid", "ray-tiles": "tuple",
               "ray-hierarchy": "NoneType", "geometry-image": "ImageTree"}
@@ -93,10 +94,10 @@ def _conclusions(folder: Path) -> dict[str, float]:
         times[entry.label] = 1000 / speed
         _timed(entry, times[entry.label], folder)
         if "loop" in entry.row.schedules:
-            write_cell(entry.counted(False), folder, work=_regions(10 + at))
+            write_cell(entry.counted(), folder, work=_regions(10 + at))
         else:
             once = {"vector": 7, "scalar": 9, "fetches": {}}
-            write_cell(entry.counted(False), folder, passes={
+            write_cell(entry.counted(), folder, passes={
                 "rays": 480, "uploaded": 0, "read_back": 0, "passes": [
                     {"name": "x", "draws": 1, "fragments": 4800, "ran": 4800, "streams_read": 0,
                      "written": 0, "once": once, "loops": []}]})
@@ -131,6 +132,7 @@ def test_figure_26_and_table_1_hold_what_the_data_say(tmp_path: Path, monkeypatc
     assert "tau-b is 0.8 or more in 1 of 1 group;" in said.why
     page = (tmp_path / "fig26.md").read_text()
     assert "programs reach 0.5 of its rates, fitted to 7 cells" in page
+    assert surveyed.rays_of_columns(False) in page
     assert (tmp_path / "fig26.png").stat().st_size > 10_000
 
     table1.draw(tmp_path, tmp_path, False)
@@ -146,6 +148,20 @@ def test_figure_26_and_table_1_hold_what_the_data_say(tmp_path: Path, monkeypatc
     # Our method for Günther et al. refits, and our Ray Engine has a grid on the host.
     assert "Günther et al. 2007, dynamic geometry: Y, not N" in said.why
     assert "Carr et al. 2002, acceleration structure: Grid (kd_node), not N/A" in said.why
+    assert surveyed.rays_of_columns(False) in page
+
+
+@pytest.mark.parametrize("full", [False, True], ids=["quick", "full"])
+def test_all_methods_of_a_column_trace_the_same_rays(full: bool) -> None:
+    """All methods of Figure 26 and Table 1 trace one number of rays in a column, which the pages
+    name."""
+    for cells in ([entry.measured(full) for entry in surveyed.entries()],
+                  [entry.counted() for entry in surveyed.entries()]):
+        size, = {cell.size for cell in cells}
+        scene, = {cell.scene for cell in cells}
+        assert f"{size ** 2:,} eye rays ({size}x{size})" in surveyed.rays_of_columns(full)
+        assert scene in surveyed.rays_of_columns(full)
+        assert all(PERIOD_TEST in cell.options for cell in cells)
 
 
 @pytest.mark.parametrize("method, some", [
@@ -252,7 +268,7 @@ def test_a_small_comparison_traces_back_to_its_cells(tmp_path: Path, monkeypatch
     """A small figure is measured, drawn and indexed. All its numbers are in the cells' files."""
     small = replace(
         fig12.FIGURE, panels=(Panel("cornell"),), remarks=lambda results: [],
-        cell=lambda panel, column, full: Cell(panel.scene, column.method, (), 8, runs=1))
+        asked=lambda panel, column, full: Cell(panel.scene, column.method, (), 8, runs=1))
     for module in (pages, command):
         monkeypatch.setattr(module, "figure_of", lambda name: small)
     data, out = tmp_path / "data", tmp_path / "out"
@@ -272,6 +288,7 @@ def test_a_small_comparison_traces_back_to_its_cells(tmp_path: Path, monkeypatch
     assert page.startswith(f"# {small.title}\n\n**{said.word}**: {said.why}\n\nThe verdict rests "
                            f"on {verdicts.rests_on(said)}.\n\n")
     assert of_page("fig12")[0] in page and "Where the survey contradicts itself" in page
+    assert f"## Works\n\n* {find_work('Foley and Sugerman 2005')}.\n" in page
 
 
 def test_seconds_spent_are_those_of_all_cells(tmp_path: Path) -> None:
@@ -300,7 +317,8 @@ def test_pages_drawn_before_stay_what_they_were(tmp_path: Path, monkeypatch) -> 
     sizes = {False: 8, True: 12}
     small = replace(
         fig12.FIGURE, panels=(Panel("cornell"),), remarks=lambda results: [],
-        cell=lambda panel, column, full: Cell(panel.scene, column.method, (), sizes[full], runs=1))
+        asked=lambda panel, column, full: Cell(panel.scene, column.method, (), sizes[full],
+                                               runs=1))
     for module in (pages, command):
         monkeypatch.setattr(module, "figure_of", lambda name: replace(small, name=name))
     out = tmp_path / "out"

@@ -15,10 +15,12 @@ from gpgpu_rt.bench.workloads import workload
 from gpgpu_rt.figures.command import main
 from gpgpu_rt.figures.framework import measure, published_numbers, results
 from gpgpu_rt.figures.framework.catalogue import FIGURES, figure_of
-from gpgpu_rt.figures.framework.cell import Cell
+from gpgpu_rt.figures.framework.cell import ON_CPU, PERIOD_TEST, Cell
 from gpgpu_rt.figures.framework.comparison import Panel
 from gpgpu_rt.figures.framework.kendall import tau_b
-from gpgpu_rt.figures.framework.published_numbers import nanoseconds, published, published_row
+from gpgpu_rt.figures.framework.published_numbers import (
+    nanoseconds, published, published_range, published_row
+)
 from gpgpu_rt.figures.survey import fig05_ray_engine_times as fig05
 from gpgpu_rt.figures.survey import fig12_eye_rays as fig12
 from gpgpu_rt.figures.survey import fig13_horn_improvements as fig13
@@ -47,6 +49,20 @@ def test_published_numbers() -> None:
     assert published("fig12", "robots", "grid") == 8344
     assert published("fig20", "cornell", "bvh-threaded", "build=goldsmith-salmon") == 103
     assert published("fig12", "robots", "bih") is None
+
+
+# The ranges that the survey prints, in the order of its sections 3.1, 4.2, 2.1, 4.2 and 4.4.
+RANGES = {(20e6, 40e6), (300e3, 1e6), (2, 4), (2, 3), (30, 50), (50, 100)}
+
+
+def test_published_ranges_keep_both_ends() -> None:
+    assert {(float(row["value"]), float(row["high"])) for row in published_numbers._rows()
+            if row["high"]} == RANGES
+    assert published_range("text", "", "rpu") == (50, 100)
+    assert published_range("fig12", "robots", "grid") == (8344, 8344)
+    assert not any("end of" in row["note"] for row in published_numbers._rows())
+    with pytest.raises(ValueError, match="range"):
+        published("text", "", "rpu")
 
 
 def test_a_finished_cell_is_kept(tmp_path, monkeypatch) -> None:
@@ -117,8 +133,18 @@ def test_tables_hold_the_measured_numbers(figure, tmp_path) -> None:
             assert value is not None and float(row["published"]) == value
     page = (tmp_path / f"{figure.name}.md").read_text()
     assert "Renderer: R" in page and "stand-in for something" in page
+    assert "test triangles as Möller and Trumbore 1997 do" in page
     assert all(f"## {panel.label}" in page for panel in panels)
     assert (tmp_path / f"{figure.name}.png").stat().st_size > 10_000
+
+
+@pytest.mark.parametrize("full", [False, True], ids=["quick", "full"])
+@pytest.mark.parametrize("figure", COMPARISONS, ids=lambda f: f.name)
+def test_papers_are_compared_with_the_triangle_test_of_their_time(figure, full: bool) -> None:
+    """Every cell of our methods has the period's test once; embreex has its own test."""
+    for cell in figure.cells(full):
+        tests = [option for option in cell.options if option[0] == PERIOD_TEST[0]]
+        assert tests == ([] if cell.method == ON_CPU else [PERIOD_TEST])
 
 
 def test_unwritable_folder(tmp_path, capsys) -> None:
@@ -254,6 +280,8 @@ def test_where_the_ray_engines_time_goes(transfer: float, pairs: int, says: str,
     assert values["bytes a ray that sending triangles would add"] == 72
     page = (tmp_path / "fig05.md").read_text()
     assert says in page and "stand-in for something" in page and "114,499" in page
+    assert "300,000 to 1,000,000 rays/s of a CPU core" in page
+    assert "114 million tests/s on the R200, and at 20 to 40 million on a CPU" in page
     assert (tmp_path / "fig05.png").stat().st_size > 10_000
 
 

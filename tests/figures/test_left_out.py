@@ -60,7 +60,7 @@ def test_what_is_measured_stays(uncountable: str, here, tmp_path: Path) -> None:
         result = json.loads((tmp_path / cell_of(cell).name).read_text())
         (tmp_path / cell.name).write_text(json.dumps({
             **result, "settings": results.settings(cell)}))
-    measure.measure([entry.counted(False) for entry in some], tmp_path)
+    measure.measure([entry.counted() for entry in some], tmp_path)
     pages.draw(["fig26"], tmp_path, tmp_path, False)
     with (tmp_path / "fig26.csv").open(newline="") as file:
         rows = {row["method"]: row for row in csv.DictReader(file)}

@@ -1,5 +1,5 @@
 // bih: Waechter and Keller, "Instant Ray Tracing: The Bounding Interval Hierarchy", EGSR 2006 (survey,
-// section 4.2). The two planes of a node say where the left child ends and where the right child begins.
+// section 4.4). The two planes of a node say where the left child ends and where the right child begins.
 // The children may overlap or leave a gap, so a ray enters both children, one child or neither.
 //
 // The paper keeps a stack. A fragment program of 2006 has no stack. As in Foley and Sugerman's

@@ -1,5 +1,5 @@
 // Ray streams: I. Wald, C. Gribble, S. Boulos, A. Kensler, "SIMD Ray Stream Tracing - SIMD Ray Traversal
-// with Generalized Ray Packets and On-the-fly Re-Ordering", Utah UUSCI-2007-012 (survey, section 4.2). Rays
+// with Generalized Ray Packets and On-the-fly Re-Ordering", Utah UUSCI-2007-012 (survey, section 4.3). Rays
 // do not wait for one another, as the rays of a packet do. Each node filters a stream of rays, and the rays
 // that pass the filter are compacted.
 //

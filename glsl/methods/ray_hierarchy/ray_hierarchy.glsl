@@ -1,6 +1,6 @@
 // A hierarchy over rays: D. Roger, U. Assarsson, N. Holzschuch, "Whitted Ray-Tracing for Dynamic Scenes
-// using a Ray-Space Hierarchy on the GPU", EGSR 2007 (survey, 3.6.2). A node is a sphere around its rays'
-// origins and a cone around their directions. The triangles need no structure.
+// using a Ray-Space Hierarchy on the GPU", EGSR 2007 (survey, section 3.6). A node is a sphere around its
+// rays' origins and a cone around their directions. The triangles need no structure.
 //
 // Departures: a node also holds how far its rays still search. This culls triangles behind nearer hits,
 // triangles behind the ends of shadow rays, and all triangles for rays that have ended. The hierarchy is

@@ -1,5 +1,5 @@
 // The five-dimensional box of a ray: Arvo and Kirk, "Fast Ray Tracing by Ray Classification", SIGGRAPH 1987
-// (survey, Table 1). The largest component of the direction chooses a face of the direction cube; among
+// (survey, section 5). The largest component of the direction chooses a face of the direction cube; among
 // equal components x comes first, then y (`dominant`). The two other components choose the position on the
 // face.
 //

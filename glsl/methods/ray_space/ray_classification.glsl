@@ -1,5 +1,5 @@
-// Ray classification: Arvo and Kirk, "Fast Ray Tracing by Ray Classification", SIGGRAPH 1987 (survey, Table
-// 1). One dependent lookup finds the candidate list of the ray's five-dimensional box: the triangles that
+// Ray classification: Arvo and Kirk, "Fast Ray Tracing by Ray Classification", SIGGRAPH 1987 (survey,
+// section 5). One dependent lookup finds the candidate list of the ray's five-dimensional box: the triangles that
 // rays in the box may hit, sorted along the rays' dominant axis. Each step tests one candidate. The search
 // ends when a candidate begins behind the hit.
 //

@@ -1,5 +1,5 @@
 // Visibility field: Mortensen, Khanna, Yu, Slater, "A Visibility Field for Ray Tracing", CGIV 2007 (survey,
-// Table 1). A ray's direction and its crossing point with the scene's middle plane select the beam that
+// section 5). A ray's direction and its crossing point with the scene's middle plane select the beam that
 // contains the ray. A binary search finds where the ray starts in the beam's list. Candidates follow in
 // order until a candidate begins behind the hit. A ray that crosses the plane beyond all tiles hits
 // nothing.

@@ -1,8 +1,9 @@
 """Stream reduction by blocks: lines move each block's elements to their final positions.
 
 D. Roger, U. Assarsson, N. Holzschuch, "Efficient Stream Reduction on the GPU", 2007 (survey,
-3.6.2). A block has a constant number s of elements. Each kept element finds its source in log s
-steps; `compact` takes log n steps for a stream of n elements. Only the blocks' totals are scanned.
+section 3.6). A block has a constant number s of elements. Each kept element finds its source in
+log s steps; `compact` takes log n steps for a stream of n elements. Only the blocks' totals are
+scanned.
 """
 from __future__ import annotations
 

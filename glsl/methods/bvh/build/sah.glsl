@@ -1,6 +1,6 @@
 // Shared code of the passes of the SAH build. The build is breadth-first: the same passes handle all nodes
-// of a level (C. Lauterbach et al., "Fast BVH Construction on GPUs", Eurographics 2009; survey section
-// 3.5). Costs are binned (I. Wald, "On fast construction of SAH-based bounding volume hierarchies", 2007).
+// of a level (C. Lauterbach et al., "Fast BVH Construction on GPUs", Eurographics 2009; survey,
+// section 5). Costs are binned (I. Wald, "On fast construction of SAH-based bounding volume hierarchies", 2007).
 //
 // Departures: points that blend fill the bins. A node of at most SMALL triangles tries every split between
 // two triangles, as the CPU builder does. Lauterbach et al. give small nodes to local queues, which
