@@ -13,9 +13,10 @@ from .verdicts import Verdict
 
 RULES = (
     f"**{verdicts.REPRODUCED}**: the methods have the published order (tau-b {verdicts.HIGH:g} or "
-    "more in every scored group; it is 1 for the same order, -1 for the reverse). The ratios between them are off by less than a factor of "
-    f"{verdicts.FACTOR:g} in the median. A group is a scene and a kind of rays. A figure that "
-    "makes claims is reproduced if all claims hold. Table 1's properties are such claims",
+    "more in every scored group; it is 1 for the same order, -1 for the reverse). The ratios "
+    f"between them are off by less than a factor of {verdicts.FACTOR:g} in the median. A group is "
+    "a scene and a kind of rays. A figure that makes claims is reproduced if all claims hold. "
+    "Table 1's properties are such claims",
     f"**{verdicts.ORDER}**: only the order agrees",
     f"**{verdicts.MOSTLY}**: more than half of a figure's claims hold, but not all",
     f"**{verdicts.CONTRADICTED}**: the order differs, whatever the ratios are; or at most half of "

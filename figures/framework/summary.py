@@ -103,9 +103,9 @@ def _too_little(some: Sequence[Judged]) -> list[str]:
                       for scene in one.verdict.stand_ins.scenes})
     said = Counter(one.verdict.stand_ins.word for one in some if one.verdict.stand_ins is not None)
     return [
-        f"{counted(len(some), 'figure')} {'rests' if len(some) == 1 else 'rest'} on too little to judge, "
-        f"because a verdict needs {LEAST_SCENES} scored scenes and, where it compares methods, "
-        f"{LEAST_PAIRS} pairs of them" + (f": {_figures(some)}." if some else "."),
+        f"{counted(len(some), 'figure')} {'rests' if len(some) == 1 else 'rest'} on too little to "
+        f"judge, because a verdict needs {LEAST_SCENES} scored scenes and, where it compares "
+        f"methods, {LEAST_PAIRS} pairs of them" + (f": {_figures(some)}." if some else "."),
         f"{len(lacking)} of these would rest on enough if the papers' meshes had been found"
         + (f": {_figures(lacking)} had stand-ins for {counted(len(missing), 'scene')} "
            f"({_and(missing)})." if lacking else "."),

@@ -98,8 +98,8 @@ def draw(data: Path, out: Path, full: bool) -> None:
         "leaf that is not empty, so this table does the same. The survey says that each node has "
         "six ropes, but the sizes are right only if leaves alone have ropes. The paper does not "
         "print the depths of its trees. "
-        + " ".join(f"For the mesh of {scene} the depth {depth} was chosen so that the tree has about "
-                   "as many leaves as the paper's." for scene, depth in DEPTH.items())
+        + " ".join(f"For the mesh of {scene} the depth {depth} was chosen so that the tree has "
+                   "about as many leaves as the paper's." for scene, depth in DEPTH.items())
         + " The other trees have the default depth. The verdict judges the overhead, and not the "
         "number of leaves.\n",
         markdown_table(heads, table), "\n".join(f"* {line}" for line in lines), "")))

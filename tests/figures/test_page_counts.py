@@ -235,8 +235,8 @@ def test_the_index_opens_with_ten_sentences_from_the_verdicts(drawn) -> None:
     def of(word: str) -> list[str]:
         return [FIGURES[name].partition(":")[0] for name in JUDGED if said[name]["word"] == word]
     made, holds, part, fails, order, few, lacking, aside, never, _ = opening
-    assert f"13 of the survey's 27 figures and tables again, from {len(list(data.iterdir()))} " in (
-        made)
+    cells = len(list(data.iterdir()))
+    assert f"13 of the survey's 27 figures and tables again, from {cells} measurements" in made
     for line, word in ((holds, verdicts.REPRODUCED), (part, verdicts.MOSTLY),
                        (fails, verdicts.CONTRADICTED), (few, verdicts.TOO_LITTLE)):
         assert re.findall(r"(?:Figure|Table) \d+", line) == of(word)
