@@ -93,8 +93,8 @@ ROBOTS = 10
 
 
 def test_no_robot_loses_a_limb(name: str) -> None:
-    """The gap between the limbs on both sides of a joint stays below 0.35 units; a robot is 10 units
-    high."""
+    """The gap between the limbs on both sides of a joint stays below 0.35 units. A robot is 10
+    units high."""
     if name != "robots-moving":
         pytest.skip("the kitchen has no robots")
     animation, mesh = rt.load_animation(name), mesh_file.read(catalogue.mesh_path(name))
