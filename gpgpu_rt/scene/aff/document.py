@@ -177,8 +177,7 @@ class _Reader:
             except ValueError:      # the name contains a zero byte
                 raise file.tokens.error("includes a file whose name no file can have", said.at
                                         ) from None
-            if os.path.isabs(said.name) or os.path.commonpath(
-                    [self.folder, place]) != self.folder:
+            if os.path.commonpath([self.folder, place]) != self.folder:
                 raise file.tokens.error(f"includes {said.name}, which lies outside of the folder "
                                         f"{self.path.parent}; copy it there", said.at)
             self.places[said.name] = place

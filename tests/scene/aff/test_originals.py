@@ -93,7 +93,7 @@ ROBOTS = 10
 
 
 def test_no_robot_loses_a_limb(name: str) -> None:
-    """The gap between the limbs on both sides of a joint stays below 0.35 units; a robot is 10
+    """The gap between the limbs on both sides of a joint stays below 0.35 units. A robot is 10
     units high."""
     if name != "robots-moving":
         pytest.skip("the kitchen has no robots")

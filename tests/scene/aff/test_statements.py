@@ -238,7 +238,8 @@ def test_details(read) -> None:
 
 @pytest.mark.parametrize("text", [
     "# all\n% of it\n" + TRIANGLE, "p 3#three\r\n0 0 0 % one\r\n1 0 0\r0 1 0",
-    "xs 1 1 1 0 0 1 0 0 0 0{" + TRIANGLE + "}", "\tp\n3\n0 0 0 1 0 0 0 1 0 # caf\u00e9"])
+    "xs 1 1 1 0 0 1 0 0 0 0{" + TRIANGLE + "}",
+    "p 3 # three\r0 0 0 1 0 0 0 1 0", "\tp\n3\n0 0 0 1 0 0 0 1 0 # caf\u00e9"])
 def test_spaces_and_comments(text: str, read) -> None:
     assert read(text).vertices.tolist() == [[0, 0, 0], [1, 0, 0], [0, 1, 0]]
 
