@@ -94,8 +94,8 @@ def kept_frames(chosen: argparse.Namespace, animation: Animation,
                 settings: dict[str, Any]) -> Unfinished:
     """Return the record of finished frames.
 
-    ``settings`` and the animation determine a frame. The number of frames does not, so a later run
-    may resume with more frames.
+    ``settings`` and the animation determine a frame. The number of frames does not change a frame,
+    so a later run may resume with more frames.
     """
     numbered = _is_numbered(chosen.output)
     output = Path(chosen.output) / "frames" if Path(chosen.output).is_dir() else Path(

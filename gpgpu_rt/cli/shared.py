@@ -98,7 +98,10 @@ def word_of(name: str) -> str:
 
 
 def add_variants(group: argparse._ArgumentGroup, table: Variants, prefix: str) -> None:
-    """Their ``--word``s, whose text is then found under ``prefix`` and the name."""
+    """Declare a ``--word`` for each option of ``table``.
+
+    The parsed arguments hold the text after the word as their attribute ``prefix`` + name.
+    """
     for name, kinds in table.items():
         bare = {"nargs": "?", "const": "true"} if _is_switch(kinds) else {}
         try:
@@ -124,8 +127,12 @@ def described(option: Option) -> str:
 
 
 def _help(kinds: Mapping[Option, Sequence[str]]) -> str:
-    """Return the help of a word: each text once, after its owners if the word has several texts,
-    and each default once, before its owners if the text has several defaults."""
+    """Return the help text of a word, which options of several methods may share.
+
+    Each different text occurs once. If there are several, the methods stand before their text.
+    Each different default occurs once. If a text has several, the methods stand after their
+    default: "default 10 for lbvh, 2 for hybrid".
+    """
     texts: dict[str, dict[str, list[str]]] = {}
     for option, owners in kinds.items():
         default = spell(option.default)
@@ -166,9 +173,9 @@ def spelled_out(arguments: Sequence[str], options: Variants) -> list[str]:
 
 
 def given_options(chosen: argparse.Namespace) -> dict[str, Any]:
-    """Return the options that were given, of whichever method.
+    """Return name -> value of the options that the user gave; they may belong to any method.
 
-    Where several options have the same name, the first that accepts the text parses it.
+    If several options have the same name, the first option that accepts the text parses it.
     """
     table = all_options()
     words = {name: getattr(chosen, "option_" + name) for name in table}
@@ -186,14 +193,20 @@ def _read(kinds: Sequence[Option], text: str) -> Any:
 
 
 def options_for(chosen: argparse.Namespace, method: str) -> dict[str, Any]:
-    """Return the options that were given; refuse an option that the method does not have."""
+    """Return name -> value of the options that the user gave.
+
+    Raises
+    ------
+    OptionError
+        for an option that the method does not have, or an invalid value
+    """
     return parsed(chosen, "option_", all_options(), TRACER_OPTIONS + find_method(method).options,
                   f"method {method}")
 
 
 def parsed(chosen: argparse.Namespace, prefix: str, asked: Iterable[str],
            known: Sequence[Option], whose: str) -> dict[str, Any]:
-    """Return the parsed values of the options that were given, by name.
+    """Return name -> parsed value of the options that the user gave.
 
     Parameters
     ----------

@@ -22,9 +22,11 @@ RECORD = "parts.json"
 
 def follows_from(method: str, options: Mapping[str, Any], renderer: str,
                  drawing: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the settings that, with the scene, determine a part, whichever process draws it.
+    """Return the settings that determine a part of the output, together with the scene.
 
-    ``options`` are resolved options; ``drawing`` holds the arguments of ``Tracer.render``.
+    A part is a frame of a film or a tile of a picture. It does not depend on the process that
+    draws it. ``options`` are resolved options; ``drawing`` holds the arguments of
+    ``Tracer.render``.
     """
     return {**drawing, "method": method, "options": options, "renderer": renderer}
 
@@ -38,8 +40,8 @@ class Unfinished:
     count : the number of parts
     settings : the settings that determine a part, in types that JSON can hold
     resume : whether to keep the parts that an earlier run finished
-    files : maps the number of a part to its file, where the user asked for the parts themselves;
-        by default the parts are in the folder
+    files : maps the number of a part to its file, if the parts themselves are the output, such as
+        numbered frames; by default the parts are in the folder
 
     Raises
     ------

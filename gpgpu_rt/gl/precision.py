@@ -32,7 +32,8 @@ class Format:
     ----------
     mantissa_bits : explicit bits of the mantissa
     smallest : the smallest normal number
-    quantum : numbers below ``smallest`` are multiples of it; ``smallest`` without denormals
+    quantum : distance of the numbers below ``smallest``; equal to ``smallest`` for a format
+        without denormals
     largest : the largest finite number
     """
 
@@ -105,7 +106,7 @@ class Precision:
         return record if isinstance(record, PackedRecord) else record.stored(self.storage)
 
     def stored(self, values: np.ndarray) -> np.ndarray:
-        """Return geometric values rounded to the format of textures, in float32."""
+        """Return geometric values rounded to the format of textures, as float32."""
         return FORMATS[self.storage].round(values, self.rounding)
 
     def stored_fields(self, record: Record | PackedRecord,

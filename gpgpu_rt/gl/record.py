@@ -1,4 +1,5 @@
-"""Records: declarations of fields in texels, which numpy packs and GLSL reads.
+"""Records: declarations of fields in texels, which numpy packs and GLSL reads. The texels of a
+record lie in a table, which is read by index, or in a stream, which passes read and write.
 
 A declaration lists fields texel by texel: ``"v0:vec3 index:int | v1:vec3 last:int | v2:vec3"``.
 Types are float (the default), vec2, vec3, vec4, int, ivec3 and ivec4. Integers are stored as float
@@ -65,7 +66,7 @@ class Field:
 
 @dataclass(frozen=True)
 class Plane:
-    """The texels of a record that share a texture type.
+    """The texels of a record that lie in a texture of the same type.
 
     ``suffix`` distinguishes the textures of a table. ``components`` is 1, 2 or 4, because
     three-channel targets are not portable. ``dtype`` is f4, f2 or u4.
@@ -171,7 +172,7 @@ class Record:
 
     def pack_into(self, planes: Sequence[np.ndarray | None] | np.ndarray,
                   **arrays: np.ndarray) -> None:
-        """Write the texels of records, from an array per field.
+        """Write the texels of records, from an array per field, into ``planes``.
 
         Parameters
         ----------
@@ -352,7 +353,7 @@ class PackedRecord:
 
 
 def _table_glsl(sampler: str, name: str) -> str:
-    """Return GLSL for TABLE_FETCH(name, i): the texture, and the distance of its rows."""
+    """Return the GLSL that TABLE_FETCH(name, i) needs: the texture, and the height of a row."""
     return (f"uniform {sampler} {name}_table;\n"
             f"float {name}_table_row = 1.0 / float(textureSize({name}_table, 0).y);")
 

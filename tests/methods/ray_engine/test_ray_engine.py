@@ -173,7 +173,7 @@ def test_the_command_line_says_it(tmp_path, capsys) -> None:
     assert not main(["render", "cornell", "-m", "ray-engine", "--size", "8x8", "-o",
                      str(tmp_path / "x.png")])
     line = capsys.readouterr().out.splitlines()[-1]
-    assert line.startswith("shared with the host: traversal ")
+    assert line.startswith("work shared by host and graphics card: traversal ")
     assert "transfer " in line and "bytes down " in line
 
 
