@@ -59,7 +59,8 @@ def _prepare(triangles: np.ndarray, options: Mapping[str, Any]) -> Accelerator:
     check_culling(options)
     tree = built_kdtree(triangles, options)
     leaf = tree.axis == KD_LEAF_AXIS
-    # An inner node's count tells which children are empty leaves: 1 the left, 2 the right child.
+    # An inner node's count tells which children are empty leaves: bit 0 is for the left child,
+    # bit 1 for the right child.
     empty = np.append(leaf & (tree.count == 0), False)
     child = np.where(leaf, 0, tree.left)
     count = np.where(leaf, tree.count, empty[child] + 2 * empty[child + 1])
@@ -68,7 +69,8 @@ def _prepare(triangles: np.ndarray, options: Mapping[str, Any]) -> Accelerator:
                              "axis": np.where(leaf, 3 + np.cumsum(leaf) - 1, tree.axis)},
               REFERENCE.name: {"triangle": tree.references}}
     uniforms = {"scene_lo": tuple(tree.lo), "scene_hi": tuple(tree.hi)}
-    # A ray enters each leaf at most once, after a descent from the root and a climb to the root.
+    # A ray enters each leaf at most once. Between two leaves, it climbs at most to the root and
+    # descends again.
     bound = int(leaf.sum()) * (2 * tree.depth + 3) + len(tree.references)
     return Accelerator(tables, uniforms, bound, tree, boxes=tree.boxes)
 
@@ -82,10 +84,10 @@ def _prepare_bounds(triangles: np.ndarray, options: Mapping[str, Any]) -> Accele
 
 
 def _with_boxes(prepare: Callable[..., Accelerator]) -> Callable[..., Accelerator]:
-    """A ``prepare`` that adds the boxes of all nodes if rays begin at listed nodes.
+    """A ``prepare`` that adds the boxes of all nodes if the option ``entry_points`` is given.
 
-    In these boxes, faces on the scene's box are moved to infinity. The scene's box itself clips
-    the rays, so the precision of these bounds does not matter there.
+    A face of such a box that lies on the scene's box is moved to infinity. Rays are clipped to the
+    scene's box anyway, so the precision of such a face must not matter.
     """
     def prepare_boxes(triangles: np.ndarray, options: Mapping[str, Any]) -> Accelerator:
         prepared = prepare(triangles, options)
@@ -127,7 +129,10 @@ def _for_packets(prepared: Accelerator, options: Mapping[str, Any]) -> Accelerat
 
 
 def _packet_row(name: str, summary: str, citation: str, single: str, **more: Any) -> Method:
-    """A row of a packet method. Its ``state`` is that of the single rays after the packets."""
+    """A row of a packet method.
+
+    Packets run in a single pass. ``state`` holds each ray's phase after this pass.
+    """
     return Method(
         name=name, summary=summary, citation=citation,
         glsl=f"methods/kdtree/{name.replace('-', '_')}.glsl", kernels=("step_packet",),
@@ -139,7 +144,10 @@ def _row(name: str, summary: str, citation: str, kernels: tuple[str, ...] = (),
          state: Record = KD_STATE, tables: tuple[Record, ...] = (),
          options: tuple[Option, ...] = (),
          prepare: Callable[..., Accelerator] = _prepare, **more: Any) -> Method:
-    """A row of a single-ray method, from what it adds to the family's kernels, tables, options."""
+    """A row of a single-ray method.
+
+    The arguments are what the method adds to the kernels, tables and options of the family.
+    """
     return Method(
         name=name, summary=summary, citation=citation,
         glsl=f"methods/kdtree/{name.replace('-', '_')}.glsl",
