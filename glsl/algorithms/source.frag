@@ -1,5 +1,6 @@
 #version 330 core
-// Stream reduction: find the index of the i-th kept element (Horn 2005; survey 3.6.2).
+// Stream reduction: element i of the target gets the index of the i-th kept element (Horn 2005; survey
+// 3.6.2).
 
 #include <records>
 #include "core/stream.glsl"
