@@ -1,6 +1,7 @@
 #version 330 core
-// The rays' part of a packet's step under the schedule `step`: every ray whose packet is at a triangle
-// tests the triangle. The state of a ray repeats the phase and the steps of its packet.
+// The part of a packet's step that runs for each ray, under the schedule `step`. If the packet is at a
+// triangle, each of its rays tests the triangle. A ray's state is a copy of the phase and the step count of
+// its packet.
 
 #include "core/precision.glsl"
 #include "core/fetch.glsl"

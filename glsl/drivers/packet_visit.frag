@@ -1,7 +1,7 @@
 #version 330 core
 // A step of packets under the schedule `step`. One fragment steps one packet. A packet visits a node,
-// leaves a triangle, pushes or pops. Before a packet leaves a triangle, its rays have tested the triangle
-// (drivers/packet_intersect.frag, one fragment a ray).
+// leaves a triangle, pushes or pops. Before a packet leaves a triangle, another pass has tested the
+// triangle with one fragment for each ray (drivers/packet_intersect.frag).
 //
 // The file <method> is the method's own file, with `start_walk` and `visit`. The file <stepwise> defines
 // the functions of a walk:
@@ -11,8 +11,9 @@
 //   `leave_leaf` continues after the last triangle of a leaf.
 //   `run_stack` pushes or pops.
 //
-// The field `turns` has a bit for each octant whose rays still wait. Departure: with INTERVAL_TEST all rays
-// of an octant walk at once. To separate the rays that begin near one another would need more state.
+// The field `turns` has a bit for each octant whose rays still wait. Departure from
+// drivers/boxes_by_interval.glsl: with INTERVAL_TEST all rays of an octant walk at once, even rays that
+// begin far from one another. Separating them would need more state.
 
 #include "core/precision.glsl"
 #include "core/fetch.glsl"

@@ -5,7 +5,7 @@
 
 in vec3 corner;
 in vec3 normal;
-in float inner;     // distance to the opposite side, against the normal
+in float inner;     // thickness of the mesh at this corner, measured against the normal
 
 out vec3 place;
 out vec3 blended;

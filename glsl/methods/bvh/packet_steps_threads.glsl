@@ -1,4 +1,4 @@
-// A packet's step under the schedule `step` in a walk along escape indices. The header of
+// A packet's step under the schedule `step`, in a walk along escape indices. The header of
 // drivers/packet_visit.frag describes each function.
 
 void clear_walk() {

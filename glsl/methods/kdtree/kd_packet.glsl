@@ -1,10 +1,11 @@
 // kd-packet: Horn, Sugerman, Houston, Hanrahan, "Interactive k-D Tree GPU Raytracing", I3D 2007 (survey,
 // section 3.4, Figures 13 and 14). The rays of a packet share the node and its fetch. Each ray keeps its
 // own interval. The packet enters a child if any ray needs the child. If the packet enters both children,
-// it pushes the far child. PUSH_DOWN works as in kd_push_down.glsl.
+// it pushes the far child. With PUSH_DOWN a restart begins where it begins in kd_push_down.glsl.
 //
-// Rays of another turn (packet_turns.glsl) wait, masked by an empty interval. Options choose the files
-// behind <triangle_tests> (triangle by ray, or by shared axes), <culling> and <short_stack>.
+// The rays of a turn agree in the signs of their directions (drivers/packet_turns.glsl). All other rays
+// wait, masked by an empty interval. Options choose the files behind <triangle_tests> (triangle by ray, or
+// by shared axes), <culling> and <short_stack>.
 
 #define PRESENT(r) (t_min[r] < t_exit[r])
 
@@ -37,7 +38,8 @@ void start_ray(int r) {
     vec2 interval = box_interval(ray, scene_lo, scene_hi);
     float start = max(interval.x, ray.t_min);
     t_exit[r] = min(max(box_exit(ray, scene_lo, scene_hi), start), ray.t_max);
-    // Widen an interval of one point: a ray is awake in a node where its interval has a length.
+    // A ray is awake in a node if its interval there has a length. Widen an interval of one point, so that
+    // its ray is awake.
     t_exit[r] = max(t_exit[r], start + abs(start) * (4.0 * ARITHMETIC_UNIT) + 1e-30);
     octant[r] = direction_octant(ray.inv_dir) + shared_axis(ray);
     t_turn[r] = start <= min(interval.y, ray.t_max) && ray.t_min <= ray.t_max ? start : NEVER;
@@ -74,7 +76,8 @@ int axis;
 bool near_is_empty;
 bool far_is_empty;
 
-// Split the interval of a ray at the plane. A ray passes through an empty leaf without a visit.
+// Split the interval of a ray at the plane. If a child is an empty leaf, move t_min to the end of the ray's
+// interval in the leaf, so that the ray does not visit the leaf.
 void split_ray(int r) {
     t_split[r] = plane_t(rays[r], axis, plane);
     bool awake = t_min[r] < t_max[r];
@@ -91,8 +94,8 @@ void cut_ray(int r) {
     t_max[r] = smaller(t_split[r], t_max[r]);
 }
 
-// Move on to a child. `empty` says which children are leaves without triangles: 1 the left child, 2 the
-// right one, 3 both. False when no ray needs a child.
+// Move on to a child. `empty` says which children are leaves without triangles: 1 for the left child, 2 for
+// the right child, 3 for both. Return false if no ray needs a child.
 bool enter(int left, int empty) {
     int negative = (turn >> axis) & 1;
     int near = left + negative;
@@ -117,7 +120,8 @@ bool enter(int left, int empty) {
 
 // Leaves -----------------------------------------------------------------------------------------
 
-// A hit before the leaf's end settles a ray. The end of the ray's interval settles the ray too.
+// Settle a ray that has a hit before the leaf's end, or whose interval ends with the leaf. Every other ray
+// continues at the leaf's end.
 void leave_ray(int r) {
     bool awake = t_min[r] < t_max[r];
     t_min[r] = awake ? (hits[r].t < t_max[r] ? NEVER : t_max[r]) : t_min[r];
@@ -132,8 +136,8 @@ void restart_ray(int r) {
     t_max[r] = t_exit[r];
 }
 
-// Descend to a leaf, test its triangles, and go on to the next node. False when the rays of the turn have
-// finished, or the steps ran out.
+// Descend to a leaf, test its triangles, and go on to the next node. Return false when the rays of the turn
+// have finished, or when the packet has reached the step limit.
 bool step_packet() {
     axis = kd_node_axis(node);
     int left = kd_node_left(node);

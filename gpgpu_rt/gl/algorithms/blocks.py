@@ -1,9 +1,10 @@
 """Stream reduction by blocks: removes elements from a stream and closes the gaps.
 
 D. Roger, U. Assarsson, N. Holzschuch, "Efficient Stream Reduction on the GPU", 2007 (survey,
-section 3.6). A block has a constant number s of elements. For each block a line of texels is drawn at
-the block's final position; each fragment of the line finds its source in the block in log s steps.
-`compact` takes log n steps for a stream of n elements. Here, only the blocks' totals are scanned.
+section 3.6). A block has a constant number s of elements. For each block a line of texels is drawn
+at the block's final position; each fragment of the line finds its source in the block in log s
+steps. `compact` takes log n steps for a stream of n elements. Here, only the blocks' totals are
+scanned.
 """
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 #version 330 core
-// Sorts the triangles of each leaf by index. Slot k of a leaf gets the triangle that has exactly k
-// triangles of the leaf before it.
+// Sorts the triangles of each leaf by index. Slot k of a leaf gets the triangle of the leaf before which
+// exactly k triangles of the leaf come.
 
 #include <records>
 #include "core/stream.glsl"

@@ -1,6 +1,6 @@
 #version 330 core
-// The counts that each node of a level contributes: pieces of large nodes, pieces of small nodes, small
-// nodes that are not empty, chunks of large nodes.
+// Writes four counts for each node of a level, for a scan. x counts the pieces of a large node, y the
+// pieces of a small node. z is 1 for a small node that is not empty. w counts the chunks of a large node.
 
 #include <records>
 #include "core/stream.glsl"

@@ -1,5 +1,6 @@
 #version 330 core
-// The pieces of the large nodes that remain leaves.
+// Copies the pieces of those large nodes that became leaves because no plane separated their pieces or the
+// depth limit was reached.
 
 #include <records>
 #include "core/stream.glsl"
