@@ -43,8 +43,8 @@ def check_lists(triangles: np.ndarray, lo: np.ndarray, hi: np.ndarray, start: np
                 end: np.ndarray, references: np.ndarray, boxed: bool = False) -> None:
     """Assert that each box lists every triangle that overlaps the box.
 
-    A list must hold no triangle that misses the box widened by the padding. With ``boxed``, a list
-    may hold every triangle whose bounding box overlaps the widened box.
+    A list must hold no triangle that misses the box widened by a few paddings. With ``boxed``, a
+    list may also hold triangles of which only the bounding box overlaps the widened box.
     """
     slack = 6 * float(padding(triangles))
     lo, hi = lo.astype(float), hi.astype(float)
