@@ -153,7 +153,7 @@ def test_moves(seed: int) -> None:
     assert np.allclose(back.eye, camera.eye) and np.allclose(back.target, camera.target)
     near = moves.approach(camera, 0.5)
     assert np.isclose(np.linalg.norm(np.subtract(near.target, near.eye)), distance / 2)
-    # A pan by the image's height moves the lower edge's points to the upper edge.
+    # A pan by the image's height of 100 pixels moves the target from y = 50 to y = 150.
     up = moves.pan(camera, 0.0, 1.0)
     (x, y), = projected(up, (200, 100), np.array([[camera.target, camera.target]]))[:, 0]
     assert np.isclose(x, 100) and np.isclose(y, 150)

@@ -1,6 +1,7 @@
 """Acts on a window like a desktop: drops files (XDND protocol) and requests a close.
 
-``python x_client.py drop WINDOW PATH`` and ``python x_client.py close WINDOW``, on ``DISPLAY``.
+Run ``python x_client.py drop WINDOW PATH`` or ``python x_client.py close WINDOW``. The environment
+variable ``DISPLAY`` names the X server.
 """
 from __future__ import annotations
 
