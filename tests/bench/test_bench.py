@@ -39,9 +39,9 @@ def test_engines_answer_the_same_question(engine, kind: str) -> None:
     scene = rt.load_scene("cornell")
     rays = workload("cornell", RAY_SETS[kind], SIZE).compact(engine.most)
     if rays.t_max is not None and not engine.ends:
-        pytest.skip("made for rays without an end")
+        pytest.skip("this engine supports only rays without an end")
     if engine.name == "trimesh's own" and kind not in ("eye", "random"):
-        pytest.skip("finds the surface that a ray leaves")
+        pytest.skip("this engine hits the surface that a ray leaves")
     found = engine.prepare(scene, rays)()
     with rt.Tracer(scene) as tracer:
         if rays.any_hit:

@@ -42,7 +42,7 @@ def within_seconds(seconds: float, run: Callable[[], object]) -> object:
     thread = threading.Thread(target=catch, daemon=True)
     thread.start()
     thread.join(seconds)
-    assert found, "it hangs"
+    assert found, "the call hangs"
     return found[0]
 
 

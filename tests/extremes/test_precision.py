@@ -69,11 +69,11 @@ def check(case: Case, method: str, ends: bool, **options) -> None:
         hits = tracer.trace(case.origins, case.directions)
         cap, chosen = tracer.step_cap, tracer.precision
     assert np.isin(hits.status, (0, 2)).all() and hits.steps.max() <= cap
-    assert not ends or not hits.status.any(), f"{(hits.status == 2).sum()} rays went round"
+    assert not ends or not hits.status.any(), f"{(hits.status == 2).sum()} rays looped"
     for values in (hits.t[hits.hit], hits.u, hits.v):
         assert np.isfinite(values).all()
     bad = wrong(case, hits, chosen)
-    assert not bad.any(), f"{bad.sum()} hits are not there, first {np.flatnonzero(bad)[:5]}"
+    assert not bad.any(), f"{bad.sum()} hits are false, first {np.flatnonzero(bad)[:5]}"
 
 
 def low_precisions() -> list:

@@ -86,7 +86,7 @@ def test_mesa_22_3_can_be_counted(gpu) -> None:
     """Mesa 22.3 is countable. Otherwise every test that needs counts would be skipped
     unnoticed."""
     if "Mesa 22.3" not in gpu.version:
-        pytest.skip(f"this is {gpu.version}")
+        pytest.skip(f"needs Mesa 22.3, this is {gpu.version}")
     assert not_countable() == ""
 
 

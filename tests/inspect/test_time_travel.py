@@ -72,7 +72,7 @@ def test_what_is_pushed_is_popped(method: str) -> None:
         passes, _ = passes_of(tracer, *rays)
     counts = [sum(one.served.get(kernel, 0) for one in passes) for kernel in ("push", "pop")]
     assert counts[0] == counts[1] > 0
-    assert all(all(one.served.values()) for one in passes), "none is served by nothing"
+    assert all(all(one.served.values()) for one in passes), "a kernel ran for no ray"
 
 
 def test_a_tracer_of_two_choices_is_watched_by_the_one_it_takes() -> None:

@@ -192,7 +192,7 @@ with rt.Tracer(scene, **options) as tracer:
 with rt.Tracer(scene, "brute-force") as tracer:
     other = tracer.trace(*rays)
 found["wrong"] = int((hits.t != other.t).sum() + (hits.triangle != other.triangle).sum())
-# Not ru_maxrss, which begins at what the process held that started this one.
+# Do not use ru_maxrss: it begins at the memory of the parent process.
 with open("/proc/self/status") as status:
     found["peak"] = next(int(line.split()[1]) * 1024 for line in status if "VmHWM" in line)
 print(json.dumps(found))

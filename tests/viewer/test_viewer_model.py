@@ -124,7 +124,7 @@ def test_moving_is_coarse_and_rest_is_fine(viewer: Viewer, clock: Clock) -> None
     viewer.pace.measured(1, 1.0)  # as if a full picture took a second
     viewer.camera = moves.orbit(viewer.camera, 0.1, 0.0)
     assert viewer.step() and viewer.image.shape[0] < VIEW[1] / 2
-    assert not viewer.step(), "nothing moved since"
+    assert not viewer.step(), "drawn again although nothing moved"
     viewer.camera = moves.orbit(viewer.camera, -0.1, 0.0)
     viewer.reset_camera()
     settle(viewer)

@@ -145,13 +145,13 @@ def test_scrubbing_shows_each_pass(viewer: Viewer) -> None:
     viewer.look_at("passes")
     settle(viewer)
     live = [one.live for one in viewer.journey.kept]
-    assert 0.25 < live[viewer.index] / live[0] < 0.75, "it opens where there is something to see"
+    assert 0.25 < live[viewer.index] / live[0] < 0.75, "not about half the rays are live"
     opened = viewer.image
     viewer.go_to(0)
     assert (viewer.image != opened).any()
     viewer.camera = moves.orbit(viewer.camera, 0.01, 0.0)
     settle(viewer)
-    assert viewer.index == 0, "another camera moves what one has chosen"
+    assert viewer.index == 0, "another camera changes the chosen pass"
     viewer.go_to(10 ** 9)
     assert viewer.index == len(viewer.journey.kept) - 1
     assert dict(viewer.ray_of((5, 5)))["phase"].endswith("(done)")
@@ -238,7 +238,7 @@ def test_a_click_is_followed_and_survives_a_move(viewer: Viewer) -> None:
     assert viewer.path.pixel == (VIEW[0] - 1, 0) and not viewer.message
     viewer.camera = moves.orbit(viewer.camera, 0.3, 0.0)
     settle(viewer)
-    assert viewer.path is not None, "to be seen from elsewhere"
+    assert viewer.path is not None, "a move of the camera drops the path"
     viewer.choose(viewer.selection.with_option("octants", True))
     settle(viewer)
     assert viewer.path is None

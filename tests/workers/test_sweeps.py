@@ -112,8 +112,8 @@ def test_what_is_timed_has_the_machine_to_itself(workers: Workers, tmp_path) -> 
     when.update({("before", cell): found[cell]["before"] for cell in TIMED})
     for timed in TIMED:
         assert not [cell for cell in when if meet(timed, cell)]
-        assert all(when[timed][0] >= when[cell][1] for cell in TREES), "timed ones come last"
-    assert any(meet(a, b) for a in TREES for b in TREES), "the others run side by side"
+        assert all(when[timed][0] >= when[cell][1] for cell in TREES), "a timed cell came first"
+    assert any(meet(a, b) for a in TREES for b in TREES), "no cells ran side by side"
 
 
 def _other_renderer(cell: Cell) -> dict[str, Any]:

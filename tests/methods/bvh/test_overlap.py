@@ -51,7 +51,7 @@ def check_lists(triangles: np.ndarray, lo: np.ndarray, hi: np.ndarray, start: np
     least, most = triangles.min(1).astype(float), triangles.max(1).astype(float)
     for box in range(len(lo)):
         run = references[start[box]:end[box]]
-        assert (np.diff(run) > 0).all(), "not ascending, or twice"
+        assert (np.diff(run) > 0).all(), "a list is not in ascending order"
         for t in range(len(triangles)):
             if (least[t] > hi[box] + slack).any() or (most[t] < lo[box] - slack).any():
                 assert t not in run
