@@ -1,4 +1,5 @@
-"""Tells which methods a card could have run, by judging every program of each method."""
+"""`gpgpu-rt hardware --methods` tells which methods each card could have run. It compares every
+program of a method with the limits of the card."""
 from __future__ import annotations
 
 import json
@@ -36,8 +37,8 @@ def test_programs_of_one_file_are_held_apart(countable) -> None:
 
 
 def test_the_largest_table_of_a_program_counts() -> None:
-    """A method's largest draw decides, not its last draw: ray classification looks up its lists at
-    several sizes."""
+    """The draw with the largest table decides, not the last draw. Ray classification draws with
+    lists of several sizes."""
     asked = method_needs(["ray-classification"])["ray-classification", "kernels"]
     assert max(one.largest_index for one in asked.values()) > find_card("R420").exact_integers
 

@@ -61,7 +61,8 @@ def test_tiles_make_up_the_picture_of_one_process(integrator: str, picture: dict
 
 
 def moving(path: Path, frames: int = 6) -> rt.Animation:
-    """Writes an animation of triangles that move far, so methods rebuild their trees."""
+    """Writes and returns an animation of triangles that move far, so methods rebuild their
+    trees."""
     vertices = np.random.default_rng(1).random((frames, 300, 3))
     np.savez(path, vertices=vertices, faces=np.arange(300).reshape(-1, 3))
     return rt.load_animation(path)

@@ -1,4 +1,5 @@
-"""The kd-tree family: every traversal visits the same leaves, and full stacks are flagged."""
+"""The kd-tree family: every traversal visits the same leaves, and rays whose stack is full are
+flagged."""
 from __future__ import annotations
 
 import numpy as np
