@@ -208,7 +208,7 @@ def _flip_evaluator() -> Any:
 
 def _flip(reference: np.ndarray, picture: np.ndarray) -> float | None:
     """Return the mean FLIP of two sRGB pictures at FLIP's default viewing distance; None if the
-    package is not installed. FLIP measures visible differences (Andersson et al., HPG 2020)."""
+    package is not installed. FLIP measures visible differences (Andersson et al. 2020)."""
     evaluator = _flip_evaluator()
     if evaluator is None:
         return None

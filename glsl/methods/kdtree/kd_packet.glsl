@@ -3,6 +3,9 @@
 // own interval. The packet enters a child if any ray needs the child. If the packet enters both children,
 // it pushes the far child. With PUSH_DOWN a restart begins where it begins in kd_push_down.glsl.
 //
+// Addition: with SKIP_EMPTY_LEAVES a packet passes leaves without triangles without fetching them, because
+// their parent says that they are empty. The survey does not mention this for Horn et al.
+//
 // The rays of a turn agree in the signs of their directions (drivers/packet_turns.glsl). All other rays
 // wait, masked by an empty interval. Options choose the files behind <triangle_tests> (triangle by ray, or
 // by shared axes), <culling> and <short_stack>.
@@ -73,11 +76,11 @@ void begin_turn() {
 
 float plane;
 int axis;
-bool near_is_empty;
+bool near_is_empty;     // only SKIP_EMPTY_LEAVES asks for this before a visit
 bool far_is_empty;
 
-// Split the interval of a ray at the plane. If a child is an empty leaf, move t_min to the end of the ray's
-// interval in the leaf, so that the ray does not visit the leaf.
+// Split the interval of a ray at the plane. If a child is known to be an empty leaf, move t_min to the end
+// of the ray's interval in the leaf, so that the ray does not visit the leaf.
 void split_ray(int r) {
     t_split[r] = plane_t(rays[r], axis, plane);
     bool awake = t_min[r] < t_max[r];
@@ -100,8 +103,12 @@ bool enter(int left, int empty) {
     int negative = (turn >> axis) & 1;
     int near = left + negative;
     int far = left + 1 - negative;
+#ifdef SKIP_EMPTY_LEAVES
     near_is_empty = (empty & (1 + negative)) != 0;
     far_is_empty = (empty & (2 - negative)) != 0;
+#else
+    near_is_empty = far_is_empty = false;
+#endif
     any_near = any_far = false;
     EACH(split_ray)
     node = any_near ? near : far;

@@ -33,6 +33,9 @@ _OPTIONS = (*BUILD_OPTIONS, Option(
     choices=("exact", *_NOT_EXACT), relaxed=_NOT_EXACT))
 _PUSH_DOWN = Option("push_down", True, "restart at the last node that contains the whole rest of "
                     "the interval, instead of the root", bool, define="PUSH_DOWN")
+_SKIP_EMPTY_LEAVES = Option("skip_empty_leaves", True, "pass leaves without triangles without "
+                            "visiting them, by marks in their parent", bool,
+                            define="SKIP_EMPTY_LEAVES")
 _PARTS = (
     Part("entries", "entry_points", "methods/kdtree/kd_root.glsl",
          {True: "methods/kdtree/kd_entries.glsl"}),
@@ -194,7 +197,7 @@ ROWS = (
                                                                 options),
                 options=(*BUILD_OPTIONS, PACKET, VERTEX_CULLING, _PUSH_DOWN, Option(
                     "stack_size", 3, "number of stack entries; 0: only restarts", int,
-                    choices=(0, 1, 2, 3, 4), define="STACK_SIZE")),
+                    choices=(0, 1, 2, 3, 4), define="STACK_SIZE"), _SKIP_EMPTY_LEAVES),
                 parts=(TRIANGLE_TESTS, CULLING, _SHORT_STACK), stack=True),
     _packet_row("kd-ropes-packet", "traverses a kd-tree by packets along ropes; the rays meet "
                 "again at sibling subtrees",
