@@ -10,9 +10,9 @@ from gpgpu_rt.reference.random_numbers import random_bits, random_numbers
 
 
 def streams() -> dict[str, np.ndarray]:
-    """Return (n, k) consecutive numbers along pixels, samples, bounces, blocks and seeds.
+    """Return (n, k) numbers for each stream; its name says along what they are consecutive.
 
-    A picture uses the numbers of each stream together.
+    A picture uses the numbers of a stream together.
     """
     count = np.arange(1 << 16)
     line, column = count >> 8, count & 255
