@@ -41,7 +41,7 @@ hypothesis.settings.register_profile("untimed", deadline=None)
 hypothesis.settings.load_profile("untimed")
 
 FOLEY = ("cornell", "bunny", "robots", "kitchen")
-# Methods without a structure over the triangles: scattered rays test nearly all triangles.
+# These methods have no structure over the triangles, so scattered rays test nearly all triangles.
 UNSTRUCTURED = ("brute-force", "ray-tiles", "ray-hierarchy")
 RAY_SETS = {
     "eye": lambda scene, n, seed: ray_sets.eye_rays(scene, n),
@@ -120,7 +120,8 @@ def pytest_runtest_call(item: pytest.Item) -> Generator[None, object, object]:
 
 @pytest.fixture
 def exact_renderer(gpu: Gpu) -> Gpu:
-    """Skip the test if two programs with the same arithmetic may give different bits."""
+    """Skip the test if this renderer may give different bits for the same arithmetic in two
+    programs."""
     if "llvmpipe" not in gpu.renderer:
         pytest.skip(f"bits are compared on llvmpipe only, this is {gpu.renderer}")
     return gpu

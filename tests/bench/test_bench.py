@@ -87,7 +87,7 @@ def test_a_race_takes_ratios_turn_by_turn() -> None:
                    SIZE, 2, [one for one in ENGINES if one.name == EMBREE])
     assert [entry.name for entry in entries][:2] == ["grid", "bvh-threaded"]
     assert all(len(entry.seconds) == 2 and entry.rays == SIZE ** 2 for entry in entries)
-    assert entries[0].bytes_a_triangle > 48  # a triangle's corners alone need 48
+    assert entries[0].bytes_a_triangle > 48  # the texels of a triangle's corners need 48
     if len(entries) == 3:
         ours, theirs = entries[0], entries[2]
         assert ours.over == pytest.approx([b / a for a, b in zip(ours.seconds, theirs.seconds)])

@@ -103,7 +103,7 @@ def test_row_25_triangles_in_split_planes(exact_renderer, method: str, seed: int
 
 def cells_crossed(grid: Grid, origins: np.ndarray, directions: np.ndarray, end: np.ndarray,
                   shortest: float) -> np.ndarray:
-    """Returns the keys, ray * cells + cell, of all cells in which a ray is longer than
+    """Returns the keys, ray * cells + cell, of all cells in which the ray's segment is longer than
     ``shortest``, computed in float64."""
     origins, directions = origins.astype(np.float64), directions.astype(np.float64)
     lo, size = grid.lo.astype(np.float64), grid.cell_size.astype(np.float64)
@@ -145,8 +145,9 @@ def cells_visited(tracer: rt.Tracer, origins: np.ndarray,
 def test_grids_visit_the_exact_cells(method: str, name: str, row: int, share: float) -> None:
     """A grid visits the cells that a ray crosses.
 
-    Row 28: it visits each cell in which the ray is longer than twice the padding of boxes. Row 29:
-    it visits each crossed cell, however short the crossing, for all but 1.7 % of the rays.
+    Row 28: it visits each cell in which the ray's segment is longer than twice the padding of
+    boxes. Row 29: it visits each crossed cell, however short the segment, for all but 1.7 % of the
+    rays.
     """
     case = make_case(name, 300, 5)
     with rt.Tracer(case.scene, method, schedule="step", **case.options[method]) as tracer:

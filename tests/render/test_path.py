@@ -79,7 +79,8 @@ def test_cornell_box_at_4096_samples() -> None:
 
 @pytest.mark.parametrize("seed", [12])
 def test_cornell_box_as_by_another_renderer(seed: int) -> None:
-    """The mean of each quarter agrees in each channel; a few samples suffice for these means."""
+    """In each channel, the mean of each quarter of the picture agrees with that of an independent
+    renderer. A few samples suffice for these means."""
     truth = cornell_truth()[0]
     found = radiance(path_scenes.cornell_lit(), (64, 64), 16, seed=seed)
     for rows, columns in ((slice(0, 32), slice(0, 32)), (slice(0, 32), slice(32, 64)),

@@ -10,9 +10,10 @@ from gpgpu_rt.reference.random_numbers import random_bits, random_numbers
 
 
 def streams() -> dict[str, np.ndarray]:
-    """Return (n, k) consecutive numbers along pixels, samples, bounces, blocks and seeds.
+    """Return the numbers of each stream, (n, k).
 
-    A picture uses the numbers of each stream together.
+    A stream runs along the pixels, samples, bounces, blocks or seeds of a picture. A picture uses
+    the numbers of a stream together.
     """
     count = np.arange(1 << 16)
     line, column = count >> 8, count & 255

@@ -70,7 +70,7 @@ def test_parallel_rays(exact_renderer, seed: int) -> None:
 
 @pytest.mark.parametrize("seed", [3], ids="seed{}".format)
 def test_rays_that_go_backwards(exact_renderer, seed: int) -> None:
-    """With t_min below zero, rays also hit triangles behind the cone."""
+    """With t_min below zero, rays also hit triangles behind their origins."""
     scene = soup_scene(150, seed, size=0.05)
     origins, directions = tight_tiles(scene, 48, seed)
     hits = check(scene, origins, -directions, t_min=-np.inf)
