@@ -242,9 +242,9 @@ def _whose(name: str) -> str:
 
 def size_word(text: str) -> tuple[int, int]:
     """Return (width, height) from a word such as 512x512."""
-    width, _, height = text.lower().partition("x")
+    width, cross, height = text.lower().partition("x")
     try:
-        size = int(width), int(height or width)
+        size = int(width), int(height if cross else width)
     except ValueError:
         size = 0, 0
     if min(size) < 1:

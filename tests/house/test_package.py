@@ -266,6 +266,7 @@ BOUNDS = ["--max-wrong", "1e-3", "--max-t-error", "1e-3"]
      "give one number or three"),
     (["bench", "cornell", "--size", "8", "--runs", "0"], "give 1 or more"),
     (["render", "cornell", "-o", "{}/x.png", "--size", "0x3"], "not a size"),
+    (["render", "cornell", "-o", "{}/x.png", "--size", "12x"], "not a size"),
     (["render", "cornell", "-o", "{}/x.png", "--size", "999999x2"], "fewer rays"),
     (["render", "cornell"], "-o/--output"),
     (["trace", "cornell", "{}/gone.npz", "-o", "{}/h.npz"], "cannot read rays"),
