@@ -126,7 +126,8 @@ def _switches(one: Compilation) -> str:
 
 
 def _only_starts(one: Compilation) -> bool:
-    """Return whether a program only sets up rays; another program of its file traverses."""
+    """Return whether a program only sets up the states of rays. Another program with the same
+    entry file may then traverse."""
     return bool(one.defines.get("START")) and not one.defines.get("MANY_STEPS")
 
 
