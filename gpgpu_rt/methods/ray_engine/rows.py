@@ -25,7 +25,8 @@ def _prepare(triangles: np.ndarray, options: Mapping[str, Any]) -> Accelerator:
                           "test in fp32; leave cpu_below at 0 with other tests and precisions")
     grid = _cells(triangles, options)
     uniforms = {"scene_lo": tuple(grid.lo), "scene_hi": tuple(grid.hi)}
-    # As in the method grid, a ray visits each cell at most once and tests each list at most once.
+    # As in the method `grid`, a ray enters each cell at most once, and tests each list at most
+    # once.
     bound = (int(grid.resolution.sum()) + len(grid.references)
              + int((np.diff(grid.cell_start) > 0).sum()) + 3)
     return Accelerator(triangle_table(triangles), uniforms, bound, grid)
