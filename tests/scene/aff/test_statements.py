@@ -111,7 +111,7 @@ def test_spheres_and_cones(read) -> None:
     np.testing.assert_allclose(distance, 0.5, atol=1e-6)
     normal = np.cross(ball[:, 1] - ball[:, 0], ball[:, 2] - ball[:, 0])
     middle = ball.mean(axis=1)
-    assert ((normal * (middle - (6, 2, 3))).sum(axis=1)[:count] > 0).all()
+    assert count == 1258 and ((normal * (middle - (6, 2, 3))).sum(axis=1)[:count] > 0).all()
     pipe = slice(count, count + 48)
     np.testing.assert_allclose(np.linalg.norm(ball[pipe, :, :2], axis=2), 1, atol=1e-6)
     assert ((normal * middle)[pipe, :2].sum(axis=1) > 0).all()
