@@ -10,7 +10,7 @@
 // triangle would be "hit" from far away. The comparisons are exact, so the box loses no ray that is inside.
 //
 // INTERSECTION_MOLLER_TRUMBORE: Moeller and Trumbore, "Fast, Minimum Storage Ray/Triangle
-// Intersection", 1997, except that the determinant is compared to zero and not to an epsilon.
+// Intersection", 1997. Here the determinant is compared to zero and not to an epsilon.
 //
 // INTERSECTION_PLUCKER: signed volumes of the ray and each edge (Plucker coordinates; Amanatides and
 // Choi 1997), with vertices relative to the ray's origin. A volume within one ulp of the volumes' sum counts

@@ -26,7 +26,7 @@ void find_turn(int r) {
     turn = turn < 0 && t_turn[r] != NEVER ? octant[r] : turn;
 }
 
-// Choose the turn of the first ray that waits. False when no ray waits.
+// Choose the turn of the first ray that waits. Return false when no ray waits.
 bool rays_wait() {
     turn = -1;
     EACH(find_turn)

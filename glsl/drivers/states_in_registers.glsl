@@ -1,9 +1,5 @@
-// A single pass runs the whole traversal and stores no states. A ray whose traversal did not end, because of
-// the limits on loop iterations or on steps, is discarded. An occlusion query then finds fewer fragments than
-// rays, and passes that store states trace all rays anew.
+// The state stays in registers. A ray that does not end is discarded; an occlusion query counts the others.
 
 void end_pass(State state) {
-    if (state.phase != DONE) {
-        discard;
-    }
+    if (state.phase != DONE) discard;
 }

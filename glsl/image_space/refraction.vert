@@ -1,5 +1,5 @@
 #version 330 core
-// A corner of a transparent mesh (see refraction_front.frag).
+// Projects a corner of a transparent mesh (see refraction_front.frag).
 
 #include "stages/cover.glsl"
 

@@ -1,7 +1,7 @@
 #version 330 core
-// Shade a vertex of every path (Kajiya 1986): write the light found there, the shadow ray towards the
-// sampled light, and the next ray of the path, if any. gpgpu_rt/reference/path.py does the same in float64,
-// names the papers and documents the weights.
+// Shade a vertex of every path (Kajiya 1986). Write the light found there, the shadow ray towards the
+// sampled light, and the path's next ray, if the path continues. gpgpu_rt/reference/path.py does the same
+// in float64, names the papers and documents the weights.
 
 #include "core/fetch.glsl"
 #include "core/precision.glsl"

@@ -2,7 +2,7 @@
 // 2^SQUARE_LOG2 x 2^SQUARE_LOG2 texels. So rays that are neighbours in the list are neighbours in both
 // directions of the texture.
 
-const int SQUARE_LOG2 = 3;   // the same size as SQUARE in rays/order.py
+const int SQUARE_LOG2 = 3;   // the same size as SQUARE in gpgpu_rt/rays/order.py
 
 int odd_bits(int v) {
     return (v & 1) | (v >> 1 & 2) | (v >> 2 & 4);

@@ -215,8 +215,8 @@ def _all_pairs(rays: int, triangles: int) -> Iterator[tuple[np.ndarray, np.ndarr
 
 
 def has_area(vertices: np.ndarray) -> np.ndarray:
-    """Return (m,) bool, whether each of the triangles (m, 3, 3) has an area. The result is false
-    where the normal is exactly zero in float64."""
+    """Return (m,) bool, whether each of the triangles ``vertices``, (m, 3, 3), has an area. The
+    result is false where the normal is exactly zero in float64."""
     normal = np.cross(vertices[:, 1] - vertices[:, 0], vertices[:, 2] - vertices[:, 0])
     return (normal != 0).any(axis=1)
 

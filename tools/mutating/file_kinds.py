@@ -30,7 +30,7 @@ from gpgpu_rt.rays import ray_sets as rays
 
 from .mutations import Rng, mutated, mutated_arrays, mutated_json
 
-RENDERED = 20       # one of so many loaded scenes is also drawn
+RENDERED = 20       # one of 20 loaded scenes is also drawn
 
 
 def write_case(kind: str, seed: int, folder: Path) -> None:
@@ -124,7 +124,7 @@ def meshes() -> dict[str, bytes]:
 
 
 def look_at(scene: rt.Scene, seed: int) -> None:
-    """Draw some of the scenes that load."""
+    """Draw the scene if the seed is a multiple of RENDERED."""
     if seed % RENDERED == 0:
         with rt.Tracer(scene, "bvh-threaded") as tracer:
             tracer.render(size=(8, 8))

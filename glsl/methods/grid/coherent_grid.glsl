@@ -62,7 +62,7 @@ void start_packet() {
     EACH(start_ray)
 }
 
-float start;            // the coordinate along the major axis where the first ray begins
+float start;            // coordinate along the major axis at which the first ray begins
 
 void take_turn(int r) {
     bool comes = octant[r] == turn;
@@ -139,7 +139,7 @@ bool enter_slice() {
     vec2 most = vec2(resolution.xy - 1);
     first_cell = ivec2(clamp(floor(R(R(lo - grid_lo.xy) / size.xy)), vec2(0.0), most));
     last_cell = ivec2(clamp(floor(R(R(hi - grid_lo.xy) / size.xy)), vec2(0.0), most));
-    last_cell.y = lo.x <= hi.x ? last_cell.y : -1;   // no ray is in the slice
+    last_cell.y = lo.x <= hi.x ? last_cell.y : -1;   // -1: no ray is in the slice
     cell = first_cell;
     return any_ahead && slice >= 0 && slice < resolution.z;
 }

@@ -1,6 +1,7 @@
 #version 330 core
-// Writes four counts for each node of a level, for a scan. x counts the pieces of a large node, y the
-// pieces of a small node. z is 1 for a small node that is not empty. w counts the chunks of a large node.
+// Writes four counts for each node of a level, for a scan. The first counts the pieces of a large node, the
+// second the pieces of a small node. The third is 1 for a small node that is not empty. The fourth counts
+// the chunks of a large node.
 
 #include <records>
 #include "core/stream.glsl"

@@ -1,6 +1,6 @@
 #version 330 core
-// Copies the pieces of those large nodes that became leaves because no plane separated their pieces or the
-// depth limit was reached.
+// Copies the pieces of those large nodes that became leaves because no plane separated their pieces, or
+// because the tree had reached a limit.
 
 #include <records>
 #include "core/stream.glsl"
