@@ -4,8 +4,8 @@ The modules compute the time of a program on a card, step by step:
 
 * ``cards``: The figures of the cards, each with its source (``cards.json``), and their limits.
 * ``compiler``: The instructions of a program, printed by Mesa's compiler. Its instructions work on
-  four components, as on most of those cards. **Why a compiler and not the GLSL
-  text**: the compiler merges repeated fetches and removes unused code.
+  four components, as on most of those cards. **Why a compiler and not the GLSL text**: the
+  compiler merges repeated fetches and removes unused code.
 * ``program``: These instructions as a tree of blocks, branches and loops, and the cost of each
   region of the tree.
 * ``translate``, ``emulate``: An emulated fragment processor in numpy, which gives the renderer's
@@ -16,6 +16,7 @@ The modules compute the time of a program on a card, step by step:
 * ``loop_counts``, ``counters``: Operations, fetches and bytes of every pass of a call. The
   iterations of loops are counted by emulation.
 * ``model``: Predicts seconds from counted work, with one fitted constant per card.
+* ``machines``, ``local_store``: The same for machines with ray tracing units, and for the Cell.
 * ``methods_on_cards``: The methods that a card could have run.
 
 The compiler needs the softpipe driver of Mesa 22.3. Without it, `compiler.not_countable` gives the
