@@ -35,7 +35,7 @@ class Counted:
     texels : number of fetched texels
     streamed : bytes of streams read and written
     passes, pixels : number of passes, and number of pixels that each pass covers
-    uploaded, read_back : bytes over the bus
+    uploaded, read_back : bytes copied to the card and back
     """
 
     instructions: float = 0.0

@@ -83,8 +83,8 @@ class RayTextures:
         """Upload rays. A shared start is passed by the uniform and not uploaded."""
         self.share_start(batch.start)
         self._start_written = self._start is None
-        # The bounds take rays as live by their fp32 intervals. With fewer bits, an empty interval
-        # may round to a point, which is live.
+        # The bounds count a ray as live if its fp32 interval is not empty. With fewer bits, an
+        # empty interval may round to a point, and the ray is live.
         self.tiles = batch.tiles if self.precision.storage == "fp32" else None
         for texel in range(0 if self._start_written else 1, RAY_TEXELS.texels):
             self._write(texel, batch.texels(texel))
