@@ -104,9 +104,9 @@ def loop_work(card: Card, work: Mapping[str, Any], width: int | None = None) -> 
     ----------
     card : the card
     work : a mapping. ``regions`` has an entry for each region of the program: ``vector`` and
-        ``scalar`` instructions, ``fetches`` by sampler, ``parent`` (the enclosing region),
-        ``loop`` (whether the region is a loop), and ``runs`` (how often groups ran the region, by
-        the width of the groups). The other keys are ``fragments`` (their number),
+        ``scalar`` instructions, ``fetches`` by sampler, ``parent`` (the enclosing region) and
+        ``loop`` (whether the region is a loop). Its ``runs`` say how often groups ran the region,
+        by the width of the groups. The other keys are ``fragments`` (their number),
         ``written_bytes`` per fragment and ``texel_bytes`` by sampler
     width : number of fragments that branch together; None for the card's own number
     """
