@@ -96,7 +96,7 @@ class Option:
         return converted
 
     def fits(self, values: Mapping[str, Any]) -> bool:
-        """Return whether this option has a meaning beside the values of the other options."""
+        """Return whether this option has a meaning with these ``values`` of all options."""
         return self.goes_with is None or values[self.goes_with[0]] in self.goes_with[1]
 
     def runs_under(self, value: Any, schedule: str) -> bool:

@@ -56,7 +56,8 @@ class Statistics:
         method traced instead, and ``retraced_share`` their share of all eye rays.
     pass_log : With statistics=True, an entry per program: name, draws, fragments, bytes of streams
         read, tables sampled, bytes written. ``gl/pass_log.py`` describes an entry.
-    uploaded_bytes, read_back_bytes : Bytes over the bus during the call, with statistics=True.
+    uploaded_bytes, read_back_bytes : With statistics=True, bytes copied to the graphics card and
+        back during the call.
     split : Seconds and bytes by purpose, for a method that divides its work between the graphics
         card and the host.
     """

@@ -1,4 +1,4 @@
-"""The judge: decides which answers of a trace are right, and what is wrong with the others.
+"""The judge: decides which answers of a trace are right, and what is wrong with each wrong answer.
 
 An answer is right if the watertight test could have given it, within the bounds of its rounding
 errors (`error_bounds`). This means three things: the answer's triangle is possibly hit, the error
@@ -127,10 +127,10 @@ def judge(scene_or_triangles: Any, origins: np.ndarray, directions: np.ndarray, 
 
 
 def leaks(reference_hits: Hits, hits: Hits) -> np.ndarray:
-    """Return where a ray misses and the reference hits, (n,) bool.
+    """Return whether a ray misses where the reference hits, (n,) bool.
 
-    No single triangle certainly stops a ray aimed at an edge or a vertex. But even such a ray must
-    not escape from the inside of a closed mesh.
+    If a ray is aimed at an edge or a vertex, none of the triangles there is certainly hit. `judge`
+    therefore accepts a miss. But even this ray must not escape from the inside of a closed mesh.
     """
     return reference_hits.hit & ~hits.hit
 

@@ -98,10 +98,10 @@ def _accuracy(chosen: argparse.Namespace) -> None:
                  "triangle", "unfinished", "excused", "t past bound", "t ulp 50 %", "99.9 %",
                  "max", "u, v max", "RMSE", "FLIP", "Mrays/s", "ms", "MB", "passes"),
                 [_accuracy_line(row) for row in rows])
-    print("\nwrong: share of rays with a leak, a false hit, a wrong triangle or no end. excused: "
-          "rays whose triangle differs\nfrom the reference's within float32's error bound; they "
-          "do not count as wrong. t past bound: rays whose t exceeds\nthe error bound of the "
-          "watertight test in float32.")
+    print("\nwrong: share of rays with a leak, a false hit, a wrong triangle or an unfinished "
+          "search.\nexcused: rays whose triangle differs from the reference's within float32's "
+          "error bound; they do not count as wrong.\nt past bound: rays whose error of t exceeds "
+          "the error bound of the watertight test in float32.")
     if flip_note():
         print(flip_note())
     if chosen.output:

@@ -1,9 +1,9 @@
-"""Number formats of period hardware: the formats of textures, and the rounding of kernels.
+"""Number formats of the hardware of 2002-2007: how textures store and how kernels round.
 
 ``storage`` is the format of the geometric channels of ray, state, hit and node textures.
 ``arithmetic`` is the format to which each result of a kernel is rounded. Indices stay exact in all
-formats. ``glsl/core/precision.glsl`` rounds in the same way; a test checks that both give the same
-bits.
+formats. ``glsl/core/precision.glsl`` rounds in the same way as this module; a test checks that the
+bits are the same.
 
 fp16 is s10e5 with denormals, as in OpenEXR and NV30. fp24 is ATI's s16e7 of R300 to R500, without
 denormals, emulated in float32. No source states with certainty how these units rounded; therefore

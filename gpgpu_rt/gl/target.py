@@ -106,7 +106,7 @@ class Target:
             write_texture(texture, texels)
 
     def clear(self, *colour: float, **more: Any) -> None:
-        """Fill every texture; the parameters are those of ``moderngl.Framebuffer.clear``."""
+        """Fill every texture, with the parameters of ``moderngl.Framebuffer.clear``."""
         self.framebuffer.clear(*colour, **more)
 
     def bytes(self) -> int:

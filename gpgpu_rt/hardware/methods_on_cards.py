@@ -1,7 +1,7 @@
 """Methods on cards: compare the compiled programs of each method with the limits of a card.
 
-The programs are those of this package. Carr's ray engine of 2002 ran in fixed point on the Radeon
-8500, but ours needs float textures.
+The compared programs are this package's own, not the programs of the papers. For example, the ray
+engine of Carr et al. (2002) ran in fixed point on the Radeon 8500, but ours needs float textures.
 """
 from __future__ import annotations
 

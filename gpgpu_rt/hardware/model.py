@@ -35,7 +35,7 @@ class Counted:
     texels : number of fetched texels
     streamed : bytes of streams read and written
     passes, pixels : number of passes, and number of pixels that each pass covers
-    uploaded, read_back : bytes over the bus
+    uploaded, read_back : bytes copied to the card and back
     """
 
     instructions: float = 0.0
@@ -104,9 +104,9 @@ def loop_work(card: Card, work: Mapping[str, Any], width: int | None = None) -> 
     ----------
     card : the card
     work : a mapping. ``regions`` has an entry for each region of the program: ``vector`` and
-        ``scalar`` instructions, ``fetches`` by sampler, ``parent`` (the enclosing region),
-        ``loop`` (whether the region is a loop), and ``runs`` (how often groups ran the region, by
-        the width of the groups). The other keys are ``fragments`` (their number),
+        ``scalar`` instructions, ``fetches`` by sampler, ``parent`` (the enclosing region) and
+        ``loop`` (whether the region is a loop). Its ``runs`` say how often groups ran the region,
+        by the width of the groups. The other keys are ``fragments`` (their number),
         ``written_bytes`` per fragment and ``texel_bytes`` by sampler
     width : number of fragments that branch together; None for the card's own number
     """

@@ -40,8 +40,8 @@ class Pass:
         packets, "visit" or "intersect"
     served : name of a kernel -> number of rays for which the kernel ran in this pass
     live : number of unfinished rays
-    state, hit : fields of the method's state and of HIT, an entry per ray. For packets, the state
-        is that of the ray's packet
+    state, hit : fields of the method's state and of HIT, an entry per ray. A ray of a packet has
+        the state of its packet
     """
 
     number: int

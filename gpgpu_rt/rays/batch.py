@@ -338,7 +338,7 @@ def hits_of(fields: Mapping[str, np.ndarray]) -> Hits:
     Parameters
     ----------
     fields : (n,) for each field of HIT. The arrays are reused, and modified where rays missed.
-        After an any-hit query, ``triangle`` may be the only field; the others are then 0
+        After an any-hit query, ``triangle`` may be the only field; t, u and v are then 0
     """
     missed = fields["triangle"] == NO_TRIANGLE
 

@@ -21,9 +21,10 @@ from .records import NO_RAY, RAY_TEXELS
 # stages/sorted_place.glsl.
 SQUARE = 8
 ORIGIN_BITS = 3     # bits per axis for the cell of a ray's origin in the scene's box
-# The direction comes first in the sort key: its octant, then the order of its components' sizes.
-# Neighbouring rays then agree in signs and dominant axis. Rays of a packet that differ in these
-# would have to run one after another (packet_turns.glsl).
+# Number of codes of directions (`_direction_codes`). The direction comes first in the sort key:
+# its octant, then the order of its components' sizes. Neighbouring rays then agree in signs and
+# dominant axis. Rays of a packet that differ in signs or dominant axis would have to run one after
+# another (packet_turns.glsl).
 DIRECTIONS = 1 << 6
 _GRAY = (0, 1, 3, 2, 6, 7, 5, 4)    # octants in Gray code order: neighbours differ in one sign
 AT_ONCE = 1 << 16   # rays per block of copying, which fits in a core's cache

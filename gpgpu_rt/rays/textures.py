@@ -83,8 +83,8 @@ class RayTextures:
         """Upload rays. A shared start is passed by the uniform and not uploaded."""
         self.share_start(batch.start)
         self._start_written = self._start is None
-        # The bounds take rays as live by their fp32 intervals. With fewer bits, an empty interval
-        # may round to a point, which is live.
+        # The bounds count a ray as live if its fp32 interval is not empty. With fewer bits, an
+        # empty interval may round to a point, and the ray is live.
         self.tiles = batch.tiles if self.precision.storage == "fp32" else None
         for texel in range(0 if self._start_written else 1, RAY_TEXELS.texels):
             self._write(texel, batch.texels(texel))
@@ -170,20 +170,7 @@ class StateBuffers(PingPong):
         super().__init__(gpu, [precision.layout(state), precision.layout(HIT),
                                *([COUNTERS] if statistics else [])], size)
         self.precision, self.counts = precision, statistics
-        self._hits: Target | None = None
         self._state, self._smaller = state, dict[tuple[int, int], StateBuffers]()
-
-    def hits(self) -> Target:
-        """Return a target over the hits of side 0. The states of side 0 then read as done."""
-        if self._hits is None:
-            self.side(0).clear()
-            self._hits = self.side(0).part(self.precision.layout(HIT))
-        return self._hits
-
-    def write_states(self) -> None:
-        """Note that passes write states from now on, so the states no longer read as done."""
-        release(self._hits)
-        self._hits = None
 
     def keep(self, sizes: Iterable[tuple[int, int]]) -> None:
         """Keep additional buffers of exactly these sizes, for fewer rays."""
@@ -204,5 +191,5 @@ class StateBuffers(PingPong):
         return super().bytes() + sum(other.bytes() for other in self._smaller.values())
 
     def release(self) -> None:
-        release(self._smaller, self._hits)
+        release(self._smaller)
         super().release()
