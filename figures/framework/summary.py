@@ -46,8 +46,8 @@ def sentences(pages: dict[str, dict[str, Any]]) -> list[str]:
         _made(own, len(of(verdicts.REDRAWN))),
         _list(of(verdicts.REPRODUCED), "comes out as the survey says",
               "come out as the survey says"),
-        _list(of(verdicts.ORDER, verdicts.MOSTLY), "comes out so only in part",
-              "come out so only in part"),
+        _list(of(verdicts.ORDER, verdicts.MOSTLY), "comes out in part only",
+              "come out in part only"),
         _list(of(verdicts.CONTRADICTED), "comes out otherwise", "come out otherwise"),
         _order(judged),
         *_too_little(of(verdicts.TOO_LITTLE)),
@@ -60,8 +60,9 @@ def _made(own: dict[str, dict[str, Any]], redrawn: int) -> str:
                        or {str(page["drawn"]["renderer"]) for page in own.values()})
     return (f"This program has made {len(own)} of the survey's {sum(map(of_survey, FIGURES))} "
             f"figures and tables again, from {counted(len(cells), 'measurement')} on "
-            f"{_and(renderers) or 'no renderer'}; {redrawn} without numbers of the survey "
-            f"{'is' if redrawn == 1 else 'are'} redrawn and not judged.")
+            f"{_and(renderers) or 'no renderer'}; {redrawn} "
+            + ("shows no numbers of the survey, so it is" if redrawn == 1
+               else "show no numbers of the survey, so they are") + " redrawn and not judged.")
 
 
 def _list(some: Sequence[Judged], one: str, many: str) -> str:
@@ -137,8 +138,7 @@ def _not_tried(own: dict[str, dict[str, Any]], unmeasured: Sequence[Judged]) -> 
     reasons = Counter[str]()
     for page in own.values():
         reasons.update(page["left_out"])
-    return (f"{counted(len(unmeasured), 'figure')} "
-            f"{'has' if len(unmeasured) == 1 else 'have'} no measurements at all"
+    return (f"All measurements are missing for {counted(len(unmeasured), 'figure')}"
             + (f" ({_figures(unmeasured)})" if unmeasured else "")
             + f", the quick size leaves out {counted(len(left), 'scene')}"
             + (f" ({_and(left)})" if left else "") + ", and this machine cannot make "
