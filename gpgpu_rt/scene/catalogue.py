@@ -199,8 +199,9 @@ def original_file(place: PurePath) -> Path | None:
 
 def how_to_get(row: NamedScene) -> str:
     """Return the error of a scene that is read from ``row.file``, which is missing."""
-    return (f"scene {row.name!r} is not built in, and no folder of GPGPU_RT_SCENES has its file "
-            f"{row.file}; run `gpgpu-rt scenes --fetch {row.name.removesuffix('-moving')}`")
+    return (f"scene {row.name!r} is not built in, and neither ./scenes nor a folder of "
+            f"GPGPU_RT_SCENES has {row.file}; run `gpgpu-rt scenes --fetch "
+            f"{row.name.removesuffix('-moving')}`")
 
 
 def camera_beside(path: Path) -> Camera | None:

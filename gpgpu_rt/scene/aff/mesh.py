@@ -77,18 +77,20 @@ def _finite(document: Document, placement: Placement, time: float) -> np.ndarray
 def _normals(document: Document, placement: Placement, sizes: list[int]) -> np.ndarray | None:
     """Return the normals of corners, (n, 3, 3) float64 of length 1, or 0 for a missing normal;
     None if no geometry has normals."""
-    # Normals follow the cofactors, which exist for a flattening transform too.
-    x, y, z = placement.transforms(document.begin)[0][:, :, :3].transpose(2, 0, 1)
-    cofactors = np.stack([np.cross(y, z), np.cross(z, x), np.cross(x, y)], axis=1)
-    cofactors *= np.sign((x * cofactors[:, 0]).sum(axis=1))[:, None, None]
     turned: list[np.ndarray | None] = []
-    for instance in document.instances:
-        normals = instance.geometry.normals
-        if normals is not None:
-            normals = normals @ cofactors[instance.node]
-            length = np.linalg.norm(normals, axis=2, keepdims=True)
-            normals = normals / np.where(length > 0, length, 1)
-        turned.append(normals)
+    with np.errstate(all="ignore"):     # a normal that overflows is a missing one
+        # Normals follow the cofactors, which exist for a flattening transform too.
+        x, y, z = placement.transforms(document.begin)[0][:, :, :3].transpose(2, 0, 1)
+        cofactors = np.stack([np.cross(y, z), np.cross(z, x), np.cross(x, y)], axis=1)
+        cofactors *= np.sign((x * cofactors[:, 0]).sum(axis=1))[:, None, None]
+        for instance in document.instances:
+            normals = instance.geometry.normals
+            if normals is not None:
+                normals = normals @ cofactors[instance.node]
+                length = np.linalg.norm(normals, axis=2, keepdims=True)
+                sound = (length > 0) & np.isfinite(length)
+                normals = np.where(sound, normals / length, 0)
+            turned.append(normals)
     return filled(turned, sizes, 3)
 
 

@@ -1,8 +1,6 @@
 """Placement: the vertices of a document at any time."""
 from __future__ import annotations
 
-from functools import cached_property
-
 import numpy as np
 
 from .document import Document
@@ -47,6 +45,13 @@ class Placement:
         self._keys: dict[int, Keys] = {
             k: instance.geometry.keys for k, instance in enumerate(instances)
             if instance.geometry.keys is not None}
+        self._moving = self._blocks(moving=True)
+        self._still = np.zeros(self.points.shape[::-1], np.float32)     # where nothing moves
+        with np.errstate(over="ignore", invalid="ignore"):
+            transform, _ = self.transforms(0.0)
+            for first, last, k in self._blocks(moving=False):
+                self._still[first:last] = _moved(transform[self.node[k]],
+                                                 self.points[:, first:last]).T
 
     def transforms(self, time: float) -> tuple[np.ndarray, np.ndarray]:
         """Return the transforms of the nodes to world units at a time, (k, 3, 4), and whether the
@@ -84,20 +89,6 @@ class Placement:
             some = slice(self.first[k], self.first[k + 1])
             made[some] = -1 - np.arange(some.start, some.stop)
         return made
-
-    @cached_property
-    def _still(self) -> np.ndarray:
-        """The vertices of instances that never move; zeros for the other instances."""
-        made = np.zeros(self.points.shape[::-1], np.float32)
-        with np.errstate(over="ignore", invalid="ignore"):
-            transform, _ = self.transforms(0.0)
-            for first, last, k in self._blocks(moving=False):
-                made[first:last] = _moved(transform[self.node[k]], self.points[:, first:last]).T
-        return made
-
-    @cached_property
-    def _moving(self) -> list[tuple[int, int, int]]:
-        return self._blocks(moving=True)
 
     def _blocks(self, moving: bool) -> list[tuple[int, int, int]]:
         """Return the ranges of vertices that move, or those that do not: first, last, and an

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import re
 import time
+import warnings
 from pathlib import Path
 
 import pytest
@@ -111,6 +112,15 @@ def test_files_without_triangles(text: str, tmp_path: Path) -> None:
 def test_overflow(text: str, tmp_path: Path) -> None:
     (tmp_path / "a.aff").write_text(text)
     assert "a vertex of a is not finite in float32" in refusal(tmp_path / "a.aff")
+
+
+def test_normals_that_overflow_are_those_of_the_triangle(tmp_path: Path) -> None:
+    (tmp_path / "a.aff").write_text(
+        "xs 1e200 1e200 1 0 0 1 0 0 0 0 { pp 3 0 0 0 1 0 0 1e-200 0 0 1 0 0 0 1e-200 0 1 0 0 }")
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        scene = rt.load_scene(tmp_path / "a.aff")
+    assert scene.normals[0].tolist() == [[0, 0, 1]] * 3
 
 
 def test_a_circle_of_files(tmp_path: Path) -> None:

@@ -16,8 +16,8 @@ from gpgpu_rt.scene.loading import list_scenes
 from gpgpu_rt.scene.mesh import Mesh
 
 VARIABLE = "GPGPU_RT_ORIGINALS"     # the folder with BART-Animations
-# Triangles, vertices, and the digest of a PLY file in which the originals were published for this
-# project.
+# Triangles, vertices, and the SHA-256 of the PLY file that was made from the original by another
+# program.
 KNOWN = {
     "robots-moving": (71_708, 134_127,
                       "b4deeb876b58d145984567eb5ab56cd01b68265f2220102cfa68117dc5b47b86"),
