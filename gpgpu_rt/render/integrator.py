@@ -54,7 +54,7 @@ class PicturePass:
     reads : the streams that the program reads, as (name in the program, record)
     writes : the streams that the program writes, as (name in the program, record) or (name,
         record, define). A stream with a define is written only if the define is set
-    defines : defines in addition to those of the scene
+    defines : further defines, beside the defines of the scene
     points : the vertex program of a pass that draws points, which reads the streams of ``reads``;
         empty for any other pass
     """
@@ -123,7 +123,7 @@ class Integrator:
 
     @classmethod
     def asked(cls, options: Mapping[str, Any], precision: Precision) -> Asked:
-        """Return those of this integrator's options on which the needs of a scene depend."""
+        """Return the options of this integrator on which the needs of a scene depend."""
         given = resolve_options(options, cls.options, f"integrator {cls.name}")
         return Asked(given.get("bounces", 0), given.get("light_samples", 1), precision,
                      given["all_features"], samples=given["samples"])

@@ -106,7 +106,7 @@ class PathTextures:
 
     @contextmanager
     def target(self, rays: RayTextures | None, *streams: str) -> Iterator[Target]:
-        """Yield a target of ``rays`` and those ``streams`` that exist, with the mask's depth."""
+        """Yield a target of ``rays`` and all ``streams`` that exist, with the mask's depth."""
         textures = {"rays": rays.textures} if rays is not None else {}
         textures |= {name: self.room.textures(name) for name in streams if name in self.room}
         target = Target(self.gpu, (), self.size, self._depth, textures)

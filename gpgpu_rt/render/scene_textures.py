@@ -1,6 +1,6 @@
 """Scene textures: the tables and images that a picture's shaders read.
 
-Only those that the scene needs are made."""
+A table or image is made only if the scene needs it."""
 from __future__ import annotations
 
 import moderngl

@@ -6,7 +6,7 @@ Whitted's recursion runs on the host, over whole images instead of single rays. 
 sequence of reflections and refractions. A wave contains the rays of one branch, with a texel for
 each pixel. Deep in the tree of branches, most of these rays are empty. An occlusion query counts
 the rays of a branch in the pass that makes them. Without rays, the branch ends. Otherwise, the
-passes of the branch are drawn only on those tiles of the image that have rays.
+passes of the branch are drawn only on the tiles of the image that have rays.
 
 Reflected rays are traced in the next wave, so two sets of textures suffice for all depths.
 Refracted rays wait until their branch is traced, so each depth needs its own textures for them.

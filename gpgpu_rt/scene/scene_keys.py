@@ -103,7 +103,7 @@ OBJECTS: Mapping[str, Mapping[str, Key]] = {
 
 def check(value: Any, kind: str, where: str, key: Key = Key("", "")) -> None:
     """Raise SceneError unless the value has the given kind. The message is one line that begins
-    with ``where``. The bounds of numbers are those of ``key``."""
+    with ``where``. ``key`` has the bounds of numbers."""
     if kind.startswith(("list of ", "map of ")):
         many, _, one = kind.partition(" of ")
         shape = list if many == "list" else dict

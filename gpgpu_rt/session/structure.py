@@ -81,7 +81,7 @@ class Structure:
         return self.triangles if coarser is None else self.builder.stored(self.shown)
 
     def write(self, records: Tables, accelerator: Accelerator) -> None:
-        """Write those tables of an accelerator that have these records into textures."""
+        """Write the tables with these records, of an accelerator, into textures."""
         self.tables.write(records, accelerator)
         self.table_bytes.clear()
         self.table_bytes.update(self.tables.bytes())

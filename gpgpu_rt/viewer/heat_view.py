@@ -100,8 +100,8 @@ class HeatView:
 
 
 def _shared(method: str, options: Mapping[str, Any]) -> dict[str, Any]:
-    """Return those options that another method shares: the options of the tracer. The schedule is
-    left out if the method does not support it."""
+    """Return the options that another method shares, which are the options of the tracer. The
+    schedule is left out if the method does not support it."""
     known = {option.name for option in TRACER_OPTIONS}
     shared = {name: value for name, value in options.items() if name in known}
     if shared.get("schedule") not in (None, *find_method(method).schedules):

@@ -4,8 +4,11 @@ from __future__ import annotations
 from collections.abc import Callable
 
 MOVING = 0.07       # limit in seconds for a picture while the camera moves
-AT_REST = 0.6       # at rest, the next picture is the finest that takes at most so many seconds
-PATIENCE = 3.0      # limit for a finer picture if all exceed AT_REST, unless the user asks for it
+# While the camera rests, the next picture is the finest that takes at most this time in seconds.
+AT_REST = 0.6
+# If every finer picture takes longer than AT_REST, the coarsest of them is drawn if it takes at
+# most this time in seconds. A slower picture is drawn only if the user asks for it.
+PATIENCE = 3.0
 STALE = 3.0         # age in seconds at which a measured time is dropped
 DIVISORS = (1, 2, 3, 4, 6, 8, 12, 16)   # divisors of width and height; 1 draws every pixel
 UNKNOWN = 8         # the divisor before any time is measured

@@ -28,9 +28,9 @@ from .selection import Selection
 TURN = 0.008            # radians per pixel of dragging
 FLY = 0.35              # speed of flight in extents of the scene per second
 CLICK = 4               # largest movement of the mouse in pixels during a click
-QUIET = 0.5             # after so many seconds without an event, the window draws less often
-PAUSE = 0.04            # seconds between its pictures then
-MOST_BOXES = 80         # only the last boxes of a ray's path are drawn, at most so many
+QUIET = 0.5             # seconds without an event after which the window draws less often
+PAUSE = 0.04            # seconds of sleep between two frames while the window draws less often
+MOST_BOXES = 80         # largest number of boxes that are drawn; they are the path's last boxes
 RAY_COLOUR, BOX_COLOUR, LAST_COLOUR = (imgui.IM_COL32(*rgba) for rgba in (
     (255, 60, 60, 255), (90, 200, 255, 110), (255, 230, 80, 255)))
 

@@ -28,7 +28,7 @@ LOCAL = "local"
 MOST_KEPT = 16      # number of scenes and structures that stay in the workers' memory
 PART = 1 << 16      # smallest number of rays in a part, approximately
 # The number of image rows in a part is a multiple of this number. Packets are tiles of the image.
-# If a packet's height divides this number, packets in a part are those of the whole image.
+# If a packet's height divides this number, a part has the same packets as the whole image.
 ROWS = 8
 PATIENCE = "10s"    # time to wait for a scheduler's answer, and for its first worker
 TILE = 128          # side in pixels of the tiles that workers draw

@@ -12,7 +12,7 @@ from .shapes import ball, bump, floor, noise
 STEP_SECONDS = 1.1     # the period of a leg's motion
 SWING = 0.32           # radians; largest angle of a leg forwards and backwards
 BEND = 0.7             # radians; largest bend of a knee while its foot is in the air
-HIP = 1.45             # height of the hips, world units; the animal is about four units long
+HIP = 1.45             # height of the hips in world units; the animal is about four units long
 RADIUS = 3.2           # radius of the circle on which the animal walks, world units
 # (x, z) of each leg's hip -> the leg's phase as a share of a step. On one side, the hind leg moves
 # first and then the front leg; then the other side does the same.
