@@ -255,10 +255,10 @@ class Method:
         return True
 
     def check_schedule(self, options: dict[str, Any], asked: bool) -> None:
-        """Check the schedule in ``options``, or choose one if the caller ``asked`` for none.
+        """Check the schedule in ``options``. ``asked`` tells whether the caller gave a schedule.
 
-        If the caller asked for no schedule and the method does not support the default, put the
-        method's best schedule into ``options``.
+        If the caller gave no schedule and the method does not support the default schedule, put
+        the method's best schedule into ``options``.
 
         Raises
         ------
