@@ -24,8 +24,8 @@ from .choices import COHERENT, INCOHERENT, PASSING, RAYS, Choice, Choices
 
 FORMAT = 2
 ONE_CHOICE = 1    # the older format, which has one choice for all rays
-# The choices for a scene that was not tuned. They are exact to the bit, and their speed is never
-# far from that of the fastest choice. Packets trace eye and shadow rays twice as fast as single
+# The choices for a scene that was not tuned. They are exact to the bit, and never much slower than
+# the fastest choice. Packets trace eye and shadow rays twice as fast as single
 # rays do, but other rays more slowly; docs/accuracy.md has the measured rates. docs/bvh.md has the
 # gain of entry points. The interval test is off, although it makes packets still faster on large
 # images of eye rays. With the interval test, packets of mirror rays, which count as coherent,

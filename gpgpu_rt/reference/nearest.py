@@ -1,15 +1,15 @@
 """Reference tracer: nearest hits in float64 on the CPU, by brute force or with `ReferenceTree`.
 
-The triangle test is that of Woop, Benthin and Wald, "Watertight Ray/Triangle Intersection", JCGT
+The triangle test is by Woop, Benthin and Wald, "Watertight Ray/Triangle Intersection", JCGT
 2(1), 2013. It moves the vertices to the ray's origin, permutes the axes so that the direction's
 largest component is z, and shears the vertices so that the ray lies on the z axis. Three 2D edge
 functions then decide. An edge function is a difference of two products, so its sign is never
 wrong. The neighbouring triangle across an edge has exactly the negated edge function, so no ray is
 lost between the two triangles.
 
-There are three departures. Both facings are accepted. There is no fallback to a higher precision.
-The ray must pass through the bounding box of the sheared triangle: for a tiny triangle far from
-the ray, all three edge functions may round to zero.
+The test departs from the paper in three points. It accepts triangles that face either way. It does
+not fall back to a higher precision. The ray must also pass through the bounding box of the sheared
+triangle, because all three edge functions may round to zero for a tiny triangle far from the ray.
 """
 from __future__ import annotations
 
@@ -215,8 +215,8 @@ def _all_pairs(rays: int, triangles: int) -> Iterator[tuple[np.ndarray, np.ndarr
 
 
 def has_area(vertices: np.ndarray) -> np.ndarray:
-    """Return (m,) bool, whether each of the triangles ``vertices``, (m, 3, 3), has an area. The
-    result is false where the normal is exactly zero in float64."""
+    """Return (m,) bool, whether each triangle of ``vertices`` (m, 3, 3) has an area. The result is
+    false where the normal is exactly zero in float64."""
     normal = np.cross(vertices[:, 1] - vertices[:, 0], vertices[:, 2] - vertices[:, 0])
     return (normal != 0).any(axis=1)
 

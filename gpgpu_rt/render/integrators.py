@@ -12,7 +12,7 @@ DEFAULT = Whitted.name
 
 
 def find_integrator(name: str | None) -> type[Integrator]:
-    """Return the integrator of a name, or the default integrator for None; raise OptionError for
+    """Return the integrator of a name, or the default integrator for None. Raise OptionError for
     an unknown name."""
     if name is None:
         return INTEGRATORS[DEFAULT]

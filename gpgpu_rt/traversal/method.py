@@ -23,8 +23,8 @@ VERTEX_CULLING = Option("vertex_culling", False, "skip triangles of a leaf that 
                         "frustum around the packet's rays", bool, schedules=("loop",))
 
 ENTRY_POINTS = Option(
-    "entry_points", None, "start rays at the nodes that a beam around their 4x4 tile found; 16: "
-    "beams of 16x16 tiles search first, and the beams of 4x4 tiles start from their nodes", int,
+    "entry_points", None, "start rays at the nodes that a beam around their 4x4 tile found; with "
+    "16, beams around 16x16 tiles search first, and beams around 4x4 tiles refine the result", int,
     choices=(16, 4), optional=True)
 PACKET_ENTRIES = Option(
     "entry_points", None, "side in rays of the tiles that get a beam; a packet whose rays all lie "
@@ -255,10 +255,10 @@ class Method:
         return True
 
     def check_schedule(self, options: dict[str, Any], asked: bool) -> None:
-        """Check the schedule in ``options``, or choose one if the caller ``asked`` for none.
+        """Check the schedule in ``options``. ``asked`` tells whether the caller gave a schedule.
 
-        If the caller asked for no schedule and the method does not support the default, put the
-        method's best schedule into ``options``.
+        If the caller gave no schedule and the method does not support the default schedule, put
+        the method's best schedule into ``options``.
 
         Raises
         ------

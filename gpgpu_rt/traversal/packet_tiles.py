@@ -51,7 +51,7 @@ class TilePass(PrimitivePass):
         return np.argwhere(packets[:size[1], :size[0]])[:, ::-1]
 
     def draw_on(self, squares: Squares, target: Target, samplers: Samplers) -> None:
-        """Draw all packets of those squares that have packets to trace."""
+        """Draw all packets of every square that has packets to trace."""
         down, across = squares.some.shape
         places = np.argwhere(squares.some)[:, ::-1].astype(np.int32, order="C")
         if self._places is None or self._places.size < 8 * squares.some.size:

@@ -159,8 +159,8 @@ def _worth_a_test(bvh: Bvh, inner: list[np.ndarray], left: np.ndarray, right: np
                   always: np.ndarray, met_anyway: float) -> np.ndarray:
     """Whether to keep each node, (n,) bool.
 
-    Leaves and the nodes ``always`` are kept. Other nodes are kept if their boxes prune enough. Of
-    the rays through a box, the share that also hits a box inside it is the ratio of the areas.
+    Leaves and the nodes ``always`` are kept. Other nodes are kept if their boxes prune enough. A
+    ray through a box also hits a box inside it with a probability equal to the ratio of the areas.
     """
     area = half_area(bvh.lo.T.astype(np.float64), bvh.hi.T.astype(np.float64))
     # `around` is the area of the nearest kept node at or above each node.

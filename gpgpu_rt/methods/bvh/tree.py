@@ -127,7 +127,7 @@ class LooseTree:
         return self._cut(inner, kept)
 
     def _cut(self, inner: list[np.ndarray], kept: np.ndarray) -> LooseTree:
-        """The tree of only those nodes that ``kept``, (n,) bool, marks.
+        """The tree of only the nodes that ``kept``, (n,) bool, marks.
 
         A kept node without kept children becomes a leaf of all triangles below it.
         """

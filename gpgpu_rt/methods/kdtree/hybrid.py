@@ -101,7 +101,8 @@ def cells_in_order(triangles: np.ndarray, vertices: np.ndarray, planes: np.ndarr
 def upper_levels(codes: np.ndarray, bits: int, planes: np.ndarray) -> LooseKdTree:
     """The tree of the upper levels, over ascending codes.
 
-    The cells are children, but not nodes, of this tree of n nodes: cell k has the number n + k.
+    The cells are children of nodes of this tree, but not nodes of it. If the tree has n nodes,
+    cell k has the number n + k.
     """
     prefixes = [np.unique(codes >> 3 * bits - depth) for depth in range(3 * bits + 1)]
     inner = sum(map(len, prefixes[:-1]))

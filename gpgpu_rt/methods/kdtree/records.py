@@ -8,7 +8,7 @@ KD_NODE = Record("kd_node", "split axis:int left:int count:int")
 
 For an inner node, `split` is the coordinate of the split plane, and `axis` is 0, 1 or 2. `left` is
 the left child, and the right child directly follows it. `count` tells which children are empty
-leaves: bit 0 is set if the left child is one, and bit 1 if the right child is one.
+leaves: bit 0 is set for an empty left leaf, and bit 1 for an empty right leaf.
 
 For a leaf, `left` is its first reference, and `count` is its number of references. The `axis` of
 leaf number n is 3 + n."""

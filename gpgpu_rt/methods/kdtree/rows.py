@@ -89,8 +89,8 @@ def _prepare_bounds(triangles: np.ndarray, options: Mapping[str, Any]) -> Accele
 def _with_boxes(prepare: Callable[..., Accelerator]) -> Callable[..., Accelerator]:
     """A ``prepare`` that adds the boxes of all nodes if the option ``entry_points`` is given.
 
-    A face of such a box that lies on the scene's box is moved to infinity. Rays are clipped to the
-    scene's box anyway, so the precision of such a face must not matter.
+    If a face of a node's box lies on the scene's box, it is moved to infinity. The scene's box
+    itself already clips the rays there, so the rounding of the node's face does not matter.
     """
     def prepare_boxes(triangles: np.ndarray, options: Mapping[str, Any]) -> Accelerator:
         prepared = prepare(triangles, options)

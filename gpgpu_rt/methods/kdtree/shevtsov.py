@@ -30,7 +30,7 @@ from .sah import KdLevel
 from .sah_growth import Rules, grow
 from .tree import LooseKdTree, join
 
-SUBTREES = 16       # least subtrees per worker: enough to distribute the references evenly
+SUBTREES = 16       # fewest subtrees per worker: enough to distribute the references evenly
 GROUPS = 2          # groups of subtrees per worker: with two, workers end at about the same time
 
 

@@ -138,10 +138,10 @@ def join(top: LooseKdTree, groups: list[np.ndarray], subtrees: list[LooseKdTree]
 
     Parameters
     ----------
-    top : the top levels, of n nodes. A child that is the root k of a subtree has the number n + k
-    groups : for each entry of `subtrees`, its roots, numbered as k
-    subtrees : trees below the top levels. An entry may hold several subtrees; its nodes begin with
-        their roots
+    top : the top levels, of n nodes. The subtrees below them have roots 0, 1, ...; in `top`, root
+        k is the child with the number n + k
+    groups : for each entry of `subtrees`, the numbers k of its roots
+    subtrees : the subtrees. An entry may hold several subtrees; its first nodes are their roots
     """
     nodes_above = len(top.axis)
     parts, numbers = [top], [np.arange(nodes_above)]

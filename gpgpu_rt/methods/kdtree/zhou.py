@@ -38,8 +38,10 @@ from .zhou_small import SmallRoots, grow_small
 MASK_BITS = 64
 EMPTY_CUT = 0.25    # the value of Zhou et al. for ray tracing
 FUTILE = 3          # most levels in a row that separate no references, one for each axis
-MORE_LEVELS = 8     # levels of large nodes beyond `depth_cap`, because halving needs more than SAH
-SMALL_LEVELS = 8    # levels below a small root; more add references but do not shorten traversal
+# Levels of large nodes beyond `depth_cap`, because halving needs more levels than SAH.
+MORE_LEVELS = 8
+# Levels below a small root. More levels would add references but not shorten traversal.
+SMALL_LEVELS = 8
 SLACK = 2           # widening of a clipped part, in paddings, because the clip is in float32
 CHUNK = 1 << 18     # triangles clipped together
 

@@ -92,7 +92,7 @@ def _best(level: KdLevel, masks: np.ndarray, base: np.ndarray, mask: np.ndarray,
           hi: np.ndarray, costs: Costs) -> tuple[np.ndarray, np.ndarray]:
     """The cost of each node's best plane, and the number of this plane, 6 * bit + face.
 
-    The cost is inf for a node without a plane. Of several planes with the same cost, the plane
+    The cost is inf for a node without a plane. If several planes have the same cost, the plane
     with the lowest number is chosen.
     """
     cost, best = np.full(len(mask), np.inf, np.float32), np.zeros(len(mask), np.int64)

@@ -86,7 +86,7 @@ class RayTrip:
                 "t_max": self.hit["t"][chosen]}
 
     def take(self, rays: np.ndarray, found: dict[str, np.ndarray]) -> None:
-        """Store those found hits that are better than the known hits.
+        """Store the found hits that are better than the known hits.
 
         A hit is better if it is nearer, or as near and on a triangle of lower index.
         """

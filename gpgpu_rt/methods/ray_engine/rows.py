@@ -62,8 +62,8 @@ ROWS = (Method(
                "or a 24-bit depth test, which may lose hits", choices=("blend", "depth"),
                relaxed=("depth",)),
         Option("batch", 16_384, "largest number of rays in a batch", int, minimum=1),
-        Option("queue", 64, "number of rays for which a cell's queue waits while other queues are "
-               "longer", int, minimum=1),
+        Option("queue", 64, "a cell's queue is intersected once it has this many rays, or once no "
+               "queue has as many", int, minimum=1),
         Option("cpu_below", 0, "the host itself intersects queues of fewer rays than this; hits "
                "are the same to the bit if the renderer rounds as IEEE 754 requires and keeps "
                "subnormal numbers", int, minimum=0),

@@ -15,9 +15,9 @@ from .records import CONE
 def level_sizes(size: tuple[int, int]) -> tuple[list[tuple[int, int]], list[tuple[int, int]]]:
     """Return the (width, height) of every level, and the fan from each level to the next.
 
-    The first level is that of the rays. A fan is the number of nodes, along each axis, that share
-    a node of the next level. The fan is (2, 2), but (4, 1) or (1, 4) for a level with a single row
-    or column.
+    The nodes of the first level are the rays. A fan is the number of nodes along each axis that
+    share a node of the next level. The fan is (2, 2), but (4, 1) or (1, 4) for a level with a
+    single row or column.
     """
     sizes, fans = [size], []
     while len(sizes) == 1 or sizes[-1] != (1, 1):
@@ -34,7 +34,7 @@ class RayCones:
 
     Attributes
     ----------
-    levels : CONE of every node; the first level is that of the rays
+    levels : CONE of every node; the nodes of the first level are the rays
     fans : for each level but the last, the number of nodes, along each axis, that share a node of
         the next level
     """

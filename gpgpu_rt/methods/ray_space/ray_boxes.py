@@ -209,8 +209,8 @@ class RayBoxes:
     def _make(self, cells: np.ndarray, rays: np.ndarray, wanted: np.ndarray) -> bool:
         """Make the missing lists. Return False if the budget does not suffice for all of them.
 
-        The lists of the finest level are made first, and in each level, those of the boxes with
-        the most rays.
+        The lists of the finest level are made first. In each level, the boxes with the most rays
+        get their lists first.
         """
         for level in range(self.levels - 1, 0, -1):
             mine = wanted == level

@@ -31,5 +31,5 @@ for a face of the direction cube."""
 BEAM_STATE = Record("state", "first:int end:int low:int high:int | phase:int steps:int")
 """A ray's state: the entries of its beam, and the range of the binary search.
 
-The entries are those from `first` to `end`. The search is between `low` and `high`. After the
+The beam's entries go from `first` to `end`. The search is between `low` and `high`. After the
 search, `low` is the current entry."""

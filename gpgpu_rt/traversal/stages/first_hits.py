@@ -216,8 +216,8 @@ class FirstHits(DriverBase):
                 view: dict[str, object]) -> list[np.ndarray]:
         """Return the rivals: the triangles that come before a candidate.
 
-        The result is two (k, 3) PART arrays. The first array has the triangles that were searched
-        in the whole image, the second array those that were searched in parts of the image.
+        The result is two (k, 3) PART arrays: the rivals that were searched in the whole image, and
+        the rivals that were searched in parts of the image.
         """
         side = max(rays.size)
         whole = np.pad(drawn[:, None], ((0, 0), (0, 2)))

@@ -26,7 +26,7 @@ def build_bvh_by_passes(gpu: Gpu, triangles: np.ndarray, *, build: str = "sah",
     ----------
     triangles : (n, 3, 3) float32, world units
     build : a name in GPU_BUILDS
-    options : options of the builder; they are those of the CPU's builder in `methods.bvh`
+    options : options of the builder, the same as for the CPU's builder in `methods.bvh`
 
     Raises
     ------

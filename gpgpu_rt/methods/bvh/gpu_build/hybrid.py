@@ -1,4 +1,4 @@
-"""Hybrid build by fragment passes (Lauterbach et al. 2009): upper levels by LBVH, others by SAH.
+"""Hybrid build by fragment passes (Lauterbach et al. 2009): LBVH for upper levels, SAH below them.
 
 Triangles whose codes share the first few bits form a cluster. LBVH builds the tree over the
 clusters, and SAH splits all clusters together.

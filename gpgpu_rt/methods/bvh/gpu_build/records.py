@@ -22,5 +22,5 @@ INTERVAL = Record("interval", "first:int last:int parent:int turns:int")
 """A node: the slots from ``first`` to ``last``. ``first`` is -1 if there is no node. ``parent`` is
 an ancestor of the node, or -1.
 
-``turns`` counts those ancestors, on the path up to ``parent``, that have the node in their left
-subtree."""
+``turns`` is the number of ancestors, on the path up to ``parent``, that have the node in their
+left subtree."""

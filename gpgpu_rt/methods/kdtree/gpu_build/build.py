@@ -25,7 +25,7 @@ def build_kdtree_by_passes(gpu: Gpu, triangles: np.ndarray, *, build: str = "zho
     ----------
     triangles : (n, 3, 3) float32, world units
     build : a name in GPU_KD_BUILDS
-    options : options of the builder; they are those of the CPU's builder in `methods.kdtree`
+    options : options of the builder, the same as for the CPU's builder in `methods.kdtree`
 
     Raises
     ------

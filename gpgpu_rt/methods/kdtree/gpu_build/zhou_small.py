@@ -1,6 +1,6 @@
 """The small nodes of Zhou's kd-tree by fragment passes.
 
-The result equals that of `methods/kdtree/zhou_small.py`, node for node.
+The nodes equal the nodes of `methods/kdtree/zhou_small.py`.
 """
 from __future__ import annotations
 
