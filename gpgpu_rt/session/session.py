@@ -179,11 +179,14 @@ class Session:
 
     # Moving ---------------------------------------------------------------------------------
 
-    def move(self, scene: Scene) -> None:
-        """Trace this scene from now on. It has the same number of triangles, which moved."""
+    def move(self, scene: Scene, built: Accelerator | None = None) -> None:
+        """Trace this scene from now on. It has the same number of triangles, which moved.
+
+        ``built`` is an accelerator over them, if it exists already.
+        """
         began = time.perf_counter()
         with self.gpu:
-            moved = self.structure.move(scene)
+            moved = self.structure.move(scene, built)
             if moved.same_programs:
                 self.follow()
             else:       # the programs or the stack's depth changed
