@@ -126,9 +126,9 @@ def _overlap(rows: list[dict[str, Any]]) -> list[str]:
                 f"{scene}, {BUDGE}: {number(ahead['frames_a_second'])} frames a second with the "
                 f"overlap and {number(turn['frames_a_second'])} in turn, "
                 f"{number(ahead['frames_a_second'] / turn['frames_a_second'])} times as many. "
-                f"The longer of update and trace limits the gain to "
-                f"{number(sum(parts) / max(parts))}. On a software renderer the build and the "
-                "trace also share the cores.")
+                f"To hide the shorter of update and trace completely would give "
+                f"{number(sum(parts) / max(parts))} times as many. On a software renderer the "
+                "build and the trace share the cores.")
     return lines
 
 
