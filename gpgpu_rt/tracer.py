@@ -2,7 +2,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import AbstractContextManager
 from dataclasses import replace
 from typing import Any
@@ -27,6 +27,7 @@ from .scene.loading import load_scene
 from .scene.region import Region
 from .scene.scene import Scene
 from .session.all_hits import AllHits, check_exact
+from .session.build_ahead import move_ahead
 from .session.session import Session
 from .session.sessions import Sessions
 
@@ -350,6 +351,13 @@ class Tracer:
         """
         with self.sessions.moving() as session:
             session.move(self.scene.moved(vertices))
+
+    def updates(self, positions: Iterable[np.ndarray]) -> Iterator[None]:
+        """Move to each of ``positions`` in turn, which are as for ``update``. While the caller
+        traces a frame, another process builds the next frame's structure (Budge et al. 2008), also
+        for a method with ``refit``. ``build_seconds`` includes the wait for it.
+        """
+        return move_ahead(self.sessions, positions)
 
     def counting(self) -> AbstractContextManager[None]:
         """Return a context in which the work of rays is counted, as with ``statistics=True``.

@@ -1,9 +1,10 @@
 """Frame times: how long a frame of a moving scene takes to follow the triangles and to trace."""
 from __future__ import annotations
 
+import contextlib
 import functools
 import time
-from collections.abc import Mapping
+from collections.abc import Generator, Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -18,6 +19,8 @@ CAMERAS = {"cloth": rt.Camera((-1.9, 1.7, 2.6), (0.0, -0.1, 0.1), fov=40),
            "walker": rt.Camera((-5.4, 5.0, 8.6), (0.0, 0.8, 0.2), fov=40)}
 FIRST = {"kitchen-moving": 250}     # the frame at which a scene begins to show motion; default 0
 STRIDE = 4   # animation frames from one measured frame to the next
+# The option of cells whose frames are built ahead, by another process (`Tracer.updates`).
+AHEAD = ("build_ahead", True)
 
 
 def measure(scene: str, method: str, options: Mapping[str, Any], size: int,
@@ -25,7 +28,9 @@ def measure(scene: str, method: str, options: Mapping[str, Any], size: int,
     """Times of each frame, in seconds, for size x size eye rays.
 
     A scene without an animation stands still. Its triangles are updated all the same, as by a
-    program that does not know that nothing moved.
+    program that does not know that nothing moved. With AHEAD in the options another process builds
+    each frame while the frame before it is traced, and an update is the wait for it. The frame
+    that starts this process is not counted.
 
     Returns
     -------
@@ -39,12 +44,16 @@ def measure(scene: str, method: str, options: Mapping[str, Any], size: int,
     first = FIRST.get(scene, 0) + STRIDE
     shown = range(first, first + STRIDE * frames, STRIDE)
     vertices, found = {frame: _vertices(scene, frame) for frame in shown}, {}
-    with rt.Tracer(start, method, **options) as tracer:
+    own, ahead = dict(options), AHEAD in options.items()
+    own.pop(AHEAD[0], None)
+    with rt.Tracer(start, method, **own) as tracer, contextlib.closing(
+            _moves(tracer, _vertices(scene, 0), list(vertices.values()), ahead)) as moves:
+        next(moves)
         tracer.trace(*rays)     # compile the programs
         with alone():
             for frame in shown:
                 began = time.perf_counter()
-                tracer.update(vertices[frame])
+                next(moves)
                 update.append(time.perf_counter() - began)
                 found[frame] = tracer.trace(*rays).t
                 trace.append(tracer.statistics.trace_seconds)
@@ -56,6 +65,21 @@ def measure(scene: str, method: str, options: Mapping[str, Any], size: int,
 @functools.lru_cache(maxsize=1)
 def _animation(scene: str) -> rt.Animation:
     return rt.load_animation(scene)
+
+
+def _moves(tracer: rt.Tracer, first: np.ndarray, vertices: list[np.ndarray],
+           ahead: bool) -> Generator[None, None, None]:
+    """Move the tracer's triangles at each ``next``, to ``first`` and then to each of ``vertices``.
+
+    Not ahead, the triangles are at ``first`` already.
+    """
+    if ahead:
+        yield from tracer.updates([first, *vertices])
+        return
+    yield
+    for positions in vertices:
+        tracer.update(positions)
+        yield
 
 
 @functools.lru_cache(maxsize=4)

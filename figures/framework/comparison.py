@@ -20,9 +20,11 @@ from .results import read
 
 LOW = 0.8    # a panel with a lower tau-b gets an explanation
 TIE = 1.05   # published numbers within this factor count as equal
-TESTED_BY = ("Our methods test triangles as Möller and Trumbore 1997 do, the usual test of the "
-             "papers' time. The survey does not say which test a paper used. The default of this "
-             "program, the watertight test of Woop, Benthin and Wald 2013, is not used here.")
+TESTED_BY = ("Our methods test triangles as Möller and Trumbore 1997 do, a test of their time. "
+             "The survey does not say which test a paper used. If a paper used precomputed "
+             "projections, as Wald et al. 2001 do, ours is the nearest test that is available. "
+             "The default of this program, the watertight test of Woop, Benthin and Wald 2013, is "
+             "not used here.")
 
 
 @dataclass(frozen=True)

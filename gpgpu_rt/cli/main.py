@@ -36,7 +36,7 @@ from . import scenes, tuning, view
 from .camera import add_camera
 from .distributed import add_scheduler, render_shared, trace_shared
 from .floor import add_floor, scene_of
-from .frames import IMAGES, add_frames, render_frames
+from .frames import IMAGES, add_frames, check_frames, render_frames
 from .parser import Parser
 from .picture import add_picture, drawing_of, explain, light_options, progress_shown
 from .shared import (
@@ -145,8 +145,7 @@ def _render(chosen: argparse.Namespace) -> None:
     if given_options(chosen).get("presort"):
         raise OptionError("--presort sorts arrays of rays on the host, but a picture's rays are "
                           "generated on the GPU; leave it out, or use --sort-rays")
-    if chosen.floor and chosen.frames is not None:
-        raise OptionError("--floor cannot follow a moving scene; leave --frames or --floor out")
+    check_frames(chosen)
     if chosen.frames is None:
         _check_picture(chosen)
     if chosen.scheduler is not None:

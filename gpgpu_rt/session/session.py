@@ -179,11 +179,14 @@ class Session:
 
     # Moving ---------------------------------------------------------------------------------
 
-    def move(self, scene: Scene) -> None:
-        """From now on, trace this scene: the same scene with moved triangles."""
+    def move(self, scene: Scene, built: Accelerator | None = None) -> None:
+        """From now on, trace this scene: the same scene with moved triangles.
+
+        ``built`` is an accelerator over the moved triangles, if it exists already.
+        """
         began = time.perf_counter()
         with self.gpu:
-            moved = self.structure.move(scene)
+            moved = self.structure.move(scene, built)
             if moved.same_programs:
                 self.follow()
             else:       # the programs or the stack's depth changed

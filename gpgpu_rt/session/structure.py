@@ -97,11 +97,12 @@ class Structure:
             self.write(tuple(missing), accelerator)
         return self.tables.samplers(), accelerator
 
-    def move(self, scene: Scene) -> Moved:
+    def move(self, scene: Scene, built: Accelerator | None = None) -> Moved:
         """Replace the scene by a scene with the same number of triangles, which moved.
 
-        Refit the accelerator. Rebuild it if the method cannot refit or the option
-        ``rebuild_ratio`` requires a rebuild.
+        Use the accelerator ``built`` over the moved triangles, if it is given. If not, refit the
+        accelerator. Rebuild it if the method cannot refit or the option ``rebuild_ratio`` requires
+        a rebuild.
 
         Raises
         ------
@@ -112,9 +113,9 @@ class Structure:
         own = self.method.tables_for(self.options)
         with uncached():
             began = time.perf_counter()
-            refitted = self.builder.refit(self.accelerator, triangles)
+            refitted = None if built else self.builder.refit(self.accelerator, triangles)
             tried = time.perf_counter() - began
-            accelerator = self.builder.build(triangles) if refitted is None else refitted
+            accelerator = built or refitted or self.builder.build(triangles)
         self.tables.check(own, accelerator)     # may raise, while the present tables are unchanged
         before, self.accelerator, self.triangles = self.accelerator, accelerator, triangles
         self.scene, self.bounds = scene, scene.bounds

@@ -16,6 +16,7 @@ from gpgpu_rt.methods.bvh.build import build_bvh
 from gpgpu_rt.methods.bvh.refit import Refitter
 from gpgpu_rt.methods.quality import sah_cost
 from gpgpu_rt.scene import catalogue
+from gpgpu_rt.text_format import number
 
 PAGE = Path(__file__).parents[2] / "docs" / "moving-and-large.md"
 
@@ -28,11 +29,13 @@ def test_columns_come_from_the_table() -> None:
     assert refitted == {label.removesuffix(" refitted") for label in labels
                         if label.endswith(" refitted")}
     assert any("sah" in label for label in labels) and "bih rebuilt" in labels
+    assert labels.index(frames.OVERLAPPED) == labels.index(frames.IN_TURN) + 1
     assert any(method.startswith("kd-") for _, method, _ in columns)
 
 
 @pytest.mark.parametrize("method, options, rebuilt", [
-    ("bvh-threaded", {}, 0), ("bvh-threaded", {"rebuild_ratio": 0.0}, 2), ("bih", {}, 2)])
+    ("bvh-threaded", {}, 0), ("bvh-threaded", {"rebuild_ratio": 0.0}, 2), ("bih", {}, 2),
+    ("kd-stack", {}, 2), ("kd-stack", dict([frame_times.AHEAD]), 2)])
 def test_a_measured_cell(method: str, options: dict, rebuilt: int, monkeypatch) -> None:
     """A measured cell of a small cloth has both times per frame. All distances equal the distances
     in a newly built tree."""
@@ -106,6 +109,12 @@ def test_pages_hold_the_measured_numbers(tmp_path) -> None:
     assert float(rows[0]["frames_a_second"]) == pytest.approx(3 / (5.02 + 0.003))
     page = (tmp_path / "frames.md").read_text()
     assert "stand-in for a thing" in page and "nothing moves" in page and "1 of 3" in page
+    turn, ahead = (expected["cloth", label] for label in (frames.IN_TURN, frames.OVERLAPPED))
+    rates = [3e3 / (2 * ms + 5003) for ms in (ahead, turn)]
+    assert (f"cloth, kd-stack: {number(rates[0])} frames a second with the overlap and "
+            f"{number(rates[1])} in turn") in page
+    assert f"would give {number((turn + 1) / turn)} times as many" in page
+    assert "Budge et al. 2008" in page
     assert (tmp_path / "frames.png").stat().st_size > 10_000
 
 

@@ -3,6 +3,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -74,7 +75,7 @@ def _accelerator(bvh: Bvh, kept: _Kept, triangles: np.ndarray,
         # A packet needs at most as many steps as its rays would need one after another.
         step_bound=(len(bvh.escape) + len(bvh.order) + ends) * width * height, structure=bvh,
         defines=stack_defines(layout.stack_levels) if layout.stack_levels else {},
-        stack_levels=layout.stack_levels, kept=kept, boxes=lambda: layout.boxes(bvh))
+        stack_levels=layout.stack_levels, kept=kept, boxes=partial(layout.boxes, bvh))
 
 
 def _family(layout_of: LayoutOf) -> dict[str, Any]:
