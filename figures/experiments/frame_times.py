@@ -47,7 +47,8 @@ def measure(scene: str, method: str, options: Mapping[str, Any], size: int,
     own, ahead = dict(options), AHEAD in options.items()
     own.pop(AHEAD[0], None)
     with rt.Tracer(start, method, **own) as tracer, contextlib.closing(
-            _moves(tracer, _vertices(scene, 0), list(vertices.values()), ahead)) as moves:
+            _moves(tracer, _vertices(scene, FIRST.get(scene, 0)), list(vertices.values()),
+                   ahead)) as moves:
         next(moves)
         tracer.trace(*rays)     # compile the programs
         with alone():
