@@ -13,33 +13,33 @@ class Statistics:
 
     Attributes
     ----------
-    rays : number of rays in the call
-    method : name of the method that traced
-    choice : the rays for which the tracer has this method: "coherent" or "incoherent". It is ""
-        for a tracer with a single method
-    passes : traversal passes, including the set-up pass
-    draw_calls : draw calls, including passes that mask or count rays
-    queries : occlusion queries read back
-    stopped : number of rays that the step cap or a full stack stopped; the number of a picture
-        includes shadow rays
-    kernel_passes : number of passes by kernel, under the ``kernels`` schedule
-    live : a list of numbers of live rays. The schedules ``step`` and ``kernels`` count the live
+    rays : Number of rays in the call.
+    method : Name of the method that traced.
+    choice : The rays for which the tracer has this method: "coherent" or "incoherent". It is ""
+        for a tracer with a single method.
+    passes : Traversal passes, including the set-up pass.
+    draw_calls : Draw calls, including passes that mask or count rays.
+    queries : Occlusion queries read back.
+    stopped : Number of rays that the step cap or a full stack stopped; the number of a picture
+        includes shadow rays.
+    kernel_passes : Number of passes by kernel, under the ``kernels`` schedule.
+    live : A list of numbers of live rays. The schedules ``step`` and ``kernels`` count the live
         rays several times in a traversal. A picture has the numbers of its ray sets one after
-        another
-    picture_passes : number of passes of a picture by name, without traversal passes
-    waves : number of ray sets that a picture traced
-    texel_fetches : texels per pixel that ``picture_passes`` read
-    vertices : an entry per path vertex, for a path traced picture whose integrator may move the
+        another.
+    picture_passes : Number of passes of a picture by name, without traversal passes.
+    waves : Number of ray sets that a picture traced.
+    texel_fetches : Texels per pixel that ``picture_passes`` read.
+    vertices : An entry per path vertex, for a path traced picture whose integrator may move the
         live paths to smaller textures. ``live`` is the number of paths that reached the vertex.
         ``texels`` is the size of the textures of all paths at this vertex, over which a traversal
-        pass runs. Both numbers are sums over all ray sets
-    samples : samples per pixel, for an integrator that samples
-    noise : for an integrator that samples, the standard error of a pixel's luminance, averaged
-        over the picture and divided by the average luminance
-    texture_bytes : bytes of the scene tables, rays and states
-    table_bytes : bytes of the scene tables by record
-    build_seconds : Time to build the accelerator, or to load it from the cache, and to pack it,
-        at the last build.
+        pass runs. Both numbers are sums over all ray sets.
+    samples : Samples per pixel, for an integrator that samples.
+    noise : For an integrator that samples, the standard error of a pixel's luminance, averaged
+        over the picture and divided by the average luminance.
+    texture_bytes : Bytes of the scene tables, rays and states.
+    table_bytes : Bytes of the scene tables by record.
+    build_seconds : Time to build the accelerator, or to load it from the cache, and to pack it, at
+        the last build.
     refit_seconds : Time to refit and pack the accelerator, at the last update. After a rebuild,
         the time of the attempt to refit that preceded the rebuild.
     rebuilt : Whether the last update rebuilt the accelerator.

@@ -31,8 +31,8 @@ from .session.build_ahead import move_ahead
 from .session.session import Session
 from .session.sessions import Sessions
 
-DEFAULT_METHOD = "bvh-threaded"
-AUTO = "auto"
+DEFAULT_METHOD, AUTO = "bvh-threaded", "auto"
+Source = Scene | trimesh.Trimesh | str | os.PathLike[str]    # what `load_scene` accepts
 
 
 class Tracer:
@@ -63,8 +63,8 @@ class Tracer:
     """
 
     @memory_limited
-    def __init__(self, scene: Scene | trimesh.Trimesh | str | os.PathLike[str],
-                 method: str | Choices = DEFAULT_METHOD, **options: Any) -> None:
+    def __init__(self, scene: Source, method: str | Choices = DEFAULT_METHOD,
+                 **options: Any) -> None:
         self.settings: settings.Settings | None = None   # set by "auto" and by from_settings
         if method == AUTO:
             scene = load_scene(scene)
@@ -79,9 +79,8 @@ class Tracer:
         self.gpu, self.statistics = self.sessions.gpu, self.sessions.statistics
 
     @classmethod
-    def from_settings(cls, scene: Scene | trimesh.Trimesh | str | os.PathLike[str],
-                      path: str | os.PathLike[str], force: bool = False,
-                      **options: Any) -> Tracer:
+    def from_settings(cls, scene: Source, path: str | os.PathLike[str],
+                      force: bool = False, **options: Any) -> Tracer:
         """Return a tracer with the methods and options of a settings file.
 
         Parameters
@@ -184,9 +183,8 @@ class Tracer:
     def occluded(self, origins: np.ndarray, directions: np.ndarray,
                  t_max: float | np.ndarray = np.inf, t_min: float | np.ndarray = 0.0,
                  shape: tuple[int, int] | None = None, invalid: str = "raise") -> np.ndarray:
-        """Return (n,) bool, whether each ray hits any triangle in [t_min, t_max].
-
-        A ray ends at the first hit that is found, which need not be the nearest hit.
+        """Return (n,) bool, whether each ray hits any triangle in [t_min, t_max]. A ray ends at
+        the first hit that is found, which need not be the nearest hit.
 
         Parameters
         ----------
@@ -289,13 +287,11 @@ class Tracer:
 
     @property
     def radiance(self) -> np.ndarray:
-        """The last picture by "path" before its colours are clipped at white: (height, width, 3)
-        float32, linear, row 0 at the top."""
+        """The last picture by "path", (height, width, 3) float32, linear and not clipped."""
         return self.sessions.pictures.radiance
 
     def unfinished(self) -> Image.Image | None:
-        """Return the picture of the samples that "path" had finished when it was interrupted, or
-        None. ``statistics.samples`` is the number of these samples per pixel."""
+        """Return the picture that "path" had summed up when it was interrupted, or None."""
         return self.sessions.pictures.unfinished()
 
     @memory_limited
@@ -315,9 +311,8 @@ class Tracer:
     @memory_limited
     def plan(self, size: tuple[int, int] = (512, 512), integrator: str | None = None,
              **options: Any) -> Plan:
-        """Return the passes and textures of `render` with the same arguments, without drawing.
-
-        The plan also says why other passes and textures are left out.
+        """Return the passes and textures of `render` with the same arguments, without drawing,
+        and why other passes and textures are left out.
 
         Parameters
         ----------
@@ -335,8 +330,7 @@ class Tracer:
         A method whose row has ``refit`` adapts its structure to the new positions. It builds a new
         structure only if the old one became worse by the ratio of the option ``rebuild_ratio``.
         Any other method always builds a new structure. ``statistics`` says whether a structure
-        was built, and how long the update took. Programs are kept, and so are textures of the
-        same size. ``scene`` is then a new object; the scene given to the tracer does not change.
+        was built. ``scene`` is then a new object; the scene given to the tracer does not change.
 
         Parameters
         ----------
@@ -353,10 +347,8 @@ class Tracer:
             session.move(self.scene.moved(vertices))
 
     def updates(self, positions: Iterable[np.ndarray]) -> Iterator[None]:
-        """Move to each of ``positions`` in turn, which are as for ``update``. While the caller
-        traces a frame, another process builds the next frame's structure (Budge et al. 2008), also
-        for a method with ``refit``. ``build_seconds`` includes the wait for it.
-        """
+        """Move to each of ``positions``, which are as for ``update``. While the caller traces a
+        frame, another process builds the next frame's structure (Budge et al. 2008)."""
         return move_ahead(self.sessions, positions)
 
     def counting(self) -> AbstractContextManager[None]:

@@ -3,8 +3,8 @@
 * reproduced: the order and the ratios agree. The order agrees if tau-b of every group is at least
   HIGH. The ratios agree if they are off by less than FACTOR in the median.
 * reproduced in order, not in ratio: only the order agrees.
-* contradicted: the order differs, whatever the ratios are.
-* too little to judge: fewer than LEAST_SCENES scored scenes, or fewer than LEAST_PAIRS pairs of
+* contradicted: The order differs, whatever the ratios are.
+* too little to judge: Fewer than LEAST_SCENES scored scenes, or fewer than LEAST_PAIRS pairs of
   methods. A pair counts if the published numbers of one scene and kind of rays order it.
 
 A claim in words has neither order nor ratio. A figure that makes claims is reproduced if every
@@ -44,12 +44,12 @@ LEAST_SCENES, LEAST_PAIRS = 2, 4
 class Verdict:
     """One of WORDS, the reason with the numbers that decided, and what the verdict rests on.
 
-    scenes : the scored scenes, each once
-    pairs : pairs of methods that were compared on these scenes
-    agreed : pairs that have the published order; None for claims
-    claims, held : claims that could be answered with yes or no, and those with yes
-    structure : claims among them that no scene can change
-    stand_ins : what the same rules say of the stand-ins, whose names are its `scenes`
+    scenes : The scored scenes, each once.
+    pairs : Number of pairs of methods that were compared on these scenes.
+    agreed : Number of pairs that have the published order. None for claims.
+    claims, held : Number of claims that could be answered, and of claims that hold.
+    structure : Number of claims that no scene can change.
+    stand_ins : The verdict of the same rules on the stand-ins, whose names are its `scenes`.
     """
 
     word: str

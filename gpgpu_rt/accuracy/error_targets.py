@@ -24,12 +24,12 @@ class Promise:
 
     Attributes
     ----------
-    max_wrong : bound on the share of rays with a wrong hit or miss. The upper 95 % confidence
-        bound of the measured share must not exceed it
-    max_t_error : bound on the relative error of t. A share ``t_quantile`` of the right hits must
-        keep it: the upper 95 % confidence bound of this quantile must not exceed it
-    max_bytes : bound on texture bytes with 2^18 rays in flight, as in a 512 x 512 picture; None
-        for no bound
+    max_wrong : Bound on the share of rays with a wrong hit or miss. The upper 95 % confidence
+        bound of the measured share must not exceed it.
+    max_t_error : Bound on the relative error of t. A share ``t_quantile`` of the right hits must
+        keep it: the upper 95 % confidence bound of this quantile must not exceed it.
+    max_bytes : Bound on texture bytes with 2^18 rays in flight, as in a 512 x 512 picture; None
+        for no bound.
     """
 
     max_wrong: float

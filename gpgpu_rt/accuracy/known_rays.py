@@ -39,15 +39,15 @@ class Score:
 
     Attributes
     ----------
-    rays, hits : number of judged rays, and number of right hits. The t of a right hit is compared
-    wrong : number of rays with a wrong hit or miss
-    wrong_share, upper_95 : the share of wrong rays, and its upper 95 % confidence bound
-    counts : number of rays by category. "wrong distance": the error of t exceeds its float32 error
-        bound; such a ray does not count as wrong. "within bound": the answer differs from the
-        reference within float32's error bounds
-    t_ulps : "median", "99.9 %" and "max" of the error of t in float32 ulps, over all right hits;
-        None without right hits
-    t_error, barycentric : the same of the relative error of t, and of the larger error of u and v
+    rays, hits : Number of judged rays, and number of right hits. The t of a right hit is compared.
+    wrong : Number of rays with a wrong hit or miss.
+    wrong_share, upper_95 : The share of wrong rays, and its upper 95 % confidence bound.
+    counts : Number of rays by category. In the category "wrong distance", the error of t exceeds
+        its float32 error bound. Such a ray does not count as wrong. In the category "within
+        bound", the answer differs from the reference within float32's error bounds.
+    t_ulps : The "median", "99.9 %" and "max" of the error of t in float32 ulps, over all right
+        hits. None without right hits.
+    t_error, barycentric : The same of the relative error of t, and of the larger error of u and v.
     """
 
     rays: int

@@ -29,17 +29,17 @@ class Entry:
 
     Attributes
     ----------
-    name, options : the method and its options; an engine has no options
-    rays : number of rays that the entry traces in a round
-    seconds : time in each round. For a method, this is the time of its passes and of sorting rays
-        on the host; for an engine, it is the time of its call
-    wall_seconds : time in each round, from rays in numpy arrays to hits in numpy arrays
-    over : for each round, the entry's rate by ``seconds``, divided by the baseline's rate. The
-        baseline is embreex on one thread
-    over_wall : the same with the entry's rate by ``wall_seconds``
-    bytes_a_triangle : size of a method's tables, divided by the number of triangles
-    work : the work of a method per ray, measured on a sample
-    out_of : number of all rays, if the entry traced only a part of them; else None
+    name, options : The method and its options; an engine has no options.
+    rays : Number of rays that the entry traces in a round.
+    seconds : Time in each round. For a method, this is the time of its passes and of sorting rays
+        on the host; for an engine, it is the time of its call.
+    wall_seconds : Time in each round, from rays in numpy arrays to hits in numpy arrays.
+    over : For each round, the entry's rate by ``seconds``, divided by the baseline's rate. The
+        baseline is embreex on one thread.
+    over_wall : The same with the entry's rate by ``wall_seconds``.
+    bytes_a_triangle : Size of a method's tables, divided by the number of triangles.
+    work : The work of a method per ray, measured on a sample.
+    out_of : Number of all rays, if the entry traced only a part of them; else None.
     """
 
     name: str

@@ -5,10 +5,10 @@
 formats. ``glsl/core/precision.glsl`` rounds in the same way as this module; a test checks that the
 bits are the same.
 
-fp16 is s10e5 with denormals, as in OpenEXR and NV30. fp24 is ATI's s16e7 of R300 to R500, without
-denormals, emulated in float32. No source states with certainty how these units rounded; therefore
-the option ``rounding`` exists. A finite value above the largest number becomes the largest number,
-so infinity only means "no end".
+The format fp16 is s10e5 with denormals, as in OpenEXR and NV30. The format fp24 is ATI's s16e7 of
+R300 to R500, without denormals, emulated in float32. No source states with certainty how these
+units rounded; therefore the option ``rounding`` exists. A finite value above the largest number
+becomes the largest number, so infinity only means "no end".
 """
 from __future__ import annotations
 
@@ -18,7 +18,8 @@ from typing import Any, overload
 
 import numpy as np
 
-from .record import PackedRecord, Record
+from .packed_record import PackedRecord
+from .record import Record
 
 PRECISIONS = ("fp32", "fp24", "fp16")
 ROUNDINGS = ("nearest", "chop", "up")

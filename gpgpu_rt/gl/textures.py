@@ -10,8 +10,9 @@ import numpy as np
 from ..errors import LimitError
 from .context import Gpu
 from .lazy_field import Column
+from .packed_record import PackedRecord
 from .precision import Precision
-from .record import TABLE_WIDTH_LOG2, PackedRecord, Plane, Record, check_count
+from .record import TABLE_WIDTH_LOG2, Plane, Record, check_count
 
 TABLE_WIDTH = 1 << TABLE_WIDTH_LOG2
 # Records that are packed at once. They fill whole rows, whatever the number of texels of a record.

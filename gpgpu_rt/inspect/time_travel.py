@@ -35,13 +35,13 @@ class Pass:
 
     Attributes
     ----------
-    number : index of the pass; pass 0 sets up states
+    number : Index of the pass; pass 0 sets up states.
     kernel : "init", a kernel's name, or "all" if each ray runs the kernel of its own state. For
-        packets, "visit" or "intersect"
-    served : name of a kernel -> number of rays for which the kernel ran in this pass
-    live : number of unfinished rays
-    state, hit : fields of the method's state and of HIT, an entry per ray. A ray of a packet has
-        the state of its packet
+        packets, "visit" or "intersect".
+    served : Name of a kernel -> number of rays for which the kernel ran in this pass.
+    live : Number of unfinished rays.
+    state, hit : Fields of the method's state and of HIT, an entry per ray. A ray of a packet has
+        the state of its packet.
     """
 
     number: int

@@ -19,7 +19,8 @@ import numpy as np
 
 from ..errors import Error, MethodError
 from ..gl import record as gl_record
-from ..gl.record import FIELD_TYPES, PackedRecord, Record
+from ..gl.packed_record import PackedRecord
+from ..gl.record import FIELD_TYPES, Record
 from ..gl.shader import ROOT
 from ..options import Option
 from ..traversal import triangle_table

@@ -48,15 +48,15 @@ class PicturePass:
 
     Attributes
     ----------
-    name : the name of the pass in plans
-    entry : the program's file in ``glsl/``
-    wanted : the pass exists if one of these defines is set. With an empty tuple, it always exists
-    reads : the streams that the program reads, as (name in the program, record)
-    writes : the streams that the program writes, as (name in the program, record) or (name,
-        record, define). A stream with a define is written only if the define is set
-    defines : further defines, beside the defines of the scene
-    points : the vertex program of a pass that draws points, which reads the streams of ``reads``;
-        empty for any other pass
+    name : The name of the pass in plans.
+    entry : The program's file in ``glsl/``.
+    wanted : The pass exists if one of these defines is set. With an empty tuple, it always exists.
+    reads : The streams that the program reads, as (name in the program, record).
+    writes : The streams that the program writes, as (name in the program, record) or (name,
+        record, define). A stream with a define is written only if the define is set.
+    defines : Further defines, beside the defines of the scene.
+    points : The vertex program of a pass that draws points, which reads the streams of ``reads``;
+        empty for any other pass.
     """
 
     name: str

@@ -12,7 +12,8 @@ import numpy as np
 from ..errors import OptionError
 from ..gl.context import Gpu
 from ..gl.lazy_field import Column
-from ..gl.record import PackedRecord, Record
+from ..gl.packed_record import PackedRecord
+from ..gl.record import Record
 from ..options import TRACER_OPTIONS, Option, resolve_options, spell
 
 Tables = tuple[Record | PackedRecord, ...]

@@ -258,12 +258,12 @@ class Workers:
 
         Parameters
         ----------
-        animation : Animation, or the name of a moving scene
-        frames : numbers of the frames
-        method, options : as for ``trace``
-        progress : called with the number of finished frames and of all frames
-        drawing : arguments of ``Tracer.render``; without a camera, a moving camera of the
-            animation is followed
+        animation : An Animation, or the name of a moving scene.
+        frames : Numbers of the frames.
+        method, options : As for ``trace``.
+        progress : Called with the number of finished frames and of all frames.
+        drawing : Arguments of ``Tracer.render``. Without a camera, the moving camera of the
+            animation is followed.
         """
         animation = load_animation(animation) if isinstance(animation, str) else animation
         shared = *self.shared(animation.scene, method, options), self.sent(animation.vertices)

@@ -12,8 +12,8 @@ import gpgpu_rt as rt
 from gpgpu_rt.accel.quantise import decode, quantise
 from gpgpu_rt.gl.context import open_gpu
 from gpgpu_rt.gl.full_screen import FullScreenPass
+from gpgpu_rt.gl.packed_record import PackedRecord
 from gpgpu_rt.gl.precision import FORMATS, ROUNDINGS, Precision
-from gpgpu_rt.gl.record import PackedRecord
 from gpgpu_rt.gl.textures import make_texture, read_texture, table_textures
 
 METHODS = [row.name for row in rt.methods()]

@@ -3,7 +3,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from ...gl.record import PackedRecord, Record
+from ...gl.packed_record import PackedRecord
+from ...gl.record import Record
 from ...rays.records import COUNTERS
 
 BVH_NODE = Record("bvh_node", "lo:vec3 escape:int | hi:vec3 first:int")

@@ -13,7 +13,8 @@ import numpy as np
 
 from ...accel.quantise import quantise
 from ...gl.lazy_field import Column
-from ...gl.record import PackedRecord, Record
+from ...gl.packed_record import PackedRecord
+from ...gl.record import Record
 from .octant_copies import OctantCopies
 from .records import (
     BVH_NODE, BVH_PAIR, QUANTISED_NODE_8, QUANTISED_NODE_16, QUANTISED_PAIR_8, QUANTISED_PAIR_16

@@ -27,19 +27,19 @@ class ImageTree:
 
     Attributes
     ----------
-    charts : (rows, columns) of texels of each chart; empty for single triangles
-    faces : (n, 3) int64, the texels of the corners of each of the scene's triangles
-    texels : int, the number of texels
-    first, last : (m,) int32, a node's first and last child, or a cell's first and last texel
-    miss : (m,) int32, the node after a node's subtree. The entry of a root is the next root, and
-        -1 for the last root
-    hit : (m,) int32, a node's first child, or -1 - leaf for a node at which rays stop
-    levels : (k + 1,) int64, the first node of each level; the last entry is the number of nodes
-    corner : (leaves,) int32, the first texel of each quad at the level where rays stop
-    across, down : (leaves,) int32, the distance in texels from this texel to the next corner in
-        its row, and to the next corner in its column
-    face : (leaves,) int32, the first face of each of these quads
-    root : int, the root of the first chart, or -1 without charts
+    charts : Rows and columns of texels of each chart. Empty for single triangles.
+    faces : The texels of the corners of each of the scene's triangles, (n, 3) int64.
+    texels : Number of texels.
+    first, last : A node's first and last child, or a cell's first and last texel, (m,) int32.
+    miss : The node after a node's subtree, (m,) int32. The entry of a root is the next root, and
+        -1 for the last root.
+    hit : A node's first child, or -1 - leaf for a node at which rays stop, (m,) int32.
+    levels : The first node of each level, then the number of nodes, (k + 1,) int64.
+    corner : The first texel of each quad at the level where rays stop, (leaves,) int32.
+    across, down : Distance in texels from this texel to the next corner in its row, and to the
+        next corner in its column, (leaves,) int32.
+    face : The first face of each of these quads, (leaves,) int32.
+    root : The root of the first chart, or -1 without charts.
     """
 
     charts: tuple[tuple[int, int], ...]

@@ -95,11 +95,11 @@ def build(triangles: np.ndarray, **options: object) -> LooseKdTree:
 
     Parameters
     ----------
-    traversal_cost, intersection_cost, empty_bonus : as in `sah_build.build`
-    max_depth : the most levels; None for 16 + 1.3 log2 n levels of large nodes, and 8 levels
-        below a small root
-    small : the most references of a small node, up to 64
-    empty_cut : empty space is cut off if it is a larger share of a large node's extent
+    traversal_cost, intersection_cost, empty_bonus : As in `sah_build.build`.
+    max_depth : Largest number of levels. None for 16 + 1.3 log2 n levels of large nodes, and 8
+        levels below a small root.
+    small : Largest number of references of a small node, up to 64.
+    empty_cut : Empty space is cut off if it is a larger share of a large node's extent.
     """
     rules = rules_of(triangles, **options)
     nodes = Nodes()

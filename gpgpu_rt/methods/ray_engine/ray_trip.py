@@ -26,12 +26,12 @@ class RayTrip:
 
     Attributes
     ----------
-    record, rays : the record of the rays, and its fields as arrays
-    walk : the rays' positions in the cells
-    hit : the fields of HIT for the nearest hits so far. Before a ray's first hit, t is t_max
-    tested, leaves : (n,) int32, the numbers of triangles that each ray tested, and of the leaves
-        that it visited
-    phase : (n,) int32, UNFINISHED for a ray that the step cap stopped, else DONE
+    record, rays : The record of the rays, and its fields as arrays.
+    walk : The rays' positions in the cells.
+    hit : The fields of HIT for the nearest hits so far. Before a ray's first hit, t is t_max.
+    tested, leaves : Numbers of triangles that each ray tested and of leaves that it visited, (n,)
+        int32.
+    phase : UNFINISHED for a ray that the step cap stopped, else DONE, (n,) int32.
     """
 
     def __init__(self, accelerator: Accelerator, options: Mapping[str, Any], step_cap: int,

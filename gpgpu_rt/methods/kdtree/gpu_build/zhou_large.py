@@ -22,18 +22,18 @@ class LargeLevel:
 
     Attributes
     ----------
-    cells : CELL of each node
+    cells : CELL of each node.
     starts : VALUES of each node, four sums over the nodes before it: pieces of large nodes, pieces
-        of small nodes, small nodes, chunks
-    first_root : number of small nodes in all levels above
-    first_piece : number of pieces of small nodes in all levels above
-    roots : number of small nodes
-    decisions : DECISION of each node
+        of small nodes, small nodes, chunks.
+    first_root : Number of small nodes in all levels above.
+    first_piece : Number of pieces of small nodes in all levels above.
+    roots : Number of small nodes.
+    decisions : DECISION of each node.
     ranks : VALUES of each node, two sums over the nodes before it: split nodes, pieces of large
-        leaves
-    first_stuck : number of pieces of large leaves in all levels above
-    inner : number of split nodes
-    small : the most pieces of a small node
+        leaves.
+    first_stuck : Number of pieces of large leaves in all levels above.
+    inner : Number of split nodes.
+    small : The most pieces of a small node.
     """
 
     cells: Stream
