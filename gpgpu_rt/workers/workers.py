@@ -2,6 +2,8 @@
 from __future__ import annotations
 
 import contextlib
+import os
+import signal
 import uuid
 from collections import OrderedDict
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -349,7 +351,13 @@ class Workers:
 
     def _close_cluster(self) -> None:
         if self._cluster is not None:
-            self._cluster.close()
+            processes = self.processes()
+            try:
+                self._cluster.close()
+            except TimeoutError:    # on a busy machine a process can end later than Dask waits
+                for process in processes:
+                    with contextlib.suppress(ProcessLookupError):
+                        os.kill(process, getattr(signal, "SIGKILL", signal.SIGTERM))
         self._silence.close()
 
     def __enter__(self) -> Workers:
