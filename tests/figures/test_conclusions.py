@@ -331,7 +331,7 @@ def test_pages_drawn_before_stay_what_they_were(tmp_path: Path, monkeypatch) -> 
             for name in ("fig12", "fig13")] == [12, 8]
     index = (out / "index.md").read_text()
     assert json.loads(before)["verdict"]["why"] in index
-    assert "Size: the papers', but quick for fig13." in index
+    assert "Size of the measurements: the papers', but quick for fig13." in index
 
 
 def test_provenance_of_what_is_not_measured(tmp_path: Path) -> None:
