@@ -22,7 +22,7 @@ PICTURE = "picture"   # the work of a whole picture: eye rays, shading and shado
 
 
 def measure(cell: Cell) -> dict[str, Any]:
-    """Return the times of runs without counters, after warm-ups, and the counters of a last run."""
+    """Return times of runs without counters, after warm-ups, and the counters of a last run."""
     if cell.method == ON_CPU:
         return _embree(cell)
     scene = load(cell.scene)

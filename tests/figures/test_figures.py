@@ -227,9 +227,9 @@ def test_mirrors_and_packets(last: float, says: str, tmp_path) -> None:
     fig14.draw(tmp_path, tmp_path, False)
     with (tmp_path / "fig14.csv").open() as file:
         rows = list(csv.DictReader(file))
-    ratios = np.array([float(row["packets over single, rate"]) for row in rows])
+    ratios = np.array([float(row["rate of packets / single"]) for row in rows])
     assert ratios == pytest.approx(np.linspace(2, last, 6))
-    so_far = [float(row["packets over single so far, rate"]) for row in rows]
+    so_far = [float(row["rate of packets / single so far"]) for row in rows]
     assert so_far == pytest.approx(np.arange(1, 7) / np.cumsum(1 / ratios))
     page = (tmp_path / "fig14.md").read_text()
     assert says in page and ("slower than single rays at bounce" in page) == (last < 1)
@@ -256,7 +256,7 @@ def test_sizes_with_ropes(tmp_path) -> None:
 
 @pytest.mark.parametrize("transfer, pairs, says", [
     (1.0, 8, "transfers cost more, as the survey says"),
-    (6.0, 80, "transfers cost less, unlike the survey says")])
+    (6.0, 80, "transfers cost less, contrary to the survey")])
 def test_where_the_ray_engines_time_goes(transfer: float, pairs: int, says: str,
                                          tmp_path) -> None:
     """Figure 5 shows rates computed from the seconds, the bytes per ray, and the verdict."""
@@ -282,7 +282,7 @@ def test_where_the_ray_engines_time_goes(transfer: float, pairs: int, says: str,
     page = (tmp_path / "fig05.md").read_text()
     assert says in page and "stand-in for something" in page and "114,499" in page
     assert "300,000 to 1,000,000 rays/s of a CPU core" in page
-    assert "114 million tests/s on the R200, and at 20 to 40 million on a CPU" in page
+    assert "114 million tests/s on the R200, and as 20 to 40 million on a CPU" in page
     assert (tmp_path / "fig05.png").stat().st_size > 10_000
 
 
