@@ -24,7 +24,10 @@ def _cell(panel: Panel, column: MethodColumn, full: bool) -> Cell:
 
 
 def _remarks(results: Results) -> list[str]:
-    """Sentences that compare packets with single rays, and both with the CPU, here and there."""
+    """Sentences that compare packets with single rays, and both with the CPU.
+
+    They give our ratios and the published ratios.
+    """
     lines = []
     for panel in FIGURE.panels:
         single, packet = (results.get((panel, label)) for label in (SINGLE, PACKET))

@@ -19,7 +19,7 @@ def cell(scene: str, method: str, full: bool, runs: int = 1) -> Cell:
 
 
 def row_of(cell: Cell, data: Path) -> list[Any] | None:
-    """The values of HEADS, or None if the picture was not measured.
+    """The values of a row, in the columns HEADS, or None if the picture was not measured.
 
     The number of rays includes the empty rays of pixels whose path of rays has ended.
     """
