@@ -1,4 +1,4 @@
-"""The diagrams draw the walk of a real ray. Geometry alone predicts the same walk."""
+"""The diagrams draw the walk of a traced ray. A test predicts the same walk by geometry alone."""
 from __future__ import annotations
 
 import csv
@@ -29,7 +29,8 @@ SMALL = world()
 
 
 def crossed(small: World) -> list[int]:
-    """Returns the leaves that the ray crosses before its hit, in order, by float64 slab tests."""
+    """Returns the leaves that the ray crosses before its hit, in order, by slab tests in float64.
+    """
     origin, direction = small.origin.astype(float), small.direction.astype(float)
     with np.errstate(divide="ignore"):
         t0, t1 = (small.lo - origin) / direction, (small.hi - origin) / direction
@@ -285,8 +286,8 @@ def test_figure_19_miss_links_lead_past_the_subtree() -> None:
 
 
 def test_figure_19_visits_are_those_of_geometry() -> None:
-    """The visited nodes are the nodes that geometry predicts. The prediction tests boxes by
-    float64 slabs and triangles by the float64 reference, without a stack."""
+    """The visited nodes are the nodes that geometry predicts. The prediction tests boxes by slabs
+    in float64, and triangles by the float64 reference, without a stack."""
     found, ray = hierarchy(), walk(fig19.METHOD)
     origin, direction = SMALL.origin.astype(float), SMALL.direction.astype(float)
     node, nearest, expected = 0, np.inf, []

@@ -32,7 +32,7 @@ from gpgpu_rt.figures.survey import fig22_large_scenes as fig22
 from gpgpu_rt.figures.survey import tree_sizes
 from gpgpu_rt.methods.kdtree.tree import LEAF as KD_LEAF_AXIS
 
-# Our own rows.
+# Columns of this program's own, without a published number.
 NOT_PUBLISHED = {("fig13", fig13.SKIPPING), ("fig22", fig22.FAST), ("fig22", fig22.CPU)}
 COMPARISONS = [fig12.FIGURE, fig13.FIGURE, fig16.FIGURE, fig20.FIGURE, fig22.FIGURE]
 CELL = Cell("cornell", "kd-restart", size=16, runs=1)
@@ -52,7 +52,7 @@ def test_published_numbers() -> None:
     assert published("fig12", "robots", "bih") is None
 
 
-# The ranges that the survey prints, in the order of its sections 3.1, 4.2, 2.1, 4.2 and 4.4.
+# The ranges that the survey prints.
 RANGES = {(20e6, 40e6), (300e3, 1e6), (2, 4), (2, 3), (30, 50), (50, 100)}
 
 
@@ -97,7 +97,7 @@ def test_interrupting_loses_only_the_running_cell(tmp_path, monkeypatch) -> None
 
 def _fake(cell: Cell, folder: Path, ns: float, nodes: float = 3, stand_in: str | None = None,
           **more: Any) -> None:
-    """Writes a cell's file like a measured file."""
+    """Writes a cell's file as if the cell had been measured."""
     (folder / cell.name).write_text(json.dumps({
         "settings": results.settings(cell), "gpu": {"renderer": "R", "backend": "egl"},
         "date": "2020-01-01", "rays": cell.size ** 2, "ns_per_ray": ns,
@@ -142,7 +142,7 @@ def test_tables_hold_the_measured_numbers(figure, tmp_path) -> None:
 @pytest.mark.parametrize("full", [False, True], ids=["quick", "full"])
 @pytest.mark.parametrize("figure", COMPARISONS, ids=lambda f: f.name)
 def test_papers_are_compared_with_the_triangle_test_of_their_time(figure, full: bool) -> None:
-    """Every cell of our methods has the period's test once; embreex has its own test."""
+    """Every cell of our methods names PERIOD_TEST once. The cells of embreex name no test."""
     for cell in figure.cells(full):
         tests = [option for option in cell.options if option[0] == PERIOD_TEST[0]]
         assert tests == ([] if cell.method == ON_CPU else [PERIOD_TEST])
@@ -202,7 +202,7 @@ def test_another_cpu_is_left_out_of_tau(tmp_path) -> None:
 
 
 def test_packets_counters_are_shared_out() -> None:
-    """A fetch of a packet counts once for its four rays. A pixel without a ray counts nothing."""
+    """A fetch of a packet counts once for its four rays. Pixels without a ray do not count."""
     cell = Cell("cornell", "kd-packet", size=16, work="mirror rays 3", runs=1)
     result = measure.run(cell)
     rays = workload("cornell", "mirror rays 3", 16)
@@ -218,8 +218,8 @@ def test_packets_counters_are_shared_out() -> None:
     (0.5, "The claim holds on"), (1.5, "The claim holds in tendency on"),
     (3.0, "The claim does not hold on")])
 def test_mirrors_and_packets(last: float, says: str, tmp_path) -> None:
-    """Figure 14 shows the ratio of rates per bounce and over all bounces so far, and the verdict.
-    A packet visits twice the nodes of one ray, so mirrors have parted its rays."""
+    """Figure 14 shows the ratio of rates at each bounce and over all bounces so far, and the
+    verdict. A packet visits twice as many nodes as one ray, so its rays have parted."""
     for bounces in fig14.BOUNCES:
         ratio = 2 + (last - 2) * bounces / 5
         for method, ns, nodes in ((fig14.SINGLE, 100.0, 10), (fig14.PACKET, 100.0 / ratio, 5)):

@@ -1,4 +1,4 @@
-"""BART's robots and kitchen come out as their PLY files to the bit, and their parts stay whole
+"""BART's robots and kitchen equal their PLY files to the bit, and their parts keep their shape
 while they move."""
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from gpgpu_rt.scene.loading import list_scenes
 from gpgpu_rt.scene.mesh import Mesh
 
 VARIABLE = "GPGPU_RT_ORIGINALS"     # the folder with BART-Animations
-# Triangles, vertices, and the digest of a PLY file in which the originals were published for this
-# project.
+# Number of triangles, number of vertices, and the digest of the PLY file in which the scene was
+# published for this project.
 KNOWN = {
     "robots-moving": (71_708, 134_127,
                       "b4deeb876b58d145984567eb5ab56cd01b68265f2220102cfa68117dc5b47b86"),
