@@ -127,6 +127,6 @@ def _direct(tracer: rt.Tracer, seen: Visible) -> np.ndarray:
 
 
 def _blocks(image: np.ndarray, side: int = 8) -> np.ndarray:
-    """The image's sums over squares. A photon that lands elsewhere in its square changes none."""
+    """Sum an image over squares, so that shifts of light within a square do not count."""
     h, w = (n // side * side for n in image.shape)
     return image[:h, :w].reshape(h // side, side, w // side, side).sum((1, 3))

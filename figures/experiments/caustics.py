@@ -88,7 +88,7 @@ def _pictures(line: Any, cell: Cell, result: dict[str, Any]) -> None:
     apart = np.array([pair or (np.nan, np.nan) for pair in result["apart"]])
     for k, (text, colour) in enumerate((("median", "#2f6db3"), ("90 % quantile", "#c98a1b"))):
         line[3].plot(result["guesses"], apart[:, k], "o-", markersize=3, color=colour, label=text)
-    line[3].set(yscale="log", xlabel="estimates of each photon's distance to its receiver",
+    line[3].set(yscale="log", xlabel="estimates of each photon's\ndistance to its receiver",
                 ylabel="landing error, units")
     line[3].grid(alpha=0.3, which="both")
     line[3].legend(fontsize=8, frameon=False)

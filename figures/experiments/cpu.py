@@ -36,8 +36,7 @@ class EngineColumn:
 
 
 def columns() -> list[EngineColumn]:
-    """Embree on one thread and on all threads; then fragment programs by packets and single rays.
-    """
+    """Embree on one thread and on all; then fragment programs by packets and by single rays."""
     packets = next(column for column in PACKETS.columns if column.label == FAST)
     several = [EngineColumn(embree(CORES).name, ON_CPU, (("threads", CORES),), CORES)]
     return [EngineColumn(EMBREE, ON_CPU, (), 1), *(several if CORES > 1 else []),

@@ -97,8 +97,7 @@ for _k in (-20, 20):
 
 
 def moved(power: int, n: int, seed: int) -> Case:
-    """The sphere, 10^power times its size away from 0. Rays from inside aim at vertices and edges.
-    """
+    """The sphere, 10^power of its sizes from 0, with rays from inside to vertices and edges."""
     rng = np.random.default_rng(seed)
     at = 2.0 * 10**power * np.float64([1, -0.6, 0.3])
     triangles = bumpy_sphere(at=at)

@@ -11,7 +11,8 @@ from gpgpu_rt.accuracy.judge import judge, leaks
 from .extreme_case import Case
 from .extreme_cases import CASES, make_case
 
-FEW = {"coincident": 100, "coplanar": 500, "one-centroid": 300, "long-way": 3}   # most rays
+# The largest number of rays of cases that are slow to trace.
+FEW = {"coincident": 100, "coplanar": 500, "one-centroid": 300, "long-way": 3}
 SEED = 1
 # Cases whose rays need more steps than the step cap of some cells allows. They are traced without
 # that cap.

@@ -1,4 +1,4 @@
-"""Summary: ten sentences on which of the survey's results are confirmed, and which could be tried.
+"""Summary: ten sentences on which results of the survey are confirmed, contradicted or not tried.
 
 The sentences open the index. Every number in them comes from the verdicts and cells of the pages.
 """

@@ -43,7 +43,10 @@ def _of_catalogue(cell: Cell) -> str:
 
 
 def _of_made(made: Any) -> Callable[[Cell], str]:
-    """Return a function for the digest of a scene, made by the module `made` or catalogued."""
+    """Return a function that gives the digest of a cell's scene.
+
+    The scene is one that the module `made` makes, or one of the catalogue.
+    """
     return lambda cell: (_digest_of_made(made, cell.scene) if cell.scene in made.MADE
                          else _digest_of(cell.scene))
 

@@ -21,7 +21,7 @@ SKIPPING = "+ empty leaves skipped"
 
 
 def size(scene: str, full: bool) -> int:
-    """Pixels per side: as published at full size, and enough for times of some ms otherwise."""
+    """Pixels per side: as published at full size; otherwise enough for times of some ms."""
     return 1024 if full else 512 if scene == "cornell" else 256
 
 

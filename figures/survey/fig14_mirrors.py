@@ -60,7 +60,7 @@ def judge(data: Path, full: bool) -> verdicts.Verdict:
 
 
 def parted(rows: list[list[float]]) -> float:
-    """How many times the nodes of one ray a packet visits after the last bounce.
+    """The nodes that a packet visits after the last bounce, divided by the nodes of one ray.
 
     It is 1 where the rays of a packet stay together, and 4 where they share nothing.
     """

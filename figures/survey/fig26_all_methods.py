@@ -85,7 +85,7 @@ def predicted_ns(entry: SurveyedMethod, result: dict[str, Any], share: float) ->
 
 
 def fitted(data: Path) -> period.Fit | None:
-    """The card's constant, or None if no measured cell allows to fit it."""
+    """The card's constant, or None if no cell is measured to which it can be fitted."""
     return period.fit(period.rows(data)).get(CHIP)
 
 

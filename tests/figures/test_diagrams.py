@@ -29,8 +29,7 @@ SMALL = world()
 
 
 def crossed(small: World) -> list[int]:
-    """Returns the leaves that the ray crosses before its hit, in order, by slab tests in float64.
-    """
+    """Returns the leaves that the ray crosses before its hit, in order, by float64 slab tests."""
     origin, direction = small.origin.astype(float), small.direction.astype(float)
     with np.errstate(divide="ignore"):
         t0, t1 = (small.lo - origin) / direction, (small.hi - origin) / direction

@@ -181,8 +181,7 @@ def test_a_bomb_of_includes(leaf: str, tmp_path: Path) -> None:
 
 
 def test_the_budget_counts_repeated_files_only(tmp_path: Path, monkeypatch) -> None:
-    """A file's own statements are always allowed. The budget limits the copies of included files.
-    """
+    """The budget limits only the copies of included files, and not a file's own statements."""
     monkeypatch.setenv(budget.VARIABLE, "0.1")
     own = "".join(f"fm {'0.5 ' * 12}\n{TRIANGLE}" for _ in range(1500))
     (tmp_path / "a.aff").write_text(own)

@@ -118,8 +118,7 @@ def test_a_folder(tmp_path) -> None:
 @pytest.mark.parametrize("ranges", [True, False])
 @pytest.mark.parametrize("seed", range(10))
 def test_an_interrupted_download_continues(serve, seed: int, ranges: bool, tmp_path) -> None:
-    """The user interrupts at a random byte. The next run requests the rest, and the file is right.
-    """
+    """The user interrupts at a random byte. The next run requests the rest of the file."""
     server = serve(ranges=ranges)
     moment = int(np.random.default_rng(seed).integers(1, len(CONTENT)))
 
