@@ -1,4 +1,4 @@
-"""Frame times: how long a frame of a moving scene takes to follow the triangles and to trace."""
+"""Frame times: for each frame of a moving scene, the time to update the structure and to trace."""
 from __future__ import annotations
 
 import contextlib
@@ -14,18 +14,19 @@ import gpgpu_rt as rt
 from gpgpu_rt.scene.animation import animation_names
 from gpgpu_rt.workers.machine import alone
 
-# The cameras of the published times. Pictures have cameras that are further away.
+# The cameras of the measurements in docs/moving-and-large.md. The animations' own cameras, which
+# pictures use, are further away.
 CAMERAS = {"cloth": rt.Camera((-1.9, 1.7, 2.6), (0.0, -0.1, 0.1), fov=40),
            "walker": rt.Camera((-5.4, 5.0, 8.6), (0.0, 0.8, 0.2), fov=40)}
 FIRST = {"kitchen-moving": 250}     # the frame at which a scene begins to show motion; default 0
-STRIDE = 4   # animation frames from one measured frame to the next
+STRIDE = 4   # number of animation frames from one measured frame to the next
 # The option of cells whose frames are built ahead, by another process (`Tracer.updates`).
 AHEAD = ("build_ahead", True)
 
 
 def measure(scene: str, method: str, options: Mapping[str, Any], size: int,
             frames: int) -> dict[str, Any]:
-    """Times of each frame, in seconds, for size x size eye rays.
+    """Measure the times of each frame, in seconds, for size x size eye rays.
 
     A scene without an animation stands still. Its triangles are updated all the same, as by a
     program that does not know that nothing moved. With AHEAD in the options another process builds
@@ -34,9 +35,10 @@ def measure(scene: str, method: str, options: Mapping[str, Any], size: int,
 
     Returns
     -------
-    update, trace : lists, with an entry for each frame after the first
+    update, trace : lists with the times of each measured frame
     rebuilt : number of frames whose structure was rebuilt
-    differing : rays, over all frames, whose distance is not that of a tree built for the frame
+    differing : number of rays, summed over all frames, whose hit distance differs from the
+        distance that a tree built for that frame gives
     """
     start = _start(scene)
     rays = start.camera.rays((size, size))

@@ -13,7 +13,7 @@ compares methods needs as many scenes and pairs as a table of times. A claim tha
 methods needs the scenes alone, and a claim about structure, which no scene can change, needs
 neither.
 
-Stand-ins for scenes are never scored. A verdict holds beside it what the same rules say of them.
+Stand-ins for scenes are never scored. A verdict also holds what the same rules say of them.
 """
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ TOO_LITTLE = "too little to judge"
 REDRAWN = "redrawn"            # a diagram or a picture: the survey prints nothing to score
 UNMEASURED = "not measured"
 WORDS = (REPRODUCED, ORDER, MOSTLY, CONTRADICTED, TOO_LITTLE, REDRAWN, UNMEASURED)
-HIGH, FACTOR = 0.8, 2.0        # the lowest tau-b of equal orders; ratios must be off by less
+HIGH, FACTOR = 0.8, 2.0        # orders agree if tau-b >= HIGH; ratios agree if off by < FACTOR
 LEAST_SCENES, LEAST_PAIRS = 2, 4
 
 
@@ -47,9 +47,10 @@ class Verdict:
     scenes : The scored scenes, each once.
     pairs : Number of pairs of methods that were compared on these scenes.
     agreed : Number of pairs that have the published order. None for claims.
-    claims, held : Number of claims that could be answered, and of claims that hold.
-    structure : Number of claims that no scene can change.
-    stand_ins : The verdict of the same rules on the stand-ins, whose names are its `scenes`.
+    claims : Number of claims that the measurements decide.
+    held : Number of these claims that hold.
+    structure : Number of these claims that no scene can change.
+    stand_ins : The verdict of the same rules on the stand-ins. Its `scenes` are the stand-ins.
     """
 
     word: str
@@ -64,7 +65,7 @@ class Verdict:
 
     @classmethod
     def from_json(cls, found: Any) -> Verdict | None:
-        """The verdict that `dataclasses.asdict` has written; None if it has other fields."""
+        """The verdict that `dataclasses.asdict` has written; None if the fields are others."""
         if not isinstance(found, dict) or set(found) != {one.name for one in fields(cls)}:
             return None
         return cls(**{**found, "scenes": tuple(found["scenes"]),
@@ -73,7 +74,7 @@ class Verdict:
 
 @dataclass(frozen=True)
 class Group:
-    """The times of the same methods on one scene and kind of rays, ours and the published ones."""
+    """Our times and the published times of the same methods, on one scene and kind of rays."""
 
     scene: str
     label: str      # the scene and the kind of rays, as reasons name them
@@ -95,9 +96,11 @@ class Pair(NamedTuple):
 class Claim:
     """A claim in words, and whether it holds.
 
+    says : the claim
     holds : None if the measurements cannot decide
-    scenes : the scenes that were measured for it; empty for a claim that no scene can change
-    pairs : the measured methods that it compares
+    scenes : the scenes that were measured for the claim; empty if no scene can change the claim
+    pairs : the pairs of measured methods that the claim compares
+    stand_in : whether the scenes are stand-ins
     """
 
     says: str
@@ -129,7 +132,7 @@ def of_claims(claims: Iterable[Claim], exceptions: Sequence[str] = ()) -> Verdic
     """The verdict on claims in words.
 
     ``exceptions`` are sentences on measured scenes that cannot show whether the claims hold. They
-    end the reason.
+    are appended to the reason.
     """
     found = list(claims)
     said = _beside_stand_ins(_of_claims([c for c in found if not c.stand_in]),
@@ -140,7 +143,7 @@ def of_claims(claims: Iterable[Claim], exceptions: Sequence[str] = ()) -> Verdic
 
 
 def word_of_claims(held: int, claims: int) -> str:
-    """The word for claims that are enough to judge."""
+    """The word of a verdict on enough claims, of which ``held`` hold."""
     return REPRODUCED if held == claims else MOSTLY if 2 * held > claims else CONTRADICTED
 
 
@@ -187,7 +190,10 @@ def _ties(tied: Sequence[Group]) -> list[str]:
 
 
 def _too_few(scenes: Sequence[str], pairs: int | None) -> str:
-    """Why so many scenes and pairs are too few for a verdict, or ""; None: no pairs are needed."""
+    """Why the scenes and pairs are too few for a verdict, or "" if they are enough.
+
+    ``pairs`` is None if the verdict needs no pairs.
+    """
     if len(scenes) >= LEAST_SCENES and (pairs is None or pairs >= LEAST_PAIRS):
         return ""
     needed, there = counted(LEAST_SCENES, "scene"), counted(len(scenes), "scene")
@@ -223,7 +229,7 @@ def _answer(holds: bool | None) -> str:
 
 
 def rests_on(verdict: Verdict) -> str:
-    """A clause on the scored scenes, the pairs of methods and the claims about structure."""
+    """A clause that counts the scored scenes, the pairs of methods and the claims on structure."""
     if verdict.word == REDRAWN:
         return "no number of the survey"
     parts = []

@@ -26,12 +26,12 @@ KILOBYTE = 1000
 
 
 def add_command(command: Command) -> None:
-    """Declare the command; ``command(name, run, text)`` returns a parser."""
+    """Declare the command. ``command(name, run, text)`` returns its parser."""
     sub = command("scenes", _run, "list the named scenes and the source of each, or fetch the "
                   "papers' scenes")
     sub.add_argument("--fetch", nargs="*", metavar="NAME", help="download these scenes and "
-                     f"convert them; without a name: {', '.join(ORIGINALS)}. Shows size and terms "
-                     "of each scene and asks before the download")
+                     f"convert them; without a name: {', '.join(ORIGINALS)}. The command shows "
+                     "the size and the terms of each scene and asks before the download")
     sub.add_argument("--from", dest="base", metavar="URL|FOLDER", help="take the files from a "
                      "copy that holds them as REPOSITORY/PATH; default: the repositories that "
                      "publish them")
@@ -71,7 +71,7 @@ def fetch(names: Sequence[str], base: str | None, agreed: bool) -> None:
     Raises
     ------
     Error
-        a scene cannot be fetched; scenes that were finished before stay
+        a scene cannot be fetched; the scenes that were finished before it are kept
     """
     for name in names:
         _check_name(name)
@@ -108,7 +108,7 @@ def fetch(names: Sequence[str], base: str | None, agreed: bool) -> None:
 
 
 def _check_name(name: str) -> None:
-    """Raise SceneError if a scene cannot be fetched; the message says what to do instead."""
+    """Raise SceneError if a scene cannot be fetched. The message says what to do instead."""
     if name in ORIGINALS:
         return
     row = catalogue.ROWS.get(name)
@@ -119,14 +119,14 @@ def _check_name(name: str) -> None:
 
 
 def _is_there(name: str) -> bool:
-    """Return whether the mesh of a scene is found, with the files that its animation reads."""
+    """Return whether the mesh of a scene and the files that its animation reads are there."""
     files = source_files()[name] if ORIGINALS[name].keeps_files else ()
     return catalogue.mesh_path(name) is not None and all(
         catalogue.original_file(file.place) is not None for file in files)
 
 
 def _show(names: Sequence[str], folder: Path, base: str | None) -> None:
-    """Print source, size and terms of each scene, and the folder that the scenes go to."""
+    """Print the source, size and terms of each scene, and the folder that the scenes go to."""
     for name in names:
         files = source_files()[name]
         size = sum(file.size for file in files) / 1e6
@@ -137,7 +137,7 @@ def _show(names: Sequence[str], folder: Path, base: str | None) -> None:
 
 
 def _ask() -> None:
-    """Ask whether to fetch the scenes; raise Error unless the answer is yes."""
+    """Ask the user whether to fetch the scenes. Raise Error unless the answer is yes."""
     advice = "nothing is fetched; give --yes to agree to the terms"
     if not sys.stdin or not sys.stdin.isatty():
         raise Error(f"no terminal to ask at: {advice}")
@@ -149,8 +149,10 @@ def _ask() -> None:
 
 @contextlib.contextmanager
 def _working(folder: Path) -> Iterator[Path]:
-    """Yield a folder for partial downloads within ``folder``, which only one run uses. Empty
-    folders are removed at the end."""
+    """Yield a folder within ``folder`` for partial downloads. Only one run uses it at a time.
+
+    At the end, empty folders that this run made are removed.
+    """
     created = [path for path in (folder, *folder.parents) if not path.exists()]
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -178,7 +180,7 @@ def _missing_files(name: str, folder: Path) -> list[SourceFile]:
 
 
 def _convert(name: str, folder: Path, work: Path) -> None:
-    """Write the mesh of a scene, unless a folder has it, and remove files that need not stay."""
+    """Write the mesh of a scene, unless a folder has it, and remove files that are not kept."""
     files, stay = source_files()[name], ORIGINALS[name].keeps_files
     paths = [folder / catalogue.PUBLISHED / file.place if stay else work / file.sha256
              for file in files]

@@ -1,4 +1,4 @@
-"""``gpgpu-rt scenes --fetch`` puts scenes where `load_scene` finds them, or leaves nothing."""
+"""``gpgpu-rt scenes --fetch`` puts scenes where `load_scene` finds them, or leaves no files."""
 from __future__ import annotations
 
 import hashlib
@@ -29,8 +29,8 @@ def _file(scene: str, path: str, content: bytes) -> SourceFile:
 
 @pytest.fixture
 def folder(tmp_path, monkeypatch) -> Path:
-    """A user's folder, with small originals of two scenes in ``copy``: the bunny in an archive,
-    the robots in files that stay, two of which are equal."""
+    """A user's folder, with small originals of two scenes in ``copy``. The bunny is in an archive.
+    The robots are in files that are kept, two of which are equal."""
     monkeypatch.setenv("GPGPU_RT_SCENES", "")
     monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path / "data"))
     monkeypatch.chdir(tmp_path)

@@ -37,8 +37,8 @@ def test_columns_come_from_the_table() -> None:
     ("bvh-threaded", {}, 0), ("bvh-threaded", {"rebuild_ratio": 0.0}, 2), ("bih", {}, 2),
     ("kd-stack", {}, 2), ("kd-stack", dict([frame_times.AHEAD]), 2)])
 def test_a_measured_cell(method: str, options: dict, rebuilt: int, monkeypatch) -> None:
-    """A measured cell of a small cloth has both times per frame. All distances equal the distances
-    in a newly built tree."""
+    """A measured cell of a small cloth has the times of updating and of tracing for each frame.
+    All distances equal those in a newly built tree."""
     monkeypatch.setattr("gpgpu_rt.scene.procedural.animations.CLOTH_CELLS", 20)
     for cached in (frame_times._start, frame_times._vertices, frame_times._distances):
         cached.cache_clear()

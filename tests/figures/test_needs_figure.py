@@ -1,5 +1,5 @@
-"""The figure of needs: methods make the same pictures from fewer bytes and passes, as the page
-says."""
+"""The figure of needs: renderers that are derived from scenes draw the same pictures with fewer
+bytes and passes, and the page shows the measured numbers."""
 from __future__ import annotations
 
 import csv

@@ -1,4 +1,4 @@
-"""Verdicts: the rules, the least that they rest on, and what stands beside them on pages."""
+"""Verdicts: their rules, the smallest numbers of scenes and pairs, and their words on pages."""
 from __future__ import annotations
 
 import json
@@ -10,7 +10,7 @@ import pytest
 from gpgpu_rt.figures.framework import provenance, verdicts
 from gpgpu_rt.figures.framework.verdicts import Claim, Group, Pair, Verdict
 
-TIMES = (1.0, 2.0, 4.0)      # three pairs a group
+TIMES = (1.0, 2.0, 4.0)      # times of three methods, so three pairs in a group
 
 
 def _groups(ours: tuple, *scenes: str, stand_in: bool = False) -> list[Group]:
@@ -141,7 +141,7 @@ def test_a_verdict_comes_back_from_its_file(tmp_path: Path) -> None:
     assert held is not None and held["left_out"] == {"no counts": 3}
     assert Verdict.from_json(held["verdict"]) == said
     assert set(held["verdict"]) == set(asdict(said)) and held["verdict"]["pairs"] == 3
-    # A page of a version whose verdicts had no counts is not shown until it is drawn again.
+    # A page by an older version, whose verdicts had no counts, is not shown until drawn again.
     held["verdict"] = {"word": verdicts.CONTRADICTED, "why": "one scene"}
     (tmp_path / "fig12.json").write_text(json.dumps(held))
     assert provenance.held("fig12", tmp_path) is None

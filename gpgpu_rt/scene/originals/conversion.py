@@ -23,10 +23,10 @@ class Original:
 
     Attributes
     ----------
-    file : the mesh file: a path in the scene's archive, or among the scene's files
-    triangles : the number of triangles
-    edit : changes the mesh after reading
-    keeps_files : whether the published files stay, because an animation reads them
+    file : the mesh file: a path in the scene's archive, or the name of one of the scene's files
+    triangles : the number of triangles that the mesh must have
+    edit : a function that changes the mesh after reading
+    keeps_files : whether the published files are kept, because an animation reads them
     """
 
     file: str
@@ -39,8 +39,8 @@ def _without_repeats(mesh: Mesh) -> Mesh:
     """Return a mesh without the triangles that repeat an earlier triangle, and without vertices
     that no triangle uses.
 
-    The published Cornell box has two bottom faces with the indices of side faces. Cornell
-    University's own data have 32 triangles.
+    In the published Cornell box, two faces of the bottom repeat the vertices of side faces.
+    Cornell University's own data have 32 triangles.
     """
     corners = np.sort(mesh.vertices[mesh.faces].view("f8,f8,f8")[..., 0], axis=1)
     _, first = np.unique(corners.view("f8").reshape(len(mesh.faces), -1), axis=0,
@@ -65,8 +65,8 @@ def convert(scene: str, files: list[Path], target: Path, work: Path) -> None:
     Parameters
     ----------
     scene : a name of ORIGINALS
-    files : the published files, complete: an archive, or the files themselves
-    work : a folder for temporary files, which only this run uses
+    files : the complete published files: either one archive, or the files themselves
+    work : a folder for temporary files, which no other run uses
 
     Raises
     ------
@@ -74,7 +74,7 @@ def convert(scene: str, files: list[Path], target: Path, work: Path) -> None:
         the files do not give the expected number of triangles
     """
     original = ORIGINALS[scene]
-    unpacked = work / "unpacked"     # a killed run may have left it
+    unpacked = work / "unpacked"     # a killed run may have left this folder
     shutil.rmtree(unpacked, ignore_errors=True)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")     # only positions and faces are kept

@@ -1,4 +1,4 @@
-"""Download: brings a file from a web server or a folder, complete and with the right digest."""
+"""Download: gets a file from a web server or a folder, and checks its size and digest."""
 from __future__ import annotations
 
 import hashlib
@@ -14,7 +14,7 @@ from ...disk.files import open_input
 from ...errors import Error, OptionError
 from .sources import SourceFile, is_url
 
-TRIES = 5              # connections in a row that bring no new byte before a download fails
+TRIES = 5              # a download fails after this many connections in a row without a new byte
 FIRST_WAIT = 0.2       # seconds before the second try; each further wait is twice as long
 SECONDS = 30           # longest wait for an answer of the server
 BLOCK = 1 << 16        # bytes that are read at a time
@@ -23,11 +23,11 @@ BLOCK = 1 << 16        # bytes that are read at a time
 LARGEST = 4
 _AGAIN = (408, 425, 429, 500, 502, 503, 504)     # HTTP statuses of a server that may recover
 
-Report = Callable[[int], None]    # takes the number of bytes that are there
+Report = Callable[[int], None]    # called with the number of bytes that have arrived so far
 
 
 class _Lost(Exception):
-    """The connection ended early; its text says why."""
+    """The connection ended early. The exception's text says why."""
 
 
 class _Stream:
@@ -75,20 +75,20 @@ class _Stream:
 
 
 def download(file: SourceFile, base: str | None, partial: Path, report: Report) -> None:
-    """Bring a file to ``partial``, and continue there if an earlier run brought a part of it.
+    """Download a file to ``partial``, and continue if an earlier run downloaded a part of it.
 
     Parameters
     ----------
-    file : the file to bring
+    file : the file to download
     base : URL or folder of a copy of the originals; None for the repository itself
-    partial : the path to write. An interrupted download stays there, so that a later call can
+    partial : the path to write. An interrupted download is kept there, so that a later call can
         continue. A file with the wrong size or digest is removed
-    report : shows progress
+    report : a function that shows the progress
 
     Raises
     ------
     Error
-        the file cannot be had, or it is not the expected file
+        the file cannot be downloaded, or it is not the expected file
     """
     source = file.location(base)
     if is_url(source) and not source.startswith(("http://", "https://")):
@@ -122,8 +122,8 @@ def download(file: SourceFile, base: str | None, partial: Path, report: Report) 
 
 
 def _read_all(file: SourceFile, source: str, partial: Path, report: Report) -> None:
-    """Append to ``partial`` until the server has sent the whole file; connect again if the
-    connection ends early."""
+    """Append to ``partial`` until the server has sent the whole file. If the connection ends
+    early, connect again."""
     failed = 0
     while True:
         before = partial.stat().st_size if partial.is_file() else 0
@@ -136,7 +136,7 @@ def _read_all(file: SourceFile, source: str, partial: Path, report: Report) -> N
         except urllib.error.HTTPError as failure:
             failure.close()
             said = f"{source}: the server answers {failure.code} {failure.reason}"
-            if failure.code == 416:     # the file there is shorter than the part
+            if failure.code == 416:     # the server's file is shorter than the part that is here
                 partial.unlink()
             elif failure.code not in _AGAIN:
                 raise Error(f"{said}; name another source by --from") from None
@@ -156,7 +156,7 @@ def _read_all(file: SourceFile, source: str, partial: Path, report: Report) -> N
 
 
 def _append(file: SourceFile, stream: _Stream, partial: Path, report: Report) -> None:
-    """Append the bytes of a stream to ``partial``, from the stream's start on."""
+    """Write the bytes of a stream to ``partial``, from the stream's start on."""
     limit = LARGEST * file.size
     with open(partial, "r+b" if partial.is_file() else "wb") as output:
         output.truncate(stream.start)

@@ -1,4 +1,4 @@
-"""An AFF file is an animation of the frames that it declares; frames follow its moving camera."""
+"""An AFF file is an animation with as many frames as it declares, whose camera may move."""
 from __future__ import annotations
 
 from pathlib import Path
@@ -13,7 +13,8 @@ from gpgpu_rt.workers.digest import digest
 
 VIEW = "v from 0 0 9 at 0 0 0 up 0 1 0 angle 40 hither 1 resolution 64 64\nb 0 0 0.5\nl 0 0 9\n"
 MOVE = "transl 4  0 0 0 0 0 0 0  0 0 0 0 0 0 0  10 2 0 0 0 0 0  10 2 0 0 0 0 0\n"
-# A still square, and a roof of two sides that moves: four vertices with two normals each.
+# A square that does not move, and a roof of two sides that moves. The roof has four vertices, of
+# which two have a normal for each side.
 PARTS = """p 4 -9 -9 -1  9 -9 -1  9 9 -1  -9 9 -1
 x roof { fm 1 1 1 0.9 0 0 0 0 0 0 0 0
 m vertices 4 -1 0 0  0 -1 1  0 1 1  1 0 0  normals 2 -1 0 1  1 0 1
@@ -51,8 +52,8 @@ def test_edges_stay_sharp(path: Path) -> None:
 
 
 def test_corners_that_meet_at_first_may_part(tmp_path: Path) -> None:
-    """A triangle that grows from a point, a hidden part, and parts that touch keep their own
-    vertices."""
+    """Corners with equal positions at frame 0 do not share a vertex if they may part later. Such
+    are a triangle that grows from a point, a hidden part, and parts that touch."""
     def patch(size: int) -> str:
         return f"0 0 0 0 0 1  {size} 0 0 0 0 1  0 {size} 0 0 0 1 "
     (tmp_path / "a.aff").write_text(
@@ -108,6 +109,6 @@ def test_frames_follow_the_camera(path: Path) -> None:
             expected = tracer.render(**animation.drawing(frame, {"size": (32, 32)}))
             assert (followed[frame] == np.asarray(expected)).all()
     assert (followed[0] == still[0]).all() and (followed[2] != still[2]).any()
-    # An option of the camera keeps it where it is at frame 0.
+    # An option of the camera keeps the camera where it is at frame 0.
     for held, same in zip(frames_of(path, "--fov", "40"), still):
         assert (held == same).all()

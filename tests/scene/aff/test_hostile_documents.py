@@ -1,5 +1,5 @@
-"""Broken and hostile AFF files are errors of one line that name the file and the line, and cost
-little time and memory."""
+"""Broken and hostile AFF files give an error of one line that names the file and the line. They
+take little time and memory."""
 from __future__ import annotations
 
 import os
@@ -191,7 +191,7 @@ def test_a_bomb_of_includes(leaf: str, tmp_path: Path) -> None:
 
 
 def test_the_budget_counts_repeated_files_only(tmp_path: Path, monkeypatch) -> None:
-    """A file's own statements always fit; the copies of an included file must fit the budget."""
+    """The budget limits only the copies of included files, and not a file's own statements."""
     monkeypatch.setenv(budget.VARIABLE, "0.1")
     own = "".join(f"fm {'0.5 ' * 12}\n{TRIANGLE}" for _ in range(1500))
     (tmp_path / "a.aff").write_text(own)

@@ -1,4 +1,4 @@
-"""BART's robots and kitchen come out as their PLY files to the bit, and their parts stay whole
+"""BART's robots and kitchen equal their PLY files to the bit, and their parts keep their shape
 while they move."""
 from __future__ import annotations
 
