@@ -121,7 +121,7 @@ class Comparison:
         groups = []
         for panel in dict.fromkeys(panel for panel, _ in results):
             ordered = self._ordered(panel, results)
-            groups.append(verdicts.Group(
+            groups.append(verdicts.MethodTimes(
                 panel.scene, panel.label, [ours["ns_per_ray"] for _, ours, _ in ordered],
                 [theirs for _, _, theirs in ordered],
                 any(ours["scene"]["stand_in"] for _, ours, _ in ordered)))

@@ -73,7 +73,7 @@ class Verdict:
 
 
 @dataclass(frozen=True)
-class Group:
+class MethodTimes:
     """Our times and the published times of the same methods, on one scene and kind of rays."""
 
     scene: str
@@ -121,7 +121,7 @@ def off_by(ours: Sequence[float], theirs: Sequence[float]) -> float:
     return 2 ** statistics.median(apart) if apart else math.nan
 
 
-def of_groups(groups: Iterable[Group]) -> Verdict:
+def of_groups(groups: Iterable[MethodTimes]) -> Verdict:
     """The verdict on a table of times; groups with fewer than two methods are left out."""
     compared = [group for group in groups if len(group.ours) > 1]
     return _beside_stand_ins(_of_groups([g for g in compared if not g.stand_in]),
@@ -155,7 +155,7 @@ def _beside_stand_ins(scored: Verdict, stand_ins: Verdict) -> Verdict:
     return replace(scored, stand_ins=stand_ins)
 
 
-def _of_groups(groups: Sequence[Group]) -> Verdict:
+def _of_groups(groups: Sequence[MethodTimes]) -> Verdict:
     if not groups:
         return Verdict(UNMEASURED, "none of its cells is measured.")
     counts = [(group, pair_counts(group.ours, group.theirs)) for group in groups]
@@ -176,14 +176,14 @@ def _of_groups(groups: Sequence[Group]) -> Verdict:
     return Verdict(word, "; ".join(why) + ".", scenes, pairs, agreed)
 
 
-def _order(ordered: Sequence[tuple[Group, PairCounts]], low: Sequence[str], agreed: int,
+def _order(ordered: Sequence[tuple[MethodTimes, PairCounts]], low: Sequence[str], agreed: int,
            pairs: int) -> str:
     return (f"tau-b is {HIGH:g} or more in {len(ordered) - len(low)} of "
             f"{counted(len(ordered), 'group')}" + (f" (below: {', '.join(low)})" if low else "")
             + f"; {agreed} of {counted(pairs, 'pair')} of methods have the published order")
 
 
-def _ties(tied: Sequence[Group]) -> list[str]:
+def _ties(tied: Sequence[MethodTimes]) -> list[str]:
     return [] if not tied else ["the published numbers of "
                                 f"{', '.join(group.label for group in tied)} tie, so they have no "
                                 "order to reproduce"]

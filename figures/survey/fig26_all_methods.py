@@ -168,7 +168,7 @@ def judge(data: Path, full: bool) -> verdicts.Verdict:
     found = rows(data, full)
     pairs = [(1 / row.measured, 1 / row.published) for row in found
              if row.measured and row.published]
-    said = verdicts.of_groups([verdicts.Group(SCENE, "all methods", *zip(*pairs))]
+    said = verdicts.of_groups([verdicts.MethodTimes(SCENE, "all methods", *zip(*pairs))]
                               if pairs else [])
     return replace(said, why=said.why + " Other columns: " + "; ".join(
         f"{name}: {_agreed(found, name, 'published')}" for name, _ in COLUMNS[1:3]) + ".")

@@ -12,7 +12,7 @@ from ..errors import Error
 LOCK = "lock"     # the file in the folder that a run locks
 
 
-class Claim:
+class FolderLock:
     """Creates a folder and locks it, until ``release`` or until the process ends for any reason.
 
     Parameters

@@ -18,7 +18,7 @@ from ..scene.originals.conversion import ORIGINALS, convert
 from ..scene.originals.download import download
 from ..scene.originals.sources import SourceFile, camera_text, source_files
 from ..text_format import counted
-from .folder_lock import Claim
+from .folder_lock import FolderLock
 from .progress import show_progress, tenths
 from .shared import Command, print_json, print_table, say
 
@@ -160,13 +160,13 @@ def _working(folder: Path) -> Iterator[Path]:
         raise Error(f"cannot create the folder {folder}: {failure.strerror}; name another folder "
                     "by GPGPU_RT_SCENES") from failure
     work = folder / ".fetching"
-    claim = Claim(work, folder)
+    lock = FolderLock(work, folder)
     try:
         for path in folder.glob(WRITING + "*"):     # a killed run left these files
             path.unlink()
         yield work
     finally:
-        claim.release()
+        lock.release()
         with contextlib.suppress(OSError):      # a folder that is not empty stays
             for path in (work, *created):
                 path.rmdir()

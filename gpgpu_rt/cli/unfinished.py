@@ -14,7 +14,7 @@ from PIL import Image
 from ..disk.budget import check_texels
 from ..disk.files import WRITING, is_file, open_input, read_input, read_json, replacing
 from ..errors import Error, LimitError, OptionError, SceneError
-from .folder_lock import Claim
+from .folder_lock import FolderLock
 from .shared import say
 
 RECORD = "parts.json"
@@ -57,7 +57,7 @@ class Unfinished:
         self._settings = json.loads(json.dumps({
             **settings, "version": importlib.metadata.version("gpgpu_rt")}, default=str))
         self._done: dict[str, str] = {}
-        self._claim = Claim(self.folder, output)
+        self._lock = FolderLock(self.folder, output)
         try:
             if resume:
                 self._take_on()
@@ -67,7 +67,7 @@ class Unfinished:
             self.missing = [part for part in range(count) if not self._is_there(part)]
             self._note()
         except BaseException:
-            self._claim.release()
+            self._lock.release()
             raise
 
     def keep(self, part: int, image: Image.Image) -> None:
@@ -106,7 +106,7 @@ class Unfinished:
         else:
             self._remove()
         finally:
-            self._claim.release()
+            self._lock.release()
 
     def _take_on(self) -> None:
         try:
@@ -141,7 +141,7 @@ class Unfinished:
 
     def _remove(self) -> None:
         self._clear()
-        self._claim.release()
+        self._lock.release()
         with contextlib.suppress(OSError):     # the folder stays if it holds foreign files
             self.folder.rmdir()
 

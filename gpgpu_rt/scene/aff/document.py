@@ -13,7 +13,7 @@ from ...disk.files import read_input
 from ..camera import Camera
 from ..light import PointLight
 from .geometry import Geometry
-from .keyframes import Motion
+from .keyframes import KeyedMotion
 from .statements import (
     Background, Close, Detail, Include, KeyFrames, Open, Span, Statement, read_statements
 )
@@ -71,7 +71,7 @@ class Document:
     path: Path
     nodes: list[Node] = field(default_factory=lambda: [Node(0, np.eye(3, 4))])
     instances: list[Instance] = field(default_factory=list)
-    motions: dict[str, Motion] = field(default_factory=dict)
+    motions: dict[str, KeyedMotion] = field(default_factory=dict)
     camera: Camera | None = None
     background: Background | None = None
     span: Span | None = None

@@ -158,7 +158,7 @@ def _matrix(q: np.ndarray) -> np.ndarray:
 
 
 @dataclass(frozen=True, eq=False)
-class Motion:
+class KeyedMotion:
     """The key frames of a transform. A part that is None leaves the transform's part the identity.
 
     Attributes

@@ -5,7 +5,7 @@ import numpy as np
 
 from .document import Document
 from .geometry import Keys
-from .keyframes import Motion
+from .keyframes import KeyedMotion
 
 
 class Placement:
@@ -27,7 +27,7 @@ class Placement:
         self._parent = np.array([node.parent for node in nodes])
         self._local = np.stack([np.eye(3, 4) if isinstance(node.transform, str)
                                 else node.transform for node in nodes])
-        self._motions: list[tuple[int, Motion]] = [
+        self._motions: list[tuple[int, KeyedMotion]] = [
             (k, document.motions[node.transform]) for k, node in enumerate(nodes)
             if isinstance(node.transform, str) and node.transform in document.motions]
         depth, moving = [0] * count, [False] * count

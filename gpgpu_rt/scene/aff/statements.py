@@ -14,7 +14,7 @@ from ..values import Vector, vector
 from .geometry import (
     Geometry, read_animated, read_cone, read_mesh, read_polygons, read_sphere, read_textured
 )
-from .keyframes import FEWEST, Motion, RotationSpline, Spline
+from .keyframes import FEWEST, KeyedMotion, RotationSpline, Spline
 from .surface import Surface
 from .tokens import Tokens
 
@@ -74,7 +74,7 @@ class KeyFrames:
     """The motion of all transforms with a name, or of the camera."""
 
     name: str
-    motion: Motion
+    motion: KeyedMotion
 
 
 Statement: TypeAlias = (Open | Close | Include | Detail | Background | Span | KeyFrames | Camera
@@ -240,7 +240,7 @@ def _key_frames(tokens: Tokens, _: bytes) -> Iterator[Statement]:
         said[part] = tokens.numbers(count * width, "key frames").reshape(count, width)
     tokens.expect("}")
     with np.errstate(over="ignore", invalid="ignore"):  # vertices that are not finite are refused
-        yield KeyFrames(name, Motion(
+        yield KeyFrames(name, KeyedMotion(
             Spline(said["transl"]) if "transl" in said else None,
             RotationSpline(said["rot"]) if "rot" in said else None,
             Spline(said["scale"]) if "scale" in said else None, said.get("visibility")))

@@ -7,7 +7,7 @@ import numpy as np
 
 from ..camera import Camera
 from .document import Document
-from .keyframes import Motion
+from .keyframes import KeyedMotion
 
 NAME = "camera"     # key frames of this name move the camera
 
@@ -24,7 +24,7 @@ class Viewpoint:
     """
 
     camera: Camera
-    motion: Motion | None
+    motion: KeyedMotion | None
 
     @classmethod
     def of(cls, document: Document) -> Viewpoint | None:

@@ -30,7 +30,7 @@ class _Lost(Exception):
     """The connection ended early. The exception's text says why."""
 
 
-class _Stream:
+class _Incoming:
     """The bytes of a file from a server or a folder.
 
     Attributes
@@ -130,7 +130,7 @@ def _read_all(file: SourceFile, source: str, partial: Path, report: Report) -> N
         if before >= file.size:
             return
         try:
-            with closing(_Stream(source, before)) as stream:
+            with closing(_Incoming(source, before)) as stream:
                 _append(file, stream, partial, report)
             return
         except urllib.error.HTTPError as failure:
@@ -155,7 +155,7 @@ def _read_all(file: SourceFile, source: str, partial: Path, report: Report) -> N
         time.sleep(FIRST_WAIT * 2 ** failed)
 
 
-def _append(file: SourceFile, stream: _Stream, partial: Path, report: Report) -> None:
+def _append(file: SourceFile, stream: _Incoming, partial: Path, report: Report) -> None:
     """Write the bytes of a stream to ``partial``, from the stream's start on."""
     limit = LARGEST * file.size
     with open(partial, "r+b" if partial.is_file() else "wb") as output:
