@@ -45,7 +45,8 @@ class Statistics:
     rebuilt : Whether the last update rebuilt the accelerator.
     trace_seconds : Time from the first draw to the end of the last draw. With ``presort``, also
         the time that the host sorts.
-    sort_seconds : The part of ``trace_seconds`` that sorts rays and restores the order of hits.
+    sort_seconds : The part of ``trace_seconds`` that sorts the rays, and puts the hits back into
+        the caller's order of rays.
     upload_seconds, readback_seconds : Time to copy arrays to textures, and textures to arrays.
     driver : Counts of the method's own driver, by name.
     counters : Means of the counters over all rays, with statistics=True.

@@ -45,8 +45,8 @@ def _begin() -> None:
 
 @lru_cache(maxsize=1)
 def _pool(size: int) -> ThreadPoolExecutor:
-    """Return the thread pool. It stays open, because starting threads takes half a millisecond.
-    The work on a million hits takes no longer."""
+    """Return the thread pool. It stays open, because starting threads takes half a millisecond,
+    which is at least as long as the work on a million hits."""
     return ThreadPoolExecutor(size, initializer=_begin)
 
 

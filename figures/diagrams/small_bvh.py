@@ -1,6 +1,6 @@
 """Small BVH: the diagrams' bounding volume hierarchy, as bvh-threaded builds and walks it.
 
-The hierarchy is built over the triangles of the small world, and traced by the same ray.
+The hierarchy is built over the triangles of the small world, and the small world's ray walks it.
 """
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ class Hierarchy:
         return self.bvh.order[first:first + self.bvh.count[node]].tolist()
 
     def hit_link(self, node: int) -> int | None:
-        """The next node for a ray that meets this node's box, which is the next in the array.
+        """The next node for a ray that meets this node's box. It is the next node in the array.
 
         None ends the walk. At a leaf, the hit link and the miss link lead to the same node.
         """

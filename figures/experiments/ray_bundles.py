@@ -38,11 +38,11 @@ def draw(data: Path, out: Path, full: bool) -> None:
               f"{row[8]:.1%}", f"{row[9]:.1%}", f"{row[10]:+.1%}"] for row in rows]
     cell, result = results[0]
     bundles = result["bundles"]
-    note = (f"{result['gpu']['renderer']}; light is gathered at four points of each of "
-            f"{cell.size} x {cell.size} pixels along "
-            f"{bundles['directions']} directions, each both ways, and is exchanged along "
-            f"{bundles['between']} directions between "
-            f"{bundles['by_resolution'][0]['patches']:,} patches; the path tracer has "
+    note = (f"{result['gpu']['renderer']}. Light is gathered at four points of each of "
+            f"{cell.size} x {cell.size} pixels. For this, parallel rays run along "
+            f"{bundles['directions']} directions and along their opposites. "
+            f"{bundles['by_resolution'][0]['patches']:,} patches exchange light along "
+            f"{bundles['between']} directions and their opposites. The path tracer has "
             f"{bundles['samples']} samples a pixel and a noise of {bundles['path_noise']:.1%}")
     write_text(out / "ray_bundles.md", (
         "# Ray bundles\n\n"
@@ -50,7 +50,8 @@ def draw(data: Path, out: Path, full: bool) -> None:
         "bundles are traced ray by ray through the same patches. The difference from these traced "
         "bundles is the error that the projections' pixels cause. The difference from the path "
         "tracer also contains the errors of patches and of few directions.\n\n"
-        "RMSE is the root of the mean squared difference, relative to the comparison. A point is "
+        "RMSE is the root of the mean squared difference. For traced bundles it is divided by the "
+        "root mean square of their light, for the path tracer by its mean light. A point is "
         "more than 5 % off if it differs by more than 5 % of the mean light. The median error "
         "is the median over pixels of the relative difference, and the bias is the difference of "
         "the mean light. The last three columns leave out the pixels of the lamp, the background "

@@ -13,8 +13,8 @@
 // Intersection", 1997. Here the determinant is compared to zero and not to an epsilon.
 //
 // INTERSECTION_PLUCKER: signed volumes of the ray and each edge (Plucker coordinates; Amanatides and
-// Choi 1997), with vertices relative to the ray's origin. A volume within one ulp of the volumes' sum counts
-// as zero.
+// Choi 1997), with vertices relative to the ray's origin. A volume counts as zero if its absolute value is
+// at most one ulp of the sum of the three volumes.
 //
 // INTERSECTION_KENSLER_SHIRLEY: Kensler and Shirley, "Optimizing Ray-Triangle Intersection via
 // Automated Search", 2006: the variant with two cross products, one of which is the normal.
@@ -55,7 +55,8 @@ float edge_function(vec3 p, vec3 q) {
 // fastest. llvmpipe's minimum of floats also checks for NaN, and comparisons joined by `and` wait for one
 // another. A NaN may count as any sign, because det and t are then NaN too and nothing is hit.
 
-const uint MINUS_ZERO = 0x80000000u;    // compared as unsigned: above all floats without a sign bit
+// As an unsigned integer, greater than the bits of every float whose sign bit is 0.
+const uint MINUS_ZERO = 0x80000000u;
 
 bool none_below_zero(vec3 v) {
     uvec3 bits = floatBitsToUint(v);

@@ -27,8 +27,8 @@
 
 uniform bool last_wave;     // the limit of bounces ends the rays of this wave
 
-// At the last bounce no further rays are traced. The rays that render/branch.frag would make get the light
-// of the surroundings instead.
+// At the last bounce no further rays are traced. Instead, the light of the surroundings is added for each
+// ray that render/branch.frag would make.
 vec3 surroundings_beyond(Surface surface, vec3 incoming, vec3 weight) {
     vec3 light = vec3(0.0);
     for (int k = 0; k < 2; ++k) {

@@ -114,7 +114,7 @@ def told(name: str) -> str:
 
 @functools.lru_cache(maxsize=8)
 def workload(scene: str, name: str, size: int) -> Workload:
-    """Return the workload of a name, for an image of ``size`` x ``size`` pixels.
+    """Return the workload with this name, for an image of ``size`` x ``size`` pixels.
 
     The names are ``eye rays``, ``shadow rays``, ``mirror rays 2``, ``diffuse rays 2`` and
     ``random rays``. The number after mirror and diffuse rays is the number of bounces. For mirror

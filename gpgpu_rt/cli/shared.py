@@ -55,7 +55,7 @@ def names(text: str) -> list[str]:
 
 
 class _Collect(argparse.Action):
-    """Appends names to the names of earlier words, each name once."""
+    """Appends the names to the names that earlier ``-m`` options gave. Keeps each name once."""
 
     def __call__(self, parser: argparse.ArgumentParser, chosen: argparse.Namespace, values: Any,
                  word: str | None = None) -> None:
@@ -83,8 +83,8 @@ def add_method(sub: argparse.ArgumentParser, text: str, required: bool = False) 
 def add_methods(sub: argparse.ArgumentParser, default: str | None = None) -> None:
     """Declare ``-m`` for several methods; ``chosen.methods`` is their list.
 
-    With a ``default``, which is a text for the help, the user may leave out ``-m``, and
-    ``chosen.methods`` is None.
+    ``default`` is a text for the help. If it is given, the user may leave out ``-m``;
+    ``chosen.methods`` is then None.
     """
     sub.add_argument("-m", "--method", "--methods", required=default is None, action=_Collect,
                      dest="methods", metavar="NAME,NAME,...", type=names,
@@ -130,8 +130,8 @@ def _help(kinds: Mapping[Option, Sequence[str]]) -> str:
     """Return the help text of a word, which options of several methods may share.
 
     Each different text occurs once. If there are several, the methods stand before their text.
-    Each different default occurs once. If a text has several, the methods stand after their
-    default: "default 10 for lbvh, 2 for hybrid".
+    Each different default occurs once. If a text has several defaults, each default is followed by
+    its methods: "default 10 for lbvh, 2 for hybrid".
     """
     texts: dict[str, dict[str, list[str]]] = {}
     for option, owners in kinds.items():
@@ -210,7 +210,7 @@ def parsed(chosen: argparse.Namespace, prefix: str, asked: Iterable[str],
 
     Parameters
     ----------
-    chosen : the parsed arguments; an option's text has the attribute ``prefix`` + name
+    chosen : the parsed arguments; their attribute ``prefix`` + name holds the text of the option
     asked : the names of the options to look for
     known : the options of the owner, whose name is ``whose``
 
@@ -289,8 +289,8 @@ def seconds_word(text: str) -> float:
 
 
 def print_any_name() -> None:
-    """Make stdout and stderr escape characters that the terminal's encoding lacks, as in the name
-    of a file."""
+    """Make stdout and stderr print a backslash escape for each character that the terminal's
+    encoding lacks. The name of a file may contain such characters."""
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):
             stream.reconfigure(errors="backslashreplace")

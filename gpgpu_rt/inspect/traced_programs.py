@@ -113,7 +113,8 @@ def method_files(method: str) -> dict[str, tuple[str, ...]]:
 
 
 def find_program(programs: Collection[TracedProgram], name: str) -> TracedProgram:
-    """Return the program of a name. Raise OptionError with the nearest names for no match."""
+    """Return the program with this name. If there is none, raise OptionError with the nearest
+    names."""
     for one in programs:
         if one.name == name:
             return one

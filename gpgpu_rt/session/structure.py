@@ -76,7 +76,8 @@ class Structure:
 
     @property
     def hit_triangles(self) -> np.ndarray:
-        """(n, 3, 3) float32, the triangles that rays are tested against, in the order of hits."""
+        """(n, 3, 3) float32, the triangles that rays are tested against, rounded as the method's
+        tables store them. Row i is the triangle that hits name by index i."""
         coarser = self.accelerator.shown
         return self.triangles if coarser is None else self.builder.stored(self.shown)
 

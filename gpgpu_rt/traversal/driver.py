@@ -83,8 +83,8 @@ class DriverBase:
     ----------
     programs : key -> pass
     kept : name -> target or other part that the driver owns
-    keeps_states : whether a target of the method's record ``state`` holds each ray's state
-        between passes, so that states can be observed
+    keeps_states : whether each ray's state is kept between passes in a target with the fields of
+        the method's record ``state``. States can then be observed
     """
 
     keeps_states = False
@@ -110,7 +110,8 @@ class DriverBase:
 
     def keep(self, name: str, make: Callable[[], Part],
              fits: Callable[[Part], bool] = lambda part: True) -> Part:
-        """Return the part of a name. If the part does not fit, release and remake the part."""
+        """Return the part with this name. If there is none, make it. If it does not fit, release
+        it and make it again."""
         part = self.kept.get(name)
         if part is None or not fits(part):
             self.drop(name)
@@ -118,7 +119,7 @@ class DriverBase:
         return part
 
     def drop(self, name: str) -> None:
-        """Release the part of a name, if it exists."""
+        """Release the part with this name, if there is one."""
         release(self.kept.pop(name, None))
 
     def draw(self, program: FullScreenPass, target: Drawable, samplers: Samplers,
@@ -150,8 +151,9 @@ class MethodDriver(DriverBase):
 
     Parameters
     ----------
-    driver : the driver that a stage, such as sorted rays, owns and runs on the changed rays; None
-        for a method's own driver
+    driver : the inner driver, if this driver is a stage such as sorted rays: the stage prepares
+        the rays, or the places where they enter the tree, and then runs the inner driver. None if
+        this is a method's own driver
     """
 
     def __init__(self, setup: Setup, driver: Driver | None = None) -> None:

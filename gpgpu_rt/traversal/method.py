@@ -176,7 +176,7 @@ class Method:
     packet_state : (options) -> Stepwise, for a packet method that runs under ``step``.
     single : Name of the method that traces the rays of packets that reach the limit on steps.
     entry_walk : GLSL file of a beam's walk through the tree, for the option ``entry_points``.
-    own_array : (options) -> whether each fragment has an array that it writes by its own index.
+    own_array : (options) -> whether each fragment writes into an array at an index of its own.
     fixed_defines : GLSL defines of all programs of this method. They tell apart the methods that
         share a GLSL file.
     stack, packet, dynamic : Columns of the survey's Table 1.

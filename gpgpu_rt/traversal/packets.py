@@ -159,12 +159,12 @@ class PacketTraversal(MethodDriver):
     # Programs and textures ------------------------------------------------------------------
 
     def _program(self, name: str, any_hit: bool, rays: Record) -> FullScreenPass:
-        """Return the full-screen program of a name. The program reads the record ``rays``."""
+        """Return the full-screen program with this name. It reads the record ``rays``."""
         return self.program((name, any_hit, rays), lambda: FullScreenPass(
             self.gpu, *self._texts(name, any_hit, rays)))
 
     def _tile_pass(self, name: str, any_hit: bool, rays: Record) -> TilePass:
-        """Return the program of a name, as a pass over tiles."""
+        """Return the program with this name, as a pass over tiles."""
         return self.program(("tiles", name, any_hit, rays), lambda: TilePass(
             self.gpu, *self._texts(name, any_hit, rays)))
 

@@ -1,4 +1,5 @@
-"""The page on entry points and bounds, and docs/bvh.md on entry points, show measured numbers."""
+"""The figure's page entry_points.md and the table of entry points in docs/bvh.md show measured
+numbers."""
 from __future__ import annotations
 
 import csv
@@ -32,7 +33,7 @@ def test_measured_cells_are_drawn(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
 
 
 def page_rows() -> dict[str, list[dict[str, float]]]:
-    """Returns the four rows of each method: method -> rows, each scene -> number.
+    """Returns method -> its four rows in docs/bvh.md. Each row is a dict, scene -> number.
 
     The rows are the nodes without entry points, the nodes with them, the nodes of the beams, and
     how many times fewer nodes are visited in all.

@@ -235,7 +235,8 @@ def test_keys_typed_into_a_busy_window_are_no_shortcuts(person, tmp_path: Path) 
     one.process.send_signal(signal.SIGCONT)
     one.settled()
     found = one.quit()
-    assert found["settings"]["method"] == "bvh-threaded", "M was taken for the next method"
+    assert found["settings"]["method"] == "bvh-threaded", (
+        "the typed m acted as the shortcut for the next method")
     assert found["settings"]["mode"] == "picture" and not list(tmp_path.glob("*.png"))
 
 

@@ -35,7 +35,8 @@ class EyeDrivers:
         ----------
         driver : the method's own driver
         first_hits : a value of ``first_hits.FIRST_HITS``
-        triangles : (n, 3, 3) float32, as the method's tables hold them, in the order of hits
+        triangles : (n, 3, 3) float32, rounded as the method's tables store them; row i is the
+            triangle that hits name by index i
 
         Raises
         ------

@@ -104,7 +104,8 @@ class FirstHits(DriverBase):
 
         Parameters
         ----------
-        triangles : (n, 3, 3) float32, as the method's tables hold them, in the order of hits
+        triangles : (n, 3, 3) float32, rounded as the method's tables store them; row i is the
+            triangle that hits name by index i
         """
         self.driver = driver
         corners = triangles.reshape(-1, 3)

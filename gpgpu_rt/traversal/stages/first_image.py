@@ -12,10 +12,13 @@ from ...rays.textures import StateBuffers
 from .records import SHOWN, SHOWN_BLOCK, SHOWN_FOUR
 
 # Side of a square in pixels. A rival of a shown triangle is a triangle that a ray may hit before
-# it. The search asks for each triangle where it is a rival. The search skips a square in which the
-# triangle is hidden, or in which it is the only triangle shown.
+# it. For each triangle, a search finds whether it is a rival in the image, or in a part of the
+# image. The search skips a square in which the triangle is hidden, or in which it is the only
+# triangle shown.
 BLOCK = 8
-PART_SIDE = 32    # side in pixels of the parts of the image in which large triangles are searched
+# Side in pixels of a part of the image; the search for rivals treats a large triangle part by
+# part.
+PART_SIDE = 32
 
 
 class FirstImage:
@@ -63,7 +66,8 @@ class FirstImage:
 
 
 def cut(rows: np.ndarray, first: np.ndarray, last: np.ndarray) -> np.ndarray:
-    """Return PART fields, (k, 3): every triangle of ``rows`` in every part of its rectangle.
+    """Return (k, 3) fields of the record PART: the row of a triangle, and the first pixel (x, y)
+    of a part. There is one entry for each triangle of ``rows`` and each part of its rectangle.
 
     A triangle's rectangle of parts goes from the part ``first`` to the part ``last``. The part in
     column x and row y has the number x + 1024 y.

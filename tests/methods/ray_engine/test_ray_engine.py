@@ -115,7 +115,7 @@ def test_what_24_bits_of_depth_lose(exponent: int, least: float, most: float, se
 @pytest.mark.parametrize("seed", [8], ids="seed{}".format)
 @pytest.mark.parametrize("name", ["denormals", "slivers", "moved-1e6", "degenerate", "in-planes"])
 def test_the_host_intersects_to_the_same_bits(exact_renderer, name: str, seed: int) -> None:
-    """The host also computes the same bits in the extreme cases."""
+    """In the extreme cases too, the host's intersections give the same bits as the passes."""
     case = make_case(name, 300, seed)
     answers = []
     for options in ({}, {"cpu_below": 10**9}):

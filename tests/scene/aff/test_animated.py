@@ -52,8 +52,9 @@ def test_edges_stay_sharp(path: Path) -> None:
 
 
 def test_corners_that_meet_at_first_may_part(tmp_path: Path) -> None:
-    """Corners with equal positions at frame 0 do not share a vertex if they may part later. Such
-    are a triangle that grows from a point, a hidden part, and parts that touch."""
+    """Corners with equal positions at frame 0 do not share a vertex if they may separate later.
+    Examples are the corners of a triangle that grows from a point, of a hidden part, and of parts
+    that touch."""
     def patch(size: int) -> str:
         return f"0 0 0 0 0 1  {size} 0 0 0 0 1  0 {size} 0 0 0 1 "
     (tmp_path / "a.aff").write_text(
