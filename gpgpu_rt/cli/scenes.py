@@ -6,17 +6,18 @@ import contextlib
 import hashlib
 import json
 import sys
+import warnings
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from ..disk.files import WRITING, is_file, read_input, read_json, replacing
+from ..disk.files import WRITING, check_writable, is_file, read_input, read_json, replacing
 from ..errors import Error, OptionError, SceneError, nearest_names
 from ..scene import catalogue
 from ..scene.camera import load_cameras
 from ..scene.loading import list_scenes
 from ..scene.originals.conversion import ORIGINALS, convert
 from ..scene.originals.download import download
-from ..scene.originals.sources import SourceFile, camera_text, source_files
+from ..scene.originals.sources import SourceFile, camera_text, is_url, source_files
 from ..text_format import counted
 from .folder_lock import FolderLock
 from .progress import show_progress, tenths
@@ -40,7 +41,8 @@ def add_command(command: Command) -> None:
 
 def _run(chosen: argparse.Namespace) -> None:
     if chosen.fetch is not None:
-        fetch(chosen.fetch or list(ORIGINALS), chosen.base, chosen.yes)
+        words = [word for text in chosen.fetch for word in text.split(",") if word]
+        fetch(words or list(ORIGINALS), chosen.base, chosen.yes)
         if not chosen.json:
             return
     elif chosen.base or chosen.yes:
@@ -73,18 +75,35 @@ def fetch(names: Sequence[str], base: str | None, agreed: bool) -> None:
     Error
         a scene cannot be fetched; the scenes that were finished before it are kept
     """
+    names = list(dict.fromkeys(name.removesuffix("-moving") for name in names))
     for name in names:
         _check_name(name)
-    folder = next(iter(catalogue.named_folders()), catalogue.data_folder())
-    wanted = [name for name in dict.fromkeys(names) if not _is_there(name)]
+    _check_base(base)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")     # a missing folder of GPGPU_RT_SCENES is created
+        folder = next(iter(catalogue.named_folders()), catalogue.data_folder())
+        wanted = [name for name in names if not _is_there(name)]
     for name in names:
         if name not in wanted:
             say(f"{name} is there: {catalogue.mesh_path(name)}")
     if not wanted:
         return
+    if folder.is_dir():
+        check_writable(folder / f"{wanted[0]}.ply")
     _show(wanted, folder, base)
     if not agreed:
         _ask()
+    try:
+        _fetch(wanted, base, folder)
+    except KeyboardInterrupt:
+        say("interrupted; the same command continues with what is downloaded so far")
+        raise
+    for name in wanted:
+        print(f"{name}: {ORIGINALS[name].triangles:,} triangles, {catalogue.mesh_path(name)}")
+
+
+def _fetch(wanted: Sequence[str], base: str | None, folder: Path) -> None:
+    """Download, convert and place the scenes, after all checks."""
     cameras = folder / "cameras.json"
     if is_file(cameras):
         load_cameras(cameras)      # report a damaged file now, not after the download
@@ -103,8 +122,21 @@ def fetch(names: Sequence[str], base: str | None, agreed: bool) -> None:
                     (work / file.sha256).replace(place)
             _convert(name, folder, work)
             _add_camera(name, cameras)
-    for name in wanted:
-        print(f"{name}: {ORIGINALS[name].triangles:,} triangles, {catalogue.mesh_path(name)}")
+
+
+def _check_base(base: str | None) -> None:
+    """Raise OptionError if ``base`` is a folder that holds no copy of the originals."""
+    if base is None or is_url(base):
+        return
+    repositories = sorted({file.place.parts[0] for files in source_files().values()
+                           for file in files})
+    if not Path(base).is_dir():
+        host = base.partition("/")[0].partition(":")[2].isdigit()
+        raise OptionError(f"--from {base}: there is no such folder"
+                          + (f"; did you mean http://{base}?" if host else "; check the path"))
+    if not any(Path(base, name).is_dir() for name in repositories):
+        raise OptionError(f"--from {base}: the folder has none of {', '.join(repositories)}; give "
+                          "the folder that holds the originals as REPOSITORY/PATH")
 
 
 def _check_name(name: str) -> None:
@@ -113,7 +145,9 @@ def _check_name(name: str) -> None:
         return
     row = catalogue.ROWS.get(name)
     if row is None:
-        raise SceneError(f"no scene {name!r} to fetch{nearest_names(name, ORIGINALS)}")
+        raise SceneError(f"no scene {name!r} to fetch{nearest_names(name, catalogue.ROWS)}")
+    if row.stand_in is None:
+        raise SceneError(f"{name} is built in, so there is nothing to fetch")
     raise SceneError(f"{name} cannot be fetched: {row.page or row.original}; these scenes can: "
                      f"{', '.join(ORIGINALS)}")
 
@@ -138,13 +172,12 @@ def _show(names: Sequence[str], folder: Path, base: str | None) -> None:
 
 def _ask() -> None:
     """Ask the user whether to fetch the scenes. Raise Error unless the answer is yes."""
-    advice = "nothing is fetched; give --yes to agree to the terms"
     if not sys.stdin or not sys.stdin.isatty():
-        raise Error(f"no terminal to ask at: {advice}")
+        raise Error("no terminal to ask at: nothing is fetched; give --yes to agree to the terms")
     print("Fetch these scenes and agree to their terms? [y/N] ", end="", file=sys.stderr,
           flush=True)
     if sys.stdin.readline().strip().lower() not in ("y", "yes"):
-        raise Error(advice)
+        raise Error("nothing is fetched")
 
 
 @contextlib.contextmanager

@@ -75,8 +75,9 @@ def test_scenes_are_found_by_their_names(folder: Path, capsys) -> None:
         camera = json.loads((data / "cameras.json").read_text())[name]
         assert scene.stand_in is None and list(scene.camera.eye) == camera["eye"]
         np.testing.assert_array_equal(scene.triangles, BOX.triangles.astype(np.float32))
-    assert fetch("bunny", "robots") == 0        # nothing is left to do
-    assert "bunny is there" in capsys.readouterr().err
+    assert fetch("bunny,robots-moving") == 0        # nothing is left to do
+    err = capsys.readouterr().err
+    assert "bunny is there" in err and "robots is there" in err
 
 
 def test_the_users_folder_comes_first_and_keeps_its_files(folder: Path, monkeypatch) -> None:
@@ -96,9 +97,12 @@ def test_the_users_folder_comes_first_and_keeps_its_files(folder: Path, monkeypa
 
 @pytest.mark.parametrize("words, message", [
     (["fairyforest"], "cannot be fetched: https://www.sci.utah.edu/~wald/animrep/"),
-    (["tenk"], "tenk cannot be fetched: built in"),
+    (["tenk"], "tenk is built in, so there is nothing to fetch"),
+    (["fairy-forst"], "did you mean fairyforest"),
     (["buny"], "did you mean bunny"),
-    (["bunny", "--from", "nowhere"], "nowhere has no file meshes/bunny.zip"),
+    (["bunny", "--from", "nowhere"], "--from nowhere: there is no such folder; check the path"),
+    (["bunny", "--from", "localhost:8000"], "did you mean http://localhost:8000?"),
+    (["bunny", "--from", "copy/meshes"], "the folder has none of meshes"),
     (["bunny", "--from", "http://127.0.0.1:9"], "cannot reach")])
 def test_mistakes_are_one_line_and_leave_nothing(folder: Path, words: list, message: str,
                                                  capsys) -> None:
