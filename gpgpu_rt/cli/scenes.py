@@ -10,7 +10,7 @@ import warnings
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from ..disk.files import WRITING, check_writable, is_file, read_input, read_json, replacing
+from ..disk.files import check_writable, is_file, read_input, read_json
 from ..errors import Error, OptionError, SceneError, nearest_names
 from ..scene import catalogue
 from ..scene.camera import load_cameras
@@ -55,7 +55,7 @@ def _run(chosen: argparse.Namespace) -> None:
                   r["original"]) for r in rows])
     print(f"\n`gpgpu-rt scenes --fetch` downloads {', '.join(ORIGINALS)}.")
     for row in catalogue.ROWS.values():
-        if row.page and row.name not in ORIGINALS and catalogue.mesh_path(row.name) is None:
+        if row.page and catalogue.mesh_path(row.name) is None:
             print(f"{row.name}: {row.page}")
     print("Meshes are searched in the folders of GPGPU_RT_SCENES, then in ./scenes, then in "
           f"{catalogue.data_folder()}.")
@@ -109,7 +109,7 @@ def _fetch(wanted: Sequence[str], base: str | None, folder: Path) -> None:
         load_cameras(cameras)      # report a damaged file now, not after the download
     with _working(folder) as work, show_progress("kilobyte", tenths("kilobyte")) as report:
         missing = {name: _missing_files(name, folder) for name in wanted}
-        total = 1 + sum(file.size for files in missing.values() for file in files) // KILOBYTE
+        total = -(-sum(file.size for files in missing.values() for file in files) // KILOBYTE) or 1
         done = 0
         for name in wanted:
             for file in missing[name]:
@@ -120,8 +120,10 @@ def _fetch(wanted: Sequence[str], base: str | None, folder: Path) -> None:
                     place = folder / catalogue.PUBLISHED / file.place
                     place.parent.mkdir(parents=True, exist_ok=True)
                     (work / file.sha256).replace(place)
+            # The mesh comes last, because a scene with a mesh counts as fetched.
+            _add_camera(name, cameras, work)
             _convert(name, folder, work)
-            _add_camera(name, cameras)
+        report(total, total, "")
 
 
 def _check_base(base: str | None) -> None:
@@ -156,7 +158,8 @@ def _is_there(name: str) -> bool:
     """Return whether the mesh of a scene and the files that its animation reads are there."""
     files = source_files()[name] if ORIGINALS[name].keeps_files else ()
     return catalogue.mesh_path(name) is not None and all(
-        catalogue.original_file(file.place) is not None for file in files)
+        (path := catalogue.original_file(file.place)) is not None
+        and path.stat().st_size == file.size for file in files)
 
 
 def _show(names: Sequence[str], folder: Path, base: str | None) -> None:
@@ -195,8 +198,6 @@ def _working(folder: Path) -> Iterator[Path]:
     work = folder / ".fetching"
     lock = FolderLock(work, folder)
     try:
-        for path in folder.glob(WRITING + "*"):     # a killed run left these files
-            path.unlink()
         yield work
     finally:
         lock.release()
@@ -218,17 +219,18 @@ def _convert(name: str, folder: Path, work: Path) -> None:
     paths = [folder / catalogue.PUBLISHED / file.place if stay else work / file.sha256
              for file in files]
     if catalogue.mesh_path(name) is None:
-        convert(name, paths, folder / f"{name}.ply", work)
+        convert(name, paths, work).replace(folder / f"{name}.ply")
     if not stay:
         for path in paths:
             path.unlink()
 
 
-def _add_camera(name: str, path: Path) -> None:
+def _add_camera(name: str, path: Path, work: Path) -> None:
     """Add the camera of a scene to a file of cameras, unless the file has a camera for it."""
     cameras = read_json(path) if is_file(path) else {}
     camera = json.loads(camera_text()).get(name)
     if camera is None or name in cameras:
         return
-    with replacing(path) as temporary:
-        temporary.write_text(json.dumps({**cameras, name: camera}, indent=1) + "\n")
+    temporary = work / path.name
+    temporary.write_text(json.dumps({**cameras, name: camera}, indent=1) + "\n")
+    temporary.replace(path)
