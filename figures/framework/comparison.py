@@ -230,7 +230,8 @@ class Comparison:
                 parts.append("Where the order differs:\n\n" + "\n".join(
                     f"* {line}" for line in explained) + "\n")
         parts.append("tau-b says how well our order of the methods agrees with the published "
-                     "order: 1 for the same order, -1 for the reverse. Published numbers within "
+                     "order: 1 for the same order, -1 for the reverse. Ties between published "
+                     "numbers make the highest value smaller than 1. Published numbers within "
                      "5 % count as ties.\n")
         for head, lines in (("What the counters show", self.remarks(results)),
                             ("What differs", self._differences(results))):

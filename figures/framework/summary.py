@@ -106,7 +106,8 @@ def _too_little(some: Sequence[Judged]) -> list[str]:
         f"{counted(len(some), 'figure')} {'rests' if len(some) == 1 else 'rest'} on too little to "
         f"judge, because a verdict needs {LEAST_SCENES} scored scenes and, where it compares "
         f"methods, {LEAST_PAIRS} pairs of them" + (f": {_figures(some)}." if some else "."),
-        f"{len(lacking)} of these would rest on enough if the papers' meshes had been found"
+        f"{len(lacking)} of these would rest on enough if the papers' meshes had been found "
+        "(`gpgpu-rt scenes --fetch` gets most of them)"
         + (f": {_figures(lacking)} had stand-ins for {counted(len(missing), 'scene')} "
            f"({_and(missing)})." if lacking else "."),
         "Stand-ins are never scored; for the stand-ins of "

@@ -310,7 +310,7 @@ def print_stand_in(scene: Scene) -> None:
     """Print a note if the scene is a stand-in for a scene of the papers."""
     if scene.stand_in:
         print(f"{scene.name} is a procedural stand-in for {scene.stand_in} "
-              "(`gpgpu-rt scenes` names the source of the original)")
+              "(`gpgpu-rt scenes` says how to get the original)")
 
 
 def print_table(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> None:

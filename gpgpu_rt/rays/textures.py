@@ -174,7 +174,11 @@ class StateBuffers(PingPong):
         self._state, self._smaller = state, dict[tuple[int, int], StateBuffers]()
 
     def hits(self) -> Target:
-        """Return a target over the hits of side 0. The states of side 0 then read as done."""
+        """Return a target over the hits of side 0.
+
+        The states of side 0 read as done, until passes write states again. Rays' states are read
+        only if a ray was stopped, or with statistics; the states are then written first.
+        """
         if self._hits is None:
             self.side(0).clear()
             self._hits = self.side(0).part(self.precision.layout(HIT))

@@ -39,7 +39,7 @@ def _prepare(triangles: np.ndarray, options: Mapping[str, Any]) -> Accelerator:
 
 ROWS = (Method(
     name="bih",
-    summary="traverses a tree with two planes per node, the end of the left and the begin of the "
+    summary="traverses a tree with two planes per node, the end of the left and the start of the "
             "right child; climbs the parents after each leaf",
     citation="Waechter and Keller 2006",
     glsl="methods/bih/bih.glsl",

@@ -1,7 +1,7 @@
 """Bounding interval hierarchy: the tree, and its build by halving cells.
 
 C. Waechter, A. Keller, "Instant ray tracing: the bounding interval hierarchy", EGSR 2006. A node
-holds an axis and two planes: the end of its left child and the begin of its right child. The
+holds an axis and two planes: the end of its left child and the start of its right child. The
 cells of a regular grid over the scene give the split planes. The build halves a cell across its
 longest side and sorts triangles to the left or right by the centres of their boxes. If one half
 has no triangles, the build makes no node and halves the other half again. The build computes no
@@ -37,7 +37,7 @@ class Bih:
     ----------
     lo, hi : (3,) float32, the box of the triangles, world units
     axis : (n,) int8, 0, 1, 2, or 3 for a leaf
-    left_hi, right_lo : (n,) float32, the end of an inner node's left child and the begin of its
+    left_hi, right_lo : (n,) float32, the end of an inner node's left child and the start of its
         right child along the axis; 0 for a leaf
     child : (n,) int32, the left child of an inner node (the right child is child + 1), or a
         leaf's first triangle in `order`

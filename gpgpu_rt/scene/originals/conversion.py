@@ -11,7 +11,6 @@ from pathlib import Path
 import numpy as np
 import trimesh
 
-from ...disk.files import replacing
 from ...errors import SceneError
 from .. import mesh_file
 from ..mesh import Mesh
@@ -59,14 +58,14 @@ ORIGINALS: dict[str, Original] = {
 }
 
 
-def convert(scene: str, files: list[Path], target: Path, work: Path) -> None:
-    """Write the mesh of a scene to ``target``, a PLY file.
+def convert(scene: str, files: list[Path], work: Path) -> Path:
+    """Return a PLY file with the mesh of a scene, in the folder ``work``.
 
     Parameters
     ----------
     scene : a name of ORIGINALS
     files : the complete published files: either one archive, or the files themselves
-    work : a folder for temporary files, which no other run uses
+    work : a folder that no other run uses
 
     Raises
     ------
@@ -74,22 +73,25 @@ def convert(scene: str, files: list[Path], target: Path, work: Path) -> None:
         the files do not give the expected number of triangles
     """
     original = ORIGINALS[scene]
-    unpacked = work / "unpacked"     # a killed run may have left this folder
-    shutil.rmtree(unpacked, ignore_errors=True)
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")     # only positions and faces are kept
+    unpacked = work / "unpacked"
+    shutil.rmtree(unpacked, ignore_errors=True)     # a killed run may have left the folder
+    try:
         if len(files) == 1:
             with zipfile.ZipFile(files[0]) as archive:
                 archive.extractall(unpacked)
             path = unpacked / original.file
         else:
             path = next(file for file in files if file.name == original.file)
-        mesh = original.edit(mesh_file.read(path))
-    shutil.rmtree(unpacked, ignore_errors=True)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")     # only positions and faces are kept
+            mesh = original.edit(mesh_file.read(path))
+    finally:
+        shutil.rmtree(unpacked, ignore_errors=True)
     if len(mesh.faces) != original.triangles:
         raise SceneError(f"{scene}: the published files give {len(mesh.faces):,} triangles, but "
                          f"{original.triangles:,} are expected; report this as an error of "
                          "gpgpu_rt")
-    shape = trimesh.Trimesh(mesh.vertices, mesh.faces, process=False)
-    with replacing(target) as path:
-        path.write_bytes(shape.export(file_type="ply"))
+    target = work / f"{scene}.ply"
+    target.write_bytes(trimesh.Trimesh(mesh.vertices, mesh.faces, process=False).export(
+        file_type="ply"))
+    return target

@@ -52,14 +52,15 @@ class _Incoming:
         request = urllib.request.Request(source, headers=headers)
         self._file = urllib.request.urlopen(request, timeout=SECONDS)
         length = self._file.headers.get("Content-Length", "")
-        self.total = int(length) if length.isdigit() else None
+        self.total = _count(length)
         if self._file.status == 206:
             content = self._file.headers.get("Content-Range", "")    # bytes 5-9/10
             first, _, total = content.removeprefix("bytes ").partition("-")
             total = total.rpartition("/")[2]
             if first != str(start):
+                self._file.close()
                 raise _Lost(f"the server answered with the range {content[:40]!r}")
-            self.start, self.total = start, int(total) if total.isdigit() else None
+            self.start, self.total = start, _count(total)
 
     def blocks(self) -> Iterator[bytes]:
         """Yield the bytes in blocks."""
@@ -105,7 +106,9 @@ def download(file: SourceFile, base: str | None, partial: Path, report: Report) 
             found = _digest(partial)
     except Error:
         raise
-    except (FileNotFoundError, IsADirectoryError) as failure:
+    except (http.client.InvalidURL, ValueError) as failure:
+        raise OptionError(f"{base} is no valid URL ({failure}); check --from") from failure
+    except FileNotFoundError as failure:
         raise Error(f"{base} has no file {file.place}; the folder must hold the originals as "
                     "REPOSITORY/PATH") from failure
     except OSError as failure:
@@ -137,7 +140,7 @@ def _read_all(file: SourceFile, source: str, partial: Path, report: Report) -> N
             failure.close()
             said = f"{source}: the server answers {failure.code} {failure.reason}"
             if failure.code == 416:     # the server's file is shorter than the part that is here
-                partial.unlink()
+                partial.unlink(missing_ok=True)
             elif failure.code not in _AGAIN:
                 raise Error(f"{said}; name another source by --from") from None
         except urllib.error.URLError as failure:
@@ -146,6 +149,8 @@ def _read_all(file: SourceFile, source: str, partial: Path, report: Report) -> N
             if not before:
                 raise Error(f"{said}; check the network, or name a copy by --from FOLDER or "
                             "--from URL") from None
+        except http.client.InvalidURL:
+            raise
         except (_Lost, http.client.HTTPException, ConnectionError, TimeoutError) as failure:
             said = f"{source}: {failure or type(failure).__name__}"
         now = partial.stat().st_size if partial.is_file() else 0
@@ -168,6 +173,11 @@ def _append(file: SourceFile, stream: _Incoming, partial: Path, report: Report) 
             report(min(there, file.size))
             if there > limit:
                 return
+
+
+def _count(text: str) -> int | None:
+    """Return a number of bytes from a header; None if the header has no number."""
+    return int(text) if text.isascii() and text.isdecimal() else None
 
 
 def _digest(path: Path) -> str:

@@ -181,6 +181,8 @@ def test_a_damaged_part_is_fetched_anew(serve, seed: int, tmp_path) -> None:
 def test_without_a_network(tmp_path) -> None:
     for base, message in (("http://127.0.0.1:9", "cannot reach .*--from FOLDER"),
                           ("ftp://example.org", "neither a folder nor a URL"),
+                          ("http://h:abc", "is no valid URL"),
+                          ("http://[bad", "is no valid URL"),
                           (str(tmp_path / "gone"), "has no file")):
         with pytest.raises(rt.Error, match=message) as refused:
             download(source_file(), base, tmp_path / "part", lambda there: None)
