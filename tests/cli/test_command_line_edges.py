@@ -99,7 +99,7 @@ def test_json_that_is_nested_deep_is_refused(text: str, tmp_path: Path, monkeypa
     (folder / unfinished.RECORD).write_text(text)
     kept = unfinished.Unfinished(tmp_path / "film.png", 3, {}, resume=True)
     assert kept.missing == [0, 1, 2]
-    kept._claim.release()
+    kept._lock.release()
 
 
 # The report -----------------------------------------------------------------------------------

@@ -310,7 +310,7 @@ def _resume(folder: Path, rng: Rng) -> None:
     whole = Unfinished(folder / "o.gif", 3, {"seed": 1}, False)
     for part in range(2):
         whole.keep(part, Image.new("RGB", (8, 8), (part * 80, 9, 9)))
-    whole._claim.release()
+    whole._lock.release()
     name = ("parts.json", "parts.json", "00000.png", "00001.png")[int(rng.integers(4))]
     path = folder / "o.gif.unfinished" / name
     change = mutated_json if name.endswith("json") else mutated
