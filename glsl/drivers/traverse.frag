@@ -4,6 +4,7 @@
 //   `kernels`: A pass runs one kernel, ONLY_KERNEL. Rays that wait for another kernel stay unchanged.
 //   `step`: Each ray runs the kernel that its own state requests, one step a pass.
 //   `loop`: As `step`, with as many steps in a pass as the renderer's limit on loops allows.
+// Under `loop`, HITS_ALONE keeps the state in registers and discards a ray whose traversal does not end.
 // START sets up the state. Then SINGLE_STEP runs one step, or MANY_STEPS runs `steps_per_pass` steps.
 // Without either define the pass only sets up the state.
 //
@@ -102,7 +103,13 @@ void main() {
         state.phase = UNFINISHED;
     }
 
+#ifdef HITS_ALONE
+    if (state.phase != DONE) {
+        discard;
+    }
+#else
     state_store(state);
+#endif
     hit_store(hit);
     STORE_COUNTERS;
 }

@@ -74,9 +74,11 @@ class Observer:
     Attributes
     ----------
     counts : whether queries around each draw count fragments and primitives
+    states : whether the observer needs each ray's state in textures. The schedule ``loop`` then
+        stores the states that it otherwise keeps in registers
     """
 
-    counts = False
+    counts = states = False
 
     def passed(self, one: ObservedPass) -> None:
         """Receive a drawn pass, whose textures still hold its inputs and outputs."""
@@ -99,6 +101,11 @@ class Observers:
 
     def __bool__(self) -> bool:
         return bool(self.all) and not self._telling
+
+    @property
+    def states(self) -> bool:
+        """Whether an observer needs each ray's state in textures."""
+        return any(observer.states for observer in self.all)
 
     def draw(self, one: FragmentPass, target: Drawable, framebuffer: moderngl.Framebuffer,
              inputs: Mapping[str, moderngl.Texture], render: Callable[[], int]) -> None:

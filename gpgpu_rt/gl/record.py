@@ -229,11 +229,12 @@ class Record:
             lines.append(f"{f.type} {self.name}_{f.name}(int i) {{ return {f.decode(fetch)}; }}")
         return "\n".join(lines)
 
-    def stream_glsl(self, writes: bool, first_target: int = 0) -> str:
+    def stream_glsl(self, writes: bool, first_target: int = 0, reads: bool = True) -> str:
         """Return the GLSL struct and load function of a stream record.
 
         With ``writes``, add the store function, which rounds to ``storage``. ``first_target`` is
-        the render target of the record's first texel.
+        the render target of the record's first texel. Without ``reads``, leave out the load
+        function and its textures, and add only the rounding: the record stays in registers.
         """
         name, struct = self.name, self.name.capitalize()
         lines = ['#include "core/texel.glsl"']
@@ -246,8 +247,16 @@ class Record:
                     for fields in by_texel if fields]
         lines += [f"struct {struct} {{ {declared[0]} }};"] if len(declared) == 1 else [
             f"struct {struct} {{", *(f"    {texel}" for texel in declared), "};"]
+        lines += self._load_glsl(struct) if reads else []
+        lines += self._stored_glsl(struct) if writes or not reads else []
+        lines += self._store_glsl(struct, by_texel, first_target) if writes else []
+        return "\n".join(lines)
+
+    def _load_glsl(self, struct: str) -> list[str]:
+        """Return GLSL that loads the record from textures, or from uniforms."""
+        name = self.name
         kinds = ["vec4" if k in self.uniform_texels else "sampler2D" for k in range(self.texels)]
-        lines += [f"uniform {kind} {name}_texel_{k};" for k, kind in enumerate(kinds)]
+        lines = [f"uniform {kind} {name}_texel_{k};" for k, kind in enumerate(kinds)]
         sampled = [k for k, kind in enumerate(kinds) if kind == "sampler2D"]
         if sampled:
             lines.append(f"vec2 {name}_texel_step = "
@@ -259,23 +268,27 @@ class Record:
                 value = f"TEXEL({value}, {name}_texel_step, pixel)"
             lines.append(f"    vec4 texel_{k} = {value};")
         read = ", ".join(f.decode(f"texel_{f.texel}") for f in self.fields)
-        lines += [f"    return {struct}({read});", "}"]
-        if writes:
-            lines += self._store_glsl(struct, by_texel, first_target)
-        return "\n".join(lines)
+        return [*lines, f"    return {struct}({read});", "}"]
+
+    @property
+    def _is_rounded(self) -> bool:
+        return self.storage != "fp32" and not all(f.is_integer for f in self.fields)
+
+    def _stored_glsl(self, struct: str) -> list[str]:
+        """Return GLSL that rounds the record to its storage."""
+        rounded = [f for f in self.fields if not f.is_integer] if self._is_rounded else []
+        return [f"{struct} {self.name}_stored({struct} record) {{",
+                *(f"    record.{f.name} = stored(record.{f.name});" for f in rounded),
+                "    return record;", "}"]
 
     def _store_glsl(self, struct: str, by_texel: Sequence[Sequence[Field]],
                     first_target: int) -> list[str]:
-        """Return GLSL that rounds to the record's storage and stores into render targets."""
+        """Return GLSL that stores the record into render targets."""
         name = self.name
-        rounded = [] if self.storage == "fp32" else [f for f in self.fields if not f.is_integer]
-        lines = [f"{struct} {name}_stored({struct} record) {{",
-                 *(f"    record.{f.name} = stored(record.{f.name});" for f in rounded),
-                 "    return record;", "}"]
-        for k in range(self.texels):
-            lines.append(f"layout(location = {first_target + k}) out vec4 {name}_target_{k};")
+        lines = [f"layout(location = {first_target + k}) out vec4 {name}_target_{k};"
+                 for k in range(self.texels)]
         lines.append(f"void {name}_store({struct} record) {{")
-        lines += [f"    record = {name}_stored(record);"] if rounded else []
+        lines += [f"    record = {name}_stored(record);"] if self._is_rounded else []
         for k, fields in enumerate(by_texel):
             free = 4 - sum(f.width for f in fields)
             values = [*(f.encode(f"record.{f.name}") for f in fields), *["0.0"] * free]
@@ -379,12 +392,15 @@ def _cut_into_texels(fields: Iterable[Field]) -> list[str]:
     return texels
 
 
-def streams_glsl(reads: Iterable[Record], writes: Iterable[Record]) -> str:
+def streams_glsl(reads: Iterable[Record], writes: Iterable[Record],
+                 registers: Iterable[Record] = ()) -> str:
     """Return the text of ``#include <streams>``: the accessors of a pass's streams.
 
-    The written streams use the render targets in their order.
+    The written streams use the render targets in their order. Records in ``registers`` are neither
+    read nor written.
     """
     texts, target = [record.stream_glsl(writes=False) for record in reads], 0
+    texts += [record.stream_glsl(writes=False, reads=False) for record in registers]
     for record in writes:
         texts.append(record.stream_glsl(True, target))
         target += record.texels

@@ -167,7 +167,20 @@ class StateBuffers(PingPong):
         super().__init__(gpu, [precision.layout(state), precision.layout(HIT),
                                *([COUNTERS] if statistics else [])], size)
         self.precision, self.counts = precision, statistics
+        self._hits: Target | None = None
         self._state, self._smaller = state, dict[tuple[int, int], StateBuffers]()
+
+    def hits(self) -> Target:
+        """Return a target over the hits of side 0. The states of side 0 then read as done."""
+        if self._hits is None:
+            self.side(0).clear()
+            self._hits = self.side(0).part(self.precision.layout(HIT))
+        return self._hits
+
+    def write_states(self) -> None:
+        """Note that passes write states from now on, so the states no longer read as done."""
+        release(self._hits)
+        self._hits = None
 
     def keep(self, sizes: Iterable[tuple[int, int]]) -> None:
         """Keep additional buffers of exactly these sizes, for fewer rays."""
@@ -188,5 +201,5 @@ class StateBuffers(PingPong):
         return super().bytes() + sum(other.bytes() for other in self._smaller.values())
 
     def release(self) -> None:
-        release(self._smaller)
+        release(self._smaller, self._hits)
         super().release()

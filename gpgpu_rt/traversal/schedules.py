@@ -5,8 +5,9 @@
   rays (Purcell et al. 2002; Foley and Sugerman 2005).
 * ``step``: A pass runs, for every live ray, the kernel that the ray's own state asks for,
   ``steps_per_pass`` times. Every ``mask_interval`` passes, finished rays are masked.
-* ``loop``: One pass runs the whole traversal (Horn et al. 2007). If the renderer limits loop
-  iterations, unfinished rays continue in further passes.
+* ``loop``: One pass runs the whole traversal with the state in registers, and writes only hits
+  (Horn et al. 2007). If a ray exceeds the renderer's limit on loop iterations, passes that store
+  states trace all rays anew.
 """
 from __future__ import annotations
 
@@ -25,7 +26,7 @@ from ..options import word_define
 from ..rays.records import COUNTERS, HIT
 from ..rays.textures import RayTextures, StateBuffers
 from ..statistics import Statistics
-from .driver import DONE, DRAWN, OVERFLOWN, UNFINISHED, MethodDriver
+from .driver import DONE, DRAWN, OVERFLOWN, UNFINISHED, MethodDriver, Samplers
 from .live_tiles import Tiles
 from .method import Accelerator, Method
 from .records import ENTRIES, ENTRY_LIST, ENTRY_TILE, PACKET_ENTRY
@@ -59,6 +60,7 @@ class ProgramKey(NamedTuple):
     steps: int
     start: bool
     kernel: int   # the only kernel of the program, or 0 for all kernels
+    hits_alone: bool   # whether the program writes no states
 
 
 class Traversal(MethodDriver):
@@ -66,6 +68,12 @@ class Traversal(MethodDriver):
 
     keeps_states = True
     _atlas: StackAtlas | None = None
+    _overran = False    # whether the last rays under `loop` exceeded the limit on iterations
+
+    def follow(self, samplers: Samplers, accelerator: Accelerator, step_cap: int) -> None:
+        """Use these tables from now on. Triangles moved; records and defines are unchanged."""
+        super().follow(samplers, accelerator, step_cap)
+        self._overran = False
 
     def run(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
             any_hit: bool = False) -> tuple[Target, int]:
@@ -90,6 +98,11 @@ class Traversal(MethodDriver):
     def _run_loop(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
                   any_hit: bool) -> tuple[Target, int]:
         self.gpu.context.enable_only(moderngl.NOTHING)
+        # The counters of rays are part of their states, and an observer may ask for states.
+        in_textures = self.statistics_on or self._overran or self.gpu.observers.states
+        if not in_textures and self._finish_all(rays, buffers, statistics, any_hit):
+            return buffers.side(0), 0
+        buffers.write_states()
         now = buffers.side(0)
         self._draw(self._traverse(rays, any_hit, LOOP_STEPS, start=True), rays, None, now,
                    statistics)
@@ -101,6 +114,20 @@ class Traversal(MethodDriver):
             self._draw(self._traverse(rays, any_hit, LOOP_STEPS), rays, before, now, statistics)
             live, stopped = self._live(now, buffers, statistics)
         return now, stopped
+
+    def _finish_all(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
+                    any_hit: bool) -> bool:
+        """Trace every ray in registers. Return whether the traversal of each ray ended.
+
+        The program discards a ray that does not end, and an occlusion query counts the others.
+        """
+        query = self.gpu.query()
+        with query:
+            self._draw(self._traverse(rays, any_hit, LOOP_STEPS, start=True, hits_alone=True),
+                       rays, None, buffers.hits(), statistics)
+        statistics.queries += 1
+        self._overran = query.samples < rays.size[0] * rays.size[1]
+        return not self._overran
 
     def _run_step(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
                   any_hit: bool) -> tuple[Target, int]:
@@ -227,25 +254,28 @@ class Traversal(MethodDriver):
     # Programs -------------------------------------------------------------------------------
 
     def _traverse(self, rays: RayTextures, any_hit: bool, steps: int, start: bool = False,
-                  kernel: int = 0) -> FullScreenPass:
+                  kernel: int = 0, hits_alone: bool = False) -> FullScreenPass:
         def make() -> FullScreenPass:
             defines = {
                 **method_defines(self.method, self.accelerator, self.options, any_hit),
                 **kernel_defines(self.method.kernels),
-                "START": start, "ONLY_KERNEL": kernel or None,
+                "START": start, "ONLY_KERNEL": kernel or None, "HITS_ALONE": hits_alone,
                 "SINGLE_STEP": steps == 1, "MANY_STEPS": steps > 1}
             virtual = {**method_texts(self.method, self.options),
-                       "streams": self._streams_glsl(rays.record)}
+                       "streams": self._streams_glsl(rays.record, hits_alone)}
             program = FullScreenPass(self.gpu, "drivers/traverse.frag", defines, virtual)
             program.set(steps_per_pass=steps)
             program.kernel = "init" if start and not steps else "all"
             if kernel:
                 program.kernel = program.label = self.method.kernels[kernel - 1]
             return program
-        return self.program(ProgramKey(rays.record, any_hit, steps, start, kernel), make)
+        return self.program(ProgramKey(rays.record, any_hit, steps, start, kernel, hits_alone),
+                            make)
 
-    def _streams_glsl(self, rays: Record) -> str:
+    def _streams_glsl(self, rays: Record, hits_alone: bool) -> str:
         layout = self.precision.layout
+        if hits_alone:
+            return streams_glsl((rays,), (layout(HIT),), (layout(self.method.state),))
         entry = self.method.stack_entry
         return streams_glsl((rays, *([layout(entry)] if entry is not None else [])),
                             (layout(self.method.state), layout(HIT),

@@ -227,7 +227,7 @@ def test_methods_names_the_files(capsys) -> None:
 
 def test_a_program_that_is_not_there_is_refused() -> None:
     with pytest.raises(OptionError, match="did you mean classify"):
-        find_program(traced_programs("grid", {"schedule": "loop"}), "clasify")
+        find_program(traced_programs("grid", {"schedule": "kernels"}), "clasify")
 
 
 def test_the_viewer_shows_the_same_text(capsys) -> None:
