@@ -128,13 +128,15 @@ class Stepwise:
     ----------
     state : the record that a packet carries from pass to pass
     kernels : the kernels that a packet can wait for, in the order of its phases
-    glsl : file under ``glsl/`` with a packet's step, which drivers/packet_visit.frag includes
-    stack_entry : the record of a level of the packet's stack, if the packet has a stack
+    glsl : file under ``glsl/`` with a packet's kernels, which drivers/packet_visit.frag includes
+    ray : file under ``glsl/`` with a ray's step, which drivers/packet_intersect.frag includes
+    stack_entry : the record of a level of the packet's stack, if an atlas holds the stack
     """
 
     state: Record
     kernels: tuple[str, ...]
     glsl: str
+    ray: str
     stack_entry: Record | None = None
 
 

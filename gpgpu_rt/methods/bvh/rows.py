@@ -133,6 +133,7 @@ _STACK_PARTS = (*_PACKET_PARTS, Part("entry", "entry_points", "drivers/packet_ro
                                      {True: "methods/bvh/entry_stack.glsl"}))
 _THREADS_PARTS = (*_PACKET_PARTS, Part("entry", "entry_points", "drivers/packet_root.glsl",
                                        {True: "methods/bvh/entry_threads.glsl"}))
+_RAY = "methods/bvh/packet_ray.glsl"
 
 
 def _stepwise(options: Options) -> Stepwise:
@@ -140,9 +141,9 @@ def _stepwise(options: Options) -> Stepwise:
     if options.get("octants"):
         state = PACKET_SHARED_STATE if options.get("shared_subtrees") else PACKET_STATE
         return Stepwise(state, ("traverse", "intersect"),
-                        "methods/bvh/packet_steps_threads.glsl")
+                        "methods/bvh/packet_steps_threads.glsl", _RAY)
     return Stepwise(PACKET_STACK_STATE, ("traverse", "intersect", "push", "pop"),
-                    "methods/bvh/packet_steps_stack.glsl", STACK_ENTRY)
+                    "methods/bvh/packet_steps_stack.glsl", _RAY, STACK_ENTRY)
 
 
 def _own_array(options: Options) -> bool:
