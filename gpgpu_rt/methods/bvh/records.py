@@ -5,6 +5,7 @@ from dataclasses import replace
 
 from ...gl.record import PackedRecord, Record
 from ...rays.records import COUNTERS
+from ...traversal.records import PACKET_STATE
 
 BVH_NODE = Record("bvh_node", "lo:vec3 escape:int | hi:vec3 first:int")
 """A threaded node: its box, escape index (-1 ends the traversal) and a leaf's first triangle.
@@ -60,12 +61,6 @@ MET = Record("met", "u v tests:int")
 
 TALLY = Record("tally", COUNTERS.layout)
 """A ray's counters so far, summed by blending."""
-
-PACKET_STATE = Record("state", "node:int cursor:int phase:int steps:int | turn:int turns:int")
-"""A packet's state: a TREE_STATE, the active octant, and the octants that wait.
-
-``turn`` is the direction octant whose rays now traverse the tree together. ``turns`` has a bit for
-each octant whose rays have not started."""
 
 SHARED_WAY_OUT = "after:int"
 """The node after the shared subtree that the ray is in; -1 outside shared subtrees."""

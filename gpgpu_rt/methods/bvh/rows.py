@@ -15,14 +15,14 @@ from ...traversal.method import (
 )
 from ...traversal.packet_steps import PacketSteps
 from ...traversal.packets import PacketTraversal
-from ...traversal.records import BVH_ENTERING, STACK_ENTRY, STATE, TREE_STATE
+from ...traversal.records import BVH_ENTERING, PACKET_STATE, STACK_ENTRY, STATE, TREE_STATE
 from ...traversal.triangle_table import TRIANGLE, triangle_table
 from .build import node_limit
 from .builders import BUILD_OPTIONS, built_bvh
 from .octant_copies import OctantCopies, times_stored
 from .ray_streams import RayStreams
 from .records import (
-    BVH_NODE, BVH_PAIR, PACKET_SHARED_STATE, PACKET_STACK_STATE, PACKET_STATE, SHARED_WAY_OUT
+    BVH_NODE, BVH_PAIR, PACKET_SHARED_STATE, PACKET_STACK_STATE, SHARED_WAY_OUT
 )
 from .refit import REBUILD_RATIO, Refitter
 from .tables import Layout, Options, Pairs, Threads, last_of_leaves, scene_box
