@@ -201,6 +201,11 @@ class Method:
     dynamic: bool = False
     fixed_defines: Mapping[str, object] = field(default_factory=dict)
 
+    @property
+    def steps_once(self) -> bool:
+        """Whether a pass runs no more than one step: another pass draws stacks or tests rays."""
+        return self.stack_entry is not None or self.packet_state is not None
+
     def tables_for(self, options: Mapping[str, Any]) -> Tables:
         """Return the records that the method's programs read under these options."""
         return self.choose_tables(options) if self.choose_tables else self.tables
@@ -265,10 +270,9 @@ class Method:
                 if options[o.name] != o.default and (o in self.options or o.schedules))
             raise OptionError(f"method {self.name}{given} runs under {', '.join(schedules)} only, "
                               f"not {options['schedule']}")
-        in_atlas = self.stack_entry or (self.single and options["schedule"] == "step")
-        if in_atlas and options["steps_per_pass"] != 1:
-            raise OptionError(f"method {self.name} runs one step a pass, because its stack is "
-                              "drawn between passes; leave steps_per_pass at 1")
+        if self.steps_once and options["steps_per_pass"] != 1:
+            raise OptionError(f"method {self.name} runs one step a pass, because another pass "
+                              "follows each step; leave steps_per_pass at 1")
 
     def in_passes(self, options: Mapping[str, Any], single: bool = False) -> dict[str, Any]:
         """Return the options with a schedule whose passes can be observed, if the method has one.

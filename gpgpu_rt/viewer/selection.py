@@ -93,7 +93,7 @@ class Selection:
                 if option in known and known[option].accepts(value)}
         if kept.get("schedule") not in (None, *other.row.schedules_for(kept)):
             del kept["schedule"]
-        if other.row.stack_entry is not None:    # a pass after each step draws its stack
+        if other.row.steps_once:
             kept.pop("steps_per_pass", None)
         return replace(other, options=kept)
 

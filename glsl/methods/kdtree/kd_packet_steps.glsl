@@ -48,6 +48,7 @@ void traverse() {
     if (axis < LEAF) {
         packet.phase = enter(left, count) ? TRAVERSE : LEAVE;
         packet.needed = (any_near ? 1 : 0) + (any_far ? 2 : 0);
+        node = packet.needed != 0 ? node : packet.from;
     } else {
         visit_leaf(left, count);
     }

@@ -10,14 +10,14 @@
 void repeat_kernel() {
     node = packet.from;
     turn = packet.turn;
-    packet.turns |= packet.ran == BEGIN ? 1 << turn : 0;   // as they were before the kernel
+    packet.turns |= packet.last == BEGIN ? 1 << turn : 0;   // as they were before the kernel
     load_packet();
     load_ray(0);
-    if (packet.ran == TRAVERSE) {
+    if (packet.last == TRAVERSE) {
         repeat_traverse();
-    } else if (packet.ran == LEAVE) {
+    } else if (packet.last == LEAVE) {
         repeat_leave();
-    } else if (packet.ran == BEGIN) {
+    } else if (packet.last == BEGIN) {
         begin_turn();
     }
 }

@@ -6,7 +6,7 @@
 //   `begin` begins the next turn at the root.
 //
 // A kernel is a vote: it loads the places of all rays, but stores only its decision for the packet. The
-// rays then repeat the kernel, each for its own place (packet_ray.glsl). The fields `ran` and `from` tell
+// rays then repeat the kernel, each for its own place (packet_ray.glsl). The fields `last` and `from` tell
 // the rays the last kernel and its node. The field `turns` has a bit for each turn that has not begun.
 //
 // The method's file for `step` defines `traverse`, `load_ray`, and these functions of the packet's state:
@@ -42,7 +42,7 @@ void end_turn() {
 }
 
 void start_steps() {
-    packet.cursor = packet.end = packet.turn = packet.turns = packet.ran = packet.from = 0;
+    packet.cursor = packet.end = packet.turn = packet.turns = packet.last = packet.from = 0;
     clear_packet();
     load_packet();
     start_packet();
@@ -51,7 +51,7 @@ void start_steps() {
 }
 
 void load_walk() {
-    packet.ran = packet.phase;
+    packet.last = packet.phase;
     packet.from = packet.node;
     node = packet.node;
     turn = packet.turn;

@@ -38,10 +38,10 @@ KD_TEXTURE_STACK_STATE = KD_STATE.extended("far_t_max far:int stacked:int")
 """KD_STATE, and the far child to push, the end of its interval, and the stack pointer."""
 
 KD_ROPES_PACKET_STATE = replace(
-    PACKET_STATE, layout=PACKET_STATE.layout + " ran:int from:int | end:int")
-"""A packet's state: PACKET_STATE, the end of the leaf's references, and what ran last.
+    PACKET_STATE, layout=PACKET_STATE.layout + " last:int from:int | end:int")
+"""A packet's state: PACKET_STATE, the end of the leaf's references, and the last kernel.
 
-``ran`` is the kernel that the packet ran last, and ``from`` the node where it ran."""
+``last`` is the kernel that the packet ran last, and ``from`` the node where it ran."""
 
 KD_PACKET_STATE = replace(
     PACKET_STATE,

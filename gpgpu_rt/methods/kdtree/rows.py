@@ -45,6 +45,8 @@ _SHORT_STACK = (Part("short_stack", "stack_size", "methods/kdtree/packet_short_s
                      {0: "methods/kdtree/packet_restart.glsl"}),
                 Part("stack_steps", "stack_size", "methods/kdtree/packet_short_stack_steps.glsl",
                      {0: "methods/kdtree/packet_restart_steps.glsl"}))
+_PACKET_STACK = Option("stack_size", 3, "number of stack entries; 0: only restarts", int,
+                       choices=(0, 1, 2, 3, 4), define="STACK_SIZE")
 SIBLINGS, PUSHED = "siblings", "pushed"
 
 
@@ -131,6 +133,12 @@ def _for_packets(prepared: Accelerator, options: Mapping[str, Any]) -> Accelerat
     return prepared
 
 
+def _packet_states(options: Mapping[str, Any]) -> tuple[Record, Record]:
+    if options.get(_PACKET_STACK.name, _PACKET_STACK.default):
+        return KD_PACKET_STACK_STATE, KD_PACKET_STACK_RAY_STATE
+    return KD_PACKET_STATE, KD_PACKET_RAY_STATE
+
+
 def _packet_row(name: str, summary: str, citation: str, single: str,
                 states: Callable[[Mapping[str, Any]], tuple[Record, Record]],
                 **more: Any) -> Method:
@@ -205,13 +213,10 @@ ROWS = (
                 "Horn et al. 2007", "kd-short-stack", tables=_TABLES,
                 prepare=lambda triangles, options: _for_packets(_prepare(triangles, options),
                                                                 options),
-                options=(*BUILD_OPTIONS, PACKET, VERTEX_CULLING, _PUSH_DOWN, Option(
-                    "stack_size", 3, "number of stack entries; 0: only restarts", int,
-                    choices=(0, 1, 2, 3, 4), define="STACK_SIZE")),
+                options=(*BUILD_OPTIONS, PACKET, VERTEX_CULLING, _PUSH_DOWN,
+                         _PACKET_STACK),
                 parts=(TRIANGLE_TESTS, CULLING, *_SHORT_STACK), stack=True,
-                states=lambda options: (
-                    (KD_PACKET_STACK_STATE, KD_PACKET_STACK_RAY_STATE) if options["stack_size"]
-                    else (KD_PACKET_STATE, KD_PACKET_RAY_STATE))),
+                states=_packet_states),
     _packet_row("kd-ropes-packet", "traverses a kd-tree by packets along ropes; the rays meet "
                 "again at sibling subtrees",
                 "Popov et al. 2007", "kd-ropes", tables=(*_TABLES, KD_LEAF),
