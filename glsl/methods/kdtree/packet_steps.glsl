@@ -42,7 +42,7 @@ void end_turn() {
 }
 
 void start_steps() {
-    packet.cursor = packet.end = packet.turn = packet.turns = packet.last = packet.from = 0;
+    packet.cursor = packet.turn = packet.turns = packet.last = packet.from = 0;
     clear_packet();
     load_packet();
     start_packet();
@@ -70,7 +70,6 @@ void visit_leaf(int first, int count) {
     COUNT(leaves_visited);
     ++steps;
     packet.cursor = first;
-    packet.end = first + count;
     packet.phase = count > 0 ? INTERSECT : LEAVE;
 }
 
@@ -78,7 +77,8 @@ void intersect() {
     COUNT_SEVERAL(triangles_tested, RAYS);
     ++steps;
     ++packet.cursor;
-    packet.phase = packet.cursor < packet.end ? INTERSECT : LEAVE;
+    int end = kd_node_left(node) + kd_node_count(node);
+    packet.phase = packet.cursor < end ? INTERSECT : LEAVE;
 }
 
 void leave() {

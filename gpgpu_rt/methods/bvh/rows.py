@@ -21,9 +21,7 @@ from .build import node_limit
 from .builders import BUILD_OPTIONS, built_bvh
 from .octant_copies import OctantCopies, times_stored
 from .ray_streams import RayStreams
-from .records import (
-    BVH_NODE, BVH_PAIR, PACKET_SHARED_STATE, PACKET_STACK_STATE, SHARED_WAY_OUT
-)
+from .records import BVH_NODE, BVH_PAIR, PACKET_SHARED_STATE, PACKET_STACK_STATE, SHARED_WAY_OUT
 from .refit import REBUILD_RATIO, Refitter
 from .tables import Layout, Options, Pairs, Threads, last_of_leaves, scene_box
 from .tree import Bvh

@@ -38,22 +38,20 @@ KD_TEXTURE_STACK_STATE = KD_STATE.extended("far_t_max far:int stacked:int")
 """KD_STATE, and the far child to push, the end of its interval, and the stack pointer."""
 
 KD_ROPES_PACKET_STATE = replace(
-    PACKET_STATE, layout=PACKET_STATE.layout + " last:int from:int | end:int")
-"""A packet's state: PACKET_STATE, the end of the leaf's references, and the last kernel.
+    PACKET_STATE, layout=PACKET_STATE.layout + " last:int from:int")
+"""A packet's state: PACKET_STATE, the packet's last kernel, and the node where it ran."""
 
-``last`` is the kernel that the packet ran last, and ``from`` the node where it ran."""
-
-KD_PACKET_STATE = replace(
-    PACKET_STATE,
-    layout=KD_ROPES_PACKET_STATE.layout + " needed:int pushed:int pushing:int")
+KD_PACKET_STATE = KD_ROPES_PACKET_STATE.extended("needed:int pushed:int pushing:int")
 """KD_ROPES_PACKET_STATE, the vote of the rays, and the restart as in KD_PUSH_DOWN_STATE.
 
 ``needed`` is 1 if a ray needs the near child, plus 2 if a ray needs the far child."""
 
-KD_PACKET_STACK_STATE = KD_PACKET_STATE.extended("stack_node:ivec4 | stacked:int popped:int")
-"""KD_PACKET_STATE, and the nodes on the short stack, newest first.
+KD_PACKET_STACK_STATE = replace(
+    KD_PACKET_STATE, layout=KD_PACKET_STATE.layout + " popped:int | stack_node:ivec4")
+"""KD_PACKET_STATE, and the nodes on the short stack, newest first. A node of 0 is a free entry.
 
-``popped`` is the number of entries that the last kernel popped."""
+``popped`` is the number of entries that the last kernel popped. The record fills the four render
+targets of the cards that Horn et al. used."""
 
 KD_PACKET_RAY_STATE = replace(STATE, layout=STATE.layout + " t_min t_max", full_precision=True)
 """The state of a ray in a kd packet: its interval in the packet's node.

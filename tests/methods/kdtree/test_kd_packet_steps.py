@@ -1,4 +1,4 @@
-"""kd packets under `step`: a packet votes in a pass, and its rays repeat the kernel in the next."""
+"""kd packets under `step`: a packet votes in a pass, and its rays move on in the next pass."""
 from __future__ import annotations
 
 from typing import Any
@@ -10,6 +10,7 @@ from conftest import RAY_SETS, assert_same_bits, soup_scene
 import gpgpu_rt as rt
 from gpgpu_rt.inspect.time_travel import Pass, phase_names, travel
 from gpgpu_rt.methods import find_method
+from gpgpu_rt.rays.records import HIT
 
 # Horn's rows besides kd-restart, and other sizes of stacks and packets.
 FORMS: list[tuple[str, dict[str, Any]]] = [
@@ -24,6 +25,7 @@ FORMS: list[tuple[str, dict[str, Any]]] = [
     ("kd-ropes-packet", {"packet": (4, 4)})]
 COUNTED = ("steps", "nodes_visited", "leaves_visited", "triangles_tested")
 STEP = {"schedule": "step"}
+TARGETS = 4     # of the R420 and the R580
 
 
 def together(scene: rt.Scene) -> tuple[np.ndarray, np.ndarray]:
@@ -70,6 +72,14 @@ def test_packets_at_the_edges_of_odd_images(exact_renderer, method: str,
     assert (found[0].nodes_visited == found[1].nodes_visited).all()
 
 
+@pytest.mark.parametrize("method, options", FORMS, ids=str)
+def test_states_fit_the_targets_of_the_papers_cards(method: str, options: dict) -> None:
+    row = find_method(method)
+    packet = row.packet_state(row.resolved({**STEP, **options})).state
+    ray = row.formed({**STEP, **options}).state
+    assert packet.texels <= TARGETS and ray.texels + HIT.texels <= TARGETS
+
+
 @pytest.mark.parametrize("method, options", [FORMS[0], FORMS[2], FORMS[6]], ids=str)
 def test_time_travel_shows_packets_and_their_rays(method: str, options: dict) -> None:
     scene = soup_scene(150, 3)
@@ -90,6 +100,10 @@ def test_time_travel_shows_packets_and_their_rays(method: str, options: dict) ->
     assert (rest[1:] >= rest[:-1]).all() and (rest[-1] > rest[0]).any()
 
 
+def stacked(one: Pass) -> np.ndarray:
+    return (one.state["stack_node"] != 0).sum(axis=1)
+
+
 def test_a_packet_pops_what_it_pushed() -> None:
     """The stack lies in the states: the nodes in the packet's, the ends in the rays'."""
     scene = soup_scene(150, 3)
@@ -101,14 +115,14 @@ def test_a_packet_pops_what_it_pushed() -> None:
     for before, after in zip(visits, visits[1:]):
         popped = after.state["popped"]
         left = after.state["last"] == 3
-        assert (after.state["stacked"] == before.state["stacked"] - popped)[left].all()
+        assert (stacked(after) == stacked(before) - popped)[left].all()
         top = np.take_along_axis(before.state["stack_node"],
                                  np.maximum(popped - 1, 0)[:, None], axis=1)[:, 0]
         on = left & (after.state["phase"] == 1) & (popped > 0) & (after.state["pushing"] == 0)
         assert (after.state["node"] == top)[on].all()
     rays = [one for one in passes if one.kernel == "intersect"]
     ends = np.array([one.state["stack_t_max"] for one in rays])
-    depths = np.array([one.state["stacked"] for one in rays])
+    depths = np.array([stacked(one) for one in rays])
     assert depths.max() == 4
     assert ((ends > 0) == (np.arange(4) < depths[..., None])).all()
     # Newer entries end earlier.
