@@ -29,7 +29,7 @@ void load_ray(int r) {
     start_ray(r);
     t_min[r] = rays[r].t_min <= rays[r].t_max ? own.t_min : NEVER;
     t_max[r] = own.t_max;
-    t_turn[r] = turn_is_over(r) || search_over(hits[r]) ? NEVER : t_turn[r];
+    t_turn[r] = turn_has_begun(r) || search_over(hits[r]) ? NEVER : t_turn[r];
     load_ray_stack(r, own);
 }
 
@@ -67,7 +67,7 @@ void repeat_traverse() {
     }
 }
 
-// Of all kernels, only a restart sets `pushing` again.
+// Leave the leaf, and pop or restart as the packet did. `pushing` is clear after a pop.
 void repeat_leave() {
     leave_ray(0);
     repeat_pops();

@@ -20,7 +20,7 @@ void load_ray(int r) {
     start_ray(r);
     t_min[r] = own.t_min;
     ray_node[r] = rays[r].t_min <= rays[r].t_max ? own.ray_node : SETTLED;
-    t_turn[r] = turn_is_over(r) ? NEVER : t_turn[r];
+    t_turn[r] = turn_has_begun(r) ? NEVER : t_turn[r];
 }
 
 void store_ray(inout State own) {

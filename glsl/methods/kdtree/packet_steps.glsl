@@ -27,7 +27,7 @@ void load_hit(int r) {
     hits[r] = hit_load(own_texel(r));
 }
 
-bool turn_is_over(int r) {
+bool turn_has_begun(int r) {
     return (packet.turns >> octant[r] & 1) == 0;
 }
 
