@@ -43,12 +43,13 @@ def _main(arguments: list[str] | None) -> int:
     parser.add_argument("--full", action="store_true", help="use the papers' resolutions")
     parser.add_argument("--only", nargs="+", type=_figure, default=list(FIGURES), metavar="NAME",
                         help=f"draw only these figures, out of {', '.join(FIGURES)}")
-    parser.add_argument("--again", action="store_true", help="measure finished cells again")
+    parser.add_argument("--again", action="store_true", help="repeat measurements that are "
+                        "already finished")
     parser.add_argument("--scheduler", metavar="local|ADDRESS", help="measure with a process per "
-                        "core, or with the workers of a Dask scheduler; a timed cell has its "
-                        "machine to itself")
+                        "core, or with the workers of a Dask scheduler; while a measurement is "
+                        "timed, nothing else is measured on its machine")
     parser.add_argument("--data", type=Path, default=Path("figures/data"), metavar="FOLDER",
-                        help="folder of the measured cells; default %(default)s, in the "
+                        help="folder of the measurements; default %(default)s, in the "
                         "current folder")
     parser.add_argument("--out", type=Path, default=Path("figures/out"), metavar="FOLDER",
                         help="folder of the drawn pages; default %(default)s, in the current "
@@ -66,7 +67,7 @@ def _main(arguments: list[str] | None) -> int:
         _index(chosen.out)
     except KeyboardInterrupt:
         if any(chosen.data.glob("*.json")):
-            print("figures: finished cells are kept; run the command again to continue",
+            print("figures: finished measurements are kept; run the command again to continue",
                   file=sys.stderr)
         return STATUS
     except Error as failure:
@@ -98,11 +99,13 @@ def _index(out: Path) -> None:
     if 0 < len(quick) < len(pages):
         size += f", but quick for {', '.join(quick)}"
     write_index(out, lines, summary.sentences(pages), [
-        f"Size: {size}. Measuring all cells took {number(seconds / 60)} minutes of processor time"
-        + (f", not counting {unknown} cells that an older version measured." if unknown else ".")
-        + ("" if not quick else " The quick size traces fewer rays than the papers did, so "
-           "compare times per ray. `FULL=1` uses the papers' sizes. After an interrupt it "
-           "continues where it stopped.")])
+        f"Size of the measurements: {size}. All measurements together took "
+        f"{number(seconds / 60)} minutes of processor time"
+        + (f", not counting {unknown} whose time an older version did not record." if unknown
+           else ".")
+        + ("" if not quick else " At the quick size fewer rays are traced than in the papers, so "
+           "compare times per ray. `make figures FULL=1` uses the papers' sizes. If you interrupt "
+           "it, the next run continues where it stopped.")])
 
 
 def _make(folder: Path) -> None:

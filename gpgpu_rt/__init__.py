@@ -54,7 +54,8 @@ __all__ = [
 class _Package(types.ModuleType):
     """The class of this package.
 
-    `gpgpu_rt.methods` is a function, and stays it when the module of the same name is imported.
+    `gpgpu_rt.methods` is a function. An import of the module of the same name would replace it;
+    this class prevents that.
     """
 
     def __setattr__(self, name: str, value: Any) -> None:
@@ -63,7 +64,7 @@ class _Package(types.ModuleType):
 
 
 def __getattr__(name: str) -> Any:
-    """Import a public name, or a module of this package, when it is first used."""
+    """Return a public name or a module of this package, imported at its first use."""
     if name in _HOMES:
         value = getattr(importlib.import_module(f"{__name__}.{_HOMES[name]}"), name)
         globals()[name] = value

@@ -90,9 +90,10 @@ def nearest_names(name: str, known: Iterable[str]) -> str:
 
 
 def did_you_mean(name: str, known: Iterable[str]) -> str:
-    """Return the same clause, or "" where no known name is near.
+    """Return a clause with the nearest known names, "; did you mean a or b?".
 
-    It is meant for messages that list the known names anyway.
+    Where no known name is near, the clause is "". Messages that list the known names anyway use
+    this function instead of `nearest_names`.
     """
     if not isinstance(name, str):       # the Python API was called with a wrong type
         return ""

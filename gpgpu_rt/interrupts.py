@@ -46,8 +46,8 @@ def run(load: Callable[[], Command], also: tuple[int, ...] = ()) -> int:
 
 
 def _run(command: Command) -> int:
-    """Run the command. The handler looks for the frame of this function on the stack: the command
-    is running if the frame is there."""
+    """Run the command. While it runs, the frame of this function is on the stack; this tells the
+    interrupt handler that the command is running."""
     return command()
 
 
@@ -58,7 +58,7 @@ def _interrupted(number: int, frame: FrameType | None) -> None:
         frame = frame.f_back
     if frame is None:       # the command has not begun, or has ended
         os._exit(STATUS)
-    if importing:       # many libraries catch every exception around their optional imports
+    if importing:       # a KeyboardInterrupt now could be lost: libraries catch failed imports
         return _again(number)
     raise KeyboardInterrupt
 

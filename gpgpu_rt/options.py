@@ -18,18 +18,22 @@ class Option:
     ----------
     name : The Python keyword and JSON key. The command line writes it with hyphens.
     default : The value that applies if the caller gives no value.
-    help : The text for users. A text that contains "default:" explains the default None itself.
+    help : The text for users. If the default is None, the text says after "default:" what this
+        means.
     kind : The type of a value. Unused if ``choices`` is not None.
-    words : Values besides the values of ``kind``.
-    choices : All valid values.
-    minimum, maximum : Bounds of a number. Textures or floats cannot hold a larger number.
+    words : Valid words besides the values of ``kind``.
+    choices : All valid values; None if ``kind`` decides which values are valid.
+    minimum, maximum : Bounds of a number. Textures or floats cannot hold a number above
+        ``maximum``.
     optional : Whether None is valid although the default is another value.
-    define : The GLSL define that follows the option. A true switch defines the name, a number
-        defines the name with its value, and a word defines ``define``_WORD.
+    define : The name of the GLSL macro that the option defines, or None. A switch that is true
+        defines the name, a number defines the name with the number as its value, and a word
+        defines ``define``_WORD.
     relaxed : Choices that may lose hits. They exist to be measured.
     excludes : Options that must keep their defaults unless this option has its default.
     schedules : The schedules that allow a value other than the default. Empty for all schedules.
-    goes_with : Another option, and its values for which this option has a meaning.
+    goes_with : The name of another option, and the values of that option for which this option
+        has a meaning.
     """
 
     name: str
@@ -92,7 +96,7 @@ class Option:
         return converted
 
     def fits(self, values: Mapping[str, Any]) -> bool:
-        """Return whether this option has a meaning beside the values of the other options."""
+        """Return whether this option has a meaning with these ``values`` of all options."""
         return self.goes_with is None or values[self.goes_with[0]] in self.goes_with[1]
 
     def runs_under(self, value: Any, schedule: str) -> bool:

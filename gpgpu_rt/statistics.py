@@ -13,45 +13,54 @@ class Statistics:
 
     Attributes
     ----------
-    rays : number of rays in the call
-    method : name of the method that traced
-    choice : "coherent" or "incoherent" where the tracer has a method for each: the rays for which
-        this method was chosen; else ""
-    passes : traversal passes, including the set-up pass
-    draw_calls : draw calls, including passes that mask or count rays
-    queries : occlusion queries read back
-    stopped : rays that the step cap or a full stack stopped; a picture counts its shadow rays too
-    kernel_passes : passes by kernel, under the ``kernels`` schedule
-    live : live rays, each time the schedules ``step`` and ``kernels`` counted them; a picture
-        lists the counts of its waves one after another
-    picture_passes : passes of a picture other than traversal passes, by name
-    waves : number of ray sets that a picture traced
-    texel_fetches : texels per pixel that ``picture_passes`` read
-    vertices : for a picture by paths that may be packed, an entry per path vertex: the ``live``
-        paths that reached the vertex and the ``texels`` of the textures that held them, which a
-        traversal pass covers; summed over all waves
-    samples : samples per pixel, for an integrator that samples
-    noise : standard error of the pixels of such a picture over their luminance, both averaged
-    texture_bytes : scene tables, rays and state
-    table_bytes : the scene tables by record
-    build_seconds : Time to build the accelerator, or to load it from the cache, and to pack it,
-        at the last build.
+    rays : Number of rays in the call.
+    method : Name of the method that traced.
+    choice : The rays for which the tracer has this method: "coherent" or "incoherent". It is ""
+        for a tracer with a single method.
+    passes : Traversal passes, including the set-up pass.
+    draw_calls : Draw calls, including passes that mask or count rays.
+    queries : Occlusion queries read back.
+    stopped : Number of rays that the step cap or a full stack stopped; the number of a picture
+        includes shadow rays.
+    kernel_passes : Number of passes by kernel, under the ``kernels`` schedule.
+    live : A list of numbers of live rays. The schedules ``step`` and ``kernels`` count the live
+        rays several times in a traversal. A picture has the numbers of its ray sets one after
+        another.
+    picture_passes : Number of passes of a picture by name, without traversal passes.
+    waves : Number of ray sets that a picture traced.
+    texel_fetches : Texels per pixel that ``picture_passes`` read.
+    vertices : An entry per path vertex, for a path traced picture whose integrator may move the
+        live paths to smaller textures. ``live`` is the number of paths that reached the vertex.
+        ``texels`` is the size of the textures of all paths at this vertex, over which a traversal
+        pass runs. Both numbers are sums over all ray sets.
+    samples : Samples per pixel, for an integrator that samples.
+    noise : For an integrator that samples, the standard error of a pixel's luminance, averaged
+        over the picture and divided by the average luminance.
+    texture_bytes : Bytes of the scene tables, rays and states.
+    table_bytes : Bytes of the scene tables by record.
+    build_seconds : Time to build the accelerator, or to load it from the cache, and to pack it, at
+        the last build.
     refit_seconds : Time to refit and pack the accelerator, at the last update. After a rebuild,
         the time of the attempt to refit that preceded the rebuild.
     rebuilt : Whether the last update rebuilt the accelerator.
     trace_seconds : Time from the first draw to the end of the last draw. With ``presort``, also
         the time that the host sorts.
-    sort_seconds : The part of ``trace_seconds`` that sorts rays and restores the order of hits.
+    sort_seconds : The part of ``trace_seconds`` that sorts the rays, and puts the hits back into
+        the caller's order of rays.
     upload_seconds, readback_seconds : Time to copy arrays to textures, and textures to arrays.
     driver : Counts of the method's own driver, by name.
     counters : Means of the counters over all rays, with statistics=True.
-    first_hits : For a picture with rasterised first hits. The keys are ``drawn`` triangles,
-        ``rivals`` that come before the drawn triangle of a pixel, ``retraced`` eye rays and their
-        ``retraced_share``.
+    first_hits : Numbers for a picture with rasterised first hits. ``drawn`` is the number of
+        triangles that were rasterised. ``rivals`` is the number of triangles that lie before the
+        rasterised triangle in some pixel. A large triangle is examined in parts of the image, and
+        each part counts as a rival of its own. ``retraced`` is the number of eye rays that the
+        method traced instead, and ``retraced_share`` their share of all eye rays.
     pass_log : With statistics=True, an entry per program: name, draws, fragments, bytes of streams
-        read, tables sampled, bytes written; see ``gl/pass_log.py``.
-    uploaded_bytes, read_back_bytes : Bytes over the bus during the call, with statistics=True.
-    split : Seconds and bytes by purpose, for a method that shares its work with the host.
+        read, tables sampled, bytes written. ``gl/pass_log.py`` describes an entry.
+    uploaded_bytes, read_back_bytes : With statistics=True, bytes copied to the graphics card and
+        back during the call.
+    split : Seconds and bytes by purpose, for a method that divides its work between the graphics
+        card and the host.
     """
 
     rays: int = 0
@@ -99,5 +108,5 @@ class Statistics:
             self.driver[name] = self.driver.get(name, 0.0) + value
 
     def of_structure(self) -> dict[str, Any]:
-        """Return the figures of the traced structure, by name; they do not belong to a call."""
+        """Return the figures of the accelerator by name, which `start_call` keeps."""
         return {name: getattr(self, name) for name in OF_STRUCTURE}

@@ -18,8 +18,8 @@ def shortened(value: object) -> str:
 
 
 def printable(text: str) -> str:
-    """Return a file's name for pictures and tables: a byte that is not UTF-8 becomes a question
-    mark."""
+    """Return a file's name for pictures and tables, with a question mark for each byte that is
+    not UTF-8."""
     return text.encode("utf-8", "replace").decode()
 
 

@@ -9,7 +9,7 @@ from functools import lru_cache
 from typing import Any
 
 WORTH = 10_000      # smallest number of triangles or rays that is shared among threads
-MOST = 8            # largest number of threads: the work has few parts
+MOST = 8            # largest number of threads; more would be idle, because the work has few parts
 
 Run = Callable[..., Iterable[Any]]    # `map`, or the `map` of a thread pool
 
@@ -24,8 +24,8 @@ def cores() -> int:
 def threads(count: int) -> Run:
     """Return a `map` over the parts of work on ``count`` triangles or rays.
 
-    Results come in the order of the parts, so they do not depend on the number of threads. A part
-    that calls this function runs its own parts on its own thread.
+    Results come in the order of the parts, so they do not depend on the number of threads. If a
+    part calls this function again, its inner parts run one after another on the same thread.
     """
     return map if count < WORTH or cores() < 2 else _shared_out
 
@@ -46,9 +46,9 @@ def _begin() -> None:
 @lru_cache(maxsize=1)
 def _pool(size: int) -> ThreadPoolExecutor:
     """Return the thread pool. It stays open, because starting threads takes half a millisecond,
-    as long as the work on a million hits."""
+    which is at least as long as the work on a million hits."""
     return ThreadPoolExecutor(size, initializer=_begin)
 
 
-if hasattr(os, "register_at_fork"):     # a forked process has no copy of the threads
+if hasattr(os, "register_at_fork"):     # a forked process must make a pool: threads do not fork
     os.register_at_fork(after_in_child=_pool.cache_clear)

@@ -1,8 +1,8 @@
-"""Tracer: the public face of a scene, a method and a context, ready to trace."""
+"""Tracer: the public class that traces rays through a scene and draws pictures of it."""
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import AbstractContextManager
 from dataclasses import replace
 from typing import Any
@@ -27,11 +27,12 @@ from .scene.loading import load_scene
 from .scene.region import Region
 from .scene.scene import Scene
 from .session.all_hits import AllHits, check_exact
+from .session.build_ahead import move_ahead
 from .session.session import Session
 from .session.sessions import Sessions
 
-DEFAULT_METHOD = "bvh-threaded"
-AUTO = "auto"
+DEFAULT_METHOD, AUTO = "bvh-threaded", "auto"
+Source = Scene | trimesh.Trimesh | str | os.PathLike[str]    # what `load_scene` accepts
 
 
 class Tracer:
@@ -40,13 +41,13 @@ class Tracer:
     Parameters
     ----------
     scene : Scene, trimesh.Trimesh, a scene's name or a mesh file
-    method : a name from ``methods()``; or "auto": the settings that `tune` found for this scene
-        and renderer, or a safe default where `tune` has not run. The settings hold ``Choices``, a
-        method for coherent rays and a method for incoherent rays; ``Choices`` may be given too.
-        Each call picks one of the two according to its rays. The structure for incoherent rays is
-        built when such rays first come. ``statistics.choice`` says which of the two was picked;
-        ``method`` and ``options`` are the picked method's
-    options : those of ``options.TRACER_OPTIONS`` and the method's own; any other option is refused
+    method : a name from ``methods()``, "auto", or ``Choices``. ``Choices`` hold a method for
+        coherent rays and a method for incoherent rays, and each call uses one of the two according
+        to its rays. The accelerator for incoherent rays is built at the first call with incoherent
+        rays. After a call, ``statistics.choice`` says for which rays the used method was chosen,
+        and ``method`` and ``options`` describe the used method. "auto" takes the ``Choices`` that
+        `tune` found for this scene and renderer; if `tune` has not run, it takes a safe default
+    options : options of ``options.TRACER_OPTIONS`` and of the method; no others are accepted
 
     Raises
     ------
@@ -54,17 +55,17 @@ class Tracer:
 
     Notes
     -----
-    A ``with`` block, or ``release``, frees textures and programs. Threads may share a tracer or
-    have a tracer each: only one thread uses the context at a time, and ``statistics`` is of the
-    last call of any thread. Processes need a tracer each, and must start by "spawn", because a
-    context does not survive a fork. A pickled tracer is made again in the other process with the
-    same scene, method and options.
+    The end of a ``with`` block, or ``release``, frees textures and programs. Threads may share a
+    tracer, or each thread may have its own tracer: only one thread uses the OpenGL context at a
+    time. ``statistics`` describes the last call of any thread. Each process needs its own tracer,
+    and processes must start by "spawn", because a context does not survive a fork. If a tracer is
+    pickled, the other process makes a new tracer with the same scene, method and options.
     """
 
     @memory_limited
-    def __init__(self, scene: Scene | trimesh.Trimesh | str | os.PathLike[str],
-                 method: str | Choices = DEFAULT_METHOD, **options: Any) -> None:
-        self.settings: settings.Settings | None = None   # of "auto" and of from_settings
+    def __init__(self, scene: Source, method: str | Choices = DEFAULT_METHOD,
+                 **options: Any) -> None:
+        self.settings: settings.Settings | None = None   # set by "auto" and by from_settings
         if method == AUTO:
             scene = load_scene(scene)
             method, self.settings = settings.automatic(
@@ -78,21 +79,21 @@ class Tracer:
         self.gpu, self.statistics = self.sessions.gpu, self.sessions.statistics
 
     @classmethod
-    def from_settings(cls, scene: Scene | trimesh.Trimesh | str | os.PathLike[str],
-                      path: str | os.PathLike[str], force: bool = False,
-                      **options: Any) -> Tracer:
-        """A tracer with the choices of a settings file.
+    def from_settings(cls, scene: Source, path: str | os.PathLike[str],
+                      force: bool = False, **options: Any) -> Tracer:
+        """Return a tracer with the methods and options of a settings file.
 
         Parameters
         ----------
         path : a file that `gpgpu-rt tune` wrote
-        force : use the file for another scene or renderer too; its promise then no longer holds
-        options : more options; an option that the file decides is refused
+        force : use the file even if it was made for another scene or renderer; the error bounds in
+            the file are then not guaranteed
+        options : more options. Only ``statistics`` and ``context`` may differ from the file
 
         Raises
         ------
         SettingsError, OptionError
-            where the file does not fit, with the difference; and the constructor's errors
+            if the file was made for another scene or renderer; if an option contradicts the file
         """
         found, scene = settings.load(path), load_scene(scene)
         if not force:
@@ -103,7 +104,7 @@ class Tracer:
 
     @property
     def session(self) -> Session:
-        """What is built for the method that the last call used: structure, driver and textures."""
+        """The accelerator, driver and textures of the method that the last call used."""
         return self.sessions.present
 
     @property
@@ -118,12 +119,12 @@ class Tracer:
 
     @property
     def taken(self) -> str:
-        """"coherent" or "incoherent": the rays that the present method is for."""
+        """The rays for which the present method was chosen: "coherent" or "incoherent"."""
         return self.sessions.chosen
 
     @property
     def method(self) -> Method:
-        """The row of the method table, in the form that the options give it."""
+        """The present method's row of the method table, adapted to the options."""
         return self.session.method
 
     @property
@@ -138,12 +139,12 @@ class Tracer:
 
     @property
     def scene(self) -> Scene:
-        """The scene, with its triangles where they are now."""
+        """The scene, with its triangles at their present positions."""
         return self.session.scene
 
     @property
     def accelerator(self) -> Accelerator:
-        """The structure that rays are traced through, as arrays."""
+        """The arrays of the structure through which rays are traced."""
         return self.session.accelerator
 
     @property
@@ -161,15 +162,16 @@ class Tracer:
 
         Parameters
         ----------
-        origins, directions : (n, 3) or (h, w, 3) float, world units; any direction length
-        t_min, t_max : scalars or a value a ray, in units of |direction|; both ends count
-        shape : (h, w) of the tile that (n, 3) rays form
-        invalid : "raise", or "miss": rays with NaN, infinity or no direction get status 1
+        origins, directions : (n, 3) or (h, w, 3) float, world units; directions of any length
+        t_min, t_max : numbers, or a value per ray, in units of |direction|; both ends are included
+        shape : (h, w) of the image that (n, 3) rays form
+        invalid : treatment of rays with a NaN, an infinity or a zero direction: "raise" an error,
+            or "miss" to give the ray status 1
 
         Raises
         ------
         ValueError
-            for arrays that do not fit, or naming the first invalid ray.
+            if shapes do not match, or a ray is invalid; the message names the first invalid ray
         Error
             after ``release``
         """
@@ -181,7 +183,8 @@ class Tracer:
     def occluded(self, origins: np.ndarray, directions: np.ndarray,
                  t_max: float | np.ndarray = np.inf, t_min: float | np.ndarray = 0.0,
                  shape: tuple[int, int] | None = None, invalid: str = "raise") -> np.ndarray:
-        """(n,) bool: whether anything lies in [t_min, t_max] of each ray; any hit ends a ray.
+        """Return (n,) bool, whether each ray hits any triangle in [t_min, t_max]. A ray ends at
+        the first hit that is found, which need not be the nearest hit.
 
         Parameters
         ----------
@@ -192,7 +195,7 @@ class Tracer:
         ValueError
             as for ``trace``
         Error
-            as for ``trace``, and where the step cap or a full stack leaves a ray undecided
+            as for ``trace``, and if the step cap or a full stack stops a ray before it is decided
         """
         batch = self._batch(origins, directions, t_min, t_max, shape, invalid)
         with self.sessions.call(batch) as session:
@@ -210,22 +213,22 @@ class Tracer:
                   t_min: float | np.ndarray = 0.0, t_max: float | np.ndarray = np.inf,
                   shape: tuple[int, int] | None = None, invalid: str = "raise",
                   max_hits: int | None = None) -> AllHits:
-        """Find all hits, ray by ray in the order of (t, triangle), coincident hits included.
+        """Find all hits of each ray, sorted by (t, triangle).
 
-        Each round of passes finds the next hit of every ray that had a hit in the round before.
-        ``statistics`` adds up all rounds, but holds no counters.
+        Coincident triangles all count. Each round of passes finds the next hit of every ray that
+        had a hit in the round before. ``statistics`` sums over all rounds, but has no counters.
 
         Parameters
         ----------
         origins, directions, t_min, t_max, shape, invalid : as for ``trace``
-        max_hits : find at most this many of a ray's nearest hits; None finds all
+        max_hits : find at most this many hits per ray, the nearest ones; None finds all hits
 
         Raises
         ------
         ValueError
-            for arrays that do not fit, or naming the first invalid ray.
+            as for ``trace``
         OptionError
-            under options that round or lose hits, because their order is not that of (t, triangle)
+            under options that round or lose hits: they would not be in the order of (t, triangle)
         """
         for method, own in self.sessions.rows.values():
             check_exact(method, own)
@@ -257,16 +260,16 @@ class Tracer:
         integrator : The name of the integrator. With "direct" the picture shows light and shadows,
             with "whitted" (default) also mirrors and glass, with "path" also light that bounces.
             After "path", ``radiance`` holds the unclipped result.
-        progress : Called by "path" with samples done, samples in all, and the noise so far.
+        progress : Called by "path" with the finished samples, all samples, and the noise so far.
         first_hits : One of "traced", "rasterised" and "verified". With "rasterised" the rasteriser
             finds the eye rays' hits that it can prove, and the method traces the other eye rays.
-            The hits are the same to the bit. With "verified" the method traces only eye rays for
-            which the rasteriser found no hit, so a few pixels may miss a nearer hit.
-            ``statistics.first_hits`` counts the traced rays.
+            The hits equal traced hits to the bit. With "verified" the method traces only eye rays
+            for which the rasteriser found no hit. A few pixels may then show a triangle behind the
+            nearest one. ``statistics.first_hits`` counts the traced rays.
         region : Pixels of the picture to draw, (x, y, width, height) from the top left. They are
-            the same to the bit as in the whole picture. None draws all pixels. With a region,
-            "path" stops at the noise of the region.
-        options : the integrator's, as ``integrators.INTEGRATORS[name].options`` lists them
+            the same to the bit as in the whole picture. None draws all pixels. The option
+            ``noise`` of "path" is compared with the noise of the region.
+        options : Options of the integrator; ``integrators.INTEGRATORS[name].options`` lists them.
 
         Raises
         ------
@@ -284,13 +287,11 @@ class Tracer:
 
     @property
     def radiance(self) -> np.ndarray:
-        """(height, width, 3) float32, linear: the last picture by "path", row 0 at the top, before
-        its colours are clipped at white."""
+        """The last picture by "path", (height, width, 3) float32, linear and not clipped."""
         return self.sessions.pictures.radiance
 
     def unfinished(self) -> Image.Image | None:
-        """The picture that an interrupted "path" has summed up so far; None where there is no such
-        picture. ``statistics.samples`` says how many samples a pixel it holds."""
+        """Return the picture that "path" had summed up when it was interrupted, or None."""
         return self.sessions.pictures.unfinished()
 
     @memory_limited
@@ -310,7 +311,8 @@ class Tracer:
     @memory_limited
     def plan(self, size: tuple[int, int] = (512, 512), integrator: str | None = None,
              **options: Any) -> Plan:
-        """What `render` with the same arguments would do and allocate, and why no more.
+        """Return the passes and textures of `render` with the same arguments, without drawing,
+        and why other passes and textures are left out.
 
         Parameters
         ----------
@@ -325,11 +327,10 @@ class Tracer:
     def update(self, vertices: np.ndarray) -> None:
         """Move the scene's triangles.
 
-        A method whose row has ``refit`` keeps its structure, unless the option ``rebuild_ratio``
-        asks for a new structure because the old structure became worse by that ratio. Any other
-        method builds anew. ``statistics`` says which, and how long it took. Programs are kept, and
-        so are textures that still fit. ``scene`` is a new object afterwards; the scene that was
-        given to the tracer does not change.
+        A method whose row has ``refit`` adapts its structure to the new positions. It builds a new
+        structure only if the old one became worse by the ratio of the option ``rebuild_ratio``.
+        Any other method always builds a new structure. ``statistics`` says whether a structure
+        was built. ``scene`` is then a new object; the scene given to the tracer does not change.
 
         Parameters
         ----------
@@ -345,14 +346,21 @@ class Tracer:
         with self.sessions.moving() as session:
             session.move(self.scene.moved(vertices))
 
+    def updates(self, positions: Iterable[np.ndarray]) -> Iterator[None]:
+        """Move to each of ``positions``, which are as for ``update``. While the caller traces a
+        frame, another process builds the next frame's structure (Budge et al. 2008)."""
+        return move_ahead(self.sessions, positions)
+
     def counting(self) -> AbstractContextManager[None]:
-        """Within, rays are counted as with ``statistics=True``, by programs of their own over the
-        present structure. Calls before and after run at full speed.
+        """Return a context in which the work of rays is counted, as with ``statistics=True``.
+
+        Inside the context, rays are traced by programs that count their own work, through the same
+        structure. Calls outside the context are not slowed down.
 
         Raises
         ------
         OptionError
-            for a tracer with two choices; and, within, from `update`
+            for a tracer with two methods. Inside the context, `update` raises it too
         """
         return self.sessions.counting()
 
@@ -360,17 +368,17 @@ class Tracer:
 
     def observe(self, look: Callable[[ObservedPass], object] | None = None,
                 fragments: bool = False) -> AbstractContextManager[Passes]:
-        """Observe each pass that is drawn within: ``with tracer.observe() as passes``.
+        """Return a context that observes each pass: ``with tracer.observe() as passes``.
 
         Parameters
         ----------
-        look : is called after each pass, while its textures still hold what it read and drew
+        look : called after each pass, while the textures that it read and drew are unchanged
         fragments : count the fragments and primitives of each pass, by queries around its draw
 
         Returns
         -------
-        A context manager that gives a list of ``ObservedPass``, which grows pass by pass, also
-        by passes of other tracers on the same context.
+        A context manager that gives a list of ``ObservedPass``. Each pass is appended to the list
+        after it was drawn. Passes of other tracers with the same OpenGL context are included.
         """
         return observe(self.gpu, look, fragments)
 

@@ -1,16 +1,19 @@
-"""A drop-in for trimesh's ray engines: ``mesh.ray = RayMeshIntersector(mesh, "kd-restart")``.
+"""A replacement for trimesh's ray engines: ``mesh.ray = RayMeshIntersector(mesh, "kd-restart")``.
 
-Names, arguments, shapes and the order of results are those of ``trimesh.ray``. The differences:
+Names, arguments, shapes and the order of results are the same as in ``trimesh.ray``. There are
+four differences:
 
-* The hits of a ray are sorted by (t, triangle), ray after ray. The search for the next hit
-  continues exactly behind the last hit (see ``session/all_hits.py``), so it finds all coincident
-  triangles and skips no triangle.
-* Intersection is computed in float32. A mesh that is far from the origin for its size is first
-  moved to the origin in float64. The position of a hit on its ray is then computed in float64.
-* ``intersects_location`` returns each place once: where a ray passes through several triangles at
-  the same place, such as an edge, the first triangle is kept. ``intersects_id`` returns all of
-  them, as trimesh's own engine does. With ``coincident=False`` it returns the first triangle of
-  each place, as trimesh's Embree engine does.
+* The hits are sorted by ray, and the hits of a ray by (t, triangle). The search for the next hit
+  of a ray continues exactly behind the last hit (see ``session/all_hits.py``), so it finds all
+  coincident triangles and skips no triangle.
+* Intersection is computed in float32. Far from the origin, float32 would be too coarse: if a mesh
+  is farther from the origin than it is large, it is first moved to the origin in float64. After
+  the trace, the position of each hit on its ray is computed in float64.
+* A place is a point where a ray passes through one triangle, or through several triangles at once,
+  as at an edge. ``intersects_location`` returns each place once, with the first of its triangles.
+  ``intersects_id`` returns all triangles of a place, as trimesh's own engine does. With
+  ``coincident=False`` it returns the first triangle of each place, as trimesh's Embree engine
+  does.
 * A ray hits nothing if its origin or direction is not finite, or if its direction is zero. The
   length of a direction has no effect, for any length that float64 holds.
 """
@@ -33,15 +36,16 @@ from .tracer import AUTO, DEFAULT_METHOD, Tracer
 
 
 class RayMeshIntersector:
-    """Ray queries on a mesh by a method of ``gpgpu_rt.methods()``.
+    """Answers ray queries on a mesh by a method of ``gpgpu_rt.methods()``.
 
-    A change of the mesh is detected as trimesh detects it: the next query uses the changed mesh.
-    An intersector can be pickled and copied; the copy builds its own textures at its first query.
+    If the mesh changes, the next query uses the changed mesh. An intersector can be pickled and
+    copied; the copy builds its own textures at its first query.
 
     Parameters
     ----------
     mesh : trimesh.Trimesh
-    method, options : as for ``Tracer``: a method's name, or "auto"
+    method : a method's name, or "auto", as for ``Tracer``
+    options : the options of ``Tracer`` and of the method
     coincident : whether ``intersects_id`` returns every triangle that a ray hits, or only the
         first triangle of each place
 
@@ -71,8 +75,8 @@ class RayMeshIntersector:
         ray_origins, ray_directions : (n, 3) float
         return_locations : whether to return the positions of the hits, too
         multiple_hits : whether to return all hits of a ray, or only the first
-        max_hits : the number of nearest hits per ray (of places, with ``coincident=False``); None
-            for all
+        max_hits : return at most this many of the nearest hits per ray; with ``coincident=False``,
+            this many places. None returns all
 
         Returns
         -------
@@ -92,16 +96,17 @@ class RayMeshIntersector:
                             ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return the places where rays hit the mesh, each place once.
 
-        Hits at the triangles around an edge or a vertex are a single place, and so are hits at
-        coincident triangles. Two hits of a ray are the same place if the bounds of
-        ``numerics/error_bounds.py`` allow their float32 t to be equal. They are two places if
-        float64 separates them and proves that the ray hits both: a thin sheet seen from afar has
-        two sides.
+        Where a ray passes through an edge or a vertex, the triangles around it are hit at a single
+        place, and so are coincident triangles. Two hits of a ray belong to the same place if their
+        values of t are equal within the float32 error bounds of ``numerics/error_bounds.py``.
+        There is an exception: if float64 separates the two hits and proves that the ray hits both
+        triangles, they are two places. The two sides of a thin sheet that is seen from afar thus
+        stay apart.
 
         Parameters
         ----------
         ray_origins, ray_directions, multiple_hits : as for ``intersects_id``
-        max_hits : the number of nearest places per ray; None for all
+        max_hits : return at most this many of the nearest places per ray; None returns all
 
         Returns
         -------
@@ -138,10 +143,11 @@ class RayMeshIntersector:
             return tracer.occluded(origins, directions, invalid="miss")
 
     def contains_points(self, points: np.ndarray) -> np.ndarray:
-        """Return whether each of the (n, 3) points lies inside, (n,) bool; undefined on the
-        surface.
+        """Return whether each of the (n, 3) points lies inside the mesh, (n,) bool.
 
-        The test is trimesh's own: the parity of the number of places that rays to both sides hit.
+        The result is undefined for points on the surface. The test is trimesh's own. It sends two
+        opposite rays from each point: the point is inside if each ray hits an odd number of
+        places.
         """
         return contains_points(self, points)
 
@@ -164,7 +170,7 @@ class RayMeshIntersector:
 
     def _hits(self, origins: np.ndarray, directions: np.ndarray, most: int | None, locate: bool
               ) -> tuple[AllHits, np.ndarray, np.ndarray]:
-        """Return the nearest ``most`` hits of each ray, the rows of the hits that begin a place
+        """Return the nearest ``most`` hits of each ray, the rows of the first hits of all places
         (k,), and the positions of all hits (m, 3). Without ``locate`` the last two are empty."""
         with self._lock:
             origins, directions, tracer = self._prepared(origins, directions)
@@ -177,8 +183,8 @@ class RayMeshIntersector:
         with np.errstate(over="ignore"):
             pairs = (triangles, origins.astype(np.float32), directions.astype(np.float32))
             bounds, sharp = (bound_pairs(*pairs, arithmetic) for arithmetic in (FLOAT32, FLOAT64))
-        # Intersect the triangle's plane in float64, and stay within float32's error bound on t: a
-        # ray that lies nearly in the plane would otherwise get an arbitrary t.
+        # Intersect the triangle's plane in float64. A ray that lies nearly in the plane would get
+        # an arbitrary t, so keep the result within float32's error bound around the traced t.
         t = hits.t.astype(np.float64)
         reach = np.where(np.isfinite(bounds.t_bound), bounds.t_bound, 0)
         exact = np.where(np.isfinite(bounds.t), bounds.t, t)
@@ -280,10 +286,11 @@ def _rays_array(given: Any, name: str) -> np.ndarray:
 
 
 def _far_centre(vertices: np.ndarray) -> np.ndarray:
-    """Return the offset that moves (v, 3) vertices near the origin, (3,) float64.
+    """Return the vector to subtract from (v, 3) vertices to move them near the origin, (3,)
+    float64.
 
-    The offset is the centre along each axis where the centre is farther from 0 than the mesh is
-    large, else 0. Far from 0, float32 would round the vertices coarsely.
+    Along an axis where the mesh's centre is farther from 0 than the mesh is large, the vector has
+    the centre; far from 0, float32 would round the vertices coarsely. Along other axes it has 0.
     """
     if not len(vertices) or not np.isfinite(vertices).all():
         return np.zeros(3)
@@ -295,8 +302,8 @@ def _far_centre(vertices: np.ndarray) -> np.ndarray:
 def _begins(group: np.ndarray, t: np.ndarray, reach: np.ndarray) -> np.ndarray:
     """Return whether each hit begins a new place, (m,) bool.
 
-    A hit begins a place if its group differs from the group of the hit before, or if the intervals
-    t - reach to t + reach of the two hits are disjoint.
+    Each hit is compared with the hit before it. A hit begins a place if its ``group`` is another
+    one, or if the intervals from t - reach to t + reach of the two hits are disjoint.
     """
     new = np.ones(len(t), bool)
     new[1:] = (np.diff(group) > 0) | (t[1:] - reach[1:] > t[:-1] + reach[:-1])
@@ -308,11 +315,11 @@ def _places(blurred: np.ndarray, t: np.ndarray, sharp: np.ndarray) -> np.ndarray
 
     Parameters
     ----------
-    blurred : (m,) int, ascending: the number of the place, as far as float32 can tell
+    blurred : (m,) int, ascending: numbers of places; hits that float32 cannot separate have the
+        same number
     t : (m,) float64, where the ray of a hit meets the triangle's plane
     sharp : (m,) float64, error bound of t in float64; inf where float64 proves that the ray misses
-        the triangle. Such a hit counts only if float64 confirms no other hit of its ``blurred``
-        place
+        the triangle. Such a hit counts only if all hits with its number are of this kind
     """
     order = np.lexsort((t, ~np.isfinite(sharp), blurred))
     group, t, sharp = blurred[order], t[order], sharp[order]
@@ -320,14 +327,14 @@ def _places(blurred: np.ndarray, t: np.ndarray, sharp: np.ndarray) -> np.ndarray
     first = np.r_[True, np.diff(group) > 0][:len(group)]
     stands = known == known[np.flatnonzero(first)[np.cumsum(first) - 1]]
     places = np.cumsum(first | known & _begins(group, t, np.where(known, sharp, 0)))
-    # Choose for each place the hit that comes first in the given order; places stay sorted by t.
+    # Choose for each place the hit with the lowest row. Places are numbered in the order of t.
     rows = np.full(places[-1] if len(places) else 0, len(order))
     np.minimum.at(rows, places[stands] - 1, order[stands])
     return rows
 
 
 def _check_status(status: np.ndarray) -> None:
-    """Raise an error if rays were stopped, because they may have more hits, or nearer hits."""
+    """Raise an error if rays were stopped: they may have more hits, or nearer hits."""
     stopped = int((status > 1).sum())
     if stopped:
         raise Error(f"{stopped} rays were stopped before their search ended; raise step_cap or "

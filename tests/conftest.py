@@ -1,4 +1,5 @@
-"""Parts that all tests share: the context, scenes, aimed rays, and the check for GL errors."""
+"""Fixtures and functions that all tests share: context, scenes, rays, comparisons of hits, and
+the check for GL errors."""
 from __future__ import annotations
 
 import itertools
@@ -27,7 +28,7 @@ from gpgpu_rt.traversal.own_arrays import MIXED_UP
 from gpgpu_rt.viewer import Selection, Viewer
 from gpgpu_rt.workers import Workers
 
-# Tests build their structures, but each structure only once.
+# The tests have a new, empty cache, so they build each structure themselves, but only once.
 _CACHE = tempfile.TemporaryDirectory(prefix="gpgpu_rt_tests")
 os.environ["GPGPU_RT_CACHE"] = _CACHE.name
 # Tests find fetched scenes by GPGPU_RT_SCENES alone, so that a test can hide them.
@@ -35,12 +36,12 @@ if "GPGPU_RT_SCENES" not in os.environ and catalogue.data_folder().is_dir():
     os.environ["GPGPU_RT_SCENES"] = str(catalogue.data_folder())
 os.environ["XDG_DATA_HOME"] = _CACHE.name
 
-# The time of an example depends on the machine's load, so no example has a deadline.
+# A test of Hypothesis has no deadline, because its time depends on the machine's load.
 hypothesis.settings.register_profile("untimed", deadline=None)
 hypothesis.settings.load_profile("untimed")
 
 FOLEY = ("cornell", "bunny", "robots", "kitchen")
-# Methods without a structure over the triangles: scattered rays test nearly all triangles.
+# These methods have no structure over the triangles, so scattered rays test nearly all triangles.
 UNSTRUCTURED = ("brute-force", "ray-tiles", "ray-hierarchy")
 RAY_SETS = {
     "eye": lambda scene, n, seed: ray_sets.eye_rays(scene, n),
@@ -70,7 +71,8 @@ def schedules_of(row: rt.Method, names: Iterable[str] = SCHEDULES,
             and not (row.steps_once and "steps_per_pass" in SCHEDULES[name])}
 
 
-# The full tests in these folders build with numpy or count, so every backend gives equal results.
+# The full tests in these folders only build with numpy, or count operations. Their results are the
+# same on every OpenGL backend, so they run on one backend.
 ON_ANY_BACKEND = ("accel", "figures", "reference")
 
 
@@ -105,8 +107,8 @@ def no_gl_error(gpu: Gpu) -> Iterator[None]:
 def pytest_runtest_call(item: pytest.Item) -> Generator[None, object, object]:
     """Skip a test on softpipe if its method keeps a stack in an array.
 
-    softpipe does not keep these arrays, and the tracer's error says this. On other renderers, the
-    same error is a failure.
+    softpipe mixes up the arrays of different fragments, and the tracer's error says so. On other
+    renderers, the same error is a failure.
     """
     try:
         return (yield)
@@ -118,7 +120,8 @@ def pytest_runtest_call(item: pytest.Item) -> Generator[None, object, object]:
 
 @pytest.fixture
 def exact_renderer(gpu: Gpu) -> Gpu:
-    """Skip the test if two programs with the same arithmetic may give different bits."""
+    """Skip the test if this renderer may give different bits for the same arithmetic in two
+    programs."""
     if "llvmpipe" not in gpu.renderer:
         pytest.skip(f"bits are compared on llvmpipe only, this is {gpu.renderer}")
     return gpu
@@ -149,8 +152,8 @@ def uncountable(monkeypatch: pytest.MonkeyPatch) -> Iterator[str]:
 def variants(name: str) -> list[dict[str, object]]:
     """Return settings of a method that change its programs.
 
-    Each choice of the method's own options gives a setting. A number that programs read only on
-    request is set to a small value. Options that an option needs are set too.
+    Each choice of the method's own options gives a setting. A number that is 0, which turns its
+    option off, is set to 6. If an option needs another option, that option is set too.
     """
     settings: list[dict[str, object]] = [{}]
     for option in find_method(name).options:
@@ -204,7 +207,7 @@ def soup_scene(count: int, seed: int, size: float = 0.2) -> rt.Scene:
 
 
 def part_of(hits: rt.Hits, some: slice) -> rt.Hits:
-    """Return the hits of the rays in the slice ``some``."""
+    """Return the hits of the rays that ``some``, a slice or an array of indices, selects."""
     return rt.Hits(*(getattr(hits, name)[some] for name in ("t", "u", "v", "triangle", "status")))
 
 
@@ -234,7 +237,8 @@ def assert_same_hits(hits: rt.Hits, oracle: rt.Hits, extent: float, allowed: flo
 
 
 def assert_threaded(bvh: Bvh, triangles: np.ndarray) -> None:
-    """Check a depth-first tree over all triangles: each box must bound its subtree exactly."""
+    """Check a BVH in depth-first order: it has all triangles, and each box is as small as
+    possible."""
     assert (np.sort(bvh.order) == np.arange(len(triangles))).all()
     if not len(triangles):
         return

@@ -6,11 +6,11 @@
 #             renderer; without it, run `make figures`, `make test` and the bench
 #
 # Creates a root with debootstrap in a temporary folder, clones the committed state of this
-# checkout into the root, runs the commands there, and prints versions, results and times. Mirror,
-# proxies, certificates and pip's configuration are those of this machine. Exit status: 0 for
-# success; 1 if a command failed in the fresh machine; 77 with a line SKIPPED if no fresh machine
-# can be made. FRESH_MINUTES limits the time (15 with --short, else 90). A base root is kept for a
-# week in ${XDG_CACHE_HOME:-~/.cache}/gpgpu_rt-fresh.
+# checkout into the root, runs the commands there, and prints versions, results and times. The
+# fresh machine uses the Debian mirror, the proxies, the certificates and pip's configuration of
+# this machine. Exit status: 0 for success; 1 if a command failed in the fresh machine; 77 with a
+# line SKIPPED if no fresh machine can be made. FRESH_MINUTES limits the time (15 with --short,
+# else 90). A base root is kept for a week in ${XDG_CACHE_HOME:-~/.cache}/gpgpu_rt-fresh.
 set -euo pipefail
 
 SHORT=
@@ -21,8 +21,9 @@ PATH=$PATH:/usr/sbin:/sbin
 
 skipped() { echo "SKIPPED: fresh machine with ${SUITE:-no suite}: $*"; exit 77; }
 
-# This part runs inside a separate mount namespace. Its mounts disappear with the namespace, and
-# the outer script, which removes the root, does not see them.
+# This part runs inside a separate mount namespace. Its mounts disappear with the namespace. The
+# outer script, which removes the root, does not see the mounts, so it cannot remove files below
+# them.
 if [ "${FRESH_INSIDE:-}" = 1 ]; then
     root=$FRESH_ROOT
     mount -t proc proc "$root/proc"
@@ -117,7 +118,8 @@ awk '$1 != section { section = $1; print "[" section "]" } { sub(/^[^ ]* /, "");
 { sed 's/^[^=]*=//' "$root.environment"; cat "$root.pip"; } | tr ' ' '\n' |
     sed -n 's|^\(file://\)\{0,1\}\(/.*\)$|\1\2|p' | sort -u | while read -r path; do
     real=${path#file://}
-    # The pages of a package index with file:// refer to files beside the index.
+    # A package index with a file:// address refers to files beside the index, so mount its parent
+    # folder.
     if [ "$real" != "$path" ] && [ "$(dirname "$real")" != / ]; then real=$(dirname "$real"); fi
     if [ -f "$real" ] && [ ! -e "$root$real" ]; then
         mkdir -p "$root$(dirname "$real")" && cp "$real" "$root$real"

@@ -1,10 +1,11 @@
-"""Mutated files: test that reading each succeeds or fails in one line, within 10 s and 2 GB.
+"""Test that mutated files are read, or refused by a line, within 10 s and 2 GB each.
 
     python tools/mutate_files.py KIND COUNT [SEED]     # KIND: mesh, material, ..., or all
     python tools/mutate_files.py KIND 1 SEED --keep FOLDER     # write the files of a case there
 
-Only its kind and seed determine a case. Cases run in a worker with a memory limit and an alarm. If
-a case kills its worker or takes too long, it is reported, and a new worker continues.
+A case is a small set of files of one kind, with random changes. It depends only on its kind and
+its seed. Cases run in a worker process with limits on memory and time. If a case kills its worker
+or takes too long, it is reported, and a new worker continues.
 """
 from __future__ import annotations
 

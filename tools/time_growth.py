@@ -1,4 +1,5 @@
-"""Times rays on a rough ball of 0.1, 1 and 10 million triangles, to see how the time grows."""
+"""Times rays on a rough ball of 0.1, 1 and 10 million triangles, to see how the time grows with
+the number of triangles."""
 from __future__ import annotations
 
 import argparse
@@ -16,8 +17,8 @@ from gpgpu_rt.rays.ray_sets import random_rays
 from gpgpu_rt.scene.procedural.shapes import ball, bump
 
 COUNTS = (100_000, 1_000_000, 10_000_000)
-# Shared subtrees, because eight whole copies of ten million triangles have too many nodes for the
-# indices that a float can hold.
+# Subtrees are shared, because eight whole copies of a tree over ten million triangles have more
+# nodes than a float can index.
 _TREE = {"quantise_nodes": 16, "octants": True, "shared_subtrees": 64}
 _EYE = {"packet": (4, 2), "entry_points": 32, **_TREE}
 # The methods for each kind of rays, in order of speed at ten million triangles. With few
@@ -30,7 +31,7 @@ METHODS = {
                ("bvh-stack", {"quantise_nodes": 16})),
 }
 SIZE, TURNS, SEED = 1024, 5, 1
-ALLOWED = 1.3      # largest growth of the time, over the growth of the logarithm of the triangles
+ALLOWED = 1.3      # largest growth of the time, divided by the growth of log(triangles)
 
 
 def rough_ball(count: int) -> rt.Scene:
@@ -47,8 +48,9 @@ def milliseconds(scene: rt.Scene, kind: str, entries: Sequence[tuple[str, dict[s
                  ) -> list[float]:
     """Return the median time of a million rays of a kind for each (method, options).
 
-    The time covers the passes and the host's sorting of rays. The entries run in turn. Each runs
-    once untimed before its timed run, because the entry before it filled the caches.
+    The time covers the passes and the host's sorting of rays. The entries run in turn. Each entry
+    runs once untimed before its timed run, because the previous entry left its own data in the
+    caches.
     """
     origins, directions = scene.camera.rays((SIZE, SIZE)) if kind == "eye" else random_rays(
         scene, SIZE * SIZE, SEED)

@@ -1,4 +1,7 @@
-"""Times a sweep of forty cells with one worker and with two; each renderer has one thread."""
+"""Times forty cells (measurements for figures) with one worker and with two workers.
+
+Each worker's renderer has one thread.
+"""
 from __future__ import annotations
 
 import argparse
@@ -19,7 +22,7 @@ CELLS = [Cell("shirley6", "kd-restart", (("max_depth", depth),), 64,
 
 
 def seconds(workers: Workers) -> float:
-    """Return the time of the sweep in seconds; all cells are measured again."""
+    """Return the time in seconds to measure all cells; no earlier result is used."""
     with tempfile.TemporaryDirectory() as folder:
         began = time.perf_counter()
         measure(CELLS, Path(folder), workers=workers)

@@ -1,8 +1,9 @@
 """sweep: triangles sorted along an axis and cut into runs, each with a box (an example).
 
-Boxes around parts of a scene go back to Rubin and Whitted (1980). A ray visits the runs in its
-direction along the axis. This order allows an early exit: after a hit, the ray ends at the first
-run where no remaining run can begin before the hit. ../../CONTRIBUTING.md explains the file.
+Boxes around parts of a scene go back to Rubin and Whitted (1980). A ray visits the runs in the
+order of its direction along the axis. This order allows an early exit: a ray with a hit stops as
+soon as no remaining run can begin before the hit. ../../CONTRIBUTING.md explains this file step by
+step.
 """
 from __future__ import annotations
 

@@ -17,7 +17,7 @@ def draw_flow(axis: Any, passes: Sequence[Issued], words: Mapping[str, str]) -> 
 
     Parameters
     ----------
-    words : kernel -> a line on what it does
+    words : kernel -> a line that says what the kernel does
     """
     kinds = kinds_of(passes)
     rows = {kernel: -ROW * at for at, kernel in enumerate(kinds)}

@@ -10,7 +10,10 @@ from gpgpu_rt.inspect.observe import ObservedPass
 
 @dataclass
 class Issued:
-    """A draw: its kernel (or its program, if it has no kernel), and the records it uses."""
+    """A draw: its kernel, and the records that it reads and writes.
+
+    If a draw has no kernel, ``kernel`` is the name of its program.
+    """
 
     kernel: str
     reads: tuple[str, ...]
@@ -18,7 +21,7 @@ class Issued:
 
 
 def kinds_of(passes: Iterable[Issued]) -> dict[str, tuple[Issued, int]]:
-    """Kernel -> its first draw, and how many there were."""
+    """Return for each kernel its first draw and the number of its draws."""
     found: dict[str, tuple[Issued, int]] = {}
     for one in passes:
         first, count = found.get(one.kernel, (one, 0))
@@ -27,15 +30,17 @@ def kinds_of(passes: Iterable[Issued]) -> dict[str, tuple[Issued, int]]:
 
 
 def record_of(sampler: str) -> str:
-    """The record that a texture holds: state_texel_0 is state, triangle_table triangle table."""
+    """The record that a texture holds: "state_texel_0" -> "state", "triangle_table" -> "triangle
+    table".
+    """
     name = sampler.rsplit("_texel_", 1)[0]
     return name.removesuffix("_table") + " table" if name.endswith("_table") else name
 
 
 def kernel_of(one: ObservedPass) -> str:
-    """What a diagram calls a pass."""
+    """The name of a pass in a diagram."""
     if one.uniforms.get("equal"):
-        return "tile_pairs, again"    # for the triangles at the least t
+        return "tile_pairs, again"    # the second draw of a batch finds the lowest triangle
     return one.kernel or one.name.split("/")[-1].removesuffix(".frag")
 
 
@@ -47,8 +52,8 @@ def issued(passes: Iterable[ObservedPass], left_out: tuple[str, ...] = ()) -> li
     left_out : programs that are not logged, such as those that only count
     """
     kept = [one for one in passes if kernel_of(one) not in left_out]
-    # A texture has two names where a program needs a texture bound that it does not read then. The
-    # name of a target's record comes before those of samplers.
+    # A texture may have two names, because a program needs a texture at each sampler, even at one
+    # that it does not read. The name of the target's record comes before the names of samplers.
     names: dict[int, str] = {}
     for one in kept:
         for record in one.target.records if isinstance(one.target, Target) else ():

@@ -22,7 +22,7 @@ def draw_ground(axis: Any, small: World, shaded: Mapping[int, str] | None = None
     Parameters
     ----------
     shaded : leaf -> colour
-    central : write the names of leaves in their middle, and leave out the triangles' numbers
+    central : whether to write the names of leaves in their middle, without triangles' numbers
     """
     tree = small.tree
     for node in range(len(tree.axis)):
@@ -89,7 +89,7 @@ def draw_marks(axis: Any, small: World, marks: Mapping[float, str], side: float 
 
 
 def tree_places(small: World) -> np.ndarray:
-    """(nodes, 2): x by leaves from left to right, y down by depth."""
+    """Return (nodes, 2) positions: x counts leaves from left to right, y is minus the depth."""
     tree, places = small.tree, np.zeros((len(small.tree.axis), 2))
     column = 0.0
 
@@ -113,9 +113,9 @@ def draw_tree(axis: Any, small: World, shaded: Mapping[int, str] | None = None,
     Parameters
     ----------
     shaded : node -> colour
-    edges : (parent, child), drawn thick
-    notes : node -> text beside it
-    planes : write the planes of splits and the triangles of leaves
+    edges : (parent, child) pairs whose edges are drawn thick
+    notes : node -> text beside the node
+    planes : whether to write the planes of splits and the triangles of leaves
     """
     places, tree = tree_places(small), small.tree
     heavy = set(edges)
@@ -150,6 +150,6 @@ def draw_tree(axis: Any, small: World, shaded: Mapping[int, str] | None = None,
 
 
 def label(axis: Any, at: Any, text: str, **more: Any) -> None:
-    """Write a text with a halo, which keeps lines from crossing it."""
+    """Write a text with a white halo, which covers lines behind it."""
     axis.text(*at, text, **{"ha": "center", "va": "center", "fontsize": 9, "zorder": 5,
                             "path_effects": _HALO, **more})

@@ -1,6 +1,6 @@
 """Small BVH: the diagrams' bounding volume hierarchy, as bvh-threaded builds and walks it.
 
-The hierarchy is built over the triangles of the small world, and traced by the same ray.
+The hierarchy is built over the triangles of the small world, and the small world's ray walks it.
 """
 from __future__ import annotations
 
@@ -19,14 +19,15 @@ from .plan import INK, PALE, RAY, SPLITS, TRIANGLE, label
 from .small_world import BVH, World, world
 
 METHOD = "bvh-threaded"
-INNER = (*SPLITS, "#c98a1b", "#1f8a8a")     # boxes by depth
+INNER = (*SPLITS, "#c98a1b", "#1f8a8a")     # colours of inner nodes' boxes, by depth
 
 
 @dataclass(frozen=True)
 class Hierarchy:
     """The small world's triangles and ray, and a BVH over them.
 
-    depth : (n,) int; parent : (n,) int, -1 for the root; both by node
+    depth : (n,) int, the depth of each node
+    parent : (n,) int, the parent of each node, -1 for the root
     """
 
     small: World
@@ -50,14 +51,14 @@ class Hierarchy:
         return self.bvh.order[first:first + self.bvh.count[node]].tolist()
 
     def hit_link(self, node: int) -> int | None:
-        """The next node for a ray that meets this node's box: the next in the array, or None.
+        """The next node for a ray that meets this node's box. It is the next node in the array.
 
         None ends the walk. At a leaf, the hit link and the miss link lead to the same node.
         """
         return node + 1 if node + 1 < len(self) else None
 
     def miss_link(self, node: int) -> int | None:
-        """The next node for a ray that misses this node's box; None is the end."""
+        """The next node for a ray that misses this node's box; None ends the walk."""
         escape = int(self.bvh.escape[node])
         return escape if escape < len(self) else None
 
@@ -112,7 +113,7 @@ def draw_boxes(axis: Any, found: Hierarchy, shaded: Mapping[int, str] | None = N
 
 
 def tree_places(found: Hierarchy) -> np.ndarray:
-    """(nodes, 2): x by leaves from left to right, y down by depth."""
+    """Return (nodes, 2) positions: x counts leaves from left to right, y is minus the depth."""
     places = np.zeros((len(found), 2))
     places[:, 1] = -found.depth
     leaves = [node for node in range(len(found)) if found.is_leaf(node)]
@@ -125,7 +126,7 @@ def tree_places(found: Hierarchy) -> np.ndarray:
 
 def draw_nodes(axis: Any, found: Hierarchy, places: np.ndarray,
                shaded: Mapping[int, str] | None = None) -> None:
-    """Draw the tree: edges, nodes by number, and under each leaf the triangles that it lists."""
+    """Draw the tree: edges, numbered nodes, and under each leaf the triangles that it lists."""
     for node, parent in enumerate(found.parent):
         if parent >= 0:
             axis.plot(*places[[parent, node]].T, color=PALE, linewidth=1.4, zorder=1)

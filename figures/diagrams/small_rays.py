@@ -18,9 +18,12 @@ THICK = 0.03    # thickness of the triangles, across the plane of the rays
 
 @dataclass
 class ConeLevel:
-    """A level of the hierarchy, in world units.
+    """A level of the hierarchy of cones, in world units.
 
-    centre, axis : (nodes, 3); radius, chord, reach : (nodes,)
+    centre, radius : (nodes, 3) and (nodes,), the spheres around the rays' origins
+    axis : (nodes, 3), unit vectors, the axes of the cones
+    chord : (nodes,), the largest distance between the axis and a ray's unit direction
+    reach : (nodes,), how far the rays of the node still search
     """
 
     centre: np.ndarray
@@ -37,10 +40,10 @@ class ConeLevel:
 
 @dataclass
 class Round:
-    """A level of the traversal.
+    """A round of the traversal, which tests the pairs of a level of the hierarchy.
 
-    pairs : (n, 2) triangle and node of each pair that arrives
-    slots : (n, 4, 2) the four slots of each pair, -1 if empty
+    pairs : (n, 2), the triangle and the node of each pair that the round reads
+    slots : (n, 4, 2), the triangle and a child of the node in each pair's four slots; -1 if empty
     """
 
     level: int
@@ -65,7 +68,7 @@ def rays() -> tuple[np.ndarray, np.ndarray]:
 
 
 def scene() -> rt.Scene:
-    """TRIANGLES triangles across the plane, in rows over the mirror."""
+    """TRIANGLES triangles across the plane of the rays, in rows over the mirror."""
     at = np.stack([np.tile([-1.0, 0.0, 1.0], 3), np.repeat([0.9, 1.5, 2.1], 3)], 1)
     at += 0.15 * np.random.default_rng(5).normal(size=at.shape)
     corner = np.array([[-0.15, 0.0, -THICK], [0.15, 0.0, -THICK], [0.0, 0.0, 2 * THICK]])
@@ -75,7 +78,7 @@ def scene() -> rt.Scene:
 
 
 def tested(one: ObservedPass) -> tuple[np.ndarray, np.ndarray]:
-    """(n, 2) pairs of triangle and node that a pass read, (n, 4, 2) slots that it wrote."""
+    """The pairs that a pass read and the slots that it wrote, as in `Round`."""
     first, count = one.uniforms["base"], one.uniforms["last_element"] + 1
     pairs = read_record(PAIR, one.inputs, lambda texels: texels[first:first + count])
     fields = one.target.fields(by_ray=lambda texels: texels[:count])
@@ -85,9 +88,10 @@ def tested(one: ObservedPass) -> tuple[np.ndarray, np.ndarray]:
 
 @lru_cache(maxsize=1)
 def traversal() -> tuple[list[ConeLevel], list[Round], rt.Hits]:
-    """The hierarchy and the stream of each level, as read from their textures, and the hits."""
+    """The levels of the hierarchy and the rounds, as read from their textures, and the hits."""
     rounds: list[Round] = []
-    levels: dict[tuple[int, int], dict[str, np.ndarray]] = {}    # of the last hierarchy, by size
+    # The fields of each level, by the size of its texture. A new hierarchy replaces the old one.
+    levels: dict[tuple[int, int], dict[str, np.ndarray]] = {}
 
     def look(one: ObservedPass) -> None:
         if one.name.split("/")[-1] in ("cone_rays.frag", "cone_level.frag"):

@@ -1,8 +1,8 @@
 """Small world: a few triangles that stand on a plane, their kd-tree, and one ray.
 
-Real passes trace the ray, and each state is read after its pass. The triangles are low, and the
-ray runs parallel to the ground. Therefore no split across z pays, and the tree is two-dimensional
-when seen from above, as the survey draws it.
+The ray is traced by the method's own passes, and its state is read after each pass. The triangles
+are low, and the ray runs parallel to the ground. Therefore no split across z lowers the cost, and
+the tree is two-dimensional when seen from above, as the survey draws it.
 """
 from __future__ import annotations
 
@@ -116,7 +116,7 @@ class Step:
 
 @dataclass(frozen=True)
 class Walk:
-    """A ray's way by one method: each step, and the tracer's hit with its counters."""
+    """The walk of the ray by one method: each step, and the tracer's hit with its counters."""
 
     method: str
     steps: list[Step]

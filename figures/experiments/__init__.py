@@ -1,1 +1,1 @@
-"""Figures that go beyond the survey, each beside its own helpers."""
+"""Figures that go beyond the survey, and the modules that measure them."""

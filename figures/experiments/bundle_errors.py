@@ -1,4 +1,4 @@
-"""Bundle errors: ray bundles beside the same bundles traced, and beside the path tracer."""
+"""Bundle errors: compares ray bundles with the same bundles traced, and with the path tracer."""
 from __future__ import annotations
 
 import time
@@ -31,7 +31,7 @@ def scene_of(name: str) -> rt.Scene:
         return rt.load_scene(name)
     light, box = rt.load_scene("cornell-light"), cornell.make()
     assert light.material_of is not None
-    lamps = np.count_nonzero(light.material_of == LAMP)   # also the last triangles of the box
+    lamps = np.count_nonzero(light.material_of == LAMP)   # the lamp's are the box's last triangles
     row = np.zeros(len(box.triangles), np.int32)
     row[-lamps:] = LAMP
     return replace(light, name=name, faces=None, material_of=row,
@@ -67,8 +67,9 @@ def measure(name: str, method: str, options: dict[str, Any], size: int, runs: in
 
     Parameters
     ----------
-    options : patch, directions to gather along, directions between patches, resolutions, path
-        samples; all other options are the tracer's
+    options : the settings of the bundles: ``patch``, ``directions`` (to gather along),
+        ``between`` (directions between patches) and ``resolutions``; the path tracer's
+        ``samples``. All other options are the tracer's
     """
     mine = {word: options.pop(word) for word in ("patch", "directions", "between", "resolutions",
                                                  "samples")}
@@ -126,8 +127,9 @@ def measure(name: str, method: str, options: dict[str, Any], size: int, runs: in
 def left_out(scene: rt.Scene, seen: Visible, size: int) -> np.ndarray:
     """(size, size) bool: pixels that the comparison leaves out.
 
-    They are pixels of lamps, of the background and of edges, and their neighbours. There the path
-    tracer averages over the whole pixel, while bundles gather at a few places in it.
+    They are the pixels of lamps, of the background and of edges, and the neighbours of these
+    pixels. There the path tracer averages over the whole pixel, while bundles gather at a few
+    places in the pixel.
     """
     emits = np.array([m.emits for m in scene.materials])[scene.material_of]
     rest = (emits[seen.hits.triangle] | ~seen.hits.hit).reshape(FINER * size, -1, 1)
@@ -142,7 +144,7 @@ def left_out(scene: rt.Scene, seen: Visible, size: int) -> np.ndarray:
 
 
 def _errors(picture: np.ndarray, path: np.ndarray, out: np.ndarray) -> dict[str, float]:
-    """Errors of a picture against the path tracer's, without the pixels in ``out``."""
+    """Errors of a picture against the path tracer's picture, without the pixels in ``out``."""
     off = (picture - path)[~out]
     truth = path[~out]
     return {"rmse": float(np.sqrt((off ** 2).mean()) / truth.mean()),

@@ -1,4 +1,4 @@
-"""Caustic errors: caustics mapping beside traced photons, which are added to the same map."""
+"""Caustic errors: compares caustics mapping with traced photons, added to the same map."""
 from __future__ import annotations
 
 import time
@@ -58,9 +58,12 @@ def measure(name: str, method: str, options: dict[str, Any], size: int, runs: in
             ) -> dict[str, Any]:
     """Compare caustics mapping with traced photons.
 
-    The light's passes and the traced photons run alternately, and the seconds of each run are
-    returned. The distances between mapped and traced landings are returned by number of guesses.
-    The pictures by both, (size, size), include the places behind the refractor.
+    The passes of the mapping and the traced photons run alternately. ``seconds`` of the result has
+    the time of each run. The mapping estimates a photon's distance to its receiver several times;
+    ``guesses`` are the numbers of estimates that are compared. For each number, ``apart`` has the
+    median and the 90 % quantile of the distances between mapped and traced landings, and ``lost``
+    the share of light whose photons do not land. ``rasterised`` and ``traced`` are pictures of
+    both maps, (size, size), which include the surfaces behind the refractor.
     """
     scene = scene_of(name)
     seconds: dict[str, list[float]] = {"rasterised": [], "traced": []}
@@ -124,6 +127,6 @@ def _direct(tracer: rt.Tracer, seen: Visible) -> np.ndarray:
 
 
 def _blocks(image: np.ndarray, side: int = 8) -> np.ndarray:
-    """Sums over squares, so that errors smaller than a square do not count."""
+    """Sum an image over squares, so that shifts of light within a square do not count."""
     h, w = (n // side * side for n in image.shape)
     return image[:h, :w].reshape(h // side, side, w // side, side).sum((1, 3))

@@ -1,4 +1,4 @@
-"""Coherence: how many different nodes the rays of a tile need."""
+"""Coherence: the number of different nodes that the rays of a tile need."""
 from __future__ import annotations
 
 from collections.abc import Iterator
@@ -13,17 +13,17 @@ from gpgpu_rt.gl.target import read_record
 from gpgpu_rt.inspect.observe import ObservedPass
 from gpgpu_rt.methods.bvh.tree import Bvh
 
-TILE = 64    # rays
+TILE = 64    # rays in a tile
 
 
 def needed_nodes(bvh: Bvh, origins: np.ndarray, directions: np.ndarray,
                  t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The nodes whose boxes rays meet before their hits; every order of traversal opens them.
+    """Find the nodes whose boxes rays meet before their hits. Every traversal must visit them.
 
     Parameters
     ----------
     origins, directions : (n, 3) float, no NaN among them
-    t : (n,), where each ray's search ends
+    t : (n,), the t at which each ray's search ends
 
     Returns
     -------
@@ -49,12 +49,14 @@ def needed_nodes(bvh: Bvh, origins: np.ndarray, directions: np.ndarray,
 
 
 def distinct_nodes(rays: np.ndarray, nodes: np.ndarray, tile_of: np.ndarray) -> float:
-    """The mean number of different nodes per tile, over tiles that need a node.
+    """The mean number of different nodes that the rays of a tile need.
+
+    Tiles whose rays need no node are left out of the mean.
 
     Parameters
     ----------
     rays, nodes : pairs, as ``needed_nodes`` returns them
-    tile_of : (n,) int, the tile that each ray is in
+    tile_of : (n,) int, the tile of each ray
     """
     most = int(nodes.max(initial=0)) + 1
     pairs = np.unique(tile_of[rays].astype(np.int64) * most + nodes)
@@ -62,20 +64,23 @@ def distinct_nodes(rays: np.ndarray, nodes: np.ndarray, tile_of: np.ndarray) -> 
 
 
 def tiles_of_image(size: int, side: int = 8) -> np.ndarray:
-    """(size squared,) int: the tile of side x side pixels that each ray of an image is in."""
+    """(size squared,) int: the number of each ray's tile of side x side pixels of the image."""
     y, x = np.divmod(np.arange(size * size), size)
     return (y // side) * -(-size // side) + x // side
 
 
 def tiles_of_order(order: np.ndarray) -> np.ndarray:
-    """(n,) int: the tile that each ray is in, if every 64 rays in ``order`` form a tile."""
+    """(n,) int: the tile of each ray, if every 64 consecutive rays of ``order`` form a tile."""
     tiles = np.empty(len(order), np.int64)
     tiles[order] = np.arange(len(order)) // TILE
     return tiles
 
 
 def divergence(steps: np.ndarray, tile_of: np.ndarray) -> float:
-    """The steps of tiles that wait for their longest ray, relative to the steps of their rays."""
+    """How much longer rays take because each tile waits for its longest ray.
+
+    It is the number of steps with waiting, divided by the number of steps without.
+    """
     longest = np.zeros(tile_of.max() + 1, np.int64)
     np.maximum.at(longest, tile_of, steps)
     return float(longest[tile_of].sum() / max(1, steps.sum()))
@@ -83,8 +88,11 @@ def divergence(steps: np.ndarray, tile_of: np.ndarray) -> float:
 
 @contextmanager
 def observe_order(tracer: rt.Tracer) -> Iterator[list[np.ndarray]]:
-    """Within, collect the order of rays of each trace by a tracer that sorts them: (n,) int32,
-    which rays stand in the first square, in the second and so on, 64 each."""
+    """Collect the order of rays of each trace within the context, for a tracer that sorts rays.
+
+    An order is (n,) int32, the indices of the rays in sorted order. Every 64 consecutive rays form
+    a tile.
+    """
     orders: list[np.ndarray] = []
 
     def look(one: ObservedPass) -> None:
@@ -96,7 +104,7 @@ def observe_order(tracer: rt.Tracer) -> Iterator[list[np.ndarray]]:
 
 
 def measure(scene: rt.Scene, rays: Workload) -> dict[str, float]:
-    """Coherence of a workload: in tiles of 8x8 pixels, and in tiles of its sorted order."""
+    """Measure the coherence of a workload, in tiles of 8x8 pixels and in tiles of sorted rays."""
     shape, t_max = (rays.size, rays.size), np.inf if rays.t_max is None else rays.t_max
     with rt.Tracer(scene, "bvh-threaded", statistics=True, sort_rays=True) as tracer:
         with observe_order(tracer) as orders:

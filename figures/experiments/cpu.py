@@ -21,7 +21,7 @@ from ..survey.fig22_large_scenes import FAST
 from ..survey.fig22_large_scenes import FIGURE as PACKETS
 
 SCENES = ("cornell", "shirley6", "bunny", "robots", "kitchen", "conference", "sodahall")
-HUGE = ("sodahall",)     # building its stand-in takes minutes: at full size only
+HUGE = ("sodahall",)     # at full size only, because building its stand-in takes minutes
 COLOURS = ("#c9c9c9", "#8c8c8c", "#3d8b57", "#4b2a70", "#2f6db3")
 
 
@@ -36,7 +36,7 @@ class EngineColumn:
 
 
 def columns() -> list[EngineColumn]:
-    """Embree on one thread and on all; then fragment programs with packets and single rays."""
+    """Embree on one thread and on all; then fragment programs by packets and by single rays."""
     packets = next(column for column in PACKETS.columns if column.label == FAST)
     several = [EngineColumn(embree(CORES).name, ON_CPU, (("threads", CORES),), CORES)]
     return [EngineColumn(EMBREE, ON_CPU, (), 1), *(several if CORES > 1 else []),
@@ -84,7 +84,7 @@ def rows(data: Path, full: bool) -> list[dict[str, Any]]:
                 continue
             peak = result.get("peak")
             if column.threads is None and peaks:
-                # A card's peak is not known. Use the rate that its fragment programs reach.
+                # The peak of a card is not known. Use the rate that fragment programs reach on it.
                 peak = peaks[0] if is_software(result["gpu"]["renderer"]) else {
                     "nominal": peaks[0]["fragments"]}
             nominal = peak["nominal"] if peak else None
@@ -100,15 +100,15 @@ def rows(data: Path, full: bool) -> list[dict[str, Any]]:
 
 
 def findings(found: list[dict[str, Any]]) -> list[str]:
-    """Sentences on section 4.2's question: the efficiency of fragment programs beside the CPU."""
+    """Sentences on section 4.2's question: how efficient fragment programs are beside the CPU."""
     survey = said_by_survey()
     ratio = (survey["gpu"] / survey["gpu_peak"]) / (survey["cpu"] / survey["cpu_peak"])
     scaled = survey["cpu"] * survey["gpu_peak"] / survey["cpu_peak"]
     lines = [f"The survey, on Soda Hall: {number(survey['cpu'])} Mrays/s on a CPU of "
              f"{number(survey['cpu_peak'])} GFLOP/s, and {number(survey['gpu'])} Mrays/s on a "
              f"card of {number(survey['gpu_peak'], 4)} GFLOP/s. A GFLOP yields "
-             f"{number(1 / ratio)} times as many rays on the CPU. By GFLOP/s alone the card would "
-             f"reach {number(scaled, 4)} Mrays/s."]
+             f"{number(1 / ratio)} times as many rays on the CPU. If the rate grew as the "
+             f"GFLOP/s, the card would reach {number(scaled, 4)} Mrays/s."]
     for scene in dict.fromkeys(row["scene"] for row in found):
         mine = [row for row in found if row["scene"] == scene]
         on_cpu = [row for row in mine if row["threads"] is not None]
@@ -146,8 +146,9 @@ def draw(data: Path, out: Path, full: bool) -> None:
     parts = ["# Ray tracing on the CPU, beside fragment programs (section 4.2)\n",
              "" if known is None else f"Renderer: {known['gpu']['renderer']}; processor: "
              f"{peak['model']}; measured {known['date']}. {side}x{side} eye rays.\n",
-             markdown_table(("scene", "triangles", "traced by", "Mrays/s", "over one thread",
-                             "peak GFLOP/s", "Mrays/s a GFLOP/s"), table),
+             markdown_table(("scene", "triangles", "traced by", "Mrays/s",
+                             "rate / rate of embreex on one thread", "peak GFLOP/s",
+                             "Mrays/s per GFLOP/s of peak"), table),
              *(f"* {line}" for line in findings(found)), "", "Notes:\n",
              "* The peak is nominal, in single precision: "
              + ("not known here." if not peak.get("nominal") else
@@ -160,9 +161,9 @@ def draw(data: Path, out: Path, full: bool) -> None:
              "* On a software renderer fragment programs run on the same processor, with all its "
              "threads, so only the code differs, not the hardware. The peak of a card is the rate "
              "that multiply-adds in fragment programs reach there.",
-             "* Embree is today's: it sends single rays through a BVH, with the processor's "
-             "vectors across nodes. Reshetov's CPU tracer of 2005 sent packets through a kd-tree. "
-             "Soda Hall is measured at full size only.", ""]
+             "* Embree is a tracer of today. It traces single rays through a BVH, and a vector "
+             "instruction tests the boxes of several nodes. Reshetov's CPU tracer of 2005 traced "
+             "packets through a kd-tree. Soda Hall is measured at full size only.", ""]
     write_text(out / "cpu.md", "\n".join(parts))
     if found:
         _chart(found, out, known)
@@ -173,7 +174,7 @@ def _chart(found: list[dict[str, Any]], out: Path, known: dict[str, Any] | None)
     places = list(dict.fromkeys(row["scene"] for row in found))
     figure, (left, right) = plt.subplots(1, 2, figsize=(13, 4.8))
     for axis, key, unit in ((left, "rays_per_second", "million rays a second (log)"),
-                            (right, "rays_per_gflop", "million rays a GFLOP of peak (log)")):
+                            (right, "rays_per_gflop", "million rays per GFLOP of peak (log)")):
         for at, (label, colour) in enumerate(zip(labels, COLOURS)):
             some = [row for row in found if row["traced_by"] == label and row[key]]
             axis.bar([places.index(row["scene"]) + 0.16 * (at - 2) for row in some],

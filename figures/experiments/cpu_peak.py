@@ -14,7 +14,8 @@ from gpgpu_rt.bench import roofline
 from gpgpu_rt.gl.context import open_gpu
 
 # Single precision operations per core and clock, by the widest vectors in the processor's flags.
-# Two units multiply and add; without a fused form, one unit multiplies and the other adds.
+# A core is assumed to have two vector units. Both multiply and add in one instruction; without
+# fused instructions, one unit multiplies and the other adds.
 A_CLOCK = (("avx512f", 64), ("fma", 32), ("avx", 16), ("sse2", 8))
 BASE = Path("/sys/devices/system/cpu/cpu0/cpufreq/base_frequency")   # kHz
 MATRIX = 768   # rows of the matrices whose product is timed
@@ -28,7 +29,7 @@ def peak(count: int) -> dict[str, Any]:
     -------
     nominal : clock times operations per clock times cores, or None if the clock is not known.
     attained : the rate of numpy's matrix product on all threads, the fastest of several runs.
-    fragments : the rate of multiply-adds in fragment programs of the present renderer.
+    fragments : the rate of multiply-adds in fragment programs of the current renderer.
     model, clock, clock_is, a_clock, cores, threads : the factors of nominal. ``clock_is`` says in
         words which clock it is. ``cores`` is the number of cores that the threads can use.
     """
@@ -47,8 +48,8 @@ def peak(count: int) -> dict[str, Any]:
 def clock_of(facts: Mapping[str, str], base: Path) -> tuple[float | None, str]:
     """The clock in Hz, and words that say which clock it is.
 
-    It is the base clock, from the file or from the model's name. If neither is known, it is the
-    clock of the moment.
+    It is the base clock, from the file ``base`` or from the model's name. If neither names the
+    base clock, it is the current clock.
     """
     try:
         return 1e3 * float(base.read_text()), "the base clock, as cpufreq says"
@@ -63,7 +64,7 @@ def clock_of(facts: Mapping[str, str], base: Path) -> tuple[float | None, str]:
 
 
 def cores_of(processors: Sequence[Mapping[str, str]]) -> int:
-    """The number of physical cores; 0 if unknown. Threads of a core share its numbers."""
+    """The number of physical cores, or 0 if unknown. All threads of a core have the same ids."""
     return len({(one["physical id"], one["core id"]) for one in processors
                 if "physical id" in one and "core id" in one})
 

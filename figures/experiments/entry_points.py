@@ -1,4 +1,4 @@
-"""Entry points and rasterised bounds: what eye rays save through a pass at low resolution.
+"""Entry points and rasterised bounds: passes at low resolution that save work of eye rays.
 
 Multi-level entry points come from Reshetov et al. 2005, a method for CPUs that the survey names.
 The survey's section 5 proposes bounds by rasterisation, but measures none.
@@ -41,7 +41,7 @@ def cells(full: bool) -> list[Cell]:
 
 def row(scene: str, label: str, plain: dict[str, Any], treated: dict[str, Any]
         ) -> dict[str, Any]:
-    """The values of a pair of cells. Nodes that several rays visit together are divided."""
+    """The row of a pair of cells. Nodes that rays visit together are divided among the rays."""
     nodes, left = (each["counters"]["nodes_visited"] for each in (plain, treated))
     driver = treated["driver"]
     beams = driver.get("entry_nodes_visited", 0.0)
@@ -90,14 +90,17 @@ def _page(entries: list[dict[str, Any]], bounds: list[dict[str, Any]], note: str
         "ms_of_beams", "faster_by"))] for r in entries]
     second = [[r["scene"], r["method"], *(number(r[k]) for k in (
         "nodes", "nodes_left", "fewer_by", "ms", "ms_treated", "faster_by"))] for r in bounds]
-    return ("# Entry points and rasterised bounds\n\n" + note + " Hits are equal to the bit.\n\n"
-            "## Entry points\n\nBeams around tiles of 16x16 and then 4x4 rays traverse first. "
-            "They write lists of the subtrees that their rays must search. \"Nodes with entries\" "
-            "are those that rays then visit, \"nodes of beams\" those of all beams, divided among "
-            "the rays. \"Fewer by\" counts both.\n\n" + markdown_table(HEADS, first)
+    return ("# Entry points and rasterised bounds\n\n" + note + " In all measurements the hits "
+            "are equal to the bit.\n\n"
+            "## Entry points\n\nBeams around tiles of 16x16 rays, and then around tiles of 4x4 "
+            "rays, traverse the tree first. They write a list of entries for each tile: the "
+            "subtrees that the tile's rays must search. \"Nodes with entries\" are the nodes that "
+            "a ray then visits. \"Nodes of beams\" are the nodes that all beams visit, divided "
+            "among the rays. \"Fewer by\" is the nodes a ray visits without entries, divided by "
+            "the sum of these two.\n\n" + markdown_table(HEADS, first)
             + "\n## Rasterised bounds\n\nTriangles are first drawn over tiles of 8x8 pixels. "
-            "Their coverage and their depths bound the rays. Drawing visits no node; its time is "
-            "included.\n\n" + markdown_table(BOUND_HEADS, second))
+            "The coverage and the depths of a tile bound the search of its rays. Drawing visits "
+            "no node; its time is included.\n\n" + markdown_table(BOUND_HEADS, second))
 
 
 def _bars(axis: Any, name: str, rows: list[dict[str, Any]]) -> None:

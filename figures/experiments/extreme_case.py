@@ -18,8 +18,8 @@ class Case:
     ----------
     triangles : (m, 3, 3) float32
     origins, directions : (n, 3) float32
-    closed : whether every ray must hit, whatever the test's rounding
-    options : method name -> options, if the case depends on them
+    closed : whether every ray must hit something, however the triangle test rounds
+    options : method name -> options, for the methods whose options the case sets
     t_min : (n,) float32, or a single value for all rays
     """
 
@@ -44,7 +44,7 @@ class Case:
 
 @dataclass(frozen=True)
 class Kind:
-    """A row of CASES: ``make(rays, seed)`` returns the case."""
+    """A kind of case: its name, its row in docs/extremes.md, and ``make(rays, seed)`` -> case."""
 
     name: str
     row: int
@@ -56,7 +56,7 @@ CASES: dict[str, Kind] = {}
 
 
 def entry(name: str, row: int, what: str) -> Callable:
-    """Register a function (rays, seed) -> case in CASES, under a name and a catalogue row."""
+    """Register a function (rays, seed) -> case in CASES, with its row in docs/extremes.md."""
     def register(make: Callable) -> Callable:
         CASES[name] = Kind(name, row, what, make)
         return make

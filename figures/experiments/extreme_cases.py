@@ -1,4 +1,4 @@
-"""The extremes: scenes and rays where ray tracers fail, each with its row in the catalogue.
+"""The extremes: scenes and rays where ray tracers fail, each with its row in docs/extremes.md.
 
 Tests trace them with every method, and the figure `extremes` measures them. A case is made from
 its name, a number of rays and a seed. Its scene does not depend on the number of rays.
@@ -60,7 +60,7 @@ def _(n: int, seed: int) -> Case:
 
 
 def square_case(quads: int, n: int, seed: int) -> Case:
-    """Rays from a point in front of the square: half at vertices, half at random places."""
+    """Rays from a point in front of the square, half to vertices and half to random places."""
     rng = np.random.default_rng(seed)
     triangles = square(quads)
     inner = triangles.reshape(-1, 3)
@@ -97,7 +97,7 @@ for _k in (-20, 20):
 
 
 def moved(power: int, n: int, seed: int) -> Case:
-    """The sphere at 10^power of its sizes from 0; rays from inside at vertices and edges."""
+    """The sphere, 10^power of its sizes from 0, with rays from inside to vertices and edges."""
     rng = np.random.default_rng(seed)
     at = 2.0 * 10**power * np.float64([1, -0.6, 0.3])
     triangles = bumpy_sphere(at=at)
@@ -332,7 +332,7 @@ def _(n: int, seed: int) -> Case:
 
 
 def long_way(count: int, n: int, seed: int) -> Case:
-    """A row of triangles: the rays to the last triangle cross the boxes of all, but miss them."""
+    """A row of triangles. The rays cross all boxes, but miss all triangles except the last."""
     rng = np.random.default_rng(seed)
     at = np.arange(count)[:, None, None] * np.float64([0, 0, -1])
     triangles = at + np.float64([[0, 0, 0.1], [1, 0, 0], [0, 1, 0]])

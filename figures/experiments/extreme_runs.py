@@ -1,4 +1,4 @@
-"""Extreme runs: measures the extreme cases, and judges the rays of each."""
+"""Extreme runs: measures the extreme cases, and judges the rays of each case."""
 from __future__ import annotations
 
 import functools
@@ -11,20 +11,23 @@ from gpgpu_rt.accuracy.judge import judge, leaks
 from .extreme_case import Case
 from .extreme_cases import CASES, make_case
 
+# The largest number of rays of cases that are slow to trace.
 FEW = {"coincident": 100, "coplanar": 500, "one-centroid": 300, "long-way": 3}
 SEED = 1
-LONG = ("coincident", "long-way")    # their few rays need more steps than a cell's cap allows
+# Cases whose rays need more steps than the step cap of some cells allows. They are traced without
+# that cap.
+LONG = ("coincident", "long-way")
 
 
 def measure(method: str, options: dict[str, Any], rays: int) -> dict[str, dict[str, Any]]:
-    """Every case by one method with ``options``: case -> the judgement of its rays."""
+    """Trace every case by one method with ``options``. Return case -> the verdict on its rays."""
     return {name: _measure_one(name, method, options, min(rays, FEW.get(name, rays)))
             for name in CASES}
 
 
 @functools.cache
 def _known(name: str, rays: int) -> tuple[Case, rt.Hits]:
-    """A case and the reference's hits, kept for all settings that a process measures."""
+    """A case and the reference's hits. They are kept for all settings that a process measures."""
     case = make_case(name, rays, SEED)
     return case, rt.reference.trace(case.triangles, case.origins, case.directions, case.t_min,
                                     accelerated=True)
@@ -49,7 +52,7 @@ def _measure_one(name: str, method: str, options: dict[str, Any], rays: int) -> 
 
 @functools.cache
 def digest() -> str:
-    """A digest of all cases. It differs if a case differs."""
+    """A digest of all cases, which changes if any case changes."""
     total = hashlib.sha256()
     for name in CASES:
         case = make_case(name, 16, SEED)

@@ -20,7 +20,10 @@ def bumpy_sphere(subdivisions: int = 3, at: np.ndarray | float = 0.0) -> np.ndar
 
 
 def soup(count: int, seed: int, size: float = 0.2) -> np.ndarray:
-    """(count, 3, 3) float32 random triangles in about the unit box; each seventh axis-parallel."""
+    """(count, 3, 3) float32 random triangles in about the unit box.
+
+    Every seventh triangle is perpendicular to an axis.
+    """
     rng = np.random.default_rng(seed)
     corners = rng.random((count, 1, 3)) + size * rng.normal(size=(count, 3, 3))
     corners[::7, :, seed % 3] = corners[::7, :1, seed % 3]
@@ -65,9 +68,9 @@ def square(quads: int) -> np.ndarray:
 
 def outside_rays(triangles: np.ndarray, n: int, rng: np.random.Generator,
                  distance: float = 1.0) -> Rays:
-    """Rays at points of the scene's triangles, from a sphere around the scene.
+    """Rays from a sphere around the scene to points of the scene's triangles.
 
-    The radius of the sphere is ``distance`` diagonals of the scene.
+    The radius of the sphere is ``distance`` times the diagonal of the scene.
     """
     corners = triangles.reshape(-1, 3).astype(np.float64)
     lo, hi = corners.min(axis=0), corners.max(axis=0)

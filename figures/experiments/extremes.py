@@ -1,4 +1,4 @@
-"""The extremes: every method on every case of the catalogue, in full and in relaxed settings."""
+"""The extremes: every method on every extreme case, in its default and in relaxed settings."""
 from __future__ import annotations
 
 from pathlib import Path
@@ -16,8 +16,9 @@ from .extreme_cases import CASES
 
 PRECISIONS = ({"precision": "fp24"}, {"precision": "fp16"})
 STORED = tuple({"storage": "fp16", "rounding": rounding} for rounding in ("nearest", "chop", "up"))
-CAP = 10_000    # for settings in which rays may loop: far above the steps that most rays need
-DETAIL = ("grid", "kd-restart", "bvh-threaded")   # at the quick size, only these in all settings
+# The step cap in settings in which rays may loop forever. Most rays need far fewer steps.
+CAP = 10_000
+DETAIL = ("grid", "kd-restart", "bvh-threaded")   # all settings are measured at the quick size too
 CATEGORIES = ("leak", "false hit", "wrong triangle", "wrong distance", "unfinished")
 
 
@@ -65,13 +66,17 @@ def draw(data: Path, out: Path, full: bool) -> None:
     plain = {cell.method: result["cases"] for cell, result in results.items() if not cell.options}
     write_text(out / "extremes.md", "\n".join([
         f"# The extremes\n\nRenderer: {renderer}. Cases and rows are those of docs/extremes.md. A "
-        "ray is wrong if its answer lies outside the bound that is derived for float32 and the "
-        "watertight test. In fp24 and fp16 most distances lie outside of it, so the second table "
-        "divides wrong rays by kind.\n",
-        "## float32, the defaults\n\nWrong rays; most steps of any ray. No ray was capped unless "
-        "its cell says so.\n", _plain_table(plain),
-        "## Every setting, over all cases\n\nShares of rays in percent. `ended` is `no` if the "
-        "step cap stopped rays; these rays are flagged.\n", _settings_table(results)]))
+        "ray is wrong if its answer lies outside the error bound that is derived for float32 and "
+        "the watertight test. In fp24 and fp16 most distances lie outside this bound, so the "
+        "second table divides wrong rays by kind. The tables give the worst error of t in ulp, "
+        "which are units in the last place, and in multiples of the bound.\n",
+        "## float32, the defaults\n\nFor each method the table has the number of wrong rays and, "
+        "after a semicolon, the largest number of steps of a ray. If the step cap stopped rays, "
+        "their number follows.\n", _plain_table(plain),
+        "## Every setting, over all cases\n\nThe table has the shares of wrong rays in percent. "
+        "\"Through closed meshes\" is the share of rays that miss a mesh which they cannot miss. "
+        "`ended` is `no` if the step cap stopped rays; these rays are flagged.\n",
+        _settings_table(results)]))
     _chart(results, out / "extremes.png", renderer)
 
 
@@ -83,7 +88,7 @@ def _csv_row(name: str, cell: Cell, r: dict[str, Any]) -> list[Any]:
 
 
 def _plain_table(plain: dict[str, dict[str, Any]]) -> str:
-    """The table of the defaults: a row per case, with the worst t error, a column per method."""
+    """The table of the defaults, with a row for each case and a column for each method."""
     rows = []
     for name, kind in CASES.items():
         mine = {method: cases[name] for method, cases in plain.items() if name in cases}
@@ -118,7 +123,7 @@ def _settings_table(results: dict[Cell, dict[str, Any]]) -> str:
 
 
 def _chart(results: dict[Cell, dict[str, Any]], path: Path, renderer: str) -> None:
-    """Draw the shares of rays with a wrong hit or miss, or without an end, by setting and case."""
+    """Draw for each setting and case the share of rays with a wrong hit or miss, or stopped."""
     names = list(CASES)
     shares = np.full((len(results), len(names)), np.nan)
     for i, result in enumerate(results.values()):

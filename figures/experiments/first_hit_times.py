@@ -1,4 +1,7 @@
-"""First hit times: rasterised first hits beside traced hits, with doubts and errors."""
+"""First hit times: compares rasterised first hits with traced hits, in time and in errors.
+
+A ray is in doubt if the rasteriser's hit cannot be proven. Rays in doubt are traced afterwards.
+"""
 from __future__ import annotations
 
 import statistics
@@ -15,8 +18,8 @@ def measure(scene: rt.Scene, method: str, options: dict[str, Any], size: int,
             runs: int) -> dict[str, dict[str, Any]]:
     """Measure first hits from each source.
 
-    Returns for each source the seconds of each run, which alternate between sources; the number of
-    rays in doubt; and the pixels, counted row by row, whose hit differs from the traced hit.
+    Returns for each source the seconds of its runs, the number of rays in doubt, and the pixels,
+    numbered row by row, whose hit differs from the traced hit. The runs of the sources alternate.
     """
     with rt.Tracer(scene, method, **options) as tracer:
         truth = tracer.eye_hits(size=(size, size))
@@ -34,6 +37,6 @@ def measure(scene: rt.Scene, method: str, options: dict[str, Any], size: int,
 
 
 def ratio(found: dict[str, dict[str, Any]], kind: str) -> float:
-    """The speed of a source of first hits over that of tracing, in the median over the runs."""
+    """The speed of a source of first hits relative to tracing, in the median over the runs."""
     pairs = zip(found["traced"]["seconds"], found[kind]["seconds"])
     return statistics.median(traced / took for traced, took in pairs)

@@ -13,8 +13,9 @@ import numpy as np
 
 from .extreme_case import Case, entry
 
-HEIGHTS = (0.0, *10.0 ** np.arange(-12, -2))     # of origins; a float32 spacing is used as well
-STARTS = (-1.0, -1e-6, 0.0, 0.0, 1e-9, 1e-6, 0.3)
+# Heights of ray origins over the scene. Some origins lie one float32 spacing over it instead.
+HEIGHTS = (0.0, *10.0 ** np.arange(-12, -2))
+STARTS = (-1.0, -1e-6, 0.0, 0.0, 1e-9, 1e-6, 0.3)     # values of t_min
 
 
 @dataclass(frozen=True)
@@ -23,11 +24,11 @@ class Flat:
 
     Attributes
     ----------
-    axis : along which it is flat
-    at : its coordinate on this axis
-    spacings : number of float32 values by which it is moved further
-    tilted : from side to side by one spacing, the larger one of its height and its extent
-    count : triangles; 2 form a square
+    axis : the axis along which the scene is flat
+    at : the scene's coordinate on this axis
+    spacings : number of float32 values by which the scene is moved further along the axis
+    tilted : whether the scene is tilted, so that its sides differ by about one float32 spacing
+    count : number of triangles; 2 triangles form a square
     """
 
     axis: int
@@ -62,7 +63,7 @@ class Flat:
 
         Parameters
         ----------
-        together : all rays start at one point, with t_min 0
+        together : whether all rays start at one point, with t_min 0
         """
         rng = np.random.default_rng((seed, int(together)))
         spacing = float(np.spacing(self.height))
@@ -82,7 +83,7 @@ class Flat:
         return Case(self.triangles(seed), origins, directions, t_min=t_min)
 
     def _turned(self, flat: np.ndarray, height: np.ndarray) -> np.ndarray:
-        """(..., 3) places, from places (..., 2) in the plane and heights (...)."""
+        """(..., 3) points, from points (..., 2) in the plane and their heights (...)."""
         height = np.broadcast_to(height, flat.shape[:-1])
         return np.roll(np.concatenate([height[..., None], flat], -1), self.axis, -1)
 

@@ -1,48 +1,62 @@
-"""Frame times: how long a frame of a moving scene takes to follow the triangles and to trace."""
+"""Frame times: for each frame of a moving scene, the time to update the structure and to trace."""
 from __future__ import annotations
 
+import contextlib
 import functools
 import time
-from collections.abc import Mapping
+from collections.abc import Generator, Mapping
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 import gpgpu_rt as rt
-from gpgpu_rt.scene.animation import animation_names, load_animation
+from gpgpu_rt.scene.animation import animation_names
 from gpgpu_rt.workers.machine import alone
 
-# The cameras of the published times. Pictures have cameras that are further away.
+# The cameras of the measurements in docs/moving-and-large.md. The animations' own cameras, which
+# pictures use, are further away.
 CAMERAS = {"cloth": rt.Camera((-1.9, 1.7, 2.6), (0.0, -0.1, 0.1), fov=40),
            "walker": rt.Camera((-5.4, 5.0, 8.6), (0.0, 0.8, 0.2), fov=40)}
-STRIDE = 4   # animation frames from one measured frame to the next
+FIRST = {"kitchen-moving": 250}     # the frame at which a scene begins to show motion; default 0
+STRIDE = 4   # number of animation frames from one measured frame to the next
+# The option of cells whose frames are built ahead, by another process (`Tracer.updates`).
+AHEAD = ("build_ahead", True)
 
 
 def measure(scene: str, method: str, options: Mapping[str, Any], size: int,
             frames: int) -> dict[str, Any]:
-    """Times of each frame, in seconds, for size x size eye rays.
+    """Measure the times of each frame, in seconds, for size x size eye rays.
 
     A scene without an animation stands still. Its triangles are updated all the same, as by a
-    program that does not know that nothing moved.
+    program that does not know that nothing moved. With AHEAD in the options another process builds
+    each frame while the frame before it is traced, and an update is the wait for it. The frame
+    that starts this process is not counted.
 
     Returns
     -------
-    update, trace : lists, with an entry for each frame after the first
+    update, trace : lists with the times of each measured frame
     rebuilt : number of frames whose structure was rebuilt
-    differing : rays, over all frames, whose distance is not that of a tree built for the frame
+    differing : number of rays, summed over all frames, whose hit distance differs from the
+        distance that a tree built for that frame gives
     """
     start = _start(scene)
     rays = start.camera.rays((size, size))
     update, trace, rebuilt = [], [], 0
-    shown = range(STRIDE, STRIDE * (frames + 1), STRIDE)
+    first = FIRST.get(scene, 0) + STRIDE
+    shown = range(first, first + STRIDE * frames, STRIDE)
     vertices, found = {frame: _vertices(scene, frame) for frame in shown}, {}
-    with rt.Tracer(start, method, **options) as tracer:
+    own, ahead = dict(options), AHEAD in options.items()
+    own.pop(AHEAD[0], None)
+    with rt.Tracer(start, method, **own) as tracer, contextlib.closing(
+            _moves(tracer, _vertices(scene, FIRST.get(scene, 0)), list(vertices.values()),
+                   ahead)) as moves:
+        next(moves)
         tracer.trace(*rays)     # compile the programs
         with alone():
             for frame in shown:
                 began = time.perf_counter()
-                tracer.update(vertices[frame])
+                next(moves)
                 update.append(time.perf_counter() - began)
                 found[frame] = tracer.trace(*rays).t
                 trace.append(tracer.statistics.trace_seconds)
@@ -51,16 +65,44 @@ def measure(scene: str, method: str, options: Mapping[str, Any], size: int,
     return {"update": update, "trace": trace, "rebuilt": rebuilt, "differing": differing}
 
 
+@functools.lru_cache(maxsize=1)
+def _animation(scene: str) -> rt.Animation:
+    return rt.load_animation(scene)
+
+
+def _moves(tracer: rt.Tracer, first: np.ndarray, vertices: list[np.ndarray],
+           ahead: bool) -> Generator[None, None, None]:
+    """Move the tracer's triangles at each ``next``, to ``first`` and then to each of ``vertices``.
+
+    Not ahead, the triangles are at ``first`` already.
+    """
+    if ahead:
+        yield from tracer.updates([first, *vertices])
+        return
+    yield
+    for positions in vertices:
+        tracer.update(positions)
+        yield
+
+
 @functools.lru_cache(maxsize=4)
 def _start(scene: str) -> rt.Scene:
-    start = load_animation(scene).scene if scene in animation_names() else rt.load_scene(scene)
-    return replace(start, camera=CAMERAS.get(scene, start.camera))
+    """The scene before the measured frames, with the camera from which they are seen.
+
+    It has no normals, which would be computed anew in each frame, because rays only ask for hits.
+    """
+    if scene not in animation_names():
+        return rt.load_scene(scene)
+    animation, first = _animation(scene), FIRST.get(scene, 0)
+    start = animation.scene.moved(animation.vertices(first)) if first else animation.scene
+    camera = animation.drawing(first, {"camera": CAMERAS.get(scene)})["camera"]
+    return replace(start, camera=camera or start.camera, normals=None)
 
 
 @functools.lru_cache(maxsize=16)
 def _vertices(scene: str, frame: int) -> np.ndarray:
     if scene in animation_names():
-        return load_animation(scene).vertices(frame)
+        return _animation(scene).vertices(frame)
     return _start(scene).triangles
 
 

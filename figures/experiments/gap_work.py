@@ -1,7 +1,7 @@
 """Gap work: the measurements of the experiments on the survey's sections 4.3 and 5.
 
-A kind of cell measures the bytes that passes move, the work of programs at every width, or the
-depth of stacks.
+There are three kinds of cells. They measure the bytes that passes move, the work of programs at
+every SIMD width, and the depth of stacks.
 """
 from __future__ import annotations
 
@@ -22,18 +22,20 @@ from gpgpu_rt.statistics import Statistics
 
 from .coherence import observe_order
 
-# The kinds: "moved by" a workload; "done by" a workload, at each width; "stacks of" its rays.
+# The kinds are the beginnings of a cell's ``work``; a workload follows. MOVED measures the bytes
+# that the passes of the workload move, DONE the work at each width, STACKS the stacks of its rays.
 MOVED, DONE, STACKS = "moved by ", "done by ", "stacks of "
 KINDS = (MOVED, DONE, STACKS)
 WIDTHS = (1, 2, 4, 8, 16, 32, 48, 64)
-SIDE, SPREAD = 32, (2, 2)       # the emulated squares of rays: their side, and their grid
+# The side of an emulated square of rays, and the number of squares across and down the image.
+SIDE, SPREAD = 32, (2, 2)
 # Caches: their bytes, the bytes of a transfer, and the number of rays that fetch together.
 STORES, LINES, TOGETHER = (8192, 16384, 131072), (16, 128), (4, 32)
 
 
 def measure(kind: str, scene: rt.Scene, rays: Workload, method: str,
             options: dict[str, Any]) -> dict[str, Any]:
-    """The result of a cell of this kind."""
+    """Measure a cell of a kind, and return the result."""
     return {MOVED: _moved, DONE: _done, STACKS: _stacks}[kind](scene, rays, method, options)
 
 
@@ -59,9 +61,10 @@ def _moved(scene: rt.Scene, rays: Workload, method: str,
 
 def _done(scene: rt.Scene, rays: Workload, method: str,
           options: dict[str, Any]) -> dict[str, Any]:
-    """Runs of each region of the program by width, and the misses of software caches.
+    """Return how often each region of the program runs, by width, and the misses of caches.
 
-    They are measured in squares of rays. With ``sort_rays`` the squares have the sorted order.
+    Squares of rays are emulated. With ``sort_rays`` the squares are filled with rays in their
+    sorted order.
     """
     ordered = options.pop("sort_rays", False)
     chosen = _sorted_squares(scene, rays) if ordered else tile_pixels(rays.size, (SIDE, SIDE),
@@ -122,7 +125,7 @@ def _sorted_squares(scene: rt.Scene, rays: Workload) -> np.ndarray:
 
 def _stacks(scene: rt.Scene, rays: Workload, method: str,
             options: dict[str, Any]) -> dict[str, Any]:
-    """The most stack entries of each ray as a histogram, and the levels that the tree needs."""
+    """Return a histogram of the rays' deepest stacks, and the entries that the tree may need."""
     deepest = np.zeros(len(rays.origins), np.int64)
 
     def look(one: Pass) -> None:

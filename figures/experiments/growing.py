@@ -1,4 +1,4 @@
-"""Growing: ten scenes, each of which needs more of a renderer; the first is the bare bunny."""
+"""Growing: ten scenes, from the bare bunny on, each of which needs one more renderer feature."""
 from __future__ import annotations
 
 from dataclasses import replace
@@ -19,7 +19,7 @@ BUNNY, FLOOR, LAMP, BALL, GLASS = range(5)
 
 @cache
 def scenes(name: str = "bunny") -> tuple[rt.Scene, ...]:
-    """The scene of each step; ``name`` is the mesh in the middle."""
+    """Return the scene of each step. ``name`` is the scene whose mesh stands in the middle."""
     base = rt.load_scene(name)
     lo, hi = (side.astype(np.float64) for side in base.bounds)
     middle, size = (lo + hi) / 2, float((hi - lo).max())

@@ -1,6 +1,7 @@
 """Ideal hardware: a cost model of hardware for rays (survey, sections 4.4 and 5).
 
-The model applies triangle units, traversal units and explicit transfers to counted work.
+The model computes the time that machines would need for counted work. The machines have triangle
+units, traversal units or explicit transfers.
 """
 from __future__ import annotations
 
@@ -19,7 +20,7 @@ from .gap_work import DONE
 
 SCENES = ("kitchen", "conference")
 METHODS = ("kd-restart", "kd-stack", "bvh-threaded")
-CARD, TREE = "G80", "kd-stack"     # the prototypes and the Cell keep a stack
+CARD, TREE = "G80", "kd-stack"     # TREE: the method of the prototypes and the Cell (with a stack)
 HEADS = ("scene", "method", "machine", "shader ns", "steps ns", "tests ns", "memory ns",
          "waiting ns", "ns a ray", "Mrays/s", "bound by", "published Mrays/s")
 
@@ -39,7 +40,7 @@ def cells(full: bool) -> list[Cell]:
 
 
 def leasts(method: str, work: dict[str, Any]) -> dict[str, Least]:
-    """Machine -> the time of the counted work at the machine's peak rates."""
+    """Return for each machine the time that it needs for the counted work at its peak rates."""
     card, ideal = find_card(CARD), machines()["ideal"]
     found = {
         f"{CARD}, shaders alone": on_card(card, work),
@@ -56,7 +57,7 @@ def leasts(method: str, work: dict[str, Any]) -> dict[str, Least]:
 
 
 def rows(data: Path, full: bool) -> list[list[Any]]:
-    """The rows of HEADS."""
+    """The rows of the table whose columns are HEADS."""
     found = []
     for scene in SCENES:
         for method in METHODS:
@@ -80,7 +81,9 @@ def draw(data: Path, out: Path, full: bool) -> None:
     results = [result for _, result in finished(cells(full), data)]
     heading = results[0]
     note = (f"Squares of 32x32 out of {size(full)}x{size(full)} eye rays, emulated. Every time is "
-            "that of our programs' counted work at a machine's peak rates; nothing is fitted. "
+            "the time that a machine needs at its peak rates for the work that was counted in our "
+            "programs; nothing is fitted. The total is the longest of the times of shaders, "
+            "traversal steps, triangle tests and memory, plus the waiting. "
             f"{heading['gpu']['renderer']}, commit {heading['commit']}."
             + (" Some scenes are procedural stand-ins."
                if any(r["scene"]["stand_in"] for r in results) else ""))
@@ -93,8 +96,9 @@ def draw(data: Path, out: Path, full: bool) -> None:
                + "\n\n" + note + "\n\n" + markdown_table(HEADS, [
                    [number(v) if isinstance(v, float) else "-" if v is None else v for v in row]
                    for row in found])
-               + "\n## The machines' figures\n\nFigures marked * are recalled or assumed, not "
-               "read. `gpgpu-rt hardware --sources` prints the card's own figures.\n\n"
+               + "\n## The machines' figures\n\nFigures marked * are recalled from memory or "
+               "assumed, and were not read in the source. `gpgpu-rt hardware --sources` prints "
+               "the card's own figures.\n\n"
                + markdown_table(("machine", "figure", "value", "source"), sources))
     scenes = list(dict.fromkeys(row[0] for row in found))
     figure, axes = plt.subplots(1, len(scenes), figsize=(6.2 * len(scenes), 5.6), squeeze=False)
@@ -111,7 +115,7 @@ PARTS = {"shader": "#2f6db3", "steps": "#c98a1b", "tests": "#b33a3a", "memory": 
 
 
 def _bars(axis: Any, mine: list[list[Any]]) -> None:
-    """Draw the time of each part by itself, and of all parts together."""
+    """Draw the time of each part by itself, and the total time."""
     for at, row in enumerate(mine):
         for part, (name, colour) in enumerate(PARTS.items()):
             if row[3 + part] > 0:
@@ -125,7 +129,7 @@ def _bars(axis: Any, mine: list[list[Any]]) -> None:
         axis.barh(0, 0, color=colour, label=name)
     axis.set_yticks(range(len(mine)), [row[2] for row in mine], fontsize=8)
     axis.invert_yaxis()
-    axis.set(xscale="log", xlabel="nanoseconds a ray; black: all parts together")
+    axis.set(xscale="log", xlabel="nanoseconds a ray; black: the total")
     low, high = axis.get_xlim()
     axis.set_xlim(low, 4 * high)
     axis.legend(frameon=False, fontsize=8, loc="lower right")
@@ -152,23 +156,25 @@ def _paragraph(found: list[list[Any]], data: Path, full: bool) -> str:
     clocks = find_card(CARD).clock / machines()["RPU"].clock
     text = (
         "The survey would hardwire the triangle test first, and then traversal with a "
-        "programmable criterion, and leave shading to the shaders. It quotes the RPU at "
-        f"{low:g} to {high:g} times graphics hardware. A ray of {scene} takes {number(steps)} "
-        f"steps and {number(tests)} tests ({TREE}). Triangle units alone make it "
-        f"{gain(f'{CARD} and triangle units')} times as fast as shaders alone, traversal units "
-        f"{gain(f'{CARD} and traversal units')} times, and both {gain(f'{CARD} and both')} times, "
-        f"bound by {mine[f'{CARD} and both'][10]}. If no ray waited for another, that alone would "
-        f"make it {gain(f'{CARD}, if no ray waited')} times as fast. The RPU at "
-        f"{number(machines()['RPU'].clock / 1e6)} MHz could trace "
+        "programmable criterion, and leave shading to the shaders. It calls the RPU "
+        f"{low:g} to {high:g} times as fast as graphics hardware. A ray of {scene} takes "
+        f"{number(steps)} steps and {number(tests)} tests ({TREE}). With triangle units tracing "
+        f"is {gain(f'{CARD} and triangle units')} times as fast as with shaders alone, with "
+        f"traversal units {gain(f'{CARD} and traversal units')} times, and with both kinds of "
+        "units "
+        f"{gain(f'{CARD} and both')} times. With both it is bound by "
+        f"{mine[f'{CARD} and both'][10]}. Shaders alone would be "
+        f"{gain(f'{CARD}, if no ray waited')} times as fast if no ray waited for another. The RPU "
+        f"at {number(machines()['RPU'].clock / 1e6)} MHz could trace "
         f"{number(rpu[9])} Mrays/s, bound by {rpu[10]}")
     text += f"; its published rate is {number(rpu[11])} Mrays/s. " if rpu[11] else ". "
     return text + (
-        f"It could trace {number(rays)} times the rays of the card's shaders at their peak, and "
-        f"{number(rays * clocks)} times at equal clock"
+        f"The RPU could trace {number(rays)} times as many rays as the card's shaders at their "
+        f"peak, and {number(rays * clocks)} times as many at equal clock"
         + (", which is below the multiple that the survey quotes. On "
            if rays * clocks < low else ". On ")
         + "the Cell, a ray takes "
         f"{number(mine['Cell, transfers waited for'][8] / hidden[8])} "
-        "times as long if its transfers are waited for. If another packet continues meanwhile, "
-        "transfers are assumed to cost no time, after Benthin et al.; the Cell is then bound by "
-        f"{hidden[10]}, at {number(hidden[9])} Mrays/s.")
+        "times as long if it waits for its transfers. If another packet continues meanwhile, "
+        "transfers are assumed to cost no time, as Benthin et al. found; the Cell is then bound "
+        f"by {hidden[10]}, at {number(hidden[9])} Mrays/s.")

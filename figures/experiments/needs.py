@@ -1,4 +1,4 @@
-"""Needs: renderers derived from ten scenes that need more and more, beside one for all."""
+"""Needs: renderers that are derived from ten scenes, compared with one renderer for all scenes."""
 from __future__ import annotations
 
 import textwrap
@@ -15,8 +15,8 @@ from .needs_times import BOUNCES, LIGHT_SAMPLES
 
 SCENE, METHOD = "bunny", "bvh-threaded"
 HEADS = ("scene", "ms", "ms, all features", "time ratio", "MiB", "MiB, all features",
-         "texel fetches a pixel", "all features", "passes", "all features", "waves",
-         "pixels that differ")
+         "texel fetches a pixel", "texel fetches, all features", "passes", "passes, all features",
+         "waves", "pixels that differ")
 
 
 def _cell(step: int, full: bool, scene: str = SCENE) -> Cell:
@@ -29,7 +29,7 @@ def cells(full: bool) -> list[Cell]:
 
 
 def row_of(step: int, found: dict[str, Any]) -> list[Any]:
-    """The values of HEADS."""
+    """The values of a row, in the columns HEADS."""
     one, other = found["derived"], found["all"]
     return [STEPS[step], 1e3 * one["seconds"], 1e3 * other["seconds"], found["ratio"],
             one["texture_bytes"] / 2**20, other["texture_bytes"] / 2**20, one["texel_fetches"],
@@ -51,8 +51,9 @@ def draw(data: Path, out: Path, full: bool) -> None:
                f"{LIGHT_SAMPLES} shadow rays to the lamp, {BOUNCES} bounces; renderer: "
                f"{known['gpu']['renderer']}. Each scene is drawn alternately by the programs, "
                "textures and passes that are derived from it, and by those with every feature "
-               "forced on. The time ratio is the median over these pairs. Passes do not include "
-               "traversal; waves are sets of traced rays. The pictures are the same to the "
+               "forced on. The time ratio is the first time divided by the second, in the median "
+               "over these pairs of pictures. The passes of traversal are not counted; a wave is "
+               "a set of rays that are traced together. The pictures are the same to the "
                "bit.\n\n" + markdown_table(HEADS, [
                    [number(v) if isinstance(v, float) else v for v in row] for row in rows]))
     figure = plt.figure(figsize=(11, 5.6))
@@ -69,7 +70,7 @@ def draw(data: Path, out: Path, full: bool) -> None:
         axis.annotate(f"{row[4]:.0f} MiB", (place + 0.2, row[4] / row[5]), ha="center",
                       va="bottom", fontsize=7)
     axis.axhline(1, color="#8c8c8c", linewidth=0.8)
-    axis.set(ylabel="derived, over all features on", ylim=(0, 1.3), xlim=(-0.6, len(STEPS) - 0.4))
+    axis.set(ylabel="derived / all features on", ylim=(0, 1.3), xlim=(-0.6, len(STEPS) - 0.4))
     axis.set_xticks(list(places), [textwrap.fill(row[0], 13) for row in rows], fontsize=7)
     axis.legend(frameon=False, loc="upper left", ncols=2)
     axis.spines[["top", "right"]].set_visible(False)

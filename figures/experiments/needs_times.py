@@ -1,4 +1,4 @@
-"""Needs times: what a renderer derived from its scene saves, beside one with all features on."""
+"""Needs times: the costs of a renderer derived from its scene, and of one with all features on."""
 from __future__ import annotations
 
 import hashlib
@@ -18,19 +18,21 @@ LIGHT_SAMPLES, BOUNCES = 4, 4
 
 
 def digest(name: str, step: int) -> str:
-    """A digest of a step's scene. It differs if the scene differs."""
+    """A digest of a step's scene, which changes if the scene changes."""
     scene = scenes(name)[step]
     said = (scene.camera, scene.lights, [(m.name, m.diffuse) for m in scene.materials])
     return hashlib.sha256(scene.triangles.tobytes() + repr(said).encode()).hexdigest()
 
 
 def measure(step: int, method: str, size: int, runs: int, name: str = "bunny") -> dict[str, Any]:
-    """Medians of ``runs`` pairs of pictures of a step, drawn alternately in one process.
+    """Draw ``runs`` pairs of pictures of a step. The two kinds of renderer alternate.
 
     Returns
     -------
-    ``seconds`` and each of COUNTS, for "derived" and for "all"; ``ratio``, the median of the
-    pairs' ratios; ``passes_by_name``; ``differing``, the number of pixels that differ
+    dict
+        "derived" and "all" have, for each kind of renderer, the median ``seconds``, each of COUNTS
+        and ``passes_by_name``. ``ratio`` is the median of the pairs' ratios of seconds, and
+        ``differing`` the number of pixels that differ.
     """
     scene = scenes(name)[step]
     kinds = {"derived": False, "all": True}

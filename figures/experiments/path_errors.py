@@ -1,4 +1,4 @@
-"""Path errors: how far path traced pictures are off, by number of samples.
+"""Path errors: the errors of path traced pictures, by number of samples.
 
 A furnace is compared with the radiance that a formula gives. The Cornell box is compared with an
 independent renderer's picture (see measured/README.md).
@@ -15,7 +15,7 @@ import trimesh
 import gpgpu_rt as rt
 
 TRUTH = Path(__file__).parents[1] / "measured" / "cornell-light-64.npz"
-FEWEST = 64
+FEWEST = 64      # the smallest number of samples that is measured
 EMITTED, REFLECTED = np.array((0.5, 0.4, 0.3)), 0.6
 
 
@@ -38,7 +38,7 @@ def cornell_truth() -> tuple[np.ndarray, np.ndarray]:
 
 
 def truth_noise() -> float:
-    """The truth's own mean relative error, if its noise is normal."""
+    """The mean relative error of Mitsuba's picture itself, if its noise is normal."""
     radiance, error = cornell_truth()
     seen = radiance > 0
     return float(np.sqrt(2 / np.pi) * (error[seen] / radiance[seen]).mean())
@@ -51,14 +51,15 @@ def relative_error(found: np.ndarray, truth: np.ndarray) -> float:
 
 
 def measure(scene: rt.Scene, method: str, options: dict[str, Any], size: int) -> dict[str, Any]:
-    """Mean relative errors by number of samples.
+    """Return mean relative errors by number of samples.
 
-    They are those of the scene's pixels, without the truth's own noise, those of the furnace's
-    pixels, and that of the furnace's mean.
+    ``scene`` is the error of the scene's pixels, after the truth's own noise is subtracted.
+    ``furnace`` is the error of the furnace's pixels, and ``furnace_mean`` the error of the mean
+    over these pixels.
 
     Parameters
     ----------
-    options : "samples", the largest number, and other options of the integrator
+    options : "samples", the largest number of samples, and other options of the integrator
     """
     furnace_scene, expected = furnace()
     truth, noise = cornell_truth()[0], truth_noise()
@@ -74,7 +75,7 @@ def measure(scene: rt.Scene, method: str, options: dict[str, Any], size: int) ->
 
 def pictures(scene: rt.Scene, method: str, options: dict[str, Any], size: int
              ) -> Iterator[tuple[int, np.ndarray]]:
-    """Yield a number of samples, in powers of two, and its radiance, (size, size, 3)."""
+    """Yield each number of samples, a power of two, with the radiance, (size, size, 3)."""
     with rt.Tracer(scene, method) as tracer:
         for power in range(FEWEST.bit_length() - 1, int(options["samples"]).bit_length()):
             tracer.render(size=(size, size), integrator="path",

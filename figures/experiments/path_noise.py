@@ -15,7 +15,7 @@ from .path_errors import cornell_truth
 
 SCENE, METHOD, SIZE, ROULETTE = "cornell-light", "bvh-threaded", 64, 16
 SAMPLERS = {"random": "#b33a3a", "sobol": "#2f6db3"}
-BARS = {"scene": 0.01, "furnace_mean": 0.005}
+BARS = {"scene": 0.01, "furnace_mean": 0.005}     # the largest mean relative errors aimed at
 HEADS = ("sampler", "samples", "Cornell box, mean relative error", "furnace, pixels",
          "furnace, mean")
 
@@ -27,7 +27,7 @@ def cells(full: bool) -> list[Cell]:
 
 
 def rows(data: Path, full: bool) -> list[list[Any]]:
-    """The rows of HEADS."""
+    """The rows of the table whose columns are HEADS."""
     found = []
     for cell, result in finished(cells(full), data):
         errors = result["errors"]
@@ -43,14 +43,15 @@ def draw(data: Path, out: Path, full: bool) -> None:
         return
     _, result = finished(cells(full), data)[0]
     write_csv(out / "path_noise.csv", HEADS, found)
-    note = (f"{SCENE} at {SIZE}x{SIZE}, roulette from vertex {ROULETTE}, by {METHOD}; renderer: "
-            f"{result['gpu']['renderer']}.")
+    note = (f"{SCENE} at {SIZE}x{SIZE}, Russian roulette from vertex {ROULETTE}, by {METHOD}; "
+            f"renderer: {result['gpu']['renderer']}.")
     write_text(out / "path_noise.md", (
-        "# Path tracing: the error by number of samples\n\n" + note + " Errors of the box are "
-        "those of each channel of each pixel that is not black, against a picture by Mitsuba 3 "
-        "(Jakob et al. 2022; `figures/measured`). That picture's own noise of "
-        f"{result['errors']['truth_noise']:.2%} is subtracted, as for independent errors. The "
-        "furnace is compared with a formula.\n\n"
+        "# Path tracing: the error by number of samples\n\n" + note + " The box is compared with "
+        "a picture by Mitsuba 3 (Jakob et al. 2022; `figures/measured`), in each channel of each "
+        "pixel that is not black. The noise of that picture, "
+        f"{result['errors']['truth_noise']:.2%}, is subtracted, as for independent errors. The "
+        "furnace is a closed box whose walls emit and reflect evenly, so a formula gives its "
+        "radiance. Its error is shown for single pixels and for the mean of all pixels.\n\n"
         + markdown_table(HEADS, [[row[0], row[1], *(f"{error:.3%}" for error in row[2:])]
                                  for row in found])))
     figure, (left, right, *pictures) = plt.subplots(

@@ -1,6 +1,7 @@
-"""Period: predicted against published times of the survey's Figures 12, 13, 16, 20 and 22.
+"""Period: predicted times beside the published times of Figures 12, 13, 16, 20 and 22.
 
-The predictions are for the cards of the papers, from counted work and the cards' own figures.
+Period hardware is the graphics cards on which the papers measured. The times on these cards are
+predicted from counted work and from the cards' own data.
 """
 from __future__ import annotations
 
@@ -33,27 +34,28 @@ from .period_work import KERNELS, SQUARES, WORK, counted_rays, image_scale
 WARP_PACKET = (4, 4)
 # The quick size leaves these scenes out if no mesh file is named for them.
 STAND_INS = ("shirley6", "fairyforest", "cows", "sodahall", "powerplant")
-TAU, HIGH_TAU, ENOUGH = 0.6, 0.8, 5   # targets of tau-b; HIGH_TAU is for ENOUGH methods or more
+# Targets: tau-b of every scene, and tau-b of scenes with at least ENOUGH methods.
+TAU, HIGH_TAU, ENOUGH = 0.6, 0.8, 5
 COLOURS = {"fig12": "#8c8c8c", "fig13": "#4b2a70", "fig16": "#b33a3a", "fig20": "#3d8b57",
            "fig22": "#2f6db3"}
 
 
 @dataclass(frozen=True)
 class Experiment:
-    """A figure, the card that it was measured on, its size, and the manner of counting."""
+    """A figure, the chip that it was measured on, its pixels per side, and how work is counted."""
 
     figure: Comparison
     chip: str
     size: int
-    manner: str = ""
-    left_out: tuple[str, ...] = ()    # columns that are not in the paper, or not of a card
+    manner: str = ""                  # how work is counted: "", SQUARES or KERNELS
+    left_out: tuple[str, ...] = ()    # columns that are not in the paper
 
     @property
     def card(self) -> Card:
         return find_card(self.chip)
 
     def pairs(self) -> Iterator[tuple[Panel, MethodColumn]]:
-        """Yield the panels and columns that have a published number of a card."""
+        """Yield the panels and columns that have a published number measured on a card."""
         for panel, column in self.figure.pairs(full=True):
             if (panel.scene not in fig22.HUGE and column.method != ON_CPU
                     and column.label not in self.left_out
@@ -65,7 +67,7 @@ class Experiment:
                              column.published_options, panel.rays)
 
     def cells(self, panel: Panel, column: MethodColumn) -> list[Cell]:
-        """A cell for each kind of rays that the published number covers."""
+        """The cells of a published number, one for each kind of rays that the number covers."""
         options = self.figure.cell(panel, column, False).options
         if self.warps(column):
             options += (("packet", WARP_PACKET),)
@@ -99,7 +101,10 @@ EXPERIMENTS = (
 
 @dataclass
 class PredictedCell:
-    """A cell of a figure: published and predicted nanoseconds per ray (per pixel of a picture)."""
+    """A cell of a figure: its published and predicted nanoseconds per ray.
+
+    For a picture the times are per pixel.
+    """
 
     experiment: Experiment
     panel: Panel
@@ -109,12 +114,12 @@ class PredictedCell:
     stand_in: bool
     triangles: int
     ns: float = 0.0
-    instructions: float = 0.0    # per ray, including those of waiting lanes
+    instructions: float = 0.0    # per ray, including instructions of waiting lanes
     prediction: Prediction | None = None
 
     @property
     def scored(self) -> bool:
-        """Whether the cell counts: its scene is real, and no other figure has its number."""
+        """Whether the cell is scored: its scene is no stand-in, and its number is not repeated."""
         return not self.stand_in and (self.experiment.figure.name, self.column.label
                                       ) not in TWICE_PRINTED
 
@@ -128,7 +133,7 @@ class PredictedCell:
 
     @property
     def count(self) -> float:
-        """The number of rays that the work covers; of a picture, the number of pixels."""
+        """The number of rays that the work covers; for a picture, the number of pixels."""
         of_picture = len(self.works) > 1 or self.experiment.figure.name == "fig20"
         first = self.works[0][1]
         return max(first["pixels"] if of_picture else counted_rays(first), 1)
@@ -139,7 +144,7 @@ class PredictedCell:
         return share_of(self.experiment.card, self.total, 1e-9 * self.published * self.count)
 
     def predict(self, share: float) -> None:
-        """Predict the cell with ``share``, a card's constant."""
+        """Predict the cell with a card's constant, the ``share`` of its rates that is reached."""
         self.prediction = predict(self.experiment.card, self.total, share)
         self.ns = 1e9 * self.prediction.seconds / self.count
         self.instructions = self.total.instructions / self.count
@@ -148,8 +153,7 @@ class PredictedCell:
     def utilisation(self) -> float:
         """The share of lanes that work instead of waiting.
 
-        If a packet is a part of a warp, it is the share of packets, whose rays all count as
-        working.
+        If the rays of a packet are lanes of a warp, all rays of a working packet count as working.
         """
         work = self.works[0][1]
         width = self.experiment.width(self.column)
@@ -171,7 +175,7 @@ def cells(full: bool, chip: str | None = None) -> list[Cell]:
 
 
 def rows(data: Path) -> list[PredictedCell]:
-    """Every cell whose work is measured, still without a prediction."""
+    """Every cell whose work is measured. The cells have no prediction yet."""
     found = []
     for one in EXPERIMENTS:
         for panel, column in one.pairs():
@@ -201,9 +205,9 @@ class Fit:
 
     Attributes
     ----------
-    share : with this share as many cells are predicted too fast as too slow
-    cells : the number of cells that it is fitted to
-    stand_ins : whether these are stand-ins or repeated numbers, because no scored cell is measured
+    share : the share at which as many cells are predicted too fast as too slow
+    cells : the number of cells that the share is fitted to
+    stand_ins : whether no scored cell is measured, so that stand-ins or repeated numbers are used
     """
 
     share: float
@@ -249,20 +253,23 @@ def misses(found: list[PredictedCell]) -> float:
 
 
 def _page(found: list[PredictedCell], fits: dict[str, Fit]) -> str:
-    parts = ["# Predicted against published: period hardware\n",
-             "Work is counted by emulating the compiled fragment programs on tiles of the image, "
-             "at the width at which the card's pixels branch. It is multiplied by the ratio "
-             "between the steps of the whole image's rays and those of the tiles' rays, from the "
-             "shaders' counters. `gpgpu-rt hardware` prints the cards' figures and their sources. "
-             "One constant per card is fitted, the share of its rates that programs reach:\n",
+    parts = ["# Period hardware: predicted times beside the published times\n",
+             "Period hardware is the graphics cards on which the papers measured. Work is counted "
+             "by emulating the compiled fragment programs on tiles of the image, at the width at "
+             "which the card's pixels branch. Rays of the whole image may take more or fewer "
+             "steps than rays of the tiles. The work is therefore multiplied by the ratio of "
+             "these steps, which the shaders' counters measure. `gpgpu-rt hardware` prints the "
+             "cards' data and their sources. One constant is fitted for each card: the share of "
+             "its peak rates that programs reach.\n",
              markdown_table(("card", "share", "fitted to"), [
                  (find_card(chip).name, number(one.share), one.says())
                  for chip, one in fits.items()]),
              *(["A share above 1 means that the paper's programs took fewer instructions than "
                 "ours, or that the stated peak of the card is too low.\n"]
                if any(one.share > 1 for one in fits.values()) else []),
-             f"Median of |log2(predicted / published)| over {sum(r.scored for r in found)} scored "
-             f"cells: **{number(misses(found))}** (the target is at most 1). By figure: "
+             "A cell is a method on a scene with a kind of rays. The median of "
+             f"|log2(predicted / published)| over {sum(r.scored for r in found)} scored "
+             f"cells is **{number(misses(found))}** (the target is at most 1). By figure: "
              + ", ".join(
                  f"{name} {number(misses([r for r in found if r.experiment.figure.name == name]))}"
                  for name in COLOURS) + ".\n", _orders(found)]
@@ -277,7 +284,7 @@ def _page(found: list[PredictedCell], fits: dict[str, Fit]) -> str:
             kind = " (stand-in, not scored)" if chosen[0].stand_in else ""
             parts.append(f"### {panel.label}{kind}: tau-b {number(tau, 2)} of {count} methods\n")
             parts.append(markdown_table(
-                ("method", "published ns", "predicted ns", "predicted over published", "bound by",
+                ("method", "published ns", "predicted ns", "predicted / published", "bound by",
                  "lanes used"),
                 [(r.column.label, number(r.published), number(r.ns), number(r.ratio),
                   r.prediction.bound, f"{100 * r.utilisation:.0f} %")
@@ -292,7 +299,7 @@ def _page(found: list[PredictedCell], fits: dict[str, Fit]) -> str:
 
 
 def _orders(found: list[PredictedCell]) -> str:
-    """A sentence on how many scenes' methods have the published order, against the targets."""
+    """Sentences on how many scenes' methods have the published order, and on the targets."""
     taus = {}
     for row in found:
         name = row.experiment.figure.name
@@ -306,7 +313,7 @@ def _orders(found: list[PredictedCell]) -> str:
     return (f"tau-b is {TAU} or more in {len(taus) - len(low)} of {len(taus)} scored scenes (the "
             f"target is all), and {HIGH_TAU} or more in {high} of {len(many)} scenes with "
             f"{ENOUGH} or more methods (the target is two thirds)."
-            + (" Below: " + ", ".join(low) + "." if low else "")
+            + (f" Scenes below {TAU}: " + ", ".join(low) + "." if low else "")
             + "\n")
 
 
@@ -328,8 +335,9 @@ def _chart(found: list[PredictedCell], out: Path) -> None:
              xlabel="published, nanoseconds a ray", ylabel="predicted, nanoseconds a ray")
     axis.legend(frameon=False, loc="upper left")
     axis.spines[["top", "right"]].set_visible(False)
-    figure.suptitle("Period hardware: predicted against published\nhollow: stand-ins and "
+    figure.suptitle("Period hardware: predicted and published times\nhollow: stand-ins and "
                     "repeated numbers, not scored; dotted: a factor of two", fontsize=11)
     figure.tight_layout(rect=(0, 0.05, 1, 1))
-    save_chart(figure, out / "period.png", f"One constant per card is fitted; median |log2| "
-               f"{number(misses(found))} over {sum(r.scored for r in found)} scored cells.")
+    save_chart(figure, out / "period.png", "One constant per card is fitted; the median of "
+               f"|log2(predicted / published)| is {number(misses(found))} over "
+               f"{sum(r.scored for r in found)} scored cells.")

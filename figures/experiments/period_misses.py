@@ -1,4 +1,7 @@
-"""Period misses: where predictions of period hardware miss, and what their counts say of it."""
+"""Period misses: sentences on the predictions for period hardware that miss published times.
+
+They give the counts behind each miss, and reasons that several misses share.
+"""
 from __future__ import annotations
 
 import math
@@ -15,19 +18,19 @@ if TYPE_CHECKING:
     from .period import PredictedCell
 
 TIE = 0.05     # published times within this share of each other have no order, as in `tau_b`
-FACTOR = 2     # a prediction that is off by more is a miss
+FACTOR = 2     # a prediction that is off by more than this factor is a miss
 
 
 def tau_of(found: list[PredictedCell], figure: str, panel: Panel) -> tuple[float, int]:
-    """tau-b of the predicted and the published times of a panel's methods, and their number."""
+    """Return tau-b of predicted and published times on a panel, and the number of its methods."""
     mine = [row for row in found if row.experiment.figure.name == figure and row.panel == panel]
     return tau_b([r.ns for r in mine], [r.published for r in mine]), len(mine)
 
 
 def turned_round(found: list[PredictedCell], bar: float) -> list[str]:
-    """A sentence for each scored scene below the bar, with the pairs of methods in wrong order.
+    """A sentence for each scored scene whose tau-b is below ``bar``.
 
-    Each pair comes with its counts.
+    It names the pairs of methods that are predicted in the wrong order, with their counts.
     """
     lines = []
     for name, panel in dict.fromkeys((r.experiment.figure.name, r.panel) for r in found
@@ -46,13 +49,13 @@ def turned_round(found: list[PredictedCell], bar: float) -> list[str]:
 
 
 def missed(found: list[PredictedCell]) -> list[PredictedCell]:
-    """Scored cells that are off by more than a factor of two, the farthest first."""
+    """Scored cells whose predictions are off by more than FACTOR, the farthest first."""
     return sorted((r for r in found if r.scored and not 1 / FACTOR <= r.ratio <= FACTOR),
                   key=lambda r: -abs(math.log2(r.ratio)))
 
 
 def miss(row: PredictedCell) -> str:
-    """A sentence on a missed cell: its counts, and the instructions that its time allows."""
+    """Sentences on a missed cell: its counts, and the instructions that the time allows."""
     scale = image_scale(row.works[0][1])
     return (f"{row.experiment.figure.name}, {row.panel.label}, {row.column.label}: predicted "
             f"{number(row.ratio)} times the published time, bound by "
@@ -85,7 +88,7 @@ def _allowed(row: PredictedCell) -> float:
 
 
 def _counts(row: PredictedCell) -> str:
-    """The counted instructions of a ray (of a picture: of a pixel), and the lanes used."""
+    """A clause on the counted instructions of a ray (in a picture, of a pixel), and used lanes."""
     return (f"{number(row.instructions)} instructions with {100 * row.utilisation:.0f} % of the "
             "lanes used")
 
@@ -109,9 +112,10 @@ def _brute_force(found: list[PredictedCell]) -> Iterable[str]:
         yield ("Brute force in Figure 12: at the card's peak the published time allows "
                + ", ".join(f"{number(_allowed(row) / row.triangles)} instructions per test on "
                            f"{row.panel.scene}" for row in rows)
-               + f". Our test takes {number(cost)} as a pass of its own, which fetches and stores "
-               "the state. No test is as short as the paper's time asks, so its passes must have "
-               "done something else. The prediction is left as it is.")
+               + f". Our test takes {number(cost)} instructions as a pass of its own, which "
+               "fetches and stores the state. No triangle test is as short as the published time "
+               "requires, so the paper's passes must have done something else. The prediction is "
+               "left as it is.")
 
 
 def _few_triangles(found: list[PredictedCell]) -> Iterable[str]:
@@ -122,7 +126,8 @@ def _few_triangles(found: list[PredictedCell]) -> Iterable[str]:
         yield ("Figure 12 on cornell, without brute force: the slowest method is predicted to "
                f"take {number(max(ours) / min(ours))} times as long as the fastest, while "
                f"{number(max(theirs) / min(theirs))} times are published. The box has "
-               f"{rows[0].triangles} triangles, so the work that each ray does once decides.")
+               f"{rows[0].triangles} triangles, so the work that each ray does only once decides "
+               "the time.")
 
 
 def _slow_trees(found: list[PredictedCell]) -> Iterable[str]:
@@ -142,9 +147,9 @@ def _slow_trees(found: list[PredictedCell]) -> Iterable[str]:
 def _squares(found: list[PredictedCell]) -> Iterable[str]:
     far = [row for row in missed(_of(found, "fig20")) if row.ratio > 1]
     if far:
-        yield (f"Too slow in Figure 20 ({_named(far)} times the published time): where 1024 "
-               "pixels branch together, the slowest ray of a square decides. The emulated squares "
-               "lie where rays differ most, and their waiting is assumed for all squares.")
+        yield (f"Figure 20 is predicted too slow ({_named(far)} times the published time): 1024 "
+               "pixels branch together, so the slowest ray of a square decides. The emulated "
+               "squares lie where rays differ most, and their waiting is assumed for all squares.")
 
 
 def _climbing(found: list[PredictedCell]) -> Iterable[str]:
@@ -152,8 +157,8 @@ def _climbing(found: list[PredictedCell]) -> Iterable[str]:
     for (scene, method), row in rows.items():
         restart = rows.get((scene, "kd-restart"))
         if method == "kd-backtrack" and restart and row.ratio < 1 / FACTOR:
-            yield (f"kd-backtrack in Figure 12 is predicted too fast on {scene}: ours climbs from "
-                   "a leaf in kernels of few instructions and takes "
+            yield (f"kd-backtrack in Figure 12 is predicted too fast on {scene}: our method "
+                   "climbs from a leaf in kernels of few instructions and takes "
                    f"{number(row.instructions / restart.instructions)} times kd-restart's "
                    "instructions, while the paper's took "
                    f"{number(row.published / restart.published)} times its time.")
@@ -164,7 +169,8 @@ def _shadows(found: list[PredictedCell]) -> Iterable[str]:
            if row.ratio > 1]
     if far:
         yield (f"Shadow rays in Figure 13 are predicted too slow ({_named(far)} times the "
-               "published time): the light is ours, and few pixels of a group have a ray.")
+               "published time): this program chooses where the light is, and few pixels of a "
+               "group have a shadow ray.")
 
 
 def _secondary(found: list[PredictedCell]) -> Iterable[str]:

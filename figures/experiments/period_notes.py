@@ -6,23 +6,24 @@ TWICE_PRINTED = {("fig22", "kd-ropes-packet")}
 
 NOTES = {
     "fig12": (
-        "The survey does not name the card; the Radeon X800 XT PE is an assumption. This card has "
-        "no branches, so each kernel is a pass of its own, which reads and writes the whole "
+        "The survey does not name the card; the Radeon X800 XT PE is an assumption. The card "
+        "cannot branch, so each kernel is a pass of its own, which reads and writes the whole "
         "state.",),
     "fig16": (
         "In the paper a packet is a warp, with a ray per lane. Our packets of 4x4 rays are the "
         "nearest form: their work is divided among as many lanes, and two packets make a warp. "
-        "The lanes used are then those of whole packets, which count every ray of a packet.",
-        "The survey does not say which secondary rays were traced: a shadow ray per hit is "
-        "counted.",),
+        "The column of lanes used then counts every ray of a working packet.",
+        "The survey does not say which secondary rays were traced. A shadow ray per hit is "
+        "counted here.",),
     "fig20": (
-        "The thesis's loop takes one step per iteration, whichever step a ray wants, and is "
-        "emulated in this form. Where 1024 pixels branch together, an inner loop for each kernel "
-        "would make all pixels wait for the slowest ray in each loop.",
-        "The survey does not say which rays an image has: eye rays and a shadow ray per hit are "
-        "counted. The grids' resolution is Figure 12's.",),
+        "In the thesis an iteration of the loop runs one step of each ray, of whichever kernel "
+        "the ray needs. The loop is emulated in this form. On the card 1024 pixels branch "
+        "together, so an inner loop for each kernel would make all pixels wait for the slowest "
+        "ray in each loop.",
+        "The survey does not say which rays an image has. Eye rays and a shadow ray per hit are "
+        "counted here. The grids have the resolutions of Figure 12.",),
     "fig22": (
-        "The survey prints two numbers for bvh-packet's eye rays, and the first is used; it does "
-        "not say what the number in parentheses means. kd-ropes-packet repeats Figure 16 and is "
-        "scored there.",),
+        "The survey prints two numbers for bvh-packet's eye rays, of which the first is used; the "
+        "survey does not say what the number in parentheses means. The numbers of kd-ropes-packet "
+        "repeat Figure 16's and are scored there.",),
 }

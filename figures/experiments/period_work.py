@@ -1,6 +1,6 @@
-"""Period work: the work of a method for an image's rays, in the terms of period hardware.
+"""Period work: the work of a method for an image's rays, counted as the papers' hardware does it.
 
-Cells of "period work of" a workload measure it, by emulating tiles of the image.
+Cells whose ``work`` is "period work of" and a workload measure it. They emulate tiles of an image.
 """
 from __future__ import annotations
 
@@ -14,21 +14,25 @@ from gpgpu_rt.hardware.program import Program
 from gpgpu_rt.hardware.sample import TILE, emulated, program_of, tile_pixels
 
 WORK = "period work of "
-# 1024 pixels branch together, in a loop of one step per iteration; or each kernel is a pass
+# How work is counted. SQUARES: 1024 pixels branch together, in a loop of one step per iteration.
+# KERNELS: each kernel is a pass of its own.
 SQUARES, KERNELS = " in squares", " by kernels"
-TOGETHER = 1 << 20         # all fragments branch together: counts the passes of a kernel
+# A width at which all fragments branch together, so the runs of a kernel are its passes.
+TOGETHER = 1 << 20
 WIDTHS = (1, 2, 32, 48, 1024, TOGETHER)
 SQUARE = (32, 32)
-FEW = {"grid": (1, 2)}     # a ray tests thousands of triangles, so fewer tiles are enough
-ENOUGH = 32                # triangles from which brute force shows the cost of each
-# The whole image is sampled by EVERY pixels a side, in blocks of BLOCK pixels a side. The pixels
-# of a block stay together, because packets of distant pixels would be different packets.
+# Methods that are emulated on fewer tiles, and the number of tiles across and down. Their rays
+# test thousands of triangles, so these tiles are enough.
+FEW = {"grid": (1, 2)}
+ENOUGH = 32                # brute force tests this many triangles to measure the cost of one
+# The whole image is sampled with about EVERY pixels a side, in blocks of BLOCK pixels a side. The
+# pixels of a block stay together, because packets of distant pixels would be different packets.
 EVERY, BLOCK = 256, 4
 
 
 def measure(scene: rt.Scene, rays: Workload, method: str, options: dict[str, Any],
             manner: str) -> dict[str, Any]:
-    """Counts of the tiles' fragments, by region of the program and by width."""
+    """Count the work of the tiles' fragments, by region of the program and by width."""
     square = manner == SQUARES
     tile = SQUARE if square else TILE
     pixels = tile_pixels(rays.size, tile, FEW.get(method, (2, 2) if square else (3, 2)))
@@ -55,10 +59,10 @@ def measure(scene: rt.Scene, rays: Workload, method: str, options: dict[str, Any
 
 def _whole(tracer: rt.Tracer, rays: Workload,
            pixels: np.ndarray) -> dict[str, dict[str, float]]:
-    """Steps per pixel, and rays, for the whole ``image`` and for the ``tiles``.
+    """Steps per pixel, and the share of pixels with a ray, in the ``image`` and in the ``tiles``.
 
-    The shaders' own counters measure them. Tiles lie in the middle of their parts of the image,
-    where there may be more to hit than at the image's edges, or less.
+    The shaders' own counters measure the steps. Tiles lie in the middle of their parts of the
+    image, where rays may hit more or fewer triangles than at the image's edges.
     """
     apart = max(1, rays.size // EVERY)
     some = np.arange(rays.size) // BLOCK % apart == apart // 2
@@ -83,12 +87,12 @@ def image_scale(work: dict[str, Any]) -> float:
 
 
 def counted_rays(work: dict[str, Any]) -> float:
-    """The tiles' number of rays, if their pixels had rays as often as those of the whole image."""
+    """The tiles' number of rays, if as large a share of pixels had a ray as in the whole image."""
     return work["pixels"] * work["image"]["rays"] if "image" in work else work["rays"]
 
 
 def _some_triangles(scene: rt.Scene) -> tuple[rt.Scene, float]:
-    """A scene of the first triangles, and the factor from their number to the whole number."""
+    """A scene of the first ENOUGH triangles, and the factor by which ``scene`` has more."""
     corners = scene.triangles[:ENOUGH].reshape(-1, 3)
     few = rt.Scene.from_arrays(corners, np.arange(len(corners)).reshape(-1, 3))
     return few, len(scene) / len(few)
@@ -105,9 +109,10 @@ def _inside(program: Program, region: int) -> set[int]:
 
 def _kernels(scene: rt.Scene, method: str, options: dict[str, Any], program: Program,
              regions: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """For each kernel as a pass of its own: the work of its program, and how often it runs.
+    """Return for each kernel, as a pass of its own, its program's work and its number of runs.
 
-    The loop program has an outer loop, which contains a loop per kernel in the order of phases.
+    The runs come from the loop program. It has an outer loop, which contains a loop for each
+    kernel, in the order of phases.
     """
     with rt.Tracer(scene, method, **options, schedule="kernels") as tracer:
         with tracer.observe() as passes:

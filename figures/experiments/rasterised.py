@@ -1,7 +1,7 @@
 """First hits from the rasteriser (survey, section 5), beside traced hits.
 
-"rasterised" hits are proved to be the traced hits. A "verified" hit is a hit of its ray, but an
-earlier hit may be missing. The figure shows the cost of the proof, and the errors without it.
+"rasterised" hits are proved to be the traced hits. A "verified" hit is a hit of its ray, but the
+ray may have an earlier hit. The figure shows the cost of the proof, and the errors without it.
 """
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ from .first_hit_times import ratio
 SCENES = ("bunny", "robots", "kitchen", "conference")
 METHOD, OPTIONS = "bvh-packet", (("packet", (4, 4)), ("octants", True))
 KINDS = ("rasterised", "verified")
-HEADS = ("scene", "triangles", "drawn", "first hits", "ms", "traced, ms", "times as fast",
-         "in doubt", "share", "wrong", "share")
+HEADS = ("scene", "triangles", "triangles drawn", "first hits", "ms", "traced, ms",
+         "times as fast", "rays in doubt", "share in doubt", "wrong hits", "share wrong")
 
 
 def cells(full: bool) -> list[Cell]:
@@ -50,14 +50,15 @@ def draw(data: Path, out: Path, full: bool) -> None:
     shown = [[row[0], f"{row[1]:,}", f"{row[2]:,}", row[3], *map(number, row[4:7]), row[7],
               f"{row[8]:.4%}", row[9], f"{row[10]:.4%}"] for row in found]
     result = finished(cells(full), data)[0][1]
-    note = (f"{result['gpu']['renderer']}, {result['settings']['size']} pixels a side; "
-            f"{METHOD} 4x4 with octants traces all rays, or those in doubt; medians of "
+    note = (f"{result['gpu']['renderer']}, {result['settings']['size']} pixels a side; traced "
+            f"rays and rays in doubt are traced by {METHOD} 4x4 with octants; medians of "
             "alternating runs.")
     write_text(out / "rasterised.md", (
         "# First hits from the rasteriser\n\n"
         "Rasterised hits equal the traced hits to the bit, which is proved for each pixel. A ray "
         "whose proof fails is in doubt, and is traced. Verified hits are hits of their rays, but "
-        "nothing checks whether the rasteriser missed an earlier triangle. " + note + "\n\n"
+        "nothing checks whether the rasteriser missed an earlier triangle. Triangles are drawn "
+        "only if a ray can hit them. " + note + "\n\n"
         + markdown_table(HEADS, shown)))
     figure, (left, *maps) = plt.subplots(1, 3, figsize=(13, 4.4))
     for k, (kind, colour) in enumerate(zip(KINDS, ("#2f6db3", "#c98a1b"))):

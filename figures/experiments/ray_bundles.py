@@ -12,9 +12,10 @@ from ..framework.results import finished
 from .bundle_errors import HUNG
 
 SCENES = ("cornell-light", HUNG)
-HEADS = ("scene", "pixels a projection", "layers", "gathered, ms", "by traced bundles, ms",
-         "times as fast", "off the traced bundles, RMSE", "places more than 5 % off",
-         "off the path tracer, RMSE", "median", "bias")
+HEADS = ("scene", "pixels a side of a projection", "layers", "gathering, ms",
+         "gathering by traced bundles, ms", "times as fast", "RMSE, traced bundles",
+         "points more than 5 % off", "RMSE, path tracer", "median error, path tracer",
+         "bias, path tracer")
 
 
 def cells(full: bool) -> list[Cell]:
@@ -37,19 +38,25 @@ def draw(data: Path, out: Path, full: bool) -> None:
               f"{row[8]:.1%}", f"{row[9]:.1%}", f"{row[10]:+.1%}"] for row in rows]
     cell, result = results[0]
     bundles = result["bundles"]
-    note = (f"{result['gpu']['renderer']}, {cell.size} x {cell.size} pixels of four places each, "
-            f"{bundles['directions']} directions, each both ways, to gather light, "
-            f"{bundles['between']} directions to exchange light between "
-            f"{bundles['by_resolution'][0]['patches']:,} patches; path tracer with "
+    note = (f"{result['gpu']['renderer']}. Light is gathered at four points of each of "
+            f"{cell.size} x {cell.size} pixels. For this, parallel rays run along "
+            f"{bundles['directions']} directions and along their opposites. "
+            f"{bundles['by_resolution'][0]['patches']:,} patches exchange light along "
+            f"{bundles['between']} directions and their opposites. The path tracer has "
             f"{bundles['samples']} samples a pixel and a noise of {bundles['path_noise']:.1%}")
     write_text(out / "ray_bundles.md", (
         "# Ray bundles\n\n"
         "Parallel projections with peeled layers gather diffuse light. For comparison, the same "
-        "bundles are traced ray by ray through the same patches, which shows the error of the "
-        "projections' pixels. The path tracer shows the error of patches and of few directions. "
-        "The last three columns leave out the pixels of the lamp and of edges, and their "
-        "neighbours. "
-        + note + ".\n\n"
+        "bundles are traced ray by ray through the same patches. The difference from these traced "
+        "bundles is the error that the projections' pixels cause. The difference from the path "
+        "tracer also contains the errors of patches and of few directions.\n\n"
+        "RMSE is the root of the mean squared difference. For traced bundles it is divided by the "
+        "root mean square of their light, for the path tracer by its mean light. A point is "
+        "more than 5 % off if it differs by more than 5 % of the mean light. The median error "
+        "is the median over pixels of the relative difference, and the bias is the difference of "
+        "the mean light. The last three columns leave out the pixels of the lamp, the background "
+        "and edges, and their neighbours.\n\n"
+        "Renderer and settings: " + note + ".\n\n"
         + markdown_table(HEADS, shown)))
     figure, axes = plt.subplots(len(results), 4, figsize=(13, 3.3 * len(results)), squeeze=False)
     for line, (cell, result) in zip(axes, results):
@@ -82,8 +89,8 @@ def _pictures(line: Any, cell: Cell, result: dict[str, Any]) -> None:
         axis.set_xticks([])
         axis.set_yticks([])
     pixels = [row["resolution"] for row in result["by_resolution"]]
-    for word, text, colour in (("off", "off the traced bundles", "#2f6db3"),
-                               ("rmse", "off the path tracer", "#b33a3a")):
+    for word, text, colour in (("off", "against traced bundles", "#2f6db3"),
+                               ("rmse", "against the path tracer", "#b33a3a")):
         line[3].plot(pixels, [100 * row[word] for row in result["by_resolution"]], "o-",
                      color=colour, label=text)
     line[3].axhline(100 * result["path_noise"], color="#8c8c8c", linewidth=0.8,

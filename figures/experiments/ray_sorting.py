@@ -1,4 +1,4 @@
-"""Ray sorting (survey, section 4.3): times with and without sorting, and how alike rays are.
+"""Ray sorting (survey, section 4.3): times with and without sorting, and the rays' coherence.
 
 The survey proposes to sort rays on the GPU before they are traced, but measures nothing.
 """
@@ -23,8 +23,9 @@ WORK = (*ALIKE_WORK, RANDOM)
 SORTERS = {"passes": "sort_rays", "host": "presort"}    # who sorts -> the option for it
 HEADS = ("rays", "method", "sorted by", "unsorted ms", "sorted ms", "ms of the sort",
          "trace alone, times as fast", "sort and trace, times as fast")
-ALIKE = ("rays", "nodes a ray", "nodes a tile", "nodes a tile, sorted", "fewer by", "waiting",
-         "waiting, sorted", "idle share less by")
+ALIKE = ("rays", "nodes a ray", "nodes a tile", "nodes a tile, sorted",
+         "nodes a tile, unsorted / sorted", "waiting", "waiting, sorted",
+         "idle steps, unsorted / sorted")
 
 
 def size(full: bool) -> int:
@@ -93,11 +94,12 @@ def _page(times: list[tuple], alike: list[tuple[str, dict[str, float]]], note: s
             "number of steps, in any order. Fragment passes sort rays that are in textures "
             "(`--sort-rays`); the host sorts arrays of rays before it uploads them "
             "(`--presort`).\n\n" + markdown_table(HEADS, rows)
-            + "\nThis table shows how alike rays are. \"Nodes a tile\" counts the different nodes "
-            "of `bvh-threaded`'s tree that the 64 rays of a tile need (their boxes are met before "
-            "the hit), in tiles of 8x8 pixels and in tiles of the sorted order. \"Waiting\" is "
-            "the number of steps of a tile that waits for its longest ray, as a multiple of its "
-            "rays' own steps (1: no ray waits).\n\n"
+            + "\nThe next table shows how coherent rays are. A tile is 64 rays: 8x8 pixels, or 64 "
+            "consecutive rays of the sorted order. \"Nodes a tile\" counts the different nodes of "
+            "`bvh-threaded`'s tree that the rays of a tile need, because they meet the nodes' "
+            "boxes before their hits. \"Waiting\" is the number of steps if all rays of a tile "
+            "wait for its longest ray, divided by the rays' own steps; it is 1 if no ray waits. "
+            "Idle steps are the steps that rays wait.\n\n"
             + markdown_table(ALIKE, tiles))
 
 

@@ -1,7 +1,7 @@
 """Ray space: whether tables over rays suit graphics hardware (survey, Table 1).
 
-Ray classification and the visibility field are compared with a kd-tree and a BVH, by memory,
-candidates and rate.
+Ray classification and the visibility field are compared with a kd-tree and a BVH, in memory,
+candidates and rate. Candidates are the triangles that a ray tests.
 """
 from __future__ import annotations
 
@@ -83,7 +83,7 @@ def _row(scene: str, work: str, label: str, result: dict[str, Any]) -> dict[str,
 
 
 def findings(rows: list[dict[str, Any]]) -> list[str]:
-    """Sentences on the rows: each table against the faster tree on the same rays."""
+    """Sentences that compare each table over rays with the faster tree, for the same rays."""
     found = []
     for row in rows:
         trees = [r for r in rows if r["method"] in TREES
@@ -105,10 +105,10 @@ def _markdown(rows: list[dict[str, Any]], notes: list[str]) -> str:
              "Ray classification (Arvo and Kirk 1987) and the visibility field (Mortensen et al. "
              "2007) find a list of everything that a ray may hit by one dependent lookup, and "
              "walk the list in order. They need no stack, and no branch except the end of the "
-             "list. The price is that every triangle is in many lists. Memory is that of all "
-             "tables except the triangles. Candidates are the triangles tested for a ray. Rays a "
-             "second leave out building, which has its own column. For ray classification, they "
-             "also leave out the lists that the first call requests.\n"]
+             "list. The price is that every triangle is in many lists. MiB is the memory of all "
+             "tables except the triangles. Candidates are the triangles that a ray tests. The "
+             "rate leaves out building, which has its own column. For ray classification, it "
+             "also leaves out the time for the lists that the first call requests.\n"]
     for scene, work in dict.fromkeys((row["scene"], row["rays"]) for row in rows):
         chosen = [row for row in rows if (row["scene"], row["rays"]) == (scene, work)]
         parts.append(f"## {scene}, {chosen[0]['triangles']:,} triangles, {work}\n")
@@ -118,7 +118,7 @@ def _markdown(rows: list[dict[str, Any]], notes: list[str]) -> str:
             [[row["method"], number(row["mib"]), number(row["build_seconds"]),
               number(row["grow_seconds"]), number(row["tested"]),
               f"{row['rays_per_second']:,.0f}"] for row in chosen]))
-    for head, lines in (("Beside the faster tree", findings(rows)), ("Notes", notes)):
+    for head, lines in (("Compared with the faster tree", findings(rows)), ("Notes", notes)):
         if lines:
             parts.append(f"{head}:\n\n" + "\n".join(f"* {line}" for line in lines) + "\n")
     return "\n".join(parts)

@@ -1,4 +1,4 @@
-"""Reduction: rates of stream reduction by blocks and by the whole stream, beside a scan."""
+"""Reduction: the rates of stream reduction by blocks, of reduction in one piece, and of a scan."""
 from __future__ import annotations
 
 from pathlib import Path
@@ -10,7 +10,7 @@ from ..framework.results import finished
 from .reduction_times import rates
 
 HEADS = ("elements", "kept", "scan alone, M/s", "by blocks, M/s", "whole stream, M/s",
-         "blocks over scan", "blocks over whole")
+         "blocks / scan", "blocks / whole stream")
 KEPT = (0.05, 0.25, 0.5, 1.0)
 
 
@@ -36,11 +36,12 @@ def draw(data: Path, out: Path, full: bool) -> None:
     shown = [[f"{row[0]:,}", *map(number, row[1:])] for row in found]
     write_text(out / "reduction.md", (
         "# Stream reduction by blocks\n\n"
-        "Roger et al. (2007b) scan within blocks of 64 elements. They send each block's line to "
-        "its place, and search the block for the elements that belong there. Horn (2005) scans "
-        "the whole stream and searches all of it. A scan of the flags alone, the first part of "
-        "Horn's method, is shown for comparison. Times are medians of alternating runs in one "
-        "process.\n\n" + markdown_table(HEADS, shown)))
+        "Roger et al. (2007b) scan within blocks of 64 elements. They draw a line for each block "
+        "at the block's place in the result, and each fragment of the line searches the block for "
+        "its element. Horn (2005) scans the whole stream and searches all of it. A scan of the "
+        "flags alone, the first part of Horn's method, is shown for comparison. The rates are in "
+        "million elements of the unreduced stream per second, from medians of alternating runs in "
+        "one process.\n\n" + markdown_table(HEADS, shown)))
     if not found:
         return
     figure, axis = plt.subplots(figsize=(7.2, 3.8))
@@ -54,4 +55,4 @@ def draw(data: Path, out: Path, full: bool) -> None:
     axis.legend(fontsize=8, frameon=False)
     axis.set_title("Stream reduction", fontsize=10)
     figure.tight_layout(rect=(0, 0.05, 1, 1))
-    save_chart(figure, out / "reduction.png", "Elements before the reduction.")
+    save_chart(figure, out / "reduction.png", "The rates count the elements before the reduction.")

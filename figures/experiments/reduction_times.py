@@ -1,4 +1,4 @@
-"""Reduction times: stream reduction by blocks and by the whole stream, beside a scan alone."""
+"""Reduction times: stream reduction by blocks and of the whole stream, and a scan alone."""
 from __future__ import annotations
 
 import statistics
@@ -20,11 +20,14 @@ WARM_UPS = 1
 
 
 def measure(length: int, kept: float, runs: int) -> dict[str, list[float]]:
-    """Seconds of each run of "scan" (of the flags alone), "blocks" and "whole", which alternate.
+    """Return the seconds of each run of "scan", "blocks" and "whole". The three alternate.
+
+    "scan" is a scan of the flags alone, "blocks" a reduction by blocks, and "whole" a reduction of
+    the whole stream at once.
 
     Parameters
     ----------
-    length : elements
+    length : number of elements
     kept : share of the elements that is kept, at random
     """
     gpu = open_gpu()
@@ -53,7 +56,7 @@ def measure(length: int, kept: float, runs: int) -> dict[str, list[float]]:
 
 
 def rates(length: int, seconds: dict[str, list[float]]) -> dict[str, Any]:
-    """Median elements per second by name, and the rate of "blocks" over the other two."""
+    """Median elements per second by name, and the rate of "blocks" divided by the other two."""
     median = {name: statistics.median(times) for name, times in seconds.items()}
     return {**{name: length / took for name, took in median.items()},
             "over scan": median["scan"] / median["blocks"],

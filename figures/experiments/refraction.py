@@ -1,4 +1,4 @@
-"""Image-space refraction (Wyman 2005; survey, section 5) beside the float64 truth."""
+"""Image-space refraction (Wyman 2005; survey, section 5), compared with rays in float64."""
 from __future__ import annotations
 
 from pathlib import Path
@@ -11,8 +11,9 @@ from ..framework.output import markdown_table, number, plt, save_chart, write_cs
 from ..framework.results import finished
 
 SCENES = ("ball", "bunny")
-HEADS = ("scene", "triangles", "rasterised, ms", "two rays traced, ms", "through both borders",
-         "of them so rasterised", "median off, degrees", "90 % within")
+HEADS = ("scene", "triangles", "rasterised, ms", "two rays traced, ms",
+         "light through both borders", "of these, rasterised so too", "error, median, degrees",
+         "error, 90 % quantile, degrees")
 LEFT = 1
 
 
@@ -32,15 +33,19 @@ def draw(data: Path, out: Path, full: bool) -> None:
               *map(number, row[6:])] for row in rows]
     size = results[0][0].size
     note = (f"{results[0][1]['gpu']['renderer']}, {size} x {size} pixels, index 1.5, surrounded "
-            "by a distant chequered sphere; grey: light that does not pass both borders, in one "
-            "picture or both.")
+            "by a distant chequered sphere. Grey pixels: the light does not pass both borders, by "
+            "one of the two methods or by both.")
     write_text(out / "refraction.md", (
         "# Image-space refraction\n\n"
         "Two passes of the rasteriser estimate where light that a mesh refracts leaves the mesh. "
         "They are compared with float64 rays through the same two borders. The estimate is right "
         "for slabs and good inside convex shapes. It is wrong towards silhouettes, where it "
-        "assumes total reflection, and wherever the mesh folds in front of itself. "
-        + note + "\n\n"
+        "assumes total reflection, and wherever the mesh folds in front of itself.\n\n"
+        "\"Light through both borders\" is the share of the mesh's pixels whose float64 ray "
+        "enters and leaves the mesh. \"Of these, rasterised so too\" is the share of these "
+        "pixels in which the rasterised light also leaves the mesh. The error is the angle "
+        "between the two directions there.\n\n"
+        "Renderer and settings: " + note + "\n\n"
         + markdown_table(HEADS, shown)))
     figure, axes = plt.subplots(len(results), 3, figsize=(9.6, 3.3 * len(results)), squeeze=False)
     for line, (cell, result) in zip(axes, results):

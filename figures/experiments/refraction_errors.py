@@ -1,4 +1,4 @@
-"""Refraction errors: image-space refraction beside the float64 truth, by pixel, and its time."""
+"""Refraction errors: compares image-space refraction with rays in float64, and times both."""
 from __future__ import annotations
 
 import time
@@ -27,8 +27,10 @@ def measure(name: str, method: str, options: dict[str, Any], size: int,
             runs: int) -> dict[str, Any]:
     """Compare image-space refraction with traced rays and with the truth.
 
-    Returns the seconds of each run of the rasterised passes and of the tracer's two sets of rays,
-    which alternate; and the directions and kinds found and true, by pixel, row by row.
+    ``seconds`` of the result has the time of each run of the rasterised passes, and of the
+    tracer's two sets of rays; the two alternate. The other entries are by pixel, row by row:
+    ``found`` and ``truth`` are the directions, ``kind`` and ``right`` the kinds of pixels, and
+    ``off`` the angle between the directions.
     """
     scene = scene_of(name)
     origins, directions = (r.reshape(-1, 3) for r in scene.camera.rays((size, size)))

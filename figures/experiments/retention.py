@@ -1,4 +1,4 @@
-"""Data retention (survey, section 4.3): the cost of rays' data that no pass keeps for the next."""
+"""Data retention (survey, section 4.3): bytes that passes move because none keeps rays' data."""
 from __future__ import annotations
 
 from pathlib import Path
@@ -23,7 +23,8 @@ PARTS = {"rays": ("rays, which never change", "#b33a3a"),
          "written": ("written", "#7fb2e5")}
 CARD = "G80"
 HEADS = ("method", "schedule", "rays", "draws", "queries", "fragments a ray", "rays read",
-         "state read", "written", "bytes a ray", "over loop", "ns a ray on the card's bus")
+         "state read", "written", "bytes a ray", "bytes / bytes of loop",
+         "ns a ray on the card's bus")
 
 
 def size(full: bool) -> int:
@@ -40,7 +41,7 @@ def cells(full: bool) -> list[Cell]:
 
 
 def rows(data: Path, full: bool) -> list[list[Any]]:
-    """The rows of HEADS, in bytes per ray, for the methods whose ``loop`` is measured."""
+    """The rows of the table whose columns are HEADS, for methods whose ``loop`` is measured."""
     card, found = find_card(CARD), []
     for method in METHODS:
         results = {s: read(_cell(method, s, full), data) for s in SCHEDULES}
@@ -95,11 +96,12 @@ def draw(data: Path, out: Path, full: bool) -> None:
     axes[-1].legend(frameon=False, fontsize=8)
     figure.suptitle("Data that no pass keeps for the next: bytes by schedule", fontsize=11)
     figure.tight_layout(rect=(0, 0.06, 1, 1))
-    save_chart(figure, out / "retention.png", note + " Over the bars: bytes over those of `loop`.")
+    save_chart(figure, out / "retention.png", note + " Numbers above the bars: bytes divided by "
+               "the bytes of `loop`.")
 
 
 def _published() -> tuple[float, float]:
-    """The smallest and the largest published nanoseconds per ray of cards."""
+    """The smallest and the largest nanoseconds per ray that are published for cards."""
     on_cards = {card.name for card in cards()}
     times = [nanoseconds(row) for name in ("fig13", "fig16", "fig22") for row in rows_of(name)
              if row["rays"] in ("primary", "shadow") and row["unit"] in TIMES
@@ -112,23 +114,23 @@ def _paragraph(found: list[list[Any]]) -> str:
     worst = max(found, key=lambda row: row[10])
     shares = [row[6] / row[9] for row in found if row[1] == "kernels"]
     sixteen = [row[10] for row in found if row[1] == "step, K = 16"]
-    parts = ["The survey says that a streaming processor retains nothing, so a ray is loaded "
-             "again for every kernel although it never changes. "
+    parts = ["The survey says that a streaming processor retains no data from kernel to kernel, "
+             "so a ray is loaded again for every kernel although it never changes. "
              + ("This is true: " if worst[10] > 2 else "Here this matters little: ") +
-             f"`{worst[1]}` of {worst[0]} moves {number(worst[10])} times the bytes of `loop`, "
-             "which reads each ray and writes each hit once."]
+             f"under `{worst[1]}`, {worst[0]} moves {number(worst[10])} times the bytes of "
+             "`loop`, which reads each ray and writes each hit once."]
     if shares:
         parts.append(f"But rays are only {100 * min(shares):.0f} to "
                      f"{100 * max(shares):.0f} % of the bytes that `kernels` moves. The state "
                      "that a step changes is read and written again as well, and sorting rays, "
                      "the survey's remedy, saves none of it.")
     if sixteen:
-        parts.append("Several steps per pass do save it: with 16 steps, "
+        parts.append("Several steps per pass do save such bytes: with 16 steps, "
                      f"{number(min(sixteen))} to {number(max(sixteen))} times the bytes of "
                      "`loop` remain.")
     slow = max(found, key=lambda row: row[11])
-    parts.append(f"At the {find_card(CARD).name}'s bandwidth, the worst of these costs "
-                 f"{number(slow[11])} ns a ray. Cards of the time took "
+    parts.append(f"At the {find_card(CARD).name}'s bandwidth, the bytes of the costliest row take "
+                 f"{number(slow[11])} ns a ray. Cards of the papers' time took "
                  f"{' to '.join(map(number, _published()))} ns in total for an eye or a shadow "
                  "ray (Figures 13, 16 and 22).")
     return " ".join(parts)

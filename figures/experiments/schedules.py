@@ -1,4 +1,4 @@
-"""Schedules: the cost of literal passes, and of steps per pass (survey, section 4.3)."""
+"""Schedules: the cost of a pass for each kernel, and of several steps per pass (section 4.3)."""
 from __future__ import annotations
 
 from pathlib import Path
@@ -49,17 +49,18 @@ def draw(data: Path, out: Path, full: bool) -> None:
         for row in mine:
             axis.annotate(number(row[3], 2), (row[1], row[3]), fontsize=8, xytext=(0, 6),
                           textcoords="offset points", ha="center")
-    heads = ("method", "schedule", "ms", "over loop", "ms arrays in to arrays out", "passes",
-             "draw calls", "queries")
+    heads = ("method", "schedule", "ms", "ms / ms of loop", "ms from rays to hits as arrays",
+             "passes", "draw calls", "queries")
     write_csv(out / "schedules.csv", heads, rows)
     size = 512 if full else 256
     write_text(out / "schedules.md", f"# The three schedules\n\nbunny, {size}x{size} eye rays; "
-               f"renderer: {renderer}. `kernels` is the form of Purcell and Foley. `step` runs on "
-               "each ray the kernel that the ray asks for, K times per pass. `loop` is Horn's "
-               "single pass. Every schedule gives the same hits.\n\n" + markdown_table(
+               f"renderer: {renderer}. `kernels` issues a pass for each kernel, as Purcell and "
+               "Foley do. In `step`, a pass runs K times for each ray the kernel that the ray "
+               "needs. `loop` is Horn's single pass. Every schedule gives the same "
+               "hits.\n\n" + markdown_table(
                    heads, [[number(v) if isinstance(v, float) else v for v in row]
                            for row in rows]))
-    axis.set(yscale="log", ylabel="time over loop")
+    axis.set(yscale="log", ylabel="time / time of loop")
     axis.legend(frameon=False)
     axis.spines[["top", "right"]].set_visible(False)
     figure.suptitle(f"Schedules: bunny, {size}x{size} eye rays", fontsize=11)

@@ -1,4 +1,7 @@
-"""Sheets: squares close above each other, and which of them the Ray Engine hits from above."""
+"""Sheets: squares close above each other, and the square that the Ray Engine hits from above.
+
+They show the errors of a depth buffer, which confuses hits at nearly equal distances.
+"""
 from __future__ import annotations
 
 from typing import Any
@@ -9,13 +12,13 @@ import gpgpu_rt as rt
 
 COUNT, FLOOR = 9, -7.0    # number of sheets; height of the floor below them, where depth ends
 FAR = 1.0 - FLOOR         # distance from the highest rays to the floor, which depth covers
-GAPS = tuple(range(-27, -20))       # measured gaps, as exponents of 2, over FAR
-HEADS = ("gap over the rays' length", "wrong by MIN blending", "wrong by depth",
-         "error of t over the rays' length")
+GAPS = tuple(range(-27, -20))       # the measured gaps are 2 to these exponents, times FAR
+HEADS = ("gap / length", "wrong with MIN blending", "wrong with a depth buffer",
+         "error of t / length, with a depth buffer")
 
 
 def sheets(gap: float) -> rt.Scene:
-    """COUNT squares, ``gap`` apart from 0 up, the topmost last, and then the floor."""
+    """A scene of COUNT squares, from height 0 upwards and ``gap`` apart, and then the floor."""
     square = np.float32([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])[[0, 1, 2, 0, 2, 3]]
     height = (gap * np.arange(COUNT)).astype(np.float32)
     up = height[:, None, None] * np.float32([0, 0, 1])
@@ -41,7 +44,7 @@ def measure(gap: float, nearest: str, count: int = 500, seed: int = 1) -> tuple[
 
 
 def rows() -> list[list[Any]]:
-    """The rows of HEADS, one per gap."""
+    """The table with the columns HEADS and a row for each gap."""
     found = []
     for exponent in GAPS:
         gap = FAR * 2.0 ** exponent

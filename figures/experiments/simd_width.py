@@ -16,7 +16,7 @@ from .gap_work import DONE, WIDTHS
 
 SCENE = "kitchen"
 RAYS = (EYE, diffuse(2))
-# Label -> method, options, rays per fragment.
+# Label -> method, its options, and the number of rays per fragment.
 METHODS: dict[str, tuple[str, tuple[tuple[str, Any], ...], int]] = {
     "kd-short-stack": ("kd-short-stack", (), 1),
     "kd-packet 2x2": ("kd-packet", (("packet", (2, 2)),), 4),
@@ -49,7 +49,7 @@ def lanes(one: dict[str, Any], width: int) -> float:
 
 
 def rows(data: Path, full: bool) -> list[tuple[Any, ...]]:
-    """The rows of HEADS."""
+    """The rows of the table whose columns are HEADS."""
     found = []
     for rays in RAYS:
         for label in METHODS:
@@ -79,10 +79,12 @@ def draw(data: Path, out: Path, full: bool) -> None:
              for rays in RAYS for label in METHODS for order in ORDERS
              if (mine := [row for row in found if row[:3] == (rays, label, order)])]
     write_text(out / "simd_width.md", "# Wide SIMD\n\n" + _paragraph(found) + "\n\n" + note
-               + "\n\nPercentage of the lanes' time that is not spent waiting, by the number of "
-               "fragments that branch together; and vector instructions per ray at widths 1 and "
+               + "\n\nThe columns with numbers as heads show the percentage of the lanes' time "
+               "that is not spent waiting, by the number of fragments that branch together (the "
+               "width). The last two columns show vector instructions per ray at widths 1 and "
                f"{WIDTHS[-1]}.\n\n" + markdown_table(
-                   ("rays", "method", "order", *map(str, WIDTHS), "at 1", f"at {WIDTHS[-1]}"),
+                   ("rays", "method", "order", *map(str, WIDTHS), "instructions at 1",
+                    f"instructions at {WIDTHS[-1]}"),
                    table))
     figure, axes = plt.subplots(2, len(RAYS), figsize=(11, 7.6), sharex=True, sharey="row")
     for column, rays in enumerate(RAYS):
@@ -131,23 +133,24 @@ def _paragraph(found: list[tuple[Any, ...]]) -> str:
     single, packet = "kd-short-stack", "kd-packet 2x2"
     tree, packed = "bvh-stack", "bvh-packet 2x2"
     return (
-        "The survey says that pixels which must do the same waste time that a CPU would not, that "
-        "packets help where rays are alike, and that sorting might help where they are not. With "
-        f"{widest} eye rays that branch together, {used(eye, single, plain)} of the lanes' time "
-        f"is useful ({single}), or {used(eye, tree, plain)} ({tree}). With rays after two diffuse "
-        f"bounces it is {used(wild, single, plain)} and {used(wild, tree, plain)}; sorting makes "
-        f"this {used(wild, single, ordered)} and {used(wild, tree, ordered)}. On eye rays, "
-        f"packets of four issue {cost(eye, packet, plain)} instructions a ray, and single rays "
-        f"{cost(eye, single, plain)} (kd-tree; BVH: {cost(eye, packed, plain)} and "
-        f"{cost(eye, tree, plain)}). After the bounces, these are {cost(wild, packet, plain)} and "
-        f"{cost(wild, single, plain)} (BVH: {cost(wild, packed, plain)} and "
-        f"{cost(wild, tree, plain)}), and sorted {cost(wild, packet, ordered)} and "
-        f"{cost(wild, single, ordered)} (BVH: {cost(wild, packed, ordered)} and "
-        f"{cost(wild, tree, ordered)}). Packets bind four times as many rays together at the same "
-        f"width. On {widest // 4} lanes, where they also bind {widest} rays, packets issue "
-        f"{cost(eye, packet, plain, widest // 4)} instructions on eye rays and "
+        "The survey says that pixels which must run in lockstep waste time, unlike a CPU, that "
+        "packets help where rays are coherent, and that sorting might help where they are not. If "
+        f"{widest} eye rays branch together, {used(eye, single, plain)} of the lanes' time is "
+        f"useful with {single}, and {used(eye, tree, plain)} with {tree}. For rays after two "
+        f"diffuse bounces, {used(wild, single, plain)} and {used(wild, tree, plain)} are useful, "
+        f"and after sorting {used(wild, single, ordered)} and {used(wild, tree, ordered)}.\n\n"
+        f"For eye rays, packets of four rays issue {cost(eye, packet, plain)} instructions a ray "
+        f"in a kd-tree, and single rays {cost(eye, single, plain)}; in a BVH the numbers are "
+        f"{cost(eye, packed, plain)} and {cost(eye, tree, plain)}. After the bounces, packets "
+        f"issue {cost(wild, packet, plain)} and single rays {cost(wild, single, plain)} "
+        f"instructions (BVH: {cost(wild, packed, plain)} and {cost(wild, tree, plain)}). With "
+        f"sorting these become {cost(wild, packet, ordered)} and {cost(wild, single, ordered)} "
+        f"(BVH: {cost(wild, packed, ordered)} and {cost(wild, tree, ordered)}).\n\n"
+        "At the same width, four times as many rays branch together in packets as without. On "
+        f"{widest // 4} lanes, where packets also have {widest} rays, they issue "
+        f"{cost(eye, packet, plain, widest // 4)} instructions for eye rays and "
         f"{cost(wild, packet, plain, widest // 4)} after the bounces "
         f"(BVH: {cost(eye, packed, plain, widest // 4)} and "
-        f"{cost(wild, packed, plain, widest // 4)}). A packet also waits when it tests rays that "
-        "have nothing to find. Here this counts as work, so only the instructions per ray show "
-        "it.")
+        f"{cost(wild, packed, plain, widest // 4)}). A packet also wastes time when it tests a "
+        "node for rays that need not visit the node. Here this counts as work, so only the "
+        "instructions per ray show it.")

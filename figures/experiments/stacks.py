@@ -36,8 +36,9 @@ def _bytes(fields: Iterable[Field], names: Iterable[str] | None = None) -> int:
 
 # A BVH's stack stores nodes alone; a kd-tree's stack also stores where the interval ends.
 NODE, KD_ENTRY = _bytes(STACK_ENTRY.fields, ["node"]), _bytes(STACK_ENTRY.fields)
-LOCAL = ("node", "cursor", "stacked")    # the state that a packet keeps within a pass
-# Label -> method, options, bytes of a stack entry, entries (None: as deep as the tree).
+LOCAL = ("node", "cursor", "stacked")    # the fields that a packet keeps within a pass
+# Label -> method, its options, bytes of a stack entry, and number of entries. None entries means
+# that the stack is as deep as the tree requires.
 METHODS: dict[str, tuple[str, tuple[tuple[str, Any], ...], int, int | None]] = {
     "kd-restart": ("kd-restart", (), 0, 0),
     "kd-push-down": ("kd-push-down", (), 0, 0),
@@ -46,13 +47,14 @@ METHODS: dict[str, tuple[str, tuple[tuple[str, Any], ...], int, int | None]] = {
     "kd-stack": ("kd-stack", (), KD_ENTRY, None),
     "bvh-threaded octants": ("bvh-threaded", (("octants", True),), 0, 0),
     "bvh-stack": ("bvh-stack", (), NODE, None)}
-DEPTHS = {"kd-stack": "kd-texture-stack", "bvh-stack": "bvh-stack"}   # methods that show stacks
+# Label -> the method whose states show how deep the stack is.
+DEPTHS = {"kd-stack": "kd-texture-stack", "bvh-stack": "bvh-stack"}
 COLOURS = {"kd-restart": "#2f6db3", "kd-push-down": "#1b3f73", "kd-ropes": "#b33a3a",
            "kd-short-stack": "#7a4fa3", "kd-stack": "#d16fae", "bvh-threaded octants": "#1d5c37",
            "bvh-stack": "#8cc79d"}
 HEADS = ("method", "bytes a ray in registers", "bytes of stack", "deepest seen",
          "instructions a ray", "fetches a ray", "rays to hide fetches", "rays in flight",
-         "share of peak", "Mrays/s", "Mrays/s at any memory")
+         "share of peak", "Mrays/s", "Mrays/s with unlimited memory")
 
 
 def size(full: bool) -> int:
@@ -95,18 +97,18 @@ class Flight:
 
     @property
     def clocks(self) -> float:
-        """Clocks that a warp takes for its rays, alone on a multiprocessor."""
+        """Clocks that a warp takes for its rays if no other warp runs on the multiprocessor."""
         return CLOCKS * self.instructions + self.card.fetch_latency * self.fetches
 
     @property
     def needed(self) -> float:
-        """The number of rays in flight with which every clock has an instruction."""
+        """The number of rays in flight that is needed to issue an instruction in every clock."""
         return WARP * self.clocks / (CLOCKS * self.instructions)
 
     def fitting(self, memory: int) -> int:
-        """Rays, in whole warps, whose states fit the registers and whose stacks fit ``memory``.
+        """The number of rays whose states fit the registers and whose stacks fit ``memory`` bytes.
 
-        The card's limit of resident rays applies as well.
+        Only whole warps count. The card's limit of resident rays applies as well.
         """
         states = self.card.registers // (self.kept * WARP) * WARP
         stacks = memory // (self.stack * WARP) * WARP if self.stack else states
@@ -123,7 +125,7 @@ class Flight:
 
     @property
     def peak(self) -> float:
-        """Rays per second if no fetch had to be waited for."""
+        """Rays per second if no ray waited for a fetch."""
         return self.card.multiprocessors * self.card.clock * WARP / (CLOCKS * self.instructions)
 
     def _rate(self, rays: float) -> float:
@@ -145,7 +147,7 @@ def state_bytes(label: str) -> int:
 
 
 def flights(data: Path, full: bool) -> dict[str, tuple[Flight, int | None]]:
-    """Method -> its `Flight`, and the deepest stack that rays had."""
+    """Return for each method its `Flight`, and the deepest stack of a ray (None without stack)."""
     found = {}
     for label, (_, _, entry, entries) in METHODS.items():
         result = read(_cell(label, full), data)
@@ -164,7 +166,7 @@ def flights(data: Path, full: bool) -> dict[str, tuple[Flight, int | None]]:
 
 
 def rows(data: Path, full: bool) -> list[list[Any]]:
-    """The rows of HEADS, at the card's own memory."""
+    """The rows of the table whose columns are HEADS, for the card's own memory."""
     card = machines()[CARD]
     return [[label, one.kept, one.stack, deepest, one.instructions, one.fetches, one.needed,
              one.fitting(card.on_chip), one.rate(card.on_chip) / one.peak,
@@ -215,19 +217,19 @@ def _paragraph(found: list[list[Any]]) -> str:
     parts = [
         f"The survey computes that stacks of {SURVEYS} bytes a ray leave "
         f"{card.on_chip // SURVEYS} rays in the {card.on_chip // 1024} KiB of the {CARD}, where "
-        f"{AT_ONCE} could run. This is its reason why stacks gain nothing there. But each "
-        f"multiprocessor has its own {card.on_chip // 1024} KiB: {card.on_chip // SURVEYS} such "
-        f"stacks fit beside its {WARP // CLOCKS} lanes, and "
+        f"{AT_ONCE} could run. From this it concludes that stacks gain nothing on this card. But "
+        f"each multiprocessor has its own {card.on_chip // 1024} KiB. {card.on_chip // SURVEYS} "
+        f"such stacks fit into a multiprocessor of {WARP // CLOCKS} lanes, and "
         f"{card.multiprocessors * card.on_chip // SURVEYS} on the card. There are enough rays for "
-        "the lanes, but not always enough to hide fetches."]
+        "the lanes, but not always enough to hide the latency of fetches."]
     for label in ("kd-stack", "bvh-stack"):
         if label in by:
             row = by[label]
             parts.append(
                 f"{label} keeps a stack of {row[2]} bytes a ray, as deep as the tree requires "
-                f"(rays filled {row[3]} entries at most). {row[7]} rays fit, "
-                f"{number(row[6])} would be needed, and {number(100 * row[8])} % of the peak "
-                "remains.")
+                f"(rays filled {row[3]} entries at most). {row[7]} rays fit, while "
+                f"{number(row[6])} would be needed to hide fetches, and {number(100 * row[8])} % "
+                "of the peak rate remains.")
     if {"kd-restart", "kd-short-stack", "kd-stack"} <= by.keys():
         most = max(found, key=lambda row: row[9])
         parts.append(
@@ -235,7 +237,9 @@ def _paragraph(found: list[list[Any]]) -> str:
             f"{number(by['kd-restart'][9])} Mrays/s, kd-stack {number(by['kd-stack'][9])} and "
             f"kd-short-stack {number(by['kd-short-stack'][9])}. With unlimited memory they reach "
             f"{number(by['kd-restart'][10])}, {number(by['kd-stack'][10])} and "
-            f"{number(by['kd-short-stack'][10])}. {most[0]} is the fastest method. The survey's "
-            "claim " + ("holds" if by["kd-stack"][9] < by["kd-restart"][9] else "does not hold")
-            + " for full stacks against none at this memory, for another reason than it gives.")
+            f"{number(by['kd-short-stack'][10])}. {most[0]} is the fastest method. With the "
+            "card's memory, the survey's claim "
+            + ("holds" if by["kd-stack"][9] < by["kd-restart"][9] else "does not hold")
+            + " for kd-stack against kd-restart. What decides is whether fetches are hidden, and "
+            "not, as the survey says, the number of rays for the lanes.")
     return " ".join(parts)

@@ -17,9 +17,10 @@ from ..framework.results import finished
 from ..framework.works import picture_size
 
 SCENES = ("bunny", "cornell")
-# At the quick size, all options are measured for these methods only. Other methods vary precision
-# alone, in half floats, and packets not even that: they compute what their rays would compute
-# alone, and take seconds to compile.
+# At the quick size, all options are measured for these methods only. Most other methods are
+# measured in full precision and in half floats. Methods with packets are measured in full
+# precision alone: their results are those of single rays, and their programs take seconds to
+# compile.
 DETAIL = ("kd-restart", "bvh-threaded")
 # These methods get a quarter of the rays, like methods without the schedule `loop`. On the bunny
 # they are measured in full precision alone, because every other precision takes minutes.
@@ -35,9 +36,8 @@ def scenes(full: bool) -> tuple[str, ...]:
 def _options(row: rt.Method, scene: str, full: bool) -> list[dict[str, Any]]:
     """The settings that are measured: every precision, and every option value that may lose hits.
 
-    Options vary in full precision. The slowest methods have full precision alone on the first
-    scene. At the quick size packets have it alone as well, and most other methods have it and half
-    floats.
+    Options vary in full precision only. The methods in SLOW are measured in full precision alone
+    on the first scene. At the quick size, methods outside DETAIL vary only the precision.
     """
     table = option_table(row.name)
     found: list[dict[str, Any]] = [{}]
@@ -57,8 +57,8 @@ def _options(row: rt.Method, scene: str, full: bool) -> list[dict[str, Any]]:
 def cells_of(scene: str, full: bool) -> list[Cell]:
     """The cells of one scene.
 
-    ``brute-force`` is left out: it would take minutes, and hits what the grid hits. On the bunny,
-    methods without the schedule `loop` are left out for the same reason.
+    ``brute-force`` is left out, because it would take minutes and finds the hits that the grid
+    finds. On the bunny, methods without the schedule `loop` are left out for the same reason.
     """
     found = []
     for row in rt.methods():
@@ -77,7 +77,7 @@ def cells(full: bool) -> list[Cell]:
 
 
 def pareto(points: Sequence[tuple[float, float]]) -> list[int]:
-    """Indices of the points (rate, error) that no other point beats in both, by falling rate."""
+    """Indices of the points (rate, error) that no other point beats in both, in falling rate."""
     order = sorted(range(len(points)), key=lambda i: (-points[i][0], points[i][1]))
     kept: list[int] = []
     for i in order:
@@ -171,7 +171,8 @@ def _plot(axis: Any, rows: list[dict[str, Any]], key: str, front: list[int]) -> 
 def _page(rows: list[dict[str, Any]], renderer: str, stand_ins: list[str],
           on_front: list[str], full: bool) -> str:
     heads = ("scene", "method", "precision", "options", "rays", *WRONG, "wrong share",
-             "at most (95 %)", "t error 99.9 %", "RMSE", "FLIP", "Mrays/s", "MB")
+             "upper 95 % bound of the share", "t error, 99.9 % quantile", "RMSE", "FLIP",
+             "Mrays/s", "MB")
     table = [[row["scene"], row["method"], row["precision"], row["options"] or "-",
               f"{row['rays']:,}", *(row[name.replace(" ", "_")] for name in WRONG),
               number(row["wrong_share"], 2), number(row["upper_95"], 2),
@@ -180,13 +181,16 @@ def _page(rows: list[dict[str, Any]], renderer: str, stand_ins: list[str],
              for row in rows]
     picture = picture_size(next(iter(cells(full))).size)
     parts = ["# Speed against accuracy\n", f"Renderer: {renderer}. Eye, random, vertex-aimed and "
-             "edge-aimed rays in equal shares, against the float64 reference; RMSE and FLIP are "
-             f"those of a picture, {picture} pixels a side. A share of zero is "
+             "edge-aimed rays are traced in equal shares, and compared with the float64 "
+             f"reference. RMSE and FLIP compare a picture of {picture} pixels a side with the "
+             "reference's picture. The error of t is relative, and MB is the size of all "
+             "textures. A share of zero is "
              "drawn hollow, at its upper 95 % confidence bound. Rays that a step cap stopped "
              "count as unfinished." + ("" if full else " FULL=1 also measures low precision of "
                                        + ", ".join(SLOW) + " and packets, which takes minutes, "
                                        "and fp24 and the options of every method."),
              *stand_ins, "", markdown_table(heads, table),
-             "Settings that no other setting beats in both rate and bound on the wrong share:\n",
+             "No other setting beats these settings in both the rate and the bound of the wrong "
+             "share:\n",
              "\n".join(f"* {line}" for line in on_front), ""]
     return "\n".join(parts)

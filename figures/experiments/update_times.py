@@ -1,4 +1,4 @@
-"""Update times: how long a method takes to build, and to follow moved triangles."""
+"""Update times: how long a method takes to build, and to update after triangles have moved."""
 from __future__ import annotations
 
 import statistics
@@ -12,15 +12,15 @@ import gpgpu_rt as rt
 from gpgpu_rt.accel.cache import uncached
 from gpgpu_rt.workers.machine import alone
 
-SWAY = 0.01    # the longest move of a corner, over the scene's diagonal
+SWAY = 0.01    # the longest move of a corner, as a share of the scene's diagonal
 
 
 def measure(scene: rt.Scene, method: str, options: Mapping[str, Any], runs: int) -> dict[str, Any]:
-    """Seconds of the first build and of updates, each of which moves all corners.
+    """Measure the seconds of the first build, and of updates after all corners have moved.
 
     Returns
     -------
-    build, update : float, the latter a median
+    build, update : float, seconds of the build, and the median seconds of an update
     rebuilt : bool, whether the last update rebuilt the structure
     size : float, bytes of all tables
     tables : list of str, the tables' names

@@ -1,1 +1,1 @@
-"""The parts that every figure uses: cells, measuring, comparison, verdicts and pages."""
+"""The code that all figures share: cells, measuring, comparison, verdicts and pages."""

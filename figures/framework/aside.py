@@ -1,5 +1,6 @@
-"""Aside: untimed cells, which worker processes measure while this process measures others.
+"""Aside: worker processes measure untimed cells while this process measures other cells.
 
+A cell is one measurement that a figure needs. Some cells measure times; these are the timed cells.
 While a cell is timed, the workers pause, so the timed cell has the machine to itself.
 """
 from __future__ import annotations
@@ -18,22 +19,24 @@ from .cell import Cell
 
 Result = dict[str, Any]
 
-WORTH = 8     # with fewer cells or pages, starting processes costs more time than it saves
+# Start worker processes only if there are at least this many cells to measure, or pages of figures
+# to draw. For fewer, starting the processes costs more time than they save.
+WORTH = 8
 
 
 def worth_workers(parts: int) -> bool:
-    """Whether several processes of this machine finish ``parts`` parts sooner than one process."""
+    """Whether several processes finish ``parts`` cells or pages sooner than this process alone."""
     return parts >= WORTH and cores() > 1
 
 
 class Aside:
-    """Cells that worker processes measure, one cell at a time each.
+    """Cells for worker processes to measure. A worker measures one cell at a time.
 
-    A caller that is free may measure cells as well: ``take`` hands it the next cell.
+    The caller may measure some of the cells as well: ``take`` returns the next cell.
 
     Parameters
     ----------
-    cells : in the order in which they are begun
+    cells : the cells, in the order in which they are begun
     workers : the processes that measure
     measured : the function that measures a cell
     """
@@ -42,8 +45,8 @@ class Aside:
                  measured: Callable[[Cell], Result]) -> None:
         self._waiting = deque(cells)
         self._workers, self._measured = workers, measured
-        # Results as they arrive. A worker that stops adds the exception that stopped it, or None
-        # if no cell is left.
+        # The results, as they arrive. When a worker stops, its thread adds the exception that
+        # stopped the worker, or None if no cell was left.
         self._found: queue.SimpleQueue[tuple[Cell, Result] | BaseException | None]
         self._found = queue.SimpleQueue()
         self._busy = len(workers)
@@ -51,18 +54,20 @@ class Aside:
             threading.Thread(target=self._keep_busy, daemon=True).start()
 
     def take(self) -> Cell | None:
-        """The next cell that nobody has begun, which the caller then measures; None at the end."""
+        """Return the next cell that nobody has begun, or None. The caller then measures it."""
         with contextlib.suppress(IndexError):
             return self._waiting.popleft()
         return None
 
     def done(self, wait: bool = False) -> Iterator[tuple[Cell, Result]]:
-        """Yield the results that arrived since the last call; with ``wait``, all that are left.
+        """Yield the results that arrived since the last call.
+
+        With ``wait``, wait for the workers and yield all remaining results.
 
         Raises
         ------
         Error
-            if workers died again and again; any other error of measuring is raised too
+            if workers died repeatedly. Any other error that ended a measurement is raised too.
         """
         while self._busy and (wait or not self._found.empty()):
             found = self._found.get()

@@ -1,4 +1,4 @@
-"""Catalogue: all figures and tables, the survey's own and those beyond the survey."""
+"""Catalogue: the survey's figures and tables, and this program's further experiments."""
 from __future__ import annotations
 
 from importlib import import_module
@@ -7,8 +7,9 @@ from typing import Any
 
 from .. import experiments, survey
 
-# A figure's name -> its title. Its module lies in ``survey/``, where its name begins with the
-# figure's, or in ``experiments/``.
+# The title of each figure, by the figure's name. The module of a survey's figure lies in
+# ``survey/``, and the module's name begins with the figure's name. The module of an experiment
+# lies in ``experiments/`` and has the figure's name.
 FIGURES = {
     "fig01": "Figure 1: reflections, soft shadows, refraction",
     "fig02": "Figure 2: the shader pipeline, as a pass of this program goes through it",
@@ -39,19 +40,19 @@ FIGURES = {
     "table1": "Table 1: properties of the methods",
     "cpu": "Ray tracing on the CPU: rays per second and per GFLOP (section 4.2)",
     "entry_points": "Entry points and rasterised bounds",
-    "period": "Period hardware: predicted against published",
-    "retention": "Data retention: bytes that no pass keeps for the next pass",
+    "period": "Period hardware: predicted times beside the published times",
+    "retention": "Data retention: bytes that passes move because no pass keeps data for the next",
     "simd_width": "Wide SIMD: how long incoherent rays wait for each other",
-    "stacks": "Stack against stackless: rays in flight that fit",
+    "stacks": "Stack against stackless: the number of rays in flight",
     "ideal_hardware": "Hardware for rays: triangle and traversal units, explicit transfers",
     "ray_sorting": "Ray sorting: its cost, its gain, and the coherence of rays",
     "rasterised": "First hits from the rasteriser: the cost of proving them",
     "refraction": "Refraction by two passes of the rasteriser, beside the truth",
     "caustics": "Caustics mapping, beside traced photons",
-    "ray_bundles": "Ray bundles by peeled projections, beside traced ones and the path tracer",
+    "ray_bundles": "Ray bundles by peeled projections, beside traced bundles and the path tracer",
     "frames": "Moving scenes: time per frame with refitted trees, rebuilt trees and kd-trees",
     "needs": "What a scene needs: renderers derived from ten scenes, beside one renderer for all",
-    "path_noise": "Path tracing: the error by number of samples, Sobol' and random",
+    "path_noise": "Path tracing: error by number of samples, with Sobol' and with random numbers",
     "reduction": "Stream reduction by blocks, beside a scan",
     "ray_space": "Tables over rays: ray classification and the visibility field",
     "schedules": "The three schedules: the cost of literal passes",
@@ -61,7 +62,10 @@ FIGURES = {
 
 
 def figure_of(name: str) -> Any:
-    """The module or object of a figure, with ``cells(full)`` and ``draw(data, out, full)``."""
+    """Return a figure's module or object, which has ``cells(full)`` and ``draw(data, out, full)``.
+
+    An object is the module's ``FIGURE``, a `Comparison`.
+    """
     folder = survey if of_survey(name) else experiments
     found = next(module.name for module in iter_modules(folder.__path__)
                  if module.name == name or of_survey(name) and module.name.startswith(name + "_"))

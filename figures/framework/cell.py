@@ -7,13 +7,17 @@ from typing import Any
 from gpgpu_rt.bench.workloads import EYE
 
 ON_CPU = "embreex"   # the method of cells that embreex traces, on `threads` threads of the CPU
-# The triangle test of the papers' time. The project's default, the watertight test, is of 2013.
+# The usual triangle test when the papers were written. The default of this program, the watertight
+# test, was published in 2013.
 PERIOD_TEST = ("intersection", "moller-trumbore")
 
 
 @dataclass(frozen=True)
 class Cell:
-    """One measurement: a scene, a method with options, and the work to do there."""
+    """One measurement: a scene, a method with options, and the work to do on the scene.
+
+    Most kinds of work trace ``size`` x ``size`` rays, ``runs`` times.
+    """
 
     scene: str
     method: str
@@ -24,12 +28,12 @@ class Cell:
 
     @property
     def name(self) -> str:
-        """The name of its result file."""
+        """The name of the cell's result file."""
         words = [self.scene, self.method, *(f"{k}={v}" for k, v in self.options),
                  f"{self.size}x{self.size}", self.work, f"{self.runs}"]
         return "".join(c if c.isalnum() or c in "=.-" else "_" for c in "-".join(words)) + ".json"
 
 
 def timed_runs(full: bool) -> int:
-    """The number of timed runs. Their median counts."""
+    """The number of timed runs of a cell. The median of their times is the result."""
     return 5 if full else 3

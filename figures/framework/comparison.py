@@ -1,6 +1,6 @@
 """Comparison: a table of measured times by scene and method, beside the published times.
 
-Figures 12, 13, 16 and 20 have this form.
+Figures 12, 13, 16, 20 and 22 have this form.
 """
 from __future__ import annotations
 
@@ -18,18 +18,20 @@ from .output import COLOURS, markdown_table, number, plt, save_chart, write_csv,
 from .published_numbers import nanoseconds, published_row, published_triangles
 from .results import read
 
-LOW = 0.8    # a panel with a lower tau-b gets an explanation
+LOW = 0.8    # a page explains the order of the methods on a panel whose tau-b is lower
 TIE = 1.05   # published numbers within this factor count as equal
-TESTED_BY = ("Our methods test triangles as Möller and Trumbore 1997 do, the usual test of the "
-             "papers' time. The survey does not say which test a paper used. The default of this "
-             "program, the watertight test of Woop, Benthin and Wald 2013, is not used here.")
+TESTED_BY = ("Our methods test triangles as Möller and Trumbore 1997 do, a test of their time. "
+             "The survey does not say which test a paper used. If a paper used precomputed "
+             "projections, as Wald et al. 2001 do, ours is the nearest test that is available. "
+             "The default of this program, the watertight test of Woop, Benthin and Wald 2013, is "
+             "not used here.")
 
 
 @dataclass(frozen=True)
 class Panel:
-    """A scene and a kind of rays: a column of the survey's table and a part of ours.
+    """A scene and a kind of rays: a column of the survey's table, and a table of our page.
 
-    Both have the names of the published numbers.
+    The scene and the rays are named as in ``published.csv``.
     """
 
     scene: str
@@ -42,15 +44,16 @@ class Panel:
 
 @dataclass(frozen=True)
 class MethodColumn:
-    """A method of the table, and its name in the published numbers."""
+    """A method with options that a figure measures, and its name in ``published.csv``."""
 
     label: str
     method: str
     options: tuple[tuple[str, Any], ...] = ()
     published_options: str = ""
-    published_method: str | None = None   # a different method in the paper: tau-b skips it
-    only: str | None = None               # the only kind of rays that it traces
-    skips: tuple[str, ...] = ()           # scenes on which it is not measured
+    # Set if the paper measured a different method: its name. Tau-b then skips this column.
+    published_method: str | None = None
+    only: str | None = None               # the only kind of rays that is measured, if not None
+    skips: tuple[str, ...] = ()           # scenes on which the method is not measured
 
 
 Results = dict[tuple[Panel, str], dict[str, Any]]   # by panel and column label
@@ -59,10 +62,11 @@ Rows = dict[Panel, list[dict[str, Any]]]
 
 @dataclass(frozen=True)
 class Comparison:
-    """A figure: its panels, its columns and how a cell is measured.
+    """A figure: its panels, its columns, and the cell of each panel and column.
 
-    ``asked`` makes the cell of a panel and a column, at the full or the quick size, without the
-    triangle test, which `cell` adds. ``remarks`` returns sentences on the measured results.
+    ``asked(panel, column, full)`` returns this cell without the triangle test; `cell` adds the
+    test. ``source`` names the paper and the hardware of the published times. ``remarks`` returns
+    sentences on the measured results.
     """
 
     name: str
@@ -76,12 +80,12 @@ class Comparison:
     full_only: tuple[str, ...] = ()       # scenes that the quick size leaves out
 
     def pairs(self, full: bool) -> list[tuple[Panel, MethodColumn]]:
-        """The pairs of panel and column that are measured."""
+        """The pairs of a panel and a column that are measured."""
         return [(panel, column) for panel in self.panels for column in self._columns_of(panel)
                 if full or panel.scene not in self.full_only]
 
     def _columns_of(self, panel: Panel) -> list[MethodColumn]:
-        """The columns that a panel has."""
+        """The columns that are measured on a panel."""
         return [column for column in self.columns
                 if column.only in (None, panel.rays) and panel.scene not in column.skips]
 
@@ -117,7 +121,7 @@ class Comparison:
         groups = []
         for panel in dict.fromkeys(panel for panel, _ in results):
             ordered = self._ordered(panel, results)
-            groups.append(verdicts.Group(
+            groups.append(verdicts.MethodTimes(
                 panel.scene, panel.label, [ours["ns_per_ray"] for _, ours, _ in ordered],
                 [theirs for _, _, theirs in ordered],
                 any(ours["scene"]["stand_in"] for _, ours, _ in ordered)))
@@ -150,7 +154,7 @@ class Comparison:
 
     def _ordered(self, panel: Panel, results: Results
                  ) -> list[tuple[MethodColumn, dict[str, Any], float]]:
-        """The columns that tau-b orders, with our results and the published nanoseconds."""
+        """The columns that tau-b compares, each with our result and the published ns per ray."""
         found = [(column, results.get((panel, column.label)),
                   nanoseconds(self._published(panel, column)))
                  for column in self._columns_of(panel) if column.published_method is None]
@@ -164,7 +168,7 @@ class Comparison:
     def _explained(self, panel: Panel, results: Results) -> list[str]:
         """A sentence for each pair of methods whose order differs from the published order.
 
-        A sentence names the counters of both methods. The pair with the largest published ratio
+        Each sentence gives the counters of both methods. The pair with the largest published ratio
         comes first.
         """
         pairs = []
@@ -176,8 +180,8 @@ class Comparison:
                     pairs.append((their_others / theirs, ratio, one.label, other.label, ours,
                                   others))
         return [f"{one} takes 1/{number(ratio)} of the time of {other} here, but "
-                f"{number(1 / theirs)} times that time in the paper: {_work(one, ours)}, while "
-                f"{_work(other, others)}."
+                f"{number(1 / theirs)} times the time of {other} in the paper. Here "
+                f"{_work(one, ours)}, while {_work(other, others)}."
                 for theirs, ratio, one, other, ours, others in sorted(pairs, key=lambda p: p[0])]
 
     def _differences(self, results: Results) -> list[str]:
@@ -187,7 +191,8 @@ class Comparison:
             f"Renderer: {first['gpu']['renderer']} ({first['gpu']['backend']}), measured "
             f"{first['date']}; published: {self.source}. Compare orders and ratios within a "
             "scene, not absolute numbers."]
-        lines += ["Cameras are ours, because the papers do not publish theirs.", TESTED_BY]
+        lines += ["The cameras are this program's, because the papers do not publish theirs.",
+                  TESTED_BY]
         scenes = {panel.scene: result["scene"] for (panel, _), result in results.items()}
         for scene, about in scenes.items():
             count = published_triangles(self.name, scene)
@@ -195,7 +200,8 @@ class Comparison:
                 lines.append(f"{scene} is a procedural stand-in for {about['stand_in']}.")
             elif count is not None and count != about["triangles"]:
                 lines.append(f"{scene} has {about['triangles']:,} triangles here and {count:,} "
-                             "in the paper, because ours is another edition of the model.")
+                             "in the paper, because this program uses another edition of the "
+                             "model.")
         return lines + list(self.notes)
 
     def _markdown(self, rows: Rows, taus: dict[Panel, float], results: Results) -> str:
@@ -216,15 +222,16 @@ class Comparison:
             parts.append(f"## {title}, {chosen[0]['triangles']:,} triangles: tau-b "
                          f"{number(taus[panel], 2)}\n")
             parts.append(markdown_table(
-                ("method", "rays", "ms", "ns a ray", "time over fastest", f"published {unit}",
-                 "published time over fastest", "steps a ray", "nodes a ray", "triangles a ray",
-                 "passes"), table))
+                ("method", "rays", "ms", "ns a ray", "time / fastest time", f"published {unit}",
+                 "published time / fastest published time", "steps a ray", "nodes a ray",
+                 "triangles a ray", "passes"), table))
             explained = self._explained(panel, results) if taus[panel] < LOW else []
             if explained:
                 parts.append("Where the order differs:\n\n" + "\n".join(
                     f"* {line}" for line in explained) + "\n")
         parts.append("tau-b says how well our order of the methods agrees with the published "
-                     "order: 1 for the same order, -1 for the reverse. Published numbers within "
+                     "order: 1 for the same order, -1 for the reverse. Ties between published "
+                     "numbers make the highest value smaller than 1. Published numbers within "
                      "5 % count as ties.\n")
         for head, lines in (("What the counters show", self.remarks(results)),
                             ("What differs", self._differences(results))):
@@ -244,7 +251,8 @@ class Comparison:
             axis.remove()
         for axis in axes[:, 0]:
             axis.set_ylabel("nanoseconds a ray (log)")
-        figure.suptitle(f"{self.title}\nplain: measured here; hatched: published", fontsize=11)
+        figure.suptitle(f"{self.title}\nplain bars: measured here; hatched bars: published",
+                        fontsize=11)
         figure.tight_layout(rect=(0, 0.07 / len(kinds), 1, 1))
         save_chart(figure, out / f"{self.name}.png", "  ".join(self._differences(results)[:2]))
 

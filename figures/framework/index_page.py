@@ -12,8 +12,9 @@ from .output import markdown_table, write_text
 from .verdicts import Verdict
 
 RULES = (
-    f"**{verdicts.REPRODUCED}**: the methods have the published order (tau-b {verdicts.HIGH:g} or "
-    "more in every scored group; it is 1 for the same order, -1 for the reverse). The ratios between them are off by less than a factor of "
+    f"**{verdicts.REPRODUCED}**: the methods have the published order (tau-b is "
+    f"{verdicts.HIGH:g} or more in every scored group; tau-b is 1 for the same order and -1 for "
+    "the reverse). The ratios between the methods' times are off by less than a factor of "
     f"{verdicts.FACTOR:g} in the median. A group is a scene and a kind of rays. A figure that "
     "makes claims is reproduced if all claims hold. Table 1's properties are such claims",
     f"**{verdicts.ORDER}**: only the order agrees",
@@ -25,13 +26,13 @@ RULES = (
     f"scored scenes, or on fewer than {verdicts.LEAST_PAIRS} pairs of methods in all. A pair "
     "counts if the published numbers of one scene and kind of rays order it; published numbers "
     "within 5 % of each other tie. A claim that compares no methods needs the scenes alone, and a "
-    "claim about structure, which no scene can change, needs neither. Times that differ by less "
-    "than their runs decide no claim",
+    "claim about structure, which no scene can change, needs neither. Two times decide no claim "
+    "if they differ by less than the runs of one method do",
     f"**{verdicts.REDRAWN}**: a diagram or a picture, made from this program's own passes and "
     "tables; the survey prints nothing in it that could be scored",
     f"**{verdicts.UNMEASURED}**: all cells are missing",
-    "Stand-ins for scenes are never scored. What the same rules say of them stands beside the "
-    "verdict")
+    "Procedural stand-ins for scenes are never scored. The verdict is followed by what the same "
+    "rules say of the stand-ins")
 COLOURS = {verdicts.REPRODUCED: "#cfe8d5", verdicts.ORDER: "#f5e6b8",
            verdicts.MOSTLY: "#e6e9b8",
            verdicts.CONTRADICTED: "#f3c9c0", verdicts.TOO_LITTLE: "#e8dff0",
@@ -40,7 +41,7 @@ COLOURS = {verdicts.REPRODUCED: "#cfe8d5", verdicts.ORDER: "#f5e6b8",
 
 @dataclass(frozen=True)
 class IndexEntry:
-    """A page: its name, title, verdict and source of its numbers.
+    """A page: its name, its title, its verdict and the source of its numbers.
 
     ``verdict`` is None for a figure beyond the survey.
     """
@@ -57,7 +58,7 @@ def write_index(out: Path, lines: Sequence[IndexEntry], opening: Sequence[str],
 
     Parameters
     ----------
-    opening : sentences on what of the survey holds
+    opening : sentences that sum up which results of the survey are confirmed
     remarks : sentences on the run as a whole
     """
     of_survey = [line for line in lines if line.verdict]
@@ -72,7 +73,7 @@ def write_index(out: Path, lines: Sequence[IndexEntry], opening: Sequence[str],
             (f"[{line.title}]({line.name}.md)", f"**{line.verdict.word}**",
              verdicts.rests_on(line.verdict), _why(line.verdict), _links(line))
             for line in of_survey if line.verdict]),
-        "The rules of the verdicts, all applied to the numbers behind the pages:\n",
+        "The verdicts follow these rules:\n",
         *(f"* {rule}." for rule in RULES), "",
         *(["## Beyond the survey's figures\n"] if beyond else []),
         *(f"* [{line.title}]({line.name}.md): {_links(line)}" for line in beyond), "",

@@ -11,8 +11,10 @@ from itertools import combinations
 class PairCounts:
     """How the pairs of methods in a table compare.
 
-    concordant, discordant : pairs that both orderings order, alike and reversed
-    only_ours, only_published : pairs that tie in the other ordering
+    concordant : pairs that have the same order in our times and in the published times
+    discordant : pairs that have the reverse order
+    only_ours : pairs whose published times tie and ours do not
+    only_published : pairs whose times tie here and the published times do not
     """
 
     concordant: int
@@ -27,7 +29,7 @@ class PairCounts:
 
     @property
     def tau_b(self) -> float:
-        """1 if the orderings are equal, -1 if reversed, nan if either orders nothing."""
+        """1 if the orderings are equal, -1 if reversed, nan if all pairs of one ordering tie."""
         both = self.concordant + self.discordant
         scale = math.sqrt((both + self.only_ours) * (both + self.only_published))
         return (self.concordant - self.discordant) / scale if scale else math.nan
@@ -56,5 +58,5 @@ def pair_counts(ours: Sequence[float], published: Sequence[float],
 
 
 def tau_b(ours: Sequence[float], published: Sequence[float], tie: float = 0.05) -> float:
-    """Agreement of two orderings, as `PairCounts.tau_b`; parameters as for `pair_counts`."""
+    """Return `PairCounts.tau_b` of two orderings; the parameters are those of `pair_counts`."""
     return pair_counts(ours, published, tie).tau_b

@@ -1,4 +1,4 @@
-"""Measuring: measures cells and keeps each result as a JSON file, the only input of figures.
+"""Measuring: measures cells and writes each result to a JSON file. Figures read only these files.
 
 A cell that was finished with the same settings on the same renderer is not measured again.
 """
@@ -33,12 +33,13 @@ from .works import work_of
 
 def measure(cells: Iterable[Cell], data: Path, again: bool = False,
             workers: Workers | None = None) -> None:
-    """Measure every cell that is not finished, and write each result as soon as it is there.
+    """Measure every cell that is not finished, and write each result as soon as it is known.
 
-    An interrupt loses only the cells in progress. If given, ``workers`` measure all cells. If not,
-    this process measures the timed cells. A process for each other core measures the untimed
-    cells, if they are numerous enough. A line on stderr counts the cells that are left out because
-    this machine cannot count instructions.
+    An interrupt loses only the cells in progress. If ``workers`` are given, they measure all
+    cells. Otherwise this process measures the timed cells, and one further process for each other
+    core measures the untimed cells. If there are few untimed cells, this process measures them
+    too. A line on stderr counts the cells that are left out because this machine cannot count
+    instructions.
     """
     data.mkdir(parents=True, exist_ok=True)
     todo = [cell for cell in dict.fromkeys(cells) if again or read(cell, data) is None]
@@ -70,7 +71,7 @@ def _results(todo: list[Cell], workers: Workers | None,
 
 def _beside(aside: Aside, timed: list[Cell],
             progress: tqdm) -> Iterator[tuple[Cell, Result]]:
-    """Yield the cells that are timed here, and the cells that ``aside`` measures meanwhile."""
+    """Yield the results of the cells that are timed here, and of those that ``aside`` measures."""
     others = iter(aside.take, None)
     order = (timed, others) if is_software(open_gpu().renderer) else (others, timed)
     for cells in order:
@@ -109,9 +110,10 @@ def _words(cell: Cell) -> str:
 
 
 def run(cell: Cell) -> dict[str, Any]:
-    """Measure a cell, or find why it must be left out.
+    """Measure a cell, or find the reason why it must be left out.
 
-    The result also holds the settings, the renderer, the commit, the date and the scene.
+    Besides the measurement or the reason, the result holds the settings, the renderer, the commit,
+    the date and the scene.
     """
     work = work_of(cell)
     try:

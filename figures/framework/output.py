@@ -20,6 +20,7 @@ COLOURS = {"brute-force": "#8c8c8c", "grid": "#c98a1b", "grid-proximity": "#e3b6
            "kd-short-stack": "#7a4fa3", "kd-stack": "#b08fd1", "kd-texture-stack": "#d16fae",
            "kd-ropes": "#b33a3a", "kd-ropes-packet": "#df8a6a", "kd-packet": "#4b2a70",
            "packets": "#7fb2e5", "+ push-down": "#7a4fa3", "+ short stack": "#4b2a70",
+           "+ empty leaves skipped": "#b33a3a",
            EMBREE: "#8c8c8c", "bvh-threaded": "#3d8b57",
            "bvh-threaded kay-kajiya": "#3d8b57", "bvh-threaded goldsmith-salmon": "#8cc79d",
            "bvh-threaded octants": "#1d5c37", "bvh-stack": "#8cc79d", "bvh-packet": "#1d5c37",

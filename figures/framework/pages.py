@@ -1,4 +1,4 @@
-"""Pages of figures: draws them, with a process per core if there are many."""
+"""Pages: draws the pages of figures, with a process per core if there are many pages."""
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
@@ -38,7 +38,7 @@ def _draw(name: str, data: Path, out: Path, full: bool) -> None:
     figure = figure_of(name)
     reasons = left_out(cells := figure.cells(full), data)
     page = out / f"{name}.md"
-    if reasons:     # a figure that has nothing to draw would otherwise keep an older page
+    if reasons:     # delete the older page: a figure that has nothing to draw would keep it
         for kind in (".md", ".csv", ".png"):
             page.with_suffix(kind).unlink(missing_ok=True)
     figure.draw(data, out, full)
@@ -64,7 +64,7 @@ def _add_verdict(page: Path, judged: verdicts.Verdict) -> None:
 
 
 def _add_notes(name: str, out: Path) -> None:
-    """Append to a page the sentences on how the survey contradicts itself there."""
+    """Append to a page the sentences on contradictions of the survey that concern this page."""
     page, notes = out / f"{name}.md", of_page(name)
     if notes and page.exists():
         lines = "\n".join(f"* {says}" for says in notes)
@@ -87,6 +87,7 @@ def _add_left_out(page: Path, title: str, reasons: Mapping[str, int], cells: int
     A figure that has drawn nothing gets a page with these lines alone.
     """
     text = page.read_text().rstrip() if page.exists() else f"# {title}"
-    lines = "\n".join(f"* {count} of {cells} cells, whose columns are empty: {reason}."
+    lines = "\n".join(f"* {count} of {cells} cells (measurements); their columns are empty. The "
+                      f"reason: {reason}."
                       for reason, count in reasons.items())
     write_text(page, f"{text}\n\n## What is left out\n\n{lines}\n")

@@ -1,8 +1,8 @@
 """Provenance: where a figure's numbers come from, in a JSON file beside its page.
 
-``out/NAME.json`` is written when the page is drawn. It holds the table under the figure, its
-verdict, and the file, settings, renderer, commit and date of each cell. Diagrams have no cells:
-they show passes that run while they are drawn, and the file names the renderer of these passes.
+``out/NAME.json`` is written when the page is drawn. It holds the figure's table, the verdict, and
+the file, settings, renderer, commit and date of each cell. Diagrams have no cells: they show
+passes that run while the page is drawn. For them the file names the renderer of these passes.
 """
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def record(name: str, cells: Iterable[Cell], data: Path, out: Path, full: bool,
     Parameters
     ----------
     judged : the verdict; None for a figure beyond the survey
-    reasons : why cells could not be measured here, each with its number of cells
+    reasons : the reasons why cells could not be measured here, and the number of cells of each
     """
     table = out / f"{name}.csv"
     rows: list[dict[str, str]] = []
@@ -57,7 +57,7 @@ def record(name: str, cells: Iterable[Cell], data: Path, out: Path, full: bool,
 
 
 def held(name: str, out: Path) -> dict[str, Any] | None:
-    """The content of out/NAME.json; None if the page was not drawn, or by an older version."""
+    """The content of out/NAME.json, or None if no page was drawn or an older version drew it."""
     try:
         found = read_json(out / f"{name}.json")
     except (OSError, ValueError):
@@ -68,9 +68,10 @@ def held(name: str, out: Path) -> dict[str, Any] | None:
 
 
 def spent(pages: Iterable[dict[str, Any]]) -> tuple[float, int]:
-    """Processor seconds of measuring the cells of pages, and the number of cells without a time.
+    """Return the processor seconds that the cells of pages took, and the number of unknown times.
 
-    Each cell counts once. Cells from older versions do not record a time.
+    A cell of several pages counts once. The time of a cell is unknown if an older version measured
+    the cell.
     """
     said = {cell["file"]: cell["processor_seconds"] for page in pages for cell in page["cells"]}
     return (sum(seconds for seconds in said.values() if seconds is not None),
@@ -78,7 +79,7 @@ def spent(pages: Iterable[dict[str, Any]]) -> tuple[float, int]:
 
 
 def summary(held: dict[str, Any]) -> str:
-    """One line: the number of cells, and their renderers, commits and dates."""
+    """Return one line: the number of a page's cells, and their renderers, commits and dates."""
     cells = held["cells"] or [held["drawn"]]
     words = [", ".join(sorted({str(cell[key]) for cell in cells}))
              for key in ("renderer", "commit", "date")]

@@ -17,13 +17,13 @@ def _rows() -> tuple[dict[str, str], ...]:
 def published_row(figure: str, scene: str, method: str, options: str = "",
                   rays: str | None = None, quantity: str | None = None,
                   hardware: str | None = None) -> dict[str, str] | None:
-    """The row of a published number, or None where the survey printed none.
+    """The row of a published number, or None if the survey did not print the number.
 
     Parameters
     ----------
-    rays : such as "primary", if a figure has several kinds
-    quantity : such as "leaves", if a figure has several
-    hardware : with the survey's name
+    rays : the kind of rays, such as "primary"; needed if the figure has several kinds
+    quantity : the quantity, such as "leaves"; needed if the figure has several quantities
+    hardware : the survey's name of the hardware; needed if the figure has several
     """
     asked = {"figure": figure, "scene": scene, "method": method, "options": options,
              "rays": rays, "quantity": quantity, "hardware": hardware}
@@ -32,12 +32,14 @@ def published_row(figure: str, scene: str, method: str, options: str = "",
 
 
 def published(*names: str, **more: str | None) -> float | None:
-    """A published number in the survey's unit, or None; parameters as for `published_row`.
+    """A published number in the survey's unit, or None if the survey did not print the number.
+
+    The parameters are those of `published_row`.
 
     Raises
     ------
     ValueError
-        where the survey prints a range, see `published_range`
+        if the survey prints a range; use `published_range` then
     """
     row = published_row(*names, **more)
     if row is None:
@@ -48,9 +50,10 @@ def published(*names: str, **more: str | None) -> float | None:
 
 
 def published_range(*names: str, **more: str | None) -> tuple[float, float]:
-    """The lower and the upper end of a range that the survey prints, in its unit.
+    """The lower and the upper end of a range that the survey prints, in the survey's unit.
 
-    Parameters as for `published_row`. The row must exist. A single number is both ends.
+    The parameters are those of `published_row`. The row must exist. If the survey prints a single
+    number, both ends are this number.
     """
     row = published_row(*names, **more)
     assert row is not None, (names, more)
@@ -58,7 +61,7 @@ def published_range(*names: str, **more: str | None) -> tuple[float, float]:
     return low, float(row["high"] or low)
 
 
-TIMES = ("ms", "Mrays/s", "frames/s")    # units of the time that rays take
+TIMES = ("ms", "Mrays/s", "frames/s")    # the units in which the survey prints times and rates
 
 
 def rows_of(figure: str) -> list[dict[str, str]]:
@@ -67,7 +70,7 @@ def rows_of(figure: str) -> list[dict[str, str]]:
 
 
 def nanoseconds(row: dict[str, str] | None) -> float | None:
-    """Nanoseconds per ray of a published time or rate; for whole images, per pixel."""
+    """Nanoseconds per ray of a published time or rate. For whole images it is ns per pixel."""
     if row is None:
         return None
     value, pixels = float(row["value"]), math.prod(map(int, row["resolution"].split("x")))

@@ -1,4 +1,4 @@
-"""Results: a JSON file for each finished cell, which counts only if its settings are unchanged."""
+"""Results: a JSON file for each finished cell. The file is ignored if the settings changed."""
 from __future__ import annotations
 
 import functools
@@ -17,7 +17,7 @@ from gpgpu_rt.gl.context import open_gpu
 from .cell import Cell
 from .works import work_of
 
-LEFT_OUT = "left out"     # in the file of a cell that cannot be measured: the key of the reason
+LEFT_OUT = "left out"     # the file of a cell that cannot be measured holds the reason at this key
 
 
 def settings(cell: Cell) -> dict[str, Any]:
@@ -33,13 +33,16 @@ def as_kept(found: dict[str, Any]) -> dict[str, Any]:
 
 
 def read(cell: Cell, data: Path) -> dict[str, Any] | None:
-    """The result of a finished cell; None if missing, left out, damaged or of other settings."""
+    """The result of a finished cell, or None.
+
+    It is None if the file is missing or damaged, has other settings, or holds only a reason.
+    """
     result = _held(cell, data)
     return None if result is None or LEFT_OUT in result else result
 
 
 def left_out(cells: Iterable[Cell], data: Path) -> dict[str, int]:
-    """The reasons why cells could not be measured here, each with its number of cells."""
+    """The reasons why cells could not be measured here, and the number of cells of each."""
     held = (_held(cell, data) for cell in dict.fromkeys(cells))
     return Counter(result[LEFT_OUT] for result in held if result and LEFT_OUT in result)
 
@@ -53,7 +56,7 @@ def _held(cell: Cell, data: Path) -> dict[str, Any] | None:
 
 
 def finished(cells: Iterable[Cell], data: Path) -> list[tuple[Cell, dict[str, Any]]]:
-    """The finished cells with their results, each once and in the given order."""
+    """The finished cells with their results, in the given order. Each cell appears once."""
     found = ((cell, read(cell, data)) for cell in dict.fromkeys(cells))
     return [(cell, result) for cell, result in found if result is not None]
 

@@ -1,6 +1,6 @@
-"""Summary: ten sentences on what of the survey holds, what does not, and what could not be tried.
+"""Summary: ten sentences on which results of the survey are confirmed, contradicted or not tried.
 
-They open the index. Every number in them comes from the verdicts and cells of the pages.
+The sentences open the index. Every number in them comes from the verdicts and cells of the pages.
 """
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ class Judged:
 
     @property
     def figure(self) -> str:
-        """Its number, as ``Figure 8``."""
+        """The number of the figure, such as ``Figure 8``."""
         return self.title.partition(":")[0]
 
     @property
     def topic(self) -> str:
-        """What it shows, as ``a teapot in a stadium``."""
+        """What the figure shows, such as ``a teapot in a stadium``."""
         return self.title.partition(": ")[2]
 
 
@@ -44,11 +44,10 @@ def sentences(pages: dict[str, dict[str, Any]]) -> list[str]:
         return [one for one in judged if one.verdict.word in words]
     return [
         _made(own, len(of(verdicts.REDRAWN))),
-        _list(of(verdicts.REPRODUCED), "comes out as the survey says",
-              "come out as the survey says"),
-        _list(of(verdicts.ORDER, verdicts.MOSTLY), "comes out so only in part",
-              "come out so only in part"),
-        _list(of(verdicts.CONTRADICTED), "comes out otherwise", "come out otherwise"),
+        _list(of(verdicts.REPRODUCED), "agrees with the survey", "agree with the survey"),
+        _list(of(verdicts.ORDER, verdicts.MOSTLY), "agrees with the survey only in part",
+              "agree with the survey only in part"),
+        _list(of(verdicts.CONTRADICTED), "contradicts the survey", "contradict the survey"),
         _order(judged),
         *_too_little(of(verdicts.TOO_LITTLE)),
         _not_tried(own, of(verdicts.UNMEASURED))]
@@ -60,19 +59,20 @@ def _made(own: dict[str, dict[str, Any]], redrawn: int) -> str:
                        or {str(page["drawn"]["renderer"]) for page in own.values()})
     return (f"This program has made {len(own)} of the survey's {sum(map(of_survey, FIGURES))} "
             f"figures and tables again, from {counted(len(cells), 'measurement')} on "
-            f"{_and(renderers) or 'no renderer'}; {redrawn} without numbers of the survey "
-            f"{'is' if redrawn == 1 else 'are'} redrawn and not judged.")
+            f"{_and(renderers) or 'no renderer'}; {redrawn} of them "
+            f"{'is' if redrawn == 1 else 'are'} redrawn but not judged, because the survey prints "
+            "no numbers there.")
 
 
 def _list(some: Sequence[Judged], one: str, many: str) -> str:
-    """A sentence on the figures with a verdict, and the counts that each rests on."""
+    """A sentence that lists the figures with a verdict, and the counts behind each verdict."""
     says = f"{counted(len(some), 'figure')} {one if len(some) == 1 else many}"
     named = [f'{each.figure}, "{each.topic}" ({_score(each.verdict)})' for each in some]
     return f"{says}: {'; '.join(named)}." if some else f"{says}."
 
 
 def _score(verdict: Verdict) -> str:
-    """What came out as published, and on how many scenes."""
+    """A clause on how much agrees with the survey, and on how many scenes."""
     if verdict.claims:
         says = f"{verdict.held} of {counted(verdict.claims, 'claim')}"
     else:
@@ -83,8 +83,8 @@ def _score(verdict: Verdict) -> str:
 
 
 def _order(judged: Sequence[Judged]) -> str:
-    """A sentence on the order of methods in all tables of times, also those too small to judge."""
-    # Table 1 repeats the pairs of Figure 26 beside claims of its own.
+    """A sentence on the order of methods in all tables of times, even those too small to judge."""
+    # Leave out figures that make claims. Table 1 is one of them: its pairs are Figure 26's.
     scored = [one.verdict for one in judged if not one.verdict.claims]
     (agreed, pairs), (others, rest) = (
         (sum(one.agreed for one in tables if one.agreed is not None),
@@ -96,30 +96,31 @@ def _order(judged: Sequence[Judged]) -> str:
 
 
 def _too_little(some: Sequence[Judged]) -> list[str]:
-    """Four sentences on the figures that rest on too little: which, why, and what they lack."""
+    """Four sentences on the figures that rest on too little, and on what is missing."""
     lacking = [one for one in some if _enough_with_meshes(one.verdict)]
     never = [one for one in some if one not in lacking]
     missing = sorted({scene for one in lacking if one.verdict.stand_ins is not None
                       for scene in one.verdict.stand_ins.scenes})
     said = Counter(one.verdict.stand_ins.word for one in some if one.verdict.stand_ins is not None)
     return [
-        f"{counted(len(some), 'figure')} {'rests' if len(some) == 1 else 'rest'} on too little to judge, "
-        f"because a verdict needs {LEAST_SCENES} scored scenes and, where it compares methods, "
-        f"{LEAST_PAIRS} pairs of them" + (f": {_figures(some)}." if some else "."),
-        f"{len(lacking)} of these would rest on enough if the papers' meshes had been found"
+        f"{counted(len(some), 'figure')} {'rests' if len(some) == 1 else 'rest'} on too little to "
+        f"judge, because a verdict needs {LEAST_SCENES} scored scenes and, where it compares "
+        f"methods, {LEAST_PAIRS} pairs of them" + (f": {_figures(some)}." if some else "."),
+        f"{len(lacking)} of these would rest on enough if the papers' meshes had been found "
+        "(`gpgpu-rt scenes --fetch` gets most of them)"
         + (f": {_figures(lacking)} had stand-ins for {counted(len(missing), 'scene')} "
            f"({_and(missing)})." if lacking else "."),
-        "Stand-ins are never scored; what the same rules say of the stand-ins of "
-        f"{sum(said.values())} of these figures is "
+        "Stand-ins are never scored; for the stand-ins of "
+        f"{sum(said.values())} of these figures the same rules would give "
         + (_and([f"\"{word}\" for {said[word]}" for word in verdicts.WORDS if said[word]])
-           or "nothing") + ".",
-        f"{len(never)} of these {'stays' if len(never) == 1 else 'stay'} too small with every "
-        "mesh that this run asks for, because the survey's numbers compare too few methods or "
-        "scenes there" + (f": {_figures(never)}." if never else ".")]
+           or "no verdict") + ".",
+        f"{len(never)} of these {'stays' if len(never) == 1 else 'stay'} too small to judge even "
+        "with every mesh that this run asks for, because the survey's numbers compare too few "
+        "methods or scenes there" + (f": {_figures(never)}." if never else ".")]
 
 
 def _enough_with_meshes(verdict: Verdict) -> bool:
-    """Whether the verdict would rest on enough if each stand-in were a scored scene."""
+    """Whether the figure could be judged if each stand-in were a scored scene."""
     aside = verdict.stand_ins
     if aside is None:
         return False
@@ -137,8 +138,7 @@ def _not_tried(own: dict[str, dict[str, Any]], unmeasured: Sequence[Judged]) -> 
     reasons = Counter[str]()
     for page in own.values():
         reasons.update(page["left_out"])
-    return (f"{counted(len(unmeasured), 'figure')} "
-            f"{'has' if len(unmeasured) == 1 else 'have'} no measurements at all"
+    return (f"All measurements are missing for {counted(len(unmeasured), 'figure')}"
             + (f" ({_figures(unmeasured)})" if unmeasured else "")
             + f", the quick size leaves out {counted(len(left), 'scene')}"
             + (f" ({_and(left)})" if left else "") + ", and this machine cannot make "

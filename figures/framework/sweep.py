@@ -61,17 +61,17 @@ def _dealt(cells: list[Cell]) -> list[Cell]:
 
 
 def _check(cell: Cell, asked: dict[str, Any], result: Result) -> None:
-    """Raise an error unless a worker measured with the settings of this process."""
+    """Raise an error unless the worker measured with the settings of this process."""
     found = as_kept(result["settings"])
     others = sorted(name for name in asked if asked[name] != found.get(name))
     if others:
         raise Error(f"a worker measured {cell.scene} with another {', '.join(others)}: "
                     f"{found.get(others[0])!r}, not {asked[others[0]]!r}; a figure must not mix "
-                    "them, so start it on a machine that has what the workers have")
+                    "different settings, so start it on a machine with the workers' settings")
 
 
 def _measured(cell: Cell, files: Files, measured: Callable[[Cell], Result]) -> Result:
-    """Measure a cell in a worker, while nothing is timed on its machine."""
+    """Measure a cell in a worker, while nothing is timed on the worker's machine."""
     take_mesh(cell.scene, files)
     with taken():
         return measured(cell)

@@ -1,4 +1,7 @@
-"""Trace times: times of a method's passes on a workload, and counters from a separate run."""
+"""Trace times: the times of a method's passes on a workload, and the counters of a separate run.
+
+Counting slows the passes down, so the timed runs do not count.
+"""
 from __future__ import annotations
 
 import statistics
@@ -19,7 +22,7 @@ PICTURE = "picture"   # the work of a whole picture: eye rays, shading and shado
 
 
 def measure(cell: Cell) -> dict[str, Any]:
-    """Times of runs without counters, after warm-ups; then the counters of one more run."""
+    """Return times of runs without counters, after warm-ups, and the counters of a last run."""
     if cell.method == ON_CPU:
         return _embree(cell)
     scene = load(cell.scene)
@@ -50,7 +53,7 @@ def measure(cell: Cell) -> dict[str, Any]:
 
 
 def _share_ms(samples: Sequence[float], parts: Sequence[float]) -> float:
-    """Milliseconds of a part of a run: the median time, times the median share of the part."""
+    """Milliseconds of a part of a run: the median time multiplied by the part's median share."""
     share = statistics.median(part / whole for part, whole in zip(parts, samples))
     return 1e3 * statistics.median(samples) * share
 

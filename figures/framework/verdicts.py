@@ -3,8 +3,8 @@
 * reproduced: the order and the ratios agree. The order agrees if tau-b of every group is at least
   HIGH. The ratios agree if they are off by less than FACTOR in the median.
 * reproduced in order, not in ratio: only the order agrees.
-* contradicted: the order differs, whatever the ratios are.
-* too little to judge: fewer than LEAST_SCENES scored scenes, or fewer than LEAST_PAIRS pairs of
+* contradicted: The order differs, whatever the ratios are.
+* too little to judge: Fewer than LEAST_SCENES scored scenes, or fewer than LEAST_PAIRS pairs of
   methods. A pair counts if the published numbers of one scene and kind of rays order it.
 
 A claim in words has neither order nor ratio. A figure that makes claims is reproduced if every
@@ -13,7 +13,7 @@ compares methods needs as many scenes and pairs as a table of times. A claim tha
 methods needs the scenes alone, and a claim about structure, which no scene can change, needs
 neither.
 
-Stand-ins for scenes are never scored. A verdict holds beside it what the same rules say of them.
+Stand-ins for scenes are never scored. A verdict also holds what the same rules say of them.
 """
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ TOO_LITTLE = "too little to judge"
 REDRAWN = "redrawn"            # a diagram or a picture: the survey prints nothing to score
 UNMEASURED = "not measured"
 WORDS = (REPRODUCED, ORDER, MOSTLY, CONTRADICTED, TOO_LITTLE, REDRAWN, UNMEASURED)
-HIGH, FACTOR = 0.8, 2.0        # the lowest tau-b of equal orders; ratios must be off by less
+HIGH, FACTOR = 0.8, 2.0        # orders agree if tau-b >= HIGH; ratios agree if off by < FACTOR
 LEAST_SCENES, LEAST_PAIRS = 2, 4
 
 
@@ -44,12 +44,13 @@ LEAST_SCENES, LEAST_PAIRS = 2, 4
 class Verdict:
     """One of WORDS, the reason with the numbers that decided, and what the verdict rests on.
 
-    scenes : the scored scenes, each once
-    pairs : pairs of methods that were compared on these scenes
-    agreed : pairs that have the published order; None for claims
-    claims, held : claims that could be answered with yes or no, and those with yes
-    structure : claims among them that no scene can change
-    stand_ins : what the same rules say of the stand-ins, whose names are its `scenes`
+    scenes : The scored scenes, each once.
+    pairs : Number of pairs of methods that were compared on these scenes.
+    agreed : Number of pairs that have the published order. None for claims.
+    claims : Number of claims that the measurements decide.
+    held : Number of these claims that hold.
+    structure : Number of these claims that no scene can change.
+    stand_ins : The verdict of the same rules on the stand-ins. Its `scenes` are the stand-ins.
     """
 
     word: str
@@ -64,7 +65,7 @@ class Verdict:
 
     @classmethod
     def from_json(cls, found: Any) -> Verdict | None:
-        """The verdict that `dataclasses.asdict` has written; None if it has other fields."""
+        """The verdict that `dataclasses.asdict` has written; None if the fields are others."""
         if not isinstance(found, dict) or set(found) != {one.name for one in fields(cls)}:
             return None
         return cls(**{**found, "scenes": tuple(found["scenes"]),
@@ -72,8 +73,8 @@ class Verdict:
 
 
 @dataclass(frozen=True)
-class Group:
-    """The times of the same methods on one scene and kind of rays, ours and the published ones."""
+class MethodTimes:
+    """Our times and the published times of the same methods, on one scene and kind of rays."""
 
     scene: str
     label: str      # the scene and the kind of rays, as reasons name them
@@ -95,9 +96,11 @@ class Pair(NamedTuple):
 class Claim:
     """A claim in words, and whether it holds.
 
+    says : the claim
     holds : None if the measurements cannot decide
-    scenes : the scenes that were measured for it; empty for a claim that no scene can change
-    pairs : the measured methods that it compares
+    scenes : the scenes that were measured for the claim; empty if no scene can change the claim
+    pairs : the pairs of measured methods that the claim compares
+    stand_in : whether the scenes are stand-ins
     """
 
     says: str
@@ -118,7 +121,7 @@ def off_by(ours: Sequence[float], theirs: Sequence[float]) -> float:
     return 2 ** statistics.median(apart) if apart else math.nan
 
 
-def of_groups(groups: Iterable[Group]) -> Verdict:
+def of_groups(groups: Iterable[MethodTimes]) -> Verdict:
     """The verdict on a table of times; groups with fewer than two methods are left out."""
     compared = [group for group in groups if len(group.ours) > 1]
     return _beside_stand_ins(_of_groups([g for g in compared if not g.stand_in]),
@@ -129,7 +132,7 @@ def of_claims(claims: Iterable[Claim], exceptions: Sequence[str] = ()) -> Verdic
     """The verdict on claims in words.
 
     ``exceptions`` are sentences on measured scenes that cannot show whether the claims hold. They
-    end the reason.
+    are appended to the reason.
     """
     found = list(claims)
     said = _beside_stand_ins(_of_claims([c for c in found if not c.stand_in]),
@@ -140,7 +143,7 @@ def of_claims(claims: Iterable[Claim], exceptions: Sequence[str] = ()) -> Verdic
 
 
 def word_of_claims(held: int, claims: int) -> str:
-    """The word for claims that are enough to judge."""
+    """The word of a verdict on enough claims, of which ``held`` hold."""
     return REPRODUCED if held == claims else MOSTLY if 2 * held > claims else CONTRADICTED
 
 
@@ -152,7 +155,7 @@ def _beside_stand_ins(scored: Verdict, stand_ins: Verdict) -> Verdict:
     return replace(scored, stand_ins=stand_ins)
 
 
-def _of_groups(groups: Sequence[Group]) -> Verdict:
+def _of_groups(groups: Sequence[MethodTimes]) -> Verdict:
     if not groups:
         return Verdict(UNMEASURED, "none of its cells is measured.")
     counts = [(group, pair_counts(group.ours, group.theirs)) for group in groups]
@@ -173,21 +176,24 @@ def _of_groups(groups: Sequence[Group]) -> Verdict:
     return Verdict(word, "; ".join(why) + ".", scenes, pairs, agreed)
 
 
-def _order(ordered: Sequence[tuple[Group, PairCounts]], low: Sequence[str], agreed: int,
+def _order(ordered: Sequence[tuple[MethodTimes, PairCounts]], low: Sequence[str], agreed: int,
            pairs: int) -> str:
     return (f"tau-b is {HIGH:g} or more in {len(ordered) - len(low)} of "
             f"{counted(len(ordered), 'group')}" + (f" (below: {', '.join(low)})" if low else "")
             + f"; {agreed} of {counted(pairs, 'pair')} of methods have the published order")
 
 
-def _ties(tied: Sequence[Group]) -> list[str]:
+def _ties(tied: Sequence[MethodTimes]) -> list[str]:
     return [] if not tied else ["the published numbers of "
                                 f"{', '.join(group.label for group in tied)} tie, so they have no "
                                 "order to reproduce"]
 
 
 def _too_few(scenes: Sequence[str], pairs: int | None) -> str:
-    """Why so many scenes and pairs are too few for a verdict, or ""; None: no pairs are needed."""
+    """Why the scenes and pairs are too few for a verdict, or "" if they are enough.
+
+    ``pairs`` is None if the verdict needs no pairs.
+    """
     if len(scenes) >= LEAST_SCENES and (pairs is None or pairs >= LEAST_PAIRS):
         return ""
     needed, there = counted(LEAST_SCENES, "scene"), counted(len(scenes), "scene")
@@ -223,7 +229,7 @@ def _answer(holds: bool | None) -> str:
 
 
 def rests_on(verdict: Verdict) -> str:
-    """A clause on the scored scenes, the pairs of methods and the claims about structure."""
+    """A clause that counts the scored scenes, the pairs of methods and the claims on structure."""
     if verdict.word == REDRAWN:
         return "no number of the survey"
     parts = []

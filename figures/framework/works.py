@@ -1,7 +1,8 @@
-"""Works: the kinds of measurement that a cell can ask for, a row each.
+"""Works: the table of the kinds of measurement, with a row for each kind.
 
-A cell's `work` begins with the name of a row; the rest names a workload or a variant. A `work`
-that begins with no row's name is a workload itself: its rays are traced and timed.
+A cell's `work` is a string. It begins with the name of a row, and the rest names a workload or a
+variant. If `work` does not begin with the name of a row, it is the name of a workload, whose rays
+are traced and timed.
 """
 from __future__ import annotations
 
@@ -42,7 +43,10 @@ def _of_catalogue(cell: Cell) -> str:
 
 
 def _of_made(made: Any) -> Callable[[Cell], str]:
-    """The digest of the scenes that the module `made` makes, and of the catalogue's scenes."""
+    """Return a function that gives the digest of a cell's scene.
+
+    The scene is one that the module `made` makes, or one of the catalogue.
+    """
     return lambda cell: (_digest_of_made(made, cell.scene) if cell.scene in made.MADE
                          else _digest_of(cell.scene))
 
@@ -55,7 +59,8 @@ class MeasurementKind:
     measure: Callable[[Cell, str], dict[str, Any]]    # takes a cell and the rest of its `work`
     timed: bool = True          # whether it measures times; it does so within `machine.alone`
     catalogued: bool = True     # whether `load_scene` knows the cell's scene
-    digest: Callable[[Cell], str] = _of_catalogue   # changes when a mesh replaces its stand-in
+    # Digest of the scene's triangles. It changes when a mesh replaces the scene's stand-in.
+    digest: Callable[[Cell], str] = _of_catalogue
     counted: bool = False       # whether it needs the instruction counts of programs
 
 
@@ -84,7 +89,7 @@ def _accuracy(cell: Cell, _: str) -> dict[str, Any]:
 
 
 def _period_work(cell: Cell, name: str) -> dict[str, Any]:
-    """The work that period hardware would have to do for the rays."""
+    """The work that graphics hardware of the papers' time would have to do for the rays."""
     manner = next((m for m in (period_work.SQUARES, period_work.KERNELS) if name.endswith(m)), "")
     return {"work": period_work.measure(load(cell.scene), _rays(cell, name.removesuffix(manner)),
                                         cell.method, dict(cell.options), manner)}
@@ -106,7 +111,7 @@ WORKS = (
         "warm_ups": reduction_times.WARM_UPS,
         "seconds": reduction_times.measure(cell.size ** 2, dict(cell.options)["kept"], cell.runs)},
         catalogued=False, digest=lambda cell: ""),
-    # The next three compare rasterised approximations with the traced truth.
+    # The next three rows compare rasterised approximations with traced rays, which are exact.
     MeasurementKind("refraction", lambda cell, _: {
         "warm_ups": trace_times.WARM_UPS,
         "refraction": refraction_errors.measure(cell.scene, cell.method, dict(cell.options),
@@ -125,16 +130,16 @@ WORKS = (
                     catalogued=False, digest=_of_made(bundle_errors)),
     MeasurementKind("first hits", lambda cell, _: {"first_hits": first_hit_times.measure(
         load(cell.scene), cell.method, dict(cell.options), cell.size, cell.runs)}),
-    # Errors by number of samples, up to the number in the options.
+    # The errors are measured by number of samples, up to the number in the options.
     MeasurementKind("path errors", lambda cell, _: {"errors": path_errors.measure(
         load(cell.scene), cell.method, dict(cell.options), cell.size)}, timed=False),
     # The options name the step of `growing` whose pictures are timed.
     MeasurementKind("needs", lambda cell, _: {"needs": needs_times.measure(
         dict(cell.options)["step"], cell.method, cell.size, cell.runs, cell.scene)},
         digest=lambda cell: needs_times.digest(cell.scene, dict(cell.options)["step"])),
-    # Each kind of `known_rays` gets size squared rays, and all hits are judged.
+    # Each kind of rays (`accuracy.known_rays`) has size squared rays. All their hits are judged.
     MeasurementKind("accuracy", _accuracy),
-    # The sizes of the kd-tree that the options describe.
+    # This row measures the sizes of the kd-tree that the options describe.
     MeasurementKind("tree", lambda cell, _: {"tree": tree_sizes.measure(
         load(cell.scene), dict(cell.options))}, timed=False),
     MeasurementKind("updates", lambda cell, _: {"updates": update_times.measure(

@@ -1,1 +1,1 @@
-"""The survey's figures and tables, named after what they show."""
+"""The survey's figures and tables. Each module is named after what its figure shows."""

@@ -28,8 +28,10 @@ def draw(data: Path, out: Path, full: bool) -> None:
     write_text(out / "fig01.md", "# Figure 1: reflections, soft shadows and refraction\n\n"
                f"Whitted's ray tracing at {size}x{size}, all rays by {METHOD}; renderer: "
                f"{known['gpu']['renderer']}. The survey's pictures show other scenes; ours are "
-               "built-in stand-ins with the same effects. The number of rays counts every wave, "
-               "with the empty rays of branches that ended.\n\n" + markdown_table(
+               "built-in stand-ins with the same effects. A picture is traced in waves of one ray "
+               "per pixel. The number of rays includes the empty rays of pixels whose path of "
+               "rays has ended before the wave. The column s is the time of the picture, and MiB "
+               "is the size of all textures.\n\n" + markdown_table(
                    HEADS, [[number(v) if isinstance(v, float) else v for v in r] for r in rows]))
     figure, axes = plt.subplots(1, len(PANELS), figsize=(11, 4.2))
     for axis, (scene, says) in zip(axes, PANELS.items()):

@@ -40,12 +40,12 @@ class PipelineDraw:
     Attributes
     ----------
     method : the method that issued the draw.
-    vertex, fragment : its programs.
-    attributes : name -> components of the attribute per vertex.
-    primitives : number that the rasteriser received.
-    fragments : number that the framebuffer received.
+    vertex, fragment : the draw's programs.
+    attributes : name of each vertex attribute -> number of its components.
+    primitives : number of triangles that the rasteriser received.
+    fragments : number of fragments that the framebuffer received.
     textures : the sampled textures, name -> (width, height, channels, type).
-    by_fragments : the textures that the fragment program samples, which are all textures that the
+    by_fragments : the textures that the fragment program samples. They are all textures that the
         text of the vertex program does not declare.
     targets : the render targets, (width, height, channels, type) each.
     """
@@ -119,13 +119,13 @@ def draw(data: Path, out: Path, full: bool) -> None:
     write_csv(out / "fig02.csv", HEADS, lines)
     write_text(out / "fig02.md", (
         "# Figure 2: the shader pipeline, as passes of this program go through it\n\n"
-        f"Two draws over {SIDE * SIDE} rays. Vertex and fragment programs are programmable; the "
-        "stages between them are fixed. A full-screen pass uses the first half of the pipeline "
-        "only to issue one fragment per ray. The Ray Engine sends triangles through it: each "
-        "triangle becomes a quad over the rays that may hit it, and blending keeps the nearest "
-        "hit. Queries around the draw count triangles and fragments. The attributes and textures "
-        "are those that the programs still have after linking. A render target becomes a texture "
-        "of a later pass.\n\n"
+        f"The table shows two draws over {SIDE * SIDE} rays. Vertex and fragment programs are "
+        "programmable; the stages between them are fixed. A full-screen pass uses the first half "
+        "of the pipeline only to issue one fragment per ray. The Ray Engine sends triangles "
+        "through the pipeline: each triangle becomes a quad over the rays that may hit it, and "
+        "blending keeps the nearest hit. Queries around the draw count triangles and fragments. "
+        "Attributes and textures are listed only if the linked programs use them. A render "
+        "target becomes a texture of a later pass.\n\n"
         + markdown_table(HEADS, lines)))
     figure, axes = plt.subplots(len(lines), 1, figsize=(13, 8.6))
     for axis, one in zip(axes, shown()):
@@ -134,8 +134,8 @@ def draw(data: Path, out: Path, full: bool) -> None:
                     fontsize=12)
     figure.tight_layout(rect=(0, 0.03, 1, 0.98))
     save_chart(figure, out / "fig02.png", "Blue: programmable stages. Textures: width x height x "
-               "channels. Green textures are tables, read at computed places; black textures are "
-               "streams, read at the fragment's own place.")
+               "channels. Green textures are tables, read at computed positions; black textures "
+               "are streams, read at the fragment's own position.")
 
 
 def draw_pipeline(axis: Any, one: PipelineDraw) -> None:

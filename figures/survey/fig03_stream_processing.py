@@ -1,7 +1,7 @@
-"""Figure 3: the graphics pipeline as a stream processor, drawn from a method's real passes.
+"""Figure 3: the graphics pipeline as a stream processor, drawn from the passes of a real trace.
 
-Streams and tables come from the records of the method's row. The inputs and outputs of a pass come
-from its linked program. The list of passes comes from a trace that was observed.
+Streams and tables come from the records in the method's row of the method table. The inputs and
+outputs of a pass come from its linked program. The list of passes comes from an observed trace.
 """
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from ..diagrams.small_world import MAX_DEPTH, world
 from ..framework.cell import Cell
 from ..framework.output import markdown_table, plt, save_chart, write_csv, write_text
 
-METHOD, SHOWN, SIDE = "kd-restart", "down", 16     # the kernel that is drawn; rays per side
+METHOD, SHOWN, SIDE = "kd-restart", "down", 16     # SHOWN: the drawn kernel; SIDE: rays per side
 HEADS = ("pass", "kernel", "reads streams", "gathers from tables", "writes", "rays, pass by pass")
 COLOURS = {"init": PALE, "down": SPLITS[0], "intersect": TRIANGLE}
 
@@ -36,10 +36,11 @@ class KernelPass:
     Attributes
     ----------
     kernel : "init", or one of the method's kernels.
-    samples : textures that its program samples.
-    targets : render targets that it draws into, named after their streams.
-    source, target : the buffers that it read ("" for none) and wrote, A or B.
-    rays : number of rays that it ran on.
+    samples : textures that the pass's program samples.
+    targets : render targets that the pass draws into, named after their streams.
+    source : the buffer that the pass read, "A" or "B"; "" if it read none.
+    target : the buffer that the pass wrote, "A" or "B".
+    rays : number of rays on which the kernel ran.
     """
 
     kernel: str
@@ -51,23 +52,23 @@ class KernelPass:
 
 
 def streams(method: str) -> dict[str, str]:
-    """Texture -> the contents of its channels, for the streams that a method's passes read."""
+    """The streams that a method's passes read: texture -> the contents of its channels."""
     return {**texels_of(RAY_TEXELS), **written(method)}
 
 
 def written(method: str) -> dict[str, str]:
-    """Texture -> the contents of its channels, for the streams that a method's passes write."""
+    """The streams that a method's passes write: texture -> the contents of its channels."""
     return {**texels_of(find_method(method).state), **texels_of(HIT)}
 
 
 def tables(method: str) -> dict[str, str]:
-    """Texture -> the fields of its record, for the tables that a method's passes gather from."""
+    """The tables that a method's passes gather from: texture -> the fields of its record."""
     return {f"{record.name}_table": ", ".join(field.name for field in record.fields)
             for record in find_method(method).tables if isinstance(record, Record)}
 
 
 def texels_of(record: Record) -> dict[str, str]:
-    """Texture of a stream -> the fields in its channels."""
+    """The textures of a record's stream: texture -> the fields in its channels."""
     return {f"{record.name}_texel_{texel}": ", ".join(
         field.name + (f".{'xyzw'[:field.width]}" if field.width > 1 else "")
         for field in record.fields if field.texel == texel) for texel in range(record.texels)}
@@ -86,7 +87,7 @@ def passes(method: str = METHOD) -> tuple[KernelPass, ...]:
     found: list[KernelPass] = []
     with rt.Tracer(world().scene, method, schedule="kernels", mask_interval=2,
                    max_depth=MAX_DEPTH) as tracer:
-        sides: dict[int, str] = {}     # texture -> its buffer
+        sides: dict[int, str] = {}     # texture -> the buffer that it belongs to
         stepped = np.zeros(SIDE * SIDE, np.int32)
 
         def look(one: ObservedPass) -> None:
@@ -95,7 +96,8 @@ def passes(method: str = METHOD) -> tuple[KernelPass, ...]:
             source = next((sides[texture.glo] for texture in one.inputs.values()
                            if texture.glo in sides), "")
             steps = one.target.fields(tracer.method.state.name)["steps"]
-            # A target keeps what early depth rejects: those of its texels are from before.
+            # Early depth rejects the fragments of rays that wait for another kernel. Their texels
+            # of the target keep old values. The kernel ran where the number of steps has grown.
             ran = steps > stepped if source else np.ones(len(steps), bool)
             stepped[ran] = steps[ran]
             found.append(KernelPass(one.kernel, tuple(sorted(one.inputs)),
@@ -122,23 +124,23 @@ def draw(data: Path, out: Path, full: bool) -> None:
               ", ".join(kinds[kernel].targets),
               " + ".join(str(p.rays) for p in every if p.kernel == kernel)]
              for kernel in ("init", *row.kernels)]
-    write_text(out / "fig03.md", f"# Figure 3: a pass as stream processing\n\nThe passes of "
-               f"`{METHOD}` under the schedule `kernels`, for {SIDE * SIDE} rays: {len(every)} "
-               "passes. The words of the graphics pipeline are shown beside those of stream "
-               "computation: a pass is a kernel, a texel is a stream element, and a full-screen "
-               "triangle issues the kernel. A table is read at computed places (a gather), a "
-               "stream only at the fragment's own place. The textures are those that the program "
-               "still samples after linking.\n\n"
+    write_text(out / "fig03.md", f"# Figure 3: a pass as stream processing\n\nUnder the schedule "
+               f"`kernels`, `{METHOD}` traces {SIDE * SIDE} rays in {len(every)} passes. Each "
+               "term of the graphics pipeline has a counterpart in stream computation: a pass is "
+               "a kernel, a texel is a stream element, and a full-screen triangle issues the "
+               "kernel. A table is read at computed positions (a gather), a stream only at the "
+               "fragment's own position. Textures are listed only if the linked program samples "
+               "them.\n\n"
                + markdown_table(HEADS, lines))
     figure, (axis, strip) = plt.subplots(2, 1, figsize=(12, 8.6), height_ratios=(5.2, 1))
     draw_pass(axis, kinds[SHOWN], row)
     draw_list(strip, every)
     figure.suptitle(f"Figure 3: a pass as stream processing ({METHOD}, kernel {SHOWN}; in "
-                    "parentheses the words of stream computation)", fontsize=12)
+                    "parentheses: the terms of stream computation)", fontsize=12)
     figure.tight_layout(rect=(0, 0.04, 1, 1))
-    save_chart(figure, out / "fig03.png", "Textures: those of the method's records that the "
-               "linked program samples and draws into. Pale: declared, but not read by this "
-               "kernel. Passes are issued in pairs, so some passes find no ray left.")
+    save_chart(figure, out / "fig03.png", "The textures are those of the method's records. Pale "
+               "textures are not used by this kernel. Live rays are counted only after every "
+               "second pass, so some passes find no ray.")
 
 
 def draw_pass(axis: Any, shown: KernelPass, row: Any) -> None:
@@ -148,7 +150,7 @@ def draw_pass(axis: Any, shown: KernelPass, row: Any) -> None:
     ends = stack_boxes(axis, 1, 61, streams(METHOD), shown.samples)
     heading(axis, 85, 70, "render targets, one texel a ray\n(output streams)")
     starts = stack_boxes(axis, 71, 61, written(METHOD), shown.targets)
-    heading(axis, 62, 26, "textures read at computed\nplaces (gather)")
+    heading(axis, 62, 26, "textures read at computed\npositions (gather)")
     gathered = tables(METHOD)
     order = sorted(gathered, key=lambda name: name not in shown.samples)   # read textures on top
     gathers = stack_boxes(axis, 36, 16, {name: gathered[name] for name in order}, shown.samples)
@@ -178,7 +180,7 @@ def draw_pass(axis: Any, shown: KernelPass, row: Any) -> None:
 
 
 def draw_list(axis: Any, every: tuple[KernelPass, ...]) -> None:
-    """Draw every pass in its order: its colour shows the kernel, its height the rays."""
+    """Draw a bar for each pass, in order. The colour shows the kernel, the height the rays."""
     most = max(one.rays for one in every)
     for at, one in enumerate(every):
         axis.add_patch(Rectangle((at + 0.06, 0), 0.88, one.rays / most,
@@ -202,7 +204,7 @@ def heading(axis: Any, x: float, y: float, text: str) -> None:
 
 def stack_boxes(axis: Any, x: float, y: float, textures: dict[str, str],
                 used: tuple[str, ...]) -> dict[str, float]:
-    """Draw textures one below the other, and return the height of the middle of each."""
+    """Draw a box for each texture, one below another. Return the y of each box's middle."""
     middles = {}
     for at, (name, holds) in enumerate(textures.items()):
         bottom = y - 6.6 * at

@@ -22,25 +22,26 @@ from .fig03_stream_processing import arrow, box, heading, rays, texels_of
 
 METHOD, SIDE = "ray-engine", 16
 SETTINGS = {"resolution": (4, 4, 1), "batch": 128, "queue": 4}
-HEADS = ("pass", "program", "samples", "writes", "kept where several meet", "drawn as")
+HEADS = ("pass", "program", "samples", "writes", "how fragments of a ray are merged", "drawn as")
 QUADS, LEFT = "methods/ray_engine/quads.frag", "methods/ray_engine/quad_hits.frag"
 KEPT = {NEAREST.name: "KEEP_NEAREST", FOUND.name: "KEEP_FIRST", HIT.name: "hits"}
-TITLES = {"KEEP_NEAREST": "nearest t", "KEEP_FIRST": "lowest triangle there",
+TITLES = {"KEEP_NEAREST": "nearest t", "KEEP_FIRST": "lowest triangle at that t",
           "hits": "hits of the batch"}
 
 
 @dataclass(frozen=True)
 class BatchPass:
-    """A pass over a batch as it was issued.
+    """A pass over a batch of rays, as it was issued.
 
     Attributes
     ----------
-    name : the hits that it keeps, one of TITLES.
-    program : the files of its shaders.
-    samples : textures that its program samples, in any stage.
-    targets : textures that it draws into.
-    blends : how fragments of the same ray are reduced to one fragment.
-    batch, quads : the batch's number, and the number of quads; 0 for a rectangle over the batch.
+    name : which values the pass keeps, a key of TITLES.
+    program : the files of the pass's shaders.
+    samples : textures that the program samples, in any stage.
+    targets : textures that the pass draws into.
+    blends : how fragments of the same ray are merged.
+    batch : the number of the batch.
+    quads : number of quads that the pass draws; 0 if it draws a rectangle over the batch.
     """
 
     name: str
@@ -54,7 +55,10 @@ class BatchPass:
 
 @lru_cache(maxsize=1)
 def passes() -> tuple[tuple[BatchPass, ...], dict[str, float], rt.Hits]:
-    """The passes of one trace of Figure 3's rays, what it moved and took, and its hits."""
+    """Trace Figure 3's rays. Return the passes, the bytes and seconds of the trace, and its hits.
+
+    The bytes and seconds are those of `Statistics.split`.
+    """
     found: list[BatchPass] = []
     with rt.Tracer(world().scene, METHOD, statistics=True, **SETTINGS) as tracer:
         with tracer.observe(fragments=True) as observed:
@@ -90,24 +94,25 @@ def draw(data: Path, out: Path, full: bool) -> None:
               "one rectangle over the batch"] for name in TITLES]
     write_text(out / "fig04.md", (
         "# Figure 4: the organisation of the Ray Engine (Carr et al. 2002)\n\n"
-        f"The passes of `{METHOD}` over {SIDE * SIDE} rays: {int(split['batches'])} batches of at "
-        f"most {SETTINGS['batch']} rays, {int(split['quads'])} quads, {int(split['pairs'])} pairs "
-        f"of ray and triangle, for {int(hits.leaves_visited.sum())} visits of cells that list "
-        "triangles. The host walks, queues and keeps each ray's nearest hit; graphics hardware "
-        "only intersects. In the paper a quad brings its triangle's corners. Here the triangles "
-        "lie on the graphics hardware, and a quad brings a number. The corners would add 36 bytes "
-        "to the 20 of a quad.\n\n"
+        f"`{METHOD}` traces {SIDE * SIDE} rays in {int(split['batches'])} batches of at most "
+        f"{SETTINGS['batch']} rays. The rays visit {int(hits.leaves_visited.sum())} cells that "
+        f"list triangles. For these visits the passes draw {int(split['quads'])} quads, which "
+        f"test {int(split['pairs'])} pairs of a ray and a triangle. The host walks the rays "
+        "through the grid, queues them by cell and keeps each ray's nearest hit; graphics "
+        "hardware only intersects. In the paper a quad carries its triangle's corners. Here the "
+        "triangles lie on the graphics hardware, and a quad carries its triangle's number. The "
+        "corners would add 36 bytes to the 20 bytes of a quad.\n\n"
         + markdown_table(HEADS, lines)
-        + f"\n{int(split['bytes_up']):,} bytes were uploaded, {int(split['bytes_down']):,} were "
-        f"read back: {split['bytes_up'] / len(hits):.0f} and "
-        f"{split['bytes_down'] / len(hits):.0f} per ray.\n"))
+        + f"\n{int(split['bytes_up']):,} bytes were uploaded and {int(split['bytes_down']):,} "
+        f"bytes were read back. These are {split['bytes_up'] / len(hits):.0f} and "
+        f"{split['bytes_down'] / len(hits):.0f} bytes per ray.\n"))
     figure, (axis, strip) = plt.subplots(2, 1, figsize=(12, 8.6), height_ratios=(5, 1.2))
     draw_engine(axis, kinds, split)
     draw_batches(strip, every)
     figure.suptitle("Figure 4: the organisation of the Ray Engine", fontsize=12)
     figure.tight_layout(rect=(0, 0.04, 1, 1))
-    save_chart(figure, out / "fig04.png", "Textures: those that the linked programs sample and "
-               "draw into. Bytes: the sum over all batches of this trace.")
+    save_chart(figure, out / "fig04.png", "The textures are those that the linked programs sample "
+               "and draw into. The bytes are sums over all batches of this trace.")
 
 
 def draw_engine(axis: Any, kinds: dict[str, BatchPass], split: dict[str, float]) -> None:
@@ -120,7 +125,7 @@ def draw_engine(axis: Any, kinds: dict[str, BatchPass], split: dict[str, float])
         heading(axis, x + width / 2, 69.5, name)
     steps = (("rays", "origin, direction, interval;\nthe nearest hit so far", 52),
              ("walk", "each ray through the grid to the\nnext cell that lists triangles", 36),
-             ("queues", "a cell's rays side by side;\na batch if they are long", 20),
+             ("queues", "a cell's rays side by side;\nlong queues form a batch", 20),
              ("nearest", "keep a nearer hit, or an equally\nnear hit of a lower triangle", 4))
     for name, meaning, y in steps:
         box(axis, 3, y, 26, 10, name, meaning, VISITED)

@@ -17,7 +17,7 @@ from ..framework.results import read
 
 METHOD, SCENES, SHOWN = "ray-engine", ("cornell", "bunny", "kitchen"), "bunny"
 AS_IT_IS, ALL_ON_HOST = "as it is", 1 << 30
-# SETTINGS are measured on every scene, BATCHES only on the scene that is shown.
+# SETTINGS are measured on every scene, BATCHES only on the scene SHOWN.
 SETTINGS: dict[str, dict[str, Any]] = {
     AS_IT_IS: {}, "nearest by depth": {"nearest": "depth"},
     "short queues on the host": {"cpu_below": 32}, "all on the host": {"cpu_below": ALL_ON_HOST}}
@@ -26,7 +26,8 @@ PARTS = (("traversal_seconds", "walking and queueing (host)", "#2f6db3"),
          ("host_intersection_seconds", "intersection (host)", "#7fb2e5"),
          ("transfer_seconds", "transfers", "#b33a3a"),
          ("intersection_seconds", "intersection (passes)", "#3d8b57"))
-# Nominal bus rates of the time, bytes per second: AGP 4x up; readback as PCI at 66 MHz.
+# Nominal bus rates of the paper's time, in bytes per second. Uploads use AGP 4x; readback is as
+# slow as PCI at 66 MHz.
 AGP_UP, AGP_DOWN = 1066e6, 266e6
 HEADS = ("scene", "setting", "rays/s", "rays/s, infinitely fast passes", "rays/s, transfers alone",
          "rays/s, bytes on an AGP 4x bus alone", "bytes up a ray", "bytes down a ray",
@@ -48,7 +49,7 @@ def cells(full: bool) -> list[Cell]:
 
 
 def row_of(scene: str, setting: str, result: dict[str, Any]) -> list[Any]:
-    """The values of HEADS, from the last run of a cell."""
+    """The values of a row, in the columns HEADS, from the last run of a cell."""
     cost, rays = result["statistics"], result["rays"]
     split, total = cost["split"], cost["trace_seconds"]
     up, down = split["bytes_up"] / rays, split["bytes_down"] / rays
@@ -60,13 +61,13 @@ def row_of(scene: str, setting: str, result: dict[str, Any]) -> list[Any]:
 
 
 def bus_seconds(result: dict[str, Any]) -> float:
-    """Seconds per ray that the bytes need on the bus of the time."""
+    """Seconds per ray that the bytes need on a bus of the paper's time."""
     split = result["statistics"]["split"]
     return (split["bytes_up"] / AGP_UP + split["bytes_down"] / AGP_DOWN) / result["rays"]
 
 
 def card_seconds(result: dict[str, Any]) -> float:
-    """Seconds per ray that the intersections need at the published rate of a card of the time."""
+    """Seconds per ray that the intersections need at the published rate of the R200."""
     return result["statistics"]["split"]["pairs"] / INTERSECTIONS / result["rays"]
 
 
@@ -75,9 +76,9 @@ def verdict(scene: str, result: dict[str, Any], row: list[Any]) -> str:
     split, total = result["statistics"]["split"], result["statistics"]["trace_seconds"]
     bus, card = bus_seconds(result), card_seconds(result)
     says = ("transfers cost more, as the survey says" if bus > card
-            else "transfers cost less, unlike the survey says")
-    return (f"{scene}: on a bus of the time, a ray's transfers take {number(1e6 * bus)} "
-            f"microseconds, and on a card of the time its intersections take "
+            else "transfers cost less, contrary to the survey")
+    return (f"{scene}: on a bus of the paper's time, a ray's transfers take {number(1e6 * bus)} "
+            f"microseconds, and on an ATI R200 its intersections take "
             f"{number(1e6 * card)} microseconds; {says}. On this renderer, where a transfer is a "
             f"copy in memory, transfers take {number(100 * split['transfer_seconds'] / total)} % "
             f"of the time. With infinitely fast passes the rate here would be "
@@ -86,18 +87,19 @@ def verdict(scene: str, result: dict[str, Any], row: list[Any]) -> str:
 
 
 def judge(data: Path, full: bool) -> verdicts.Verdict:
-    """Whether transfers cost more than the intersections, as the survey says.
+    """The verdict on the survey's claim that transfers cost more than the intersections.
 
-    Both are computed for hardware of the time, from counted bytes and pairs: the renderer of the
-    measurement may have no bus. The claim compares no methods.
+    Both costs are computed for hardware of the paper's time, from counted bytes and pairs of a ray
+    and a triangle, because the renderer of the measurement may have no bus. The claim compares no
+    methods.
     """
     found = [(scene, result) for scene in SCENES
              if (result := read(cell(scene, AS_IT_IS, full), data)) is not None]
     return verdicts.of_claims(verdicts.Claim(
-        f"on {scene} a ray's transfers take longer, {number(1e6 * bus_seconds(result))} "
-        f"microseconds on an AGP 4x bus, than its intersections, "
-        f"{number(1e6 * card_seconds(result))} microseconds at the published "
-        f"{INTERSECTIONS / 1e6:g} million a second",
+        f"on {scene} a ray's transfers ({number(1e6 * bus_seconds(result))} microseconds on an "
+        f"AGP 4x bus) take longer than its intersections "
+        f"({number(1e6 * card_seconds(result))} microseconds at the published rate of "
+        f"{INTERSECTIONS / 1e6:g} million a second)",
         bus_seconds(result) > card_seconds(result), (scene,),
         stand_in=bool(result["scene"]["stand_in"])) for scene, result in found)
 
@@ -111,7 +113,7 @@ def _published(scene: str, method: str, quantity: str = "rate") -> float:
 RATE = _published("figure 5", METHOD)
 FREE = _published("", METHOD + ", infinitely fast GPU")
 INTERSECTIONS = _published("", METHOD, "ray-triangle intersections")   # a second, on an R200
-# The ranges that the survey sets beside them: rays/s and tests/s of CPUs of that time.
+# The ranges to which the survey compares these rates: rays/s and tests/s of CPUs of that time.
 ON_CPU = published_range("text", "", "cpu packets", quantity="rate")
 TESTS_ON_CPU = published_range("text", "", "cpu", quantity="ray-triangle intersections")
 
@@ -134,26 +136,31 @@ def draw(data: Path, out: Path, full: bool) -> None:
     write_csv(out / "fig05.csv", HEADS, rows)
     write_text(out / "fig05.md", "\n".join((
         "# Figure 5: a picture by the Ray Engine, and where the time goes (Carr et al. 2002)\n",
-        f"Renderer: {renderer}. Eye rays. The paper's picture of 34,000 triangles ran at "
-        f"{RATE:,.0f} rays/s on a GeForce4 Ti. With an infinitely fast GPU, transfers alone would "
-        f"have limited the rate to {FREE:,.0f} rays/s. The survey sets {ON_CPU[0]:,.0f} to "
-        f"{ON_CPU[1]:,.0f} rays/s of a CPU core beside it (Wald et al. 2001), and a CPU's "
-        f"{TESTS_ON_CPU[0] / 1e6:.0f} to {TESTS_ON_CPU[1] / 1e6:.0f} million intersections a "
-        "second beside the R200's. On a software renderer a transfer is a copy in memory. The "
-        "time on a bus of that time is therefore computed from the bytes and the bus's "
-        "nominal rates (AGP 4x, 1,066 MB/s up; readback as PCI at 66 MHz, 266 MB/s), "
-        "without latencies. The bytes include the rays that the host fetches from the tracer's "
-        "textures, 32 bytes each, and the results that it writes back, 32 bytes each. The verdict "
-        "compares this time with that of the intersections at the rate that the survey prints for "
-        f"an ATI R200, {INTERSECTIONS / 1e6:g} million a second. A bus without latencies bounds "
-        f"the rate only from above, so the {FREE:,.0f} rays/s are not judged. The host's walk is "
-        "numpy over whole arrays, not the paper's C.\n",
+        f"Renderer: {renderer}. All rays are eye rays. The paper's picture of 34,000 triangles "
+        f"ran at {RATE:,.0f} rays/s on a GeForce4 Ti. With an infinitely fast GPU, transfers "
+        f"alone would have limited the rate to {FREE:,.0f} rays/s. The survey compares this with "
+        f"{ON_CPU[0]:,.0f} to {ON_CPU[1]:,.0f} rays/s of a CPU core (Wald et al. 2001). It prints "
+        f"the rate of intersections as {INTERSECTIONS / 1e6:g} million tests/s on the R200, and "
+        f"as {TESTS_ON_CPU[0] / 1e6:.0f} to {TESTS_ON_CPU[1] / 1e6:.0f} million on a CPU.\n",
+        "On a software renderer a transfer is a copy in memory. The time of transfers on a bus of "
+        "the paper's time is therefore computed from the bytes and the bus's nominal rates, "
+        "without latencies. These rates are 1,066 MB/s for uploads (AGP 4x) and 266 MB/s for "
+        "readback (as PCI at 66 MHz). The bytes include the rays that the host fetches from the "
+        "tracer's textures, 32 bytes each, and the results that it writes back, 32 bytes each. "
+        "The verdict compares this time with the time of the intersections at the R200's rate. "
+        f"Without latencies the computed rate is only an upper bound, so the {FREE:,.0f} rays/s "
+        "are not judged. The host's walk is numpy over whole arrays, not the paper's C.\n",
+        "In the table, a pair is a ray and a triangle that are tested against each other. A quad "
+        "covers the rays of a queue and tests them against one triangle.\n",
         markdown_table(HEADS, [[number(v) if isinstance(v, float) else v if v is not None else "-"
                                 for v in row] for row in rows]), *lines, "",
         "## Errors of 24 bits of depth\n",
-        f"{sheets.COUNT} sheets lie one above the other, and rays hit them from above. Depth ends "
-        "at a floor far below. The table shows the share of rays that hit another sheet than the "
-        "topmost, by the distance between sheets.\n",
+        "With `nearest by depth` a depth buffer of 24 bits keeps each ray's nearest hit, and hits "
+        f"at nearly equal distances may be confused. In this test {sheets.COUNT} sheets lie one "
+        "above another, with a floor far below them, where the range of depth ends. Rays hit the "
+        "sheets from above. The table shows, by the gap between sheets, the share of rays for "
+        "which another sheet than the topmost is found. All lengths are divided by the height of "
+        "the highest ray's origin over the floor.\n",
         markdown_table(sheets.HEADS, [[row[0], *map(number, row[1:])] for row in sheets.rows()])
     )))
     figure, (left, right) = plt.subplots(1, 2, figsize=(12.4, 5.4), width_ratios=(1, 1.5))

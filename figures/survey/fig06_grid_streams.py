@@ -1,4 +1,4 @@
-"""Figure 6: streaming ray tracing in a grid (Purcell et al. 2002), from its real passes."""
+"""Figure 6: streaming ray tracing in a grid (Purcell et al. 2002), drawn from observed passes."""
 from __future__ import annotations
 
 from functools import lru_cache
@@ -18,7 +18,7 @@ WORDS = {"eye_rays": "generate eye rays", "init": "a ray enters the grid, or mis
          "intersect": "one triangle of the cell's list",
          "surfaces": "shade hits, make shadow rays",
          "picture": "light that shadow rays found"}
-COUNTING = ("classify", "mask", "tile_counts", "everywhere")
+COUNTING = ("classify", "mask", "tile_counts", "everywhere")    # programs that only count rays
 
 
 @lru_cache(maxsize=None)
@@ -40,11 +40,12 @@ def draw(data: Path, out: Path, full: bool) -> None:
     write_csv(out / "fig06.csv", ("pass", "kernel"),
               [[at, one.kernel] for at, one in enumerate(log, 1)])
     write_text(out / "fig06.md", "# Figure 6: ray tracing in a grid as streams and kernels\n\n"
-               f"The passes of one picture of {SIDE} x {SIDE} pixels by `grid` under the schedule "
-               "`kernels`, without the passes that only count rays.\n\n"
+               f"The table lists the passes of one picture of {SIDE} x {SIDE} pixels by `grid` "
+               "under the schedule `kernels`, without the passes that only count rays.\n\n"
                + markdown_table(HEADS, table_rows(log, WORDS)))
     figure, axis = plt.subplots(figsize=(10, 6.5))
     draw_flow(axis, log, WORDS)
     figure.suptitle("Figure 6: streaming ray tracing in a uniform grid", fontsize=12)
-    save_chart(figure, out / "fig06.png", "Kernels, each with its number of passes. Green: "
-               "tables, read at computed places. Dots: streams; blue is written, violet is read.")
+    save_chart(figure, out / "fig06.png", "Boxes: kernels, each with its number of passes. Green: "
+               "tables, read at computed positions. Vertical lines: streams. A blue dot means "
+               "that the kernel writes the stream, a violet dot that it reads the stream.")

@@ -28,10 +28,10 @@ def cells(full: bool) -> list[Cell]:
 
 
 def judge(data: Path, full: bool) -> verdicts.Verdict:
-    """The verdict on what the thesis's abstract says of the clouds.
+    """The verdict on the claim of the thesis's abstract, that proximity clouds are faster.
 
-    Two times that differ by less than their runs do not decide. The CPU renderer that the thesis
-    compares with is not available.
+    Two times do not decide if they differ by less than the runs of one method differ. The CPU
+    renderer that the thesis compares with is not available.
     """
     clouds, plain = (read(cell(method, full), data) for method in (METHOD, PLAIN))
     if clouds is None or plain is None:
@@ -40,8 +40,9 @@ def judge(data: Path, full: bool) -> verdicts.Verdict:
     unsure = max(map(spread, (clouds, plain)))
     holds = None if abs(ours - other) <= unsure else ours < other
     return verdicts.of_claims([verdicts.Claim(
-        f"proximity clouds are faster than the plain grid, {number(ours)} s to {number(other)} s, "
-        f"where the runs of one method differ by up to {number(unsure)} s", holds, (SCENE,),
+        f"proximity clouds are faster than the plain grid ({number(ours)} s against "
+        f"{number(other)} s; the runs of one method differ by up to {number(unsure)} s)",
+        holds, (SCENE,),
         (verdicts.Pair(SCENE, clouds["settings"]["work"], METHOD, PLAIN),),
         bool(clouds["scene"]["stand_in"]))])
 
@@ -70,9 +71,11 @@ def draw(data: Path, out: Path, full: bool) -> None:
                f"(Karlsson and Ljungstedt 2004)\n\n{SCENE} at {size}x{size}, Whitted's ray "
                f"tracing; renderer: {known['gpu']['renderer']}. The thesis's picture shows a "
                "scene that is not available, and neither is the commercial renderer that it "
-               "compares with. So the seconds of the survey and ours are of different pictures; "
-               "compare only within each of the two.\n\n"
-               + markdown_table(("picture by", "s", "over the first of its kind"), seconds)
+               "compares with. So the survey's seconds and ours are times of different pictures. "
+               "Compare the survey's rows only with each other, and our rows only with each "
+               "other. The last column is the time divided by the time of the first row of the "
+               "same source.\n\n"
+               + markdown_table(("picture by", "s", "s / s of the first row"), seconds)
                + "\n" + markdown_table(HEADS, [
                    [number(v) if isinstance(v, float) else v for v in row]
                    for row in rows.values()]))

@@ -52,17 +52,18 @@ def gain(results: dict[str, dict[str, Any] | None]) -> float | None:
 
 
 def judge(data: Path, full: bool) -> verdicts.Verdict:
-    """Whether the grid falls behind as the teapot shrinks, and as far as the survey says."""
+    """The verdict on whether the grid falls behind as the teapot shrinks, as the survey says."""
     gains = [g for ratio in RATIOS if (g := gain(results_of(ratio, data, full))) is not None]
     if len(gains) < len(RATIOS):
         return verdicts.of_claims([])
     said = ", ".join(number(g) for g in gains)
     return verdicts.of_claims(verdicts.Claim(says, holds, SCENES, PAIRS) for says, holds in (
-        (f"the grid takes {said} times the better kd-tree's time as the pot shrinks, and is "
+        (f"as the pot shrinks, the grid takes {said} times the faster kd-tree's time, and is "
          "slower in the end", gains[-1] > 1),
-        ("the grid is farther behind at the smallest pot than at the largest",
+        ("the grid falls farther behind with the smallest pot than with the largest",
          gains[-1] > gains[0]),
-        (f"the grid is behind by {TIMES} times or more", max(gains) >= TIMES)))
+        (f"the grid takes {TIMES} or more times the kd-tree's time with some pot",
+         max(gains) >= TIMES)))
 
 
 def draw(data: Path, out: Path, full: bool) -> None:
@@ -78,16 +79,17 @@ def draw(data: Path, out: Path, full: bool) -> None:
         found = gain(results)
         if found is not None:
             gains.append((ratio, found))
-    heads = ("teapot over stadium", "method", "ns a ray", "steps a ray", "nodes a ray",
+    heads = ("teapot / stadium", "method", "ns a ray", "steps a ray", "nodes a ray",
              "triangles a ray")
     write_csv(out / "fig08.csv", heads, rows)
     renderer = next((r["gpu"]["renderer"] for _, r in finished(cells(full), data)), "?")
     text = [f"# Figure 8: a teapot in a stadium\n\nRenderer: {renderer}. The camera keeps the pot "
-            "equally large in view while its surroundings grow; the grid has 50 cells an axis.\n",
+            "equally large in view while its surroundings grow. The grid has 50 cells per axis. "
+            "The first column is the size of the teapot divided by the size of the stadium.\n",
             markdown_table(heads, [[number(v) if isinstance(v, float) else v for v in row]
                                    for row in rows]),
-            "Time of the grid over the better kd-tree (the survey: "
-            f"\"up to {TIMES} times\" over its scenes):\n",
+            "The next table shows, for each size of the teapot, the grid's time divided by the "
+            f"faster kd-tree's time. The survey says \"up to {TIMES} times\" for its scenes.\n",
             markdown_table([f"{r:g}" for r, _ in gains], [[number(g) for _, g in gains]])]
     write_text(out / "fig08.md", "\n".join(text))
     figure, (left, right) = plt.subplots(1, 2, figsize=(10, 4.6))
@@ -98,7 +100,7 @@ def draw(data: Path, out: Path, full: bool) -> None:
         right.plot([r[0] for r in mine], [r[5] for r in mine], "o-", color=COLOURS[name],
                    label=name)
     for axis, label in ((left, "nanoseconds a ray"), (right, "triangles tested a ray")):
-        axis.set(xscale="log", yscale="log", xlabel="size of the teapot over the stadium",
+        axis.set(xscale="log", yscale="log", xlabel="size of the teapot / size of the stadium",
                  ylabel=label)
         axis.invert_xaxis()
         axis.spines[["top", "right"]].set_visible(False)

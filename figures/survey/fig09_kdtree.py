@@ -35,11 +35,11 @@ def draw(data: Path, out: Path, full: bool) -> None:
     small = world()
     leaves = sum(map(small.is_leaf, range(len(small.tree.axis))))
     text = ("# Figure 9: a kd-tree\n\n"
-            f"{len(small.triangles)} triangles that stand on the ground, seen from above, and the "
-            "tree that the surface area heuristic builds over them: "
-            f"{len(small.tree.axis) - leaves} splitting planes S and {leaves} leaves n. A "
+            f"The figure shows {len(small.triangles)} triangles that stand on the ground, seen "
+            "from above, and the tree that the surface area heuristic builds over them. The tree "
+            f"has {len(small.tree.axis) - leaves} splitting planes S and {leaves} leaves n. A "
             "triangle lies in every leaf that it overlaps. Siblings are neighbours in the "
-            "texture, so a node stores only its left child. The numbers are the builder's.\n")
+            "texture, so a node stores only its left child. All numbers come from the builder.\n")
     write_csv(out / "fig09.csv", HEADS, rows(small))
     write_text(out / "fig09.md", text + "\n" + markdown_table(HEADS, rows(small)))
     figure, (ground, tree) = plt.subplots(1, 2, figsize=(11, 5.4), width_ratios=(1, 1.35))

@@ -40,7 +40,7 @@ def cells(full: bool) -> list[Cell]:
 
 
 def rows(small: World, found: Walk) -> list[list[str]]:
-    """The table, with a row for each pass, and the stack after the pass, lowest entry first."""
+    """The table, with a row for each pass. The stack is the stack after it, lowest entry first."""
     stack: list[str] = []
     result = []
     for number, step in enumerate(found.steps, 1):
@@ -98,7 +98,7 @@ class Printed:
 
 
 def printed_rule(small: World, t_min: float, t_max: float) -> Printed:
-    """Follow Figure 10 to the letter: the test `if thit >= tmax or thit < 0: near` comes first."""
+    """Trace the ray by the printed pseudocode, which tests `thit >= tmax or thit < 0` first."""
     tree, result = small.tree, Printed()
     stack = [(0, t_min, t_max)]
     hits = _triangle_hits(small)
@@ -137,7 +137,7 @@ def _triangle_hits(small: World) -> np.ndarray:
 
 
 def judge(data: Path, full: bool) -> verdicts.Verdict:
-    """Whether the pseudocode that the survey prints finds the triangle that the ray hits.
+    """The verdict on whether the printed pseudocode finds the triangle that the ray hits.
 
     The claim is about every ray of every scene, so one ray that goes wrong refutes it.
     """
@@ -168,8 +168,9 @@ def draw(data: Path, out: Path, full: bool) -> None:
             "the ray also descends into far, so a ray that left a leaf through a plane never "
             "comes back.")
     write_text(out / "fig10.md", "# Figure 10: the traversal of a kd-tree\n\n```\n" + CODE
-               + f"```\n\nOne ray by `{METHOD}`, one kernel a pass. The table shows t_min, t_max "
-               "and the stack that the textures hold after the pass.\n\n"
+               + f"```\n\nThe table follows one ray, which `{METHOD}` traces with one kernel per "
+               "pass. It shows t_min, t_max and the stack that the textures hold after the "
+               "pass.\n\n"
                + markdown_table(HEADS, table)
                + "\n" + slip + "\n")
     figure = plt.figure(figsize=(12.5, 10))

@@ -1,4 +1,4 @@
-"""Figure 11: kd-restart against kd-backtrack, the nodes each visits for the same ray."""
+"""Figure 11: the nodes that kd-restart and kd-backtrack visit for the same ray."""
 from __future__ import annotations
 
 from collections import defaultdict
@@ -18,7 +18,7 @@ def cells(full: bool) -> list[Cell]:
 
 
 def rows(small: World, found: Walk) -> list[list[str]]:
-    """The table, with a row for each visit, and the ray's interval after it."""
+    """The table, with a row for each visit of a node, and the ray's interval after the visit."""
     visits = [step for step in found.steps if step.visited is not None]
     return [[found.method, str(number), step.kernel, small.name(step.visited),
              f"{step.after['t_min']:.3f}", f"{step.after['t_max']:.3f}"]
@@ -26,7 +26,7 @@ def rows(small: World, found: Walk) -> list[list[str]]:
 
 
 def turns(found: Walk) -> dict[int, list[int]]:
-    """Node -> the positions, from 1, of its visits in the walk."""
+    """Return for each node when the walk visits it, as numbers from 1 (the walk's first visit)."""
     numbers = defaultdict(list)
     for turn, node in enumerate(found.visited, 1):
         numbers[node].append(turn)
@@ -34,7 +34,7 @@ def turns(found: Walk) -> dict[int, list[int]]:
 
 
 def intervals(found: Walk) -> list[float]:
-    """The values of t at which the ray starts again with the rest of its interval."""
+    """The values of t at which the walk left a leaf without a hit."""
     return sorted({step.after["t_min"] for step in found.steps} - {found.steps[0].before["t_min"]})
 
 
@@ -46,16 +46,18 @@ def draw(data: Path, out: Path, full: bool) -> None:
     write_csv(out / "fig11.csv", HEADS, table)
     counts = {found.method: len(found.visited) for found in walks}
     text = ["# Figure 11: kd-restart against kd-backtrack\n",
-            "The same ray, and its visits in order. After a leaf without a hit, kd-restart starts "
-            "again at the root with the rest of the interval. kd-backtrack climbs, one parent a "
-            "step, to the first ancestor whose box the rest crosses, and descends from there.\n"]
+            "Both methods trace the same ray. After a leaf without a hit, kd-restart starts again "
+            "at the root with the rest of the ray's interval. kd-backtrack climbs, one parent a "
+            "step, to the first ancestor whose box the rest of the ray crosses, and descends from "
+            "there. The visited nodes, in order:\n"]
     for found in walks:
         text.append(f"* {found.method}, {counts[found.method]} visits: "
                     + " ".join(map(small.name, found.visited)))
     least = min(counts, key=lambda name: counts[name])
-    text.append(f"\nBoth visit the same leaves. Here {least} needs fewer visits: in a tree this "
-                "low the root is as near as any ancestor. A climb reads each node on its way up, "
-                "and reads the last node again on its way down.\n")
+    text.append(f"\nBoth methods visit the same leaves. Here {least} needs fewer visits, because "
+                "in a tree of so few levels the root is as near as any ancestor. kd-backtrack "
+                "reads each node on its way up, and reads the topmost of them again on its way "
+                "down.\n")
     write_text(out / "fig11.md", "\n".join(text) + "\n" + markdown_table(HEADS, table))
     figure, axes = plt.subplots(1, 3, figsize=(14, 6), width_ratios=(0.75, 1, 1))
     leaves = {node: VISITED for node in walks[0].visited if small.is_leaf(node)}
@@ -70,10 +72,11 @@ def draw(data: Path, out: Path, full: bool) -> None:
                   {node: _wrapped(numbers) for node, numbers in turns(found).items()},
                   planes=False)
         axis.set_title(f"{found.method}: {counts[found.method]} visits", fontsize=10)
-    figure.suptitle("Figure 11: restart against backtrack, the same ray", fontsize=12)
+    figure.suptitle("Figure 11: kd-restart and kd-backtrack for the same ray", fontsize=12)
     figure.tight_layout(rect=(0, 0.05, 1, 1))
-    save_chart(figure, out / "fig11.png", "Red numbers: positions of a node in the order of "
-               "visits, up or down. Along the ray: t at which the rest of its interval begins.")
+    save_chart(figure, out / "fig11.png", "Red numbers at a node: when the walk visits the node "
+               "(1 is the first visit of the walk), whether it descends or climbs. Numbers along "
+               "the ray: the values of t at which kd-restart starts again at the root.")
 
 
 def _wrapped(numbers: list[int]) -> str:

@@ -27,9 +27,10 @@ def _remarks(results: Results) -> list[str]:
         theirs = [published("fig12", panel.scene, f"kd-{name}") for name in ("backtrack",
                                                                              "restart")]
         nodes, time = (_over(backtrack, restart, key) for key in ("nodes_visited", "ns_per_ray"))
-        lines.append(f"{panel.scene}: kd-backtrack visits {number(nodes)} times the nodes of "
-                     f"kd-restart, counting the climb, and takes {number(time)} times its time; "
-                     f"in the paper it takes {number(theirs[0] / theirs[1])} times its time.")
+        lines.append(f"{panel.scene}: kd-backtrack visits {number(nodes)} times as many nodes as "
+                     f"kd-restart, if the climb is counted, and takes {number(time)} times its "
+                     f"time; in the paper it takes {number(theirs[0] / theirs[1])} times its "
+                     "time.")
     return lines
 
 
@@ -44,8 +45,8 @@ FIGURE = Comparison(
     tuple(MethodColumn(name, name)
           for name in ("brute-force", "grid", "kd-restart", "kd-backtrack")),
     _cell,
-    ("Our schedule is `loop`, the whole traversal in a pass. The paper's passes are our "
-     "`kernels`; schedules.md shows their cost.",
+    ("Our schedule is `loop`, which runs the whole traversal in one pass. The paper's passes are "
+     "those of our schedule `kernels`; schedules.md shows their cost.",
      "At the quick size brute force traces fewer rays, so compare times per ray.",
      "At a node that it climbs to, kd-backtrack fetches a box and a parent, which no other step "
      "fetches."),

@@ -19,7 +19,9 @@ from .fig13_horn_improvements import size
 SCENES = ("cornell", "robots", "kitchen", "conference")
 SINGLE, PACKET = METHODS = ("kd-short-stack", "kd-packet")
 BOUNCES = range(6)
-PARTED = 1.2    # `parted` of a scene that can show the claim; shared nodes make it 1
+# A scene can show the claim only if `parted` is at least this; it is 1 if a packet's rays share
+# all nodes.
+PARTED = 1.2
 
 
 def cell(scene: str, method: str, bounces: int, full: bool) -> Cell:
@@ -35,8 +37,8 @@ def judge(data: Path, full: bool) -> verdicts.Verdict:
     """The verdict on packets under mirrors, from all scenes that can show what mirrors do.
 
     The tendency is that packets gain less at the last bounce than at the first. The claim is that
-    packets become slower than single rays. Where the rays of a packet stay together, mirrors have
-    not done what the claim is about, and the scene is an exception that the reason names.
+    packets become slower than single rays. If the rays of a packet stay together, the mirrors have
+    not scattered them, so the scene cannot test the claim. Such a scene is named as an exception.
     """
     claims, exceptions = [], []
     for scene in SCENES:
@@ -51,14 +53,14 @@ def judge(data: Path, full: bool) -> verdicts.Verdict:
         pairs = tuple(verdicts.Pair(scene, mirror(bounces), SINGLE, PACKET) for bounces in BOUNCES)
         claims += [verdicts.Claim(says, holds, (scene,), pairs,
                                   bool(results[0][0]["scene"]["stand_in"])) for says, holds in (
-            (f"packets gain less after mirrors than before on {scene}, {number(gains[0])} to "
-             f"{number(gains[-1])}", gains[-1] < gains[0]),
+            (f"on {scene} packets have {number(gains[0])} times the rate of single rays before "
+             f"mirrors, and less, {number(gains[-1])} times, after them", gains[-1] < gains[0]),
             (f"packets become slower than single rays on {scene}", min(gains) < 1))]
     return verdicts.of_claims(claims, exceptions)
 
 
 def parted(rows: list[list[float]]) -> float:
-    """How many times the nodes of one ray a packet visits after the last bounce.
+    """The nodes that a packet visits after the last bounce, divided by the nodes of one ray.
 
     It is 1 where the rays of a packet stay together, and 4 where they share nothing.
     """
@@ -73,7 +75,7 @@ def exception(scene: str, triangles: int, rows: list[list[float]]) -> str:
 
 
 def _results(scene: str, data: Path, full: bool) -> list[list[Any]]:
-    """The results of single rays and of packets by bounce; None if not measured."""
+    """The results of single rays and of packets, by bounce. A result is None if not measured."""
     return [[read(cell(scene, method, bounces, full), data) for method in METHODS]
             for bounces in BOUNCES]
 
@@ -108,10 +110,11 @@ def draw(data: Path, out: Path, full: bool) -> None:
         f"Renderer: {renderer}. Every surface is a mirror and reflects each ray that hits it. The "
         "survey's chart has no numbers, so its text is tested instead: \"the packet optimization "
         "actually decreases the performance as we increase the number of bounces\". Packets are "
-        "2x2 neighbouring pixels; the ray of a pixel may have ended before. A packet's nodes are "
-        "divided among four rays. At the quick size rays are two to four times as far apart as "
+        "2x2 neighbouring pixels; the ray of a pixel may have ended at an earlier bounce. A "
+        "packet's nodes are divided among four rays. \"So far\" means the sum over all bounces "
+        "up to the row's. At the quick size rays are two to four times as far apart as "
         "at 1024x1024.", *stand_ins, "", *parts)))
-    axes[0].set_ylabel("million pixels a second, all bounces up to here")
+    axes[0].set_ylabel("million pixels a second, all bounces so far")
     figure.legend(handles=[plt.Line2D([], [], marker="o", color=COLOURS[method], label=method)
                            for method in METHODS], frameon=False, fontsize=8, loc="upper right")
     figure.suptitle("Figure 14: mirrors, with and without packets", fontsize=11)
@@ -119,13 +122,13 @@ def draw(data: Path, out: Path, full: bool) -> None:
     save_chart(figure, out / "fig14.png", f"Renderer: {renderer}. " + " ".join(stand_ins))
 
 
-HEADS = ("bounce", "rays", "single: ns a ray", "packets: ns a ray", "packets over single, rate",
+HEADS = ("bounce", "rays", "single: ns a ray", "packets: ns a ray", "rate of packets / single",
          "single: nodes a ray", "packets: nodes a ray", "single: ms so far", "packets: ms so far",
-         "packets over single so far, rate", "nodes a packet visits over one ray's")
+         "rate of packets / single so far", "nodes of a packet / nodes of one ray")
 
 
 def _table(results: list[list[dict[str, Any]]]) -> list[list[float]]:
-    """The rows of HEADS, one per bounce."""
+    """The table with the columns HEADS and a row for each bounce."""
     sums = list(zip(*(accumulate(r["median_ms"] for r in column) for column in zip(*results))))
     rows = []
     for bounces, ((single, packet), (so_far, packets_so_far)) in enumerate(zip(results, sums)):
@@ -145,9 +148,10 @@ def verdict(scene: str, triangles: int, rows: list[list[float]]) -> str:
     says = "The claim holds in tendency" if last[4] < first[4] else "The claim does not hold"
     if behind and last[4] < first[4]:
         says = "The claim holds"
-    return (f"{says} on {scene}: packets have {number(first[4])} times the rate of single rays at "
-            f"eye rays and {number(last[4])} times at bounce {last[0]}"
+    return (f"{says} on {scene}: packets have {number(first[4])} times the rate of single rays "
+            f"for eye rays and {number(last[4])} times at bounce {last[0]}"
             + (f", and are slower than single rays at bounce {', '.join(map(str, behind))}"
                if behind else ", and are never slower than single rays")
-            + f". A packet visits {number(first[10])} times the nodes of one ray at eye rays and "
-            f"{number(last[10])} times at bounce {last[0]}; at 4 times it would share nothing.")
+            + f". A packet visits {number(first[10])} times the nodes of one ray for eye rays and "
+            f"{number(last[10])} times at bounce {last[0]}. If it were 4 times, the packet's rays "
+            "would share no node.")

@@ -19,7 +19,7 @@ HEADS = ("leaf", *(name for name, _, _ in FACES))
 
 @dataclass(frozen=True)
 class Followed:
-    """A rope that the ray followed: from a leaf to a node, at t."""
+    """A rope that the ray followed from a leaf to a node, and the t at which it left the leaf."""
 
     leaf: int
     node: int
@@ -31,7 +31,7 @@ def cells(full: bool) -> list[Cell]:
 
 
 def ropes_of(small: World) -> dict[tuple[int, str], int]:
-    """(leaf's node, face) -> the node behind the face. Outer faces are left out."""
+    """Return the ropes: (leaf, face) -> the node behind the face. Outer faces are left out."""
     ropes = small.ropes
     return {(int(leaf), name): int((ropes.rope_hi if upper else ropes.rope_lo)[at, axis])
             for at, leaf in enumerate(ropes.node) for name, axis, upper in FACES
@@ -58,9 +58,9 @@ def draw(data: Path, out: Path, full: bool) -> None:
                "rope to the smallest node that touches the whole face from outside. This is a "
                "leaf n if a single neighbour covers the face, and otherwise a split S, from which "
                "the ray descends again. Outer faces have no rope.\n\n"
-               + markdown_table(HEADS, table) + f"\nThe ray follows ropes {way}. It visits "
-               f"{', '.join(map(small.name, found.visited))}, "
-               f"{len(found.visited)} nodes, and hits triangle {found.hits.triangle[0]} at "
+               + markdown_table(HEADS, table) + f"\nThe ray follows ropes {way}. It visits the "
+               f"nodes {', '.join(map(small.name, found.visited))} "
+               f"({len(found.visited)} in all) and hits triangle {found.hits.triangle[0]} at "
                f"t = {found.hits.t[0]:.3f}.\n")
     figure, (every, one) = plt.subplots(1, 2, figsize=(11.5, 7))
     draw_ground(every, small, central=True)

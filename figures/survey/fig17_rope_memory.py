@@ -13,11 +13,12 @@ from ..framework.results import read
 from .fig16_ropes_and_packets import LEFT_OUT, SCENES, STAND_IN
 from .tree_sizes import NODE_BYTES, REFERENCE_BYTES
 
-# For each quantity: our key, its name in the published numbers, the column's scale and name.
+# For each quantity: its key in a tree's record, its name in the published numbers, the scale by
+# which a column divides it, and the column's name.
 QUANTITIES = (("leaves", "leaves", 1, "leaves"),
               ("empty_leaves", "empty leaves", 1, "empty leaves"),
               ("references_per_leaf", "references per triangle", 1,
-               "references a leaf that has any"),
+               "references per leaf that is not empty"),
               ("bytes", "kd-tree size", 2 ** 20, "MiB"),
               ("bytes_ropes", "kd-tree size with ropes", 2 ** 20, "MiB with ropes"),
               ("overhead", "rope overhead", 1, "overhead"))
@@ -32,7 +33,7 @@ def cell(scene: str, **options: int) -> Cell:
 
 
 def _trees(full: bool) -> list[tuple[str, dict[str, int]]]:
-    """Scenes and build options: the defaults, and the depths of DEPTH."""
+    """Scenes and build options. Each scene has the default options, and its depth in DEPTH."""
     return [(scene, options) for scene in SCENES if full or scene not in STAND_IN
             for options in ({}, *([{"max_depth": DEPTH[scene]}] if scene in DEPTH else ()))]
 
@@ -42,7 +43,10 @@ def cells(full: bool) -> list[Cell]:
 
 
 def judge(data: Path, full: bool) -> verdicts.Verdict:
-    """Whether ropes enlarge the trees as much as published. The claims compare no methods."""
+    """The verdict on whether ropes enlarge the trees as much as published.
+
+    The claims compare no methods.
+    """
     claims = []
     for scene, options in _trees(full):
         result = read(cell(scene, **options), data)
@@ -78,8 +82,8 @@ def draw(data: Path, out: Path, full: bool) -> None:
                 lines.append(f"{scene} is a procedural stand-in for {about['stand_in']}.")
             elif triangles != about["triangles"]:
                 lines.append(f"{scene} has {about['triangles']:,} triangles here and "
-                             f"{triangles:,} in the paper, because ours is another edition of the "
-                             "model.")
+                             f"{triangles:,} in the paper, because this program uses another "
+                             "edition of the model.")
         words = ", ".join(("here", *(f"{k}={v}" for k, v in options.items())))
         rows.append([scene, words, about["triangles"],
                      *(tree[key] / scale for key, _, scale, _ in QUANTITIES)])
@@ -98,8 +102,8 @@ def draw(data: Path, out: Path, full: bool) -> None:
         "leaf that is not empty, so this table does the same. The survey says that each node has "
         "six ropes, but the sizes are right only if leaves alone have ropes. The paper does not "
         "print the depths of its trees. "
-        + " ".join(f"For the mesh of {scene} the depth {depth} was chosen so that the tree has about "
-                   "as many leaves as the paper's." for scene, depth in DEPTH.items())
+        + " ".join(f"For the mesh of {scene} the depth {depth} was chosen so that the tree has "
+                   "about as many leaves as the paper's." for scene, depth in DEPTH.items())
         + " The other trees have the default depth. The verdict judges the overhead, and not the "
         "number of leaves.\n",
         markdown_table(heads, table), "\n".join(f"* {line}" for line in lines), "")))
@@ -107,7 +111,7 @@ def draw(data: Path, out: Path, full: bool) -> None:
 
 
 def _published(scene: str) -> list[float]:
-    """A row of the survey's table, with the scales of ours."""
+    """A row of the survey's table, in the units of our table."""
     values = [published("fig17", scene, "kd-ropes", quantity=name) for _, name, *_ in QUANTITIES]
     return [(value or float("nan")) / scale
             for value, (_, _, scale, _) in zip(values, QUANTITIES)]
@@ -121,7 +125,7 @@ def _verdict(scene: str, words: str, tree: dict[str, float]) -> str:
             f"{SLACK:.0%} of the published {LOWEST:.2f} to {HIGHEST:.2f}. The tree has "
             f"{number(tree['leaves'] / leaves)} times the published leaves and "
             f"{number(triangles_a_leaf)} references per leaf, empty leaves included. The more "
-            "references, the smaller the share of the ropes.")
+            "references a tree has, the smaller is the share of its ropes.")
 
 
 def _chart(results: dict[str, dict], out: Path) -> None:
@@ -145,7 +149,7 @@ def _chart(results: dict[str, dict], out: Path) -> None:
     axis.set(yscale="log", ylabel="MiB (log)", ylim=(0.02, None))
     axis.margins(y=0.15)
     axis.spines[["top", "right"]].set_visible(False)
-    figure.suptitle("Figure 17: a kd-tree (blue) and what ropes add (red)\nplain: here; hatched: "
-                    "published", fontsize=11)
+    figure.suptitle("Figure 17: a kd-tree (blue) and what ropes add (red)\nplain bars: here; "
+                    "hatched bars: published", fontsize=11)
     figure.tight_layout(rect=(0, 0.05, 1, 1))
     save_chart(figure, out / "fig17.png", "Records as in Popov et al. 2007.")

@@ -31,9 +31,10 @@ def draw(data: Path, out: Path, full: bool) -> None:
     found = hierarchy()
     leaves = sum(map(found.is_leaf, range(len(found))))
     text = ("# Figure 18: a bounding volume hierarchy\n\n"
-            f"The {len(found.small.triangles)} triangles of Figure 9, seen from above, in a tree "
-            f"of {len(found) - leaves} boxes of boxes and {leaves} leaves. The builder halves the "
-            "triangles by their centroids, as Kay and Kajiya do. A node's box is the smallest box "
+            f"The figure shows the {len(found.small.triangles)} triangles of Figure 9, seen from "
+            f"above, in a tree of {len(found) - leaves} inner nodes and {leaves} leaves. The "
+            "builder halves the triangles by their centroids, as Kay and Kajiya do. A node's box "
+            "is the smallest box "
             "around its children's boxes; the root's box encloses the scene. Each triangle lies "
             "in a single leaf, while a kd-tree lists it in every leaf that it overlaps. In return "
             "boxes may overlap, and the first hit found need not be the nearest.\n")

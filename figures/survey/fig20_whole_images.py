@@ -22,7 +22,7 @@ def _bvh(build: str) -> MethodColumn:
 
 
 def _remarks(results: Results) -> list[str]:
-    """Sentences on the kd-trees: their nodes and times over those of Kay and Kajiya's BVH."""
+    """Sentences that compare the kd-trees' nodes and times with those of Kay and Kajiya's BVH."""
     lines = []
     for panel in FIGURE.panels:
         found = {label: results.get((panel, label)) for label in
@@ -36,7 +36,7 @@ def _remarks(results: Results) -> list[str]:
             theirs = published("fig20", panel.scene, label)
             nodes = result["counters"]["nodes_visited"] / base["counters"]["nodes_visited"]
             lines.append(
-                f"{panel.scene}: {label} visits {number(nodes)} times the nodes of "
+                f"{panel.scene}: {label} visits {number(nodes)} times as many nodes as "
                 f"{KAY_KAJIYA.label} and takes {number(result['ns_per_ray'] / base['ns_per_ray'])}"
                 f" times its time; in the paper it takes {number(theirs / their_base)} times its "
                 "time.")

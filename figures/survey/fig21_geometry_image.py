@@ -17,8 +17,8 @@ from gpgpu_rt.scene.surfaces.parametrise import Parametrisation, parametrise
 from ..framework.cell import Cell
 from ..framework.output import markdown_table, number, plt, save_chart, write_csv, write_text
 
-SIZE, SHOWN = 64, (0, 2, 3, 4)     # cells a side; levels that are shown
-HEADS = ("level", "nodes", "cells a node", "largest side of a box over the scene's, mean")
+SIZE, SHOWN = 64, (0, 2, 3, 4)     # SIZE: cells per side; SHOWN: the levels that are drawn
+HEADS = ("level", "nodes", "cells a node", "mean of: largest side of a box / of the scene's box")
 
 
 def cells(full: bool) -> list[Cell]:
@@ -45,7 +45,7 @@ def surface() -> Parametrisation:
 
 @lru_cache(maxsize=1)
 def pyramids() -> tuple[ImageTree, np.ndarray, np.ndarray]:
-    """The tree, and the boxes' corners, (nodes, 3) each, read from the textures of the passes."""
+    """The tree, and the boxes' lower and upper corners, (nodes, 3) each, from passes' textures."""
     with rt.Tracer(image().scene(), "geometry-image") as tracer, tracer.gpu:
         tree = tracer.accelerator.structure
         lo, hi = (read_texture(tracer.session.tables[name][f"{name}_table"]).reshape(-1, 4)
@@ -115,7 +115,7 @@ def draw(data: Path, out: Path, full: bool) -> None:
     axes[0, 1].set_aspect("equal")
     axes[0, 2].imshow(colours(made.charts[0]))
     axes[0, 3].imshow(made.normals()[0] / 2 + 0.5)
-    titles = ["the mesh", "spread over a square; its\nboundary (the cuts) coloured by place",
+    titles = ["the mesh", "spread over a square; its\nboundary (the cuts) coloured by position",
               "position image: x, y, z\nas red, green, blue", "normal image"]
     tree, lo, hi = pyramids()
     for column, height in enumerate(SHOWN):
@@ -131,5 +131,5 @@ def draw(data: Path, out: Path, full: bool) -> None:
         axis.set_title(title, fontsize=8)
     figure.suptitle("Figure 21: a geometry image, and the pyramids over it", fontsize=11)
     figure.tight_layout(rect=(0, 0.03, 1, 0.98), h_pad=2.0)
-    save_chart(figure, out / "fig21.png", "Boxes as the passes wrote them. Below: rays stop at "
-               "quads of 2^level x 2^level cells, in the same pyramids.")
+    save_chart(figure, out / "fig21.png", "The boxes are those that the passes wrote. Bottom row: "
+               "rays stop at quads of 2^level x 2^level cells, in the same pyramids.")

@@ -11,7 +11,7 @@ from ..framework.output import number
 WORK = {"primary": EYE, "primary+shadow": "picture", "primary+secondary": "picture"}
 BVH, ROPES = "bvh-packet", "kd-ropes-packet"
 FAST = "bvh-packet, interval test"
-HUGE = ("sodahall", "powerplant")   # building takes minutes: measured at full size only
+HUGE = ("sodahall", "powerplant")   # measured at full size only: building them takes minutes
 
 
 def _cell(panel: Panel, column: MethodColumn, full: bool) -> Cell:
@@ -31,16 +31,16 @@ def _remarks(results: Results) -> list[str]:
         triangles = bvh["scene"]["triangles"]
         fetched = bvh["counters"]["nodes_visited"]
         line = (f"{panel.label}, {triangles:,} triangles: bvh-packet fetches {number(fetched)} "
-                "nodes a ray, two boxes each")
+                "nodes of two boxes per ray")
         if ropes is not None:
             line += (f", and has {number(ropes['ns_per_ray'] / bvh['ns_per_ray'])} times the rate "
                      f"of kd-ropes-packet, which fetches {number(_nodes(ropes))}")
         if fast is not None:
-            line += (f"; testing a box once per packet makes it "
+            line += (f"; with one interval test of a box for the whole packet, bvh-packet is "
                      f"{number(bvh['ns_per_ray'] / fast['ns_per_ray'])} times as fast")
         if cpu is not None:
-            line += (f"; it has {number(cpu['ns_per_ray'] / bvh['ns_per_ray'])} times the rate of "
-                     "embreex on one thread")
+            line += (f"; plain bvh-packet has {number(cpu['ns_per_ray'] / bvh['ns_per_ray'])} "
+                     "times the rate of embreex on one thread")
         lines.append(line + ".")
     return lines
 

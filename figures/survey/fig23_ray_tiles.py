@@ -1,4 +1,4 @@
-"""Figure 23: the hierarchical ray engine (Szécsi 2006), from the real passes of `ray-tiles`."""
+"""Figure 23: the hierarchical ray engine (Szécsi 2006), from observed passes of `ray-tiles`."""
 from __future__ import annotations
 
 from functools import lru_cache
@@ -21,10 +21,10 @@ WORDS = {"tile_spans": "middle of a tile's rays", "tile_cones": "enclosing cone 
 
 @lru_cache(maxsize=None)
 def passes() -> tuple[list[Issued], list[tuple[int, int]]]:
-    """The passes of one image of eye rays, and counts by batch.
+    """The passes of one image of eye rays, and two counts for each batch of triangles.
 
-    The counts are the pairs of a triangle and a tile, and the pairs that the tiles' cones let
-    through.
+    The first count is the pairs of a triangle and a tile. The second is the pairs whose triangle
+    meets the tile's cone.
     """
     scene = rt.load_scene(SCENE)
     rays = scene.camera.rays((SIDE, SIDE))
@@ -52,9 +52,10 @@ def draw(data: Path, out: Path, full: bool) -> None:
     write_csv(out / "fig23.csv", ("batch", "pairs", "through"),
               [[at, *pair] for at, pair in enumerate(batches, 1)])
     pairs, through = (sum(column) for column in zip(*batches))
-    write_text(out / "fig23.md", "# Figure 23: the hierarchical ray engine\n\nThe passes of "
-               f"`ray-tiles` over {SIDE} x {SIDE} eye rays in tiles of {TILE} x {TILE}, {SCENE}. "
-               f"The vertex stage lets {through:,} of {pairs:,} pairs of a triangle and a tile "
+    write_text(out / "fig23.md", "# Figure 23: the hierarchical ray engine\n\nThe table lists the "
+               f"passes of `ray-tiles` over {SIDE} x {SIDE} eye rays in tiles of {TILE} x {TILE}, "
+               f"on the scene {SCENE}. The vertex stage tests each triangle against each tile's "
+               f"cone and lets {through:,} of {pairs:,} pairs of a triangle and a tile "
                f"through ({number(100 * through / pairs)} %); only these reach the intersection. "
                "There is no structure over triangles.\n\n"
                + markdown_table(HEADS, table_rows(log, WORDS)))
@@ -69,4 +70,5 @@ def draw(data: Path, out: Path, full: bool) -> None:
     figure.suptitle("Figure 23: the hierarchical ray engine (ray-tiles)", fontsize=12)
     figure.tight_layout(rect=(0, 0.03, 1, 1))
     save_chart(figure, out / "fig23.png", "Green: inputs, which are rays and the table of "
-               "triangles. Dots: streams; blue is written, violet is read.")
+               "triangles. Vertical lines: streams. A blue dot means that the kernel writes the "
+               "stream, a violet dot that it reads the stream.")

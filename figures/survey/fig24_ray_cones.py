@@ -19,7 +19,7 @@ def cells(full: bool) -> list[Cell]:
 
 
 def rows() -> list[list[Any]]:
-    """The table, with a row for each node, without the rays."""
+    """The table, with a row for each node above the level of the rays."""
     levels, _, _ = traversal()
     return [[height, node, point(level.centre[node]), number(float(level.radius[node])),
              point(level.axis[node]), number(float(np.degrees(level.angle[node])))]
@@ -61,8 +61,9 @@ def draw(data: Path, out: Path, full: bool) -> None:
         axis.set_ylim(-1.05, 2.6)
     figure.suptitle("Figure 24: four neighbouring cones become one", fontsize=11)
     figure.tight_layout(rect=(0, 0.04, 1, 0.98))
-    save_chart(figure, out / "fig24.png", "Spheres and cones as the passes wrote them. Grey: the "
-               "rays, which all lie in the plane shown. A cone is drawn from its sphere's rim.")
+    save_chart(figure, out / "fig24.png", "The spheres and cones are those that the passes wrote. "
+               "Grey: the rays, which all lie in the plane shown. A cone is drawn from its "
+               "sphere's rim.")
 
 
 def cones(axis: Any, level: ConeLevel) -> None:

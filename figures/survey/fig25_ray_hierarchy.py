@@ -1,4 +1,4 @@
-"""Figure 25: the traversal of a ray hierarchy, the stream level by level."""
+"""Figure 25: the traversal of a ray hierarchy, with the stream of pairs at each level."""
 from __future__ import annotations
 
 from pathlib import Path
@@ -24,7 +24,7 @@ def cells(full: bool) -> list[Cell]:
 
 
 def rows() -> list[list[Any]]:
-    """The table, with a row for each round: its level, and the counts of the nodes' children."""
+    """The table with the columns HEADS and a row for each round (a level of the traversal)."""
     _, rounds, _ = traversal()
     return [[one.level, len(one.pairs), one.slots[..., 0].size,
              int((one.slots[..., 0] < 0).sum()), one.kept,
@@ -32,7 +32,11 @@ def rows() -> list[list[Any]]:
 
 
 def counted(scene: rt.Scene, side: int) -> list[list[Any]]:
-    """Pairs by level for side x side eye rays: tested, kept, and the kept share of all pairs."""
+    """The table of pairs for side x side eye rays, with a row for each level.
+
+    A row has the level, the number of nodes below, the pairs, the pairs after the reduction, and
+    the share that they are of all pairs of a triangle and a node below.
+    """
     sizes, _ = level_sizes((side, side))
     nodes = [width * height for width, height in sizes]
     found: dict[int, list[int]] = {}
@@ -58,8 +62,9 @@ def draw(data: Path, out: Path, full: bool) -> None:
         f"{TRIANGLES} triangles meet the root over {RAYS} rays (those of Figure 24). Each pair of "
         "a triangle and a node writes the node's four children to four targets. A target stays "
         "empty if no ray of the child may hit the triangle. Stream reduction compacts the other "
-        "children, which are the pairs of the next level. The last level is the rays: "
-        f"{int(hits.hit.sum())} of them hit something after "
+        "children, which are the pairs of the next level. The last column divides their number "
+        "by the number of all pairs of a triangle and a node of the next level. The last level "
+        f"is the rays: {int(hits.hit.sum())} of them hit something after "
         f"{int(hits.triangles_tested.sum())} tests.\n\n"
         + markdown_table(HEADS, rows())
         + f"\nThe same for {SIDE} x {SIDE} eye rays of {SCENE}, {len(scene):,} triangles"
@@ -74,7 +79,7 @@ def draw(data: Path, out: Path, full: bool) -> None:
     figure.suptitle("Figure 25: pairs of triangle and node, level by level", fontsize=11)
     figure.tight_layout(rect=(0, 0.04, 1, 0.99), h_pad=0.4)
     save_chart(figure, out / "fig25.png", "Colours are triangles, numbers are nodes; "
-               "white slots are empty. All were read from the passes' own textures.")
+               "white slots are empty. All values were read from the passes' own textures.")
 
 
 def stream(axis: Any, one: Round) -> None:

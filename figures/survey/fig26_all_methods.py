@@ -37,19 +37,22 @@ NOTES = (
     "own: they are Table 1's.",
     "`tenk` has 24 balls on a floor, 10,000 triangles.",
     TESTED_BY,
-    "Predicted: emulation of tiles of the image counts the work (if a method runs in many passes, "
-    "all passes over the image are counted), and the figures of the card give its time, as on the "
-    "page of period hardware. A packet's rays are the lanes of a warp. The Ray Engine's host is "
-    "left out: only its passes and transfers count. The Ray Engine is therefore predicted too "
-    "fast, and all other methods too slow relative to it.",
+    "Predicted: the work is counted by emulating tiles of the image. If a method runs in many "
+    "passes, all passes over the image are counted instead. The time is computed from the work "
+    "and the card's data, as on the page of period hardware. A packet's rays are the lanes of a "
+    "warp. The Ray Engine's host is left out: only its passes and transfers count. The Ray "
+    "Engine is therefore predicted too fast, and all other methods too slow relative to it.",
     "Measured: the Ray Engine's host is numpy.",
-    "Zhou's paper is about building kd-trees: its row is the kd-tree with a full stack, built by "
-    "Zhou's method.")
+    "Zhou's paper is about building kd-trees. Its row is therefore the kd-tree with a full stack, "
+    "built by Zhou's method.")
 
 
 @dataclass(frozen=True)
 class MethodSpeed:
-    """An entry: measured and predicted nanoseconds per ray, and speeds over the Ray Engine's."""
+    """A method's nanoseconds per ray, measured and predicted, and its speeds.
+
+    The last four fields are speeds relative to the Ray Engine.
+    """
 
     entry: SurveyedMethod
     measured_ns: float | None
@@ -82,7 +85,7 @@ def predicted_ns(entry: SurveyedMethod, result: dict[str, Any], share: float) ->
 
 
 def fitted(data: Path) -> period.Fit | None:
-    """The card's constant, or None if nothing is measured that it could be fitted to."""
+    """The card's constant, or None if no cell is measured to which it can be fitted."""
     return period.fit(period.rows(data)).get(CHIP)
 
 
@@ -109,14 +112,14 @@ def _over(base: float | None, ns: float | None) -> float | None:
 
 
 def value(row: MethodSpeed, column: str) -> float | None:
-    """A speed over the Ray Engine's; "scaled" is the geometric mean of the two ways to scale."""
+    """A speed relative to the Ray Engine. "scaled" is the geometric mean of both scalings."""
     if column == "scaled":
         return math.sqrt(math.prod(row.scaled)) if row.scaled else None
     return getattr(row, column)
 
 
 def agreement(found: list[MethodSpeed], one: str, other: str) -> tuple[float, float, int]:
-    """tau-b of two columns, the factor by which ratios are off, and the number of methods."""
+    """tau-b of two columns, the factor by which their ratios differ, and the number of methods."""
     pairs = [(a, b) for row in found
              if (a := value(row, one)) and (b := value(row, other))]
     if len(pairs) < 2:
@@ -128,8 +131,9 @@ def agreement(found: list[MethodSpeed], one: str, other: str) -> tuple[float, fl
 def claims(found: list[MethodSpeed], column: str) -> list[str]:
     """Sentences that compare a column with the survey's conclusions from its figure."""
     lines = []
-    for says, chosen in (("packets over single rays", lambda row: row.entry.row.packet),
-                         ("with a stack over without a stack", lambda row: row.entry.row.stack)):
+    for says, chosen in (("packets compared with single rays", lambda row: row.entry.row.packet),
+                         ("methods with a stack compared with methods without",
+                          lambda row: row.entry.row.stack)):
         # Use the same papers in every column, and only methods over trees: other methods have
         # neither packets nor stacks.
         sides = {side: [v for row in found if (v := value(row, column)) and row.published
@@ -154,8 +158,8 @@ def packet_pairs(found: list[MethodSpeed]) -> list[str]:
         if packet in by_name and single in by_name:
             gains = [_over(getattr(by_name[single], name), getattr(by_name[packet], name))
                      for name in ("measured_ns", "predicted_ns")]
-            lines.append(f"{packet} over {single}: {number(gains[0])} times as fast measured, "
-                         f"{number(gains[1])} times predicted")
+            lines.append(f"{packet} compared with {single}: {number(gains[0])} times as fast by "
+                         f"measurement, {number(gains[1])} times by prediction")
     return lines
 
 
@@ -164,7 +168,7 @@ def judge(data: Path, full: bool) -> verdicts.Verdict:
     found = rows(data, full)
     pairs = [(1 / row.measured, 1 / row.published) for row in found
              if row.measured and row.published]
-    said = verdicts.of_groups([verdicts.Group(SCENE, "all methods", *zip(*pairs))]
+    said = verdicts.of_groups([verdicts.MethodTimes(SCENE, "all methods", *zip(*pairs))]
                               if pairs else [])
     return replace(said, why=said.why + " Other columns: " + "; ".join(
         f"{name}: {_agreed(found, name, 'published')}" for name, _ in COLUMNS[1:3]) + ".")
@@ -208,19 +212,20 @@ def _page(found: list[MethodSpeed], data: Path, full: bool) -> str:
            f"to {card.says()} of the page of [period hardware](period.md)") + ".\n",
         markdown_table(("source", "method here", "measured ns a ray", "predicted ns a ray",
                         "bound by", "measured", "predicted", "scaled again", "published"), table),
-        "The last four columns are speeds relative to the Ray Engine. Scaled again: the rate that "
-        "the survey prints for a paper, multiplied by the ratio of the cards' arithmetic and by "
-        "the ratio of their bandwidth. The rate at 10,000 triangles is interpolated between "
+        "The last four columns are speeds relative to the Ray Engine. \"Scaled again\" repeats "
+        "the survey's scaling: the rate that the survey prints for a paper is multiplied once by "
+        "the ratio of the cards' arithmetic rates and once by the ratio of their bandwidths. The "
+        "column shows both results. The rate at 10,000 triangles is interpolated between "
         "scenes:\n",
-        markdown_table(("source", "card", "Mrays/s at 10,000 triangles, or at the nearest",
-                        "from"), cards),
+        markdown_table(("source", "card", "Mrays/s at 10,000 triangles, or at the nearest count",
+                        "scenes"), cards),
         "## How the columns agree\n",
         markdown_table(("", "", "tau-b", "ratios off by a factor of", "methods"), [
             [one, other, number(tau, 2), number(off), count] for one, other in pairs
             for tau, off, count in (agreement(found, one, other),)]),
-        "## What the survey concludes from it\n",
-        "Packets generally outperform single rays; methods with and without a stack have similar "
-        "performance (section 4.1):\n",
+        "## What the survey concludes from its figure\n",
+        "The survey says that packets generally outperform single rays, and that methods with and "
+        "without a stack have similar performance (section 4.1). The columns say:\n",
         *(f"* {line}." for name, _ in COLUMNS for line in claims(found, name)),
         *(f"* {line}." for line in packet_pairs(found)), "",
         "## Notes\n", *(f"* {note}" for note in (rays_of_columns(full), *NOTES)),
@@ -249,7 +254,7 @@ def _chart(found: list[MethodSpeed], out: Path) -> None:
         axis.bar([x + shift for x, _ in pairs], [v for _, v in pairs], 0.19, color=colour,
                  label=column + (" again, arithmetic to bandwidth" if column == "scaled" else ""))
         for x, v in pairs:
-            # Place the number, which is the bar's, clear of the line between the two scalings.
+            # Write the bar's number clear of the line that joins the two scalings.
             top = max(shown[x].scaled or (v,)) if column == "scaled" else v
             axis.annotate(number(v, 2), (x + shift, top), ha="center", fontsize=6, rotation=90,
                           va="bottom" if top >= 1 else "top", textcoords="offset points",
@@ -265,7 +270,7 @@ def _chart(found: list[MethodSpeed], out: Path) -> None:
     axis.set_xticks(range(len(shown)), [
         (f"{row.entry.source}\n" if row.entry.source else "") + row.entry.label for row in shown],
         rotation=55, ha="right", fontsize=7)
-    axis.set_ylabel("speed over the Ray Engine's (log)")
+    axis.set_ylabel("speed relative to the Ray Engine (log)")
     axis.legend(frameon=False, fontsize=8, ncols=4, loc="lower right", bbox_to_anchor=(1, 1))
     axis.spines[["top", "right"]].set_visible(False)
     figure.suptitle("Figure 26: eye rays at 10,000 triangles; left: the survey's rows; right: "

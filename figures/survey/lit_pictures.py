@@ -1,4 +1,4 @@
-"""Lit pictures: pictures with mirrors, glass and lamps as cells, and the cost of each."""
+"""Lit pictures: cells that render pictures with mirrors, glass and lamps, and their costs."""
 from __future__ import annotations
 
 from pathlib import Path
@@ -19,9 +19,9 @@ def cell(scene: str, method: str, full: bool, runs: int = 1) -> Cell:
 
 
 def row_of(cell: Cell, data: Path) -> list[Any] | None:
-    """The values of HEADS, or None if the picture was not measured.
+    """The values of a row, in the columns HEADS, or None if the picture was not measured.
 
-    A ray whose branch ended earlier is traced as an empty ray, and counts.
+    The number of rays includes the empty rays of pixels whose path of rays has ended.
     """
     found = read(cell, data)
     if found is None:

@@ -1,9 +1,10 @@
 """Pass work: the work that a method of many passes does for an image's rays.
 
-Cells whose work is "counted passes of" a workload measure it. Methods whose traversal is one
-program are emulated instead (``period_work``). Here the fragments of each draw are counted, and
-the instructions of its program come from the compiler. The number of loop iterations comes from
-fragments that are emulated (``gpgpu_rt.hardware.counters``). Both sides of a branch count.
+Cells whose ``work`` is "counted passes of" and a workload measure it. Methods whose traversal is
+one program are emulated instead (``period_work``). Here the fragments of each draw are counted,
+and the compiler gives the number of instructions of its program. Some fragments are emulated
+(``gpgpu_rt.hardware.counters``), which gives the number of loop iterations. Both sides of a branch
+count.
 """
 from __future__ import annotations
 
@@ -17,9 +18,9 @@ from gpgpu_rt.hardware.cards import Card
 from gpgpu_rt.hardware.model import Counted
 
 PASSES = "counted passes of "
-# An occlusion query counts the fragments that a program keeps. These programs discard misses, but
-# run on every pair of a ray and a triangle. The number is their draws per pair (for the nearest t,
-# and for the lowest index).
+# An occlusion query counts only the fragments that a program keeps. These programs discard misses,
+# but run on every pair of a ray and a triangle. The number says how often they run on a pair:
+# tile_pairs runs once for the nearest t, and once more for the lowest index.
 PAIRS = {"methods/ray_engine/quads.frag": 1, "methods/ray_tiles/tile_pairs.frag": 2}
 
 
@@ -42,8 +43,8 @@ def measure(scene: rt.Scene, rays: Workload, method: str, options: Mapping[str, 
 def unseen(work: Mapping[str, Any]) -> list[str]:
     """Passes whose loops could not be emulated, with their share of all fragments.
 
-    Their fragments are placed by a vertex program. Each of their loops counts as one iteration,
-    the minimum.
+    A vertex program places the fragments of these passes. Each of their loops counts as one
+    iteration, the minimum.
     """
     ran = sum(one["ran"] for one in work["passes"])
     return [f"{one['name']} ({one['ran'] / ran:.1%} of the fragments)"
@@ -61,7 +62,7 @@ def counted(card: Card, work: Mapping[str, Any]) -> Counted:
     for one in work["passes"]:
         if one["loops"] and "total" in one:
             times, parts = 1, [one["total"]]
-        else:    # all fragments do the same; a loop that was not emulated counts one iteration
+        else:    # all fragments run the same; a loop that was not emulated counts one iteration
             times, parts = one["ran"], [one["once"], *one["loops"]]
         instructions = sum(part[kind] for part in parts)
         texels = sum(sum(part["fetches"].values()) for part in parts)

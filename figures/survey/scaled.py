@@ -1,9 +1,9 @@
-"""Scaled: published rates, scaled to one card, which repeats the survey's way to Figure 26.
+"""Scaled: published rates, scaled to one card, as the survey scaled them for Figure 26.
 
 The survey scaled each paper's rate "based on the bottleneck", to a GeForce 8800 and to 10,000
 triangles. It prints neither the bottlenecks nor the numbers that it began with. Here each printed
-rate is scaled by arithmetic and by bandwidth. Between two scenes, the rate at 10,000 triangles is
-interpolated linearly in the logarithms.
+rate is therefore scaled twice, by arithmetic and by bandwidth. The rate at 10,000 triangles is
+interpolated between two scenes, linearly in the logarithms.
 """
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from ..framework.published_numbers import (
 from .surveyed import BASE
 
 CHIP, TRIANGLES = "G80", 10_000
-# Source -> figure, method and options there, and the name of its rays.
+# Source -> the survey's figure with its rates, and the figure's method, options and kind of rays.
 PRINTED = {
     "Foley and Sugerman 2005": ("fig12", "kd-restart", "", "primary"),
     "Thrane and Simonsen 2005": ("fig20", "bvh-threaded", "build=goldsmith-salmon", None),
@@ -29,20 +29,21 @@ PRINTED = {
     "Popov et al. 2007": ("fig16", "kd-ropes-packet", "", "primary"),
     "Günther et al. 2007": ("fig22", "bvh-packet", "", "primary"),
 }
-ENGINE = ("ray-engine", "figure 5", 34_000, "NV25")   # its rate is in the text
+# The Ray Engine's method, scene, triangles and chip. The survey prints its rate in the text.
+ENGINE = ("ray-engine", "figure 5", 34_000, "NV25")
 
 
 @dataclass(frozen=True)
 class Scaled:
-    """A source's rate: rays per second at 10,000 triangles on its card."""
+    """The rate of a paper's method: rays per second at 10,000 triangles on the paper's card."""
 
     source: str
     card: Card
     rate: float
-    scenes: tuple[str, ...]     # from which the rate is interpolated
+    scenes: tuple[str, ...]     # the scenes from which the rate is interpolated
 
     def on(self, card: Card) -> tuple[float, float]:
-        """Rays per second on ``card``, by the ratio of arithmetic and by that of bandwidth."""
+        """Rays per second on ``card``, scaled by arithmetic and scaled by bandwidth."""
         return (self.rate * arithmetic(card) / arithmetic(self.card),
                 self.rate * card.bandwidth / self.card.bandwidth)
 
@@ -55,15 +56,15 @@ def arithmetic(card: Card) -> float:
 def at_triangles(points: list[tuple[int, float]], count: int = TRIANGLES) -> float:
     """The rate at ``count`` triangles, interpolated between points (triangles, rate).
 
-    The interpolation is linear in the logarithms, between the nearest scene on either side.
-    Outside of the points it returns the rate of the nearest point.
+    The interpolation is linear in the logarithms, between the nearest scenes on both sides. If
+    there is no scene on one side, the rate is the nearest scene's.
     """
     x, y = zip(*sorted((math.log(n), math.log(rate)) for n, rate in points))
     return float(math.exp(np.interp(math.log(count), x, y)))
 
 
 def scaled() -> list[Scaled]:
-    """Every source with a published rate of its method, and its card."""
+    """The rate and the card of every paper whose rates the survey prints."""
     method, scene, triangles, chip = ENGINE
     rate = published("text", scene, method, quantity="rate")
     assert rate is not None
@@ -82,7 +83,7 @@ def scaled() -> list[Scaled]:
 
 
 def speeds(rows: list[Scaled]) -> dict[str, tuple[float, float]]:
-    """Source -> its rate over the Ray Engine's, by arithmetic and by bandwidth."""
+    """Source -> its speed relative to the Ray Engine, scaled by arithmetic and by bandwidth."""
     card = find_card(CHIP)
     base = next(row for row in rows if row.source == BASE).on(card)
     return {row.source: (row.on(card)[0] / base[0], row.on(card)[1] / base[1]) for row in rows}

@@ -1,8 +1,8 @@
 """Surveyed: the methods of the survey's Table 1 and Figure 26, as rows of our method table.
 
-The survey gives one number per paper, without naming the method. The paper's final method stands
-for it. Our method table has more: other methods of these papers, and methods of papers without a
-number in the survey. They are measured too.
+The survey gives one number per paper, without naming the method. Here the paper's final method
+stands for the paper. Our method table has more rows: other methods of these papers, and methods of
+papers without a number in the survey. These methods are measured too.
 """
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ from .pass_work import PASSES
 
 SCENE = "tenk"            # 10,000 triangles, as in Table 1
 BASE = "Carr et al. 2002"    # the Ray Engine: all speeds are relative to it
-# Pixels per side of the image whose rays the predictions cover, the same for every method: rays
-# are as close as in most of the papers.
+# Pixels per side of the image whose rays the predictions cover. It is the same for every method.
+# At this size neighbouring rays are as close as in most of the papers.
 PREDICTED_SIZE = 1024
 Options = tuple[tuple[str, Any], ...]
 
@@ -114,11 +114,11 @@ def table1() -> dict[str, dict[str, str]]:
 
 
 def published_speed(source: str | None) -> float | None:
-    """The speed over the Ray Engine's that the survey prints, or None."""
+    """The speed relative to the Ray Engine that the survey prints, or None."""
     value = table1()[source]["relative_performance"] if source else ""
     return float(value) if value else None
 
 
 def updated(entry: SurveyedMethod) -> Cell:
-    """The cell that times how a method follows moved triangles."""
+    """The cell that times how a method updates its structure after triangles have moved."""
     return Cell(SCENE, entry.method, entry.options, 0, "updates", runs=3)

@@ -1,4 +1,5 @@
-"""Table 1: properties of the methods, from our method table and measured, beside the survey's."""
+"""Table 1: properties of our methods, from the method table and measurements, beside the survey's.
+"""
 from __future__ import annotations
 
 from collections.abc import Iterator
@@ -14,25 +15,26 @@ from .surveyed import (
     STANDS_FOR, SurveyedMethod, entries, published_speed, rays_of_columns, table1, updated
 )
 
-# The beginning of the survey's word for a structure -> our classes of that kind.
+# The beginning of the survey's word for a structure -> the names of our classes of that kind.
 KINDS = {"Uniform Grid": {"Grid"}, "BVH": {"Bvh", "ImageTree"}, "kD-tree": {"KdTree"},
          "Ray-Space": {"nothing"}, "N/A": {"nothing"}}
 NOTHING = ("tuple", "NoneType")     # classes that mean "no structure over triangles"
 COLUMNS = ("acceleration_structure", "dynamic_geometry", "packet_tracing", "stack",
            "implementation")
 NOTES = (
-    "Structure: the class that the tracer built, and the records that its programs read.",
-    "Dynamic: whether the method follows moved triangles without rebuilding its structure (it has "
-    "`refit`, or nothing to build), as observed with `Tracer.update`. Zhou's answer was a build "
-    "that is fast enough for every frame; our build times are in the second table.",
+    "Acceleration structure: the class that the tracer built, and in parentheses the records that "
+    "its programs read.",
+    "Dynamic geometry: Y if the method updates its structure without a rebuild when triangles "
+    "move (it has `refit`, or nothing to build), as observed with `Tracer.update`. Zhou's method "
+    "rebuilds fast enough for every frame; our build times are in the second table.",
     "Implementation: all methods are fragment programs here; none uses a streaming language.",
-    "Packets: Popov's method is both single rays and packets, which are two methods here. Where "
-    "the survey says N/A, ours is not compared.")
+    "Packet tracing: Popov's method traces both single rays and packets, which are two methods "
+    "here. Where the survey says N/A, ours is not compared.")
 
 
 @dataclass(frozen=True)
 class MethodProperties:
-    """A source's row: the survey's words and ours by column, and the cost of updates."""
+    """A paper's row: the survey's words and ours for each column, and the cost of updates."""
 
     entry: SurveyedMethod
     theirs: dict[str, str]
@@ -43,7 +45,10 @@ class MethodProperties:
     size: float
 
     def agrees(self, column: str) -> bool | None:
-        """Whether both say the same; None if the survey says N/A (a structure N/A is compared)."""
+        """Whether the survey and this program agree; None if the survey says N/A.
+
+        For the structure N/A means "none", and is compared.
+        """
         theirs, ours = self.theirs[column], self.ours[column]
         if column == "acceleration_structure":
             kind = next(kind for kind in KINDS if theirs.startswith(kind))
@@ -62,7 +67,7 @@ def _surveyed() -> list[SurveyedMethod]:
 
 
 def lines(data: Path, full: bool) -> Iterator[MethodProperties]:
-    """Yield a row for each source that is measured, in the survey's order."""
+    """Yield a row for each paper whose method is measured, in the survey's order."""
     for entry in _surveyed():
         timed, moved = read(entry.measured(full), data), read(updated(entry), data)
         if timed is None or moved is None:
@@ -81,9 +86,10 @@ def lines(data: Path, full: bool) -> Iterator[MethodProperties]:
 
 
 def judge(data: Path, full: bool) -> verdicts.Verdict:
-    """The worse of two verdicts: that on the properties, and Figure 26's on relative performance.
+    """The worse of two verdicts: one on the properties, and Figure 26's on relative performance.
 
-    No scene can change the properties. Figure 26's verdict counts only if it rests on enough.
+    No scene can change the properties. Figure 26's verdict counts only if it rests on enough
+    scenes and pairs.
     """
     found = list(lines(data, full))
     if not found:
@@ -121,7 +127,8 @@ def draw(data: Path, out: Path, full: bool) -> None:
         for line in found])
     parts = [
         "# Table 1: properties of the methods\n",
-        "A cell holds the survey's word. If ours differs, it holds both, the survey's first.\n",
+        "An entry of the table is the survey's word. If ours differs, ours follows after a slash. "
+        "For the acceleration structure, ours always follows after a semicolon.\n",
         markdown_table(("source", "method here", *(c.replace("_", " ") for c in COLUMNS),
                         "relative performance", "measured here", "predicted, 8800 GTX"),
                        [[line.entry.source, line.entry.label,
@@ -129,7 +136,8 @@ def draw(data: Path, out: Path, full: bool) -> None:
                          number(published_speed(line.entry.source)),
                          number(speeds[line.entry.source].measured),
                          number(speeds[line.entry.source].predicted)] for line in found]),
-        "The cost of following moved triangles, measured here:\n",
+        "The next table shows the time for building a structure, and the time for updating it "
+        "after triangles have moved, measured here:\n",
         markdown_table(("source", "method here", "build, ms", "update, ms", "update", "tables, "
                         "KiB"), [[line.entry.source, line.entry.label, number(1e3 * line.build),
                                   number(1e3 * line.update),

@@ -8,14 +8,14 @@ import gpgpu_rt as rt
 from gpgpu_rt.methods.kdtree.ropes import build_ropes
 from gpgpu_rt.methods.quality import quality
 
-NODE_BYTES, REFERENCE_BYTES = 8, 4   # confirmed by the survey's Figure 17, as is Ropes.bytes
+NODE_BYTES, REFERENCE_BYTES = 8, 4   # Figure 17's sizes confirm these numbers, and Ropes.bytes
 
 
 def measure(scene: rt.Scene, options: Mapping[str, Any]) -> dict[str, float]:
-    """Counts of the tree that ``options`` build, and its bytes.
+    """Counts and bytes of the tree that the ``options`` build.
 
     ``bytes`` covers nodes and references. ``bytes_ropes`` adds six ropes and a box in every leaf.
-    ``overhead`` is the ratio of both.
+    ``overhead`` is ``bytes_ropes`` divided by ``bytes``.
     """
     with rt.Tracer(scene, "kd-restart", **options) as tracer:
         tree = tracer.accelerator.structure

@@ -1,6 +1,7 @@
 #version 330 core
-// Write the flags of four elements to a texel: texel i says which of the elements 4 i ... 4 i + 3 are kept.
-// A scan of blocks follows.
+// The first pass of a stream reduction: write the flags of four elements to a texel. Texel i holds a 1 for
+// each of the elements 4 i to 4 i + 3 that the reduction keeps, else a 0. block_ranks.frag then scans the
+// flags.
 
 #include <records>
 #include "core/stream.glsl"
@@ -8,7 +9,8 @@
 uniform int elements;
 
 #ifdef CHILDREN
-// A previous pass wrote the four elements to four targets.
+// A previous pass wrote the four elements to four render targets. A number of at least 0 means a kept
+// element.
 vec4 flags(int i) {
     Children c = children_load(table_texel(i));
     return vec4(greaterThanEqual(ivec4(c.first.x, c.second.x, c.third.x, c.fourth.x), ivec4(0)));

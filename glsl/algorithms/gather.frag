@@ -1,5 +1,6 @@
 #version 330 core
-// Gather: copy to element i the element that source i names. Works for any record.
+// Gather: element i of the target becomes a copy of the element whose index is source i. The program works
+// for any record.
 
 #include <records>
 #include "core/stream.glsl"

@@ -1,5 +1,5 @@
-// Scatter by points: place a point over one element of the target stream, since fragments cannot choose
-// where they write.
+// Scatter by points: a fragment cannot choose where it writes, but a vertex can place a point over any
+// element of the target stream.
 
 uniform int target_rows;
 

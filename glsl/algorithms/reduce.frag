@@ -1,6 +1,7 @@
 #version 330 core
-// A level of a reduction: COMBINE the values of FAN neighbours (the "reduce" of stream programming;
-// the upward half of Blelloch's scan, "Prefix Sums and Their Applications", 1990, with COMBINE +).
+// A level of a reduction (the "reduce" of stream programming): COMBINE the values of FAN neighbours. If
+// COMBINE is a sum, this is the upward half of Blelloch's scan ("Prefix Sums and Their Applications",
+// 1990).
 
 #include <records>
 #include "core/stream.glsl"

@@ -1,11 +1,11 @@
 #version 330 core
-// A level of a scan on the way down. The sum of an element is the sum before its block of FAN elements,
-// from the level above, plus the elements of the block before this element. Stream reduction (survey,
-// section 3.6) begins with a scan (D. Horn, "Stream Reduction Operations for GPGPU Applications", GPU Gems
-// 2, 2005).
+// The downward half of a scan: one level. Each element gets the sum of all elements before it. This is the
+// sum before its block of FAN elements, which the level above computed, plus the sum of the block's
+// elements before this element. In the survey (section 3.6) stream reduction begins with a scan (D. Horn, "Stream
+// Reduction Operations for GPGPU Applications", GPU Gems 2, 2005).
 //
-// Departure: Horn doubles the distance in log2 n passes over all n. Here, as in Blelloch's tree, the work
-// of all levels together is proportional to n. A wider fan reduces the number of levels.
+// Departure: Horn doubles the distance in log2 n passes, each over all n elements. Here, as in Blelloch's
+// tree, the work of all levels together is proportional to n. A wider fan reduces the number of levels.
 
 #include <records>
 #include "core/stream.glsl"

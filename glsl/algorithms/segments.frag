@@ -1,6 +1,7 @@
 #version 330 core
-// Copy the elements of a block's line. An element's position in the line is its rank in the block; a binary
-// search in the block's ranks finds its source.
+// Copy the kept elements of a block to the line that segments.vert draws for the block. A fragment's
+// position in the line is the rank of its element in the block. A binary search in the block's ranks finds
+// the element with this rank.
 //
 // Departure: Roger et al. interpolate the position along the line. Here the fragment's own coordinates give
 // the position without rounding.
@@ -18,8 +19,8 @@ void main() {
     ivec2 texel = ivec2(gl_FragCoord.xy);
     int place = (texel.y << TABLE_WIDTH_LOG2) + texel.x - block_start;
     float rank = float(place);
-    // A texel holds at most four kept elements, so the elements before and after this one need at least so
-    // many texels on either side.
+    // A texel holds at most four kept elements, so the `place` kept elements before this element fill at
+    // least place / 4 texels. The same holds for the kept elements after it. Search between these texels.
     int lo = BLOCK * block + place / 4;
     int hi = min(BLOCK * (block + 1), texels) - 1 - (block_total - 1 - place) / 4;
     while (lo < hi) {

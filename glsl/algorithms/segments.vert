@@ -1,12 +1,13 @@
 #version 330 core
 // Scatter of stream reduction by blocks (Roger, Assarsson, Holzschuch, "Efficient Stream Reduction on the
-// GPU", 2007; survey, section 3.6). The kept elements of a block are adjacent in the target, so a line
-// covers them, and only the ends of the line are sent. A line that would cross the end of a row is split
-// into two lines.
+// GPU", 2007; survey, section 3.6). The kept elements of a block are adjacent in the target, so a line covers
+// them, and only its two ends are sent as vertices. A line that would cross the end of a row is split into
+// two lines.
 //
-// A line covers the texels whose diamond it leaves. It therefore runs from the centre of its first texel to
-// the centre of the texel after its last. The texel after the last may lie beyond the end of the row, where
-// clipping would end the line on a diamond's corner. The viewport is therefore twice as wide as the target.
+// OpenGL draws a line in the texels whose diamond the line leaves. Each line therefore runs from the centre
+// of its first texel to the centre of the texel after its last. This texel may lie beyond the end of the
+// row. Clipping at the end of the row would end the line on a diamond's corner, so the viewport is twice as
+// wide as the target.
 
 #include <sources>
 #include "core/fetch.glsl"

@@ -1,7 +1,7 @@
 #version 330 core
 // Two steps of bitonic merge sort (Batcher 1968; as fragment passes Purcell et al. 2003, and P. Kipfer,
-// R. Westermann, "Improved GPU Sorting", GPU Gems 2, 2005). In a step every element is compared with
-// a partner, and keeps the smaller or the larger of the two.
+// R. Westermann, "Improved GPU Sorting", GPU Gems 2, 2005). In a step every position compares its element
+// with the element of a partner position, and keeps the smaller or the larger of the two elements.
 //
 // Departures: the first step of each merge mirrors a block instead of shifting it, so that all steps put
 // the smaller element first. Elements past the end count as largest and do not move, so that any number of
@@ -12,7 +12,7 @@
 #include "core/stream.glsl"
 
 uniform int elements;
-uniform ivec2 flips;   // partner = i ^ flips, for each of the two steps; 0: no second step
+uniform ivec2 flips;   // for each of the two steps: partner of position i = i ^ flips; 0: no second step
 
 bool before(Sort_key a, Sort_key b) {
     if (a.hi != b.hi) {

@@ -1,5 +1,6 @@
 #version 330 core
-// Stream reduction: find the index of the i-th kept element (Horn 2005; survey, section 3.6).
+// Stream reduction: element i of the target gets the index of the i-th kept element (Horn 2005; survey,
+// section 3.6).
 
 #include <records>
 #include "core/stream.glsl"

@@ -1,6 +1,7 @@
 #version 330 core
-// The roofline's arithmetic (gpgpu_rt/bench/roofline.py): TURNS times ROUNDS multiply-adds of each of
-// three vectors. The three are nearly independent, and few enough to stay in a processor's registers.
+// Measures the arithmetic peak of the roofline (gpgpu_rt/bench/roofline.py). Each of three vectors gets TURNS
+// times ROUNDS multiply-adds. The three vectors are nearly independent, so their operations can overlap, and
+// few enough to stay in a processor's registers.
 
 out vec4 sum;
 

@@ -1,7 +1,7 @@
 #version 330 core
-// The roofline's texel fetches (gpgpu_rt/bench/roofline.py): TURNS fetches and almost no other work.
-// Neighbouring fragments fetch neighbouring texels; with SCATTERED each fragment fetches pseudo-random
-// texels.
+// Measures the peak of texel fetches of the roofline (gpgpu_rt/bench/roofline.py): TURNS fetches and almost
+// no other work. Neighbouring fragments fetch neighbouring texels; with SCATTERED each fragment fetches
+// pseudo-random texels.
 
 #include "core/texel.glsl"
 

@@ -1,7 +1,7 @@
 // The test of a ray against a box, by the slab method. Boxes are slightly widened (see slack.glsl).
 
-// The larger and the smaller of two numbers, neither of which is NaN. A comparison needs two instructions.
-// llvmpipe's max and min also check for NaN and need three.
+// The larger and the smaller of two numbers, neither of which is NaN. These functions compare, which takes
+// two instructions; llvmpipe's max and min also check for NaN and take three.
 float larger(float a, float b) {
     PRECISE float found = a > b ? a : b;
     return found;
@@ -20,8 +20,8 @@ float min_component(vec3 v) {
     return smaller(smaller(v.x, v.y), v.z);
 }
 
-// The interval of a ray in a box; empty if x > y. With OCTANTS the two corners are ordered along the ray,
-// and the ray meets `lo` first. shared_subtrees.glsl orders the corners of shared subtrees.
+// The interval of t, from x to y, in which a ray is inside a box. The interval is empty if x > y. With
+// OCTANTS the caller passes the corner that the ray meets first as `lo`, and the opposite corner as `hi`.
 vec2 box_interval(Ray ray, vec3 lo, vec3 hi) {
     vec3 a = R(R(lo - ray.lo_origin) * ray.inv_dir);
     vec3 b = R(R(hi - ray.hi_origin) * ray.inv_dir);

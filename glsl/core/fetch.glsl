@@ -1,5 +1,5 @@
 // The position of texel i of a table. Tables are 2^TABLE_WIDTH_LOG2 texels wide, so that a shift gives the
-// row. A division by a reciprocal could round into the wrong row.
+// row. A division that multiplies by a reciprocal could round to the wrong row.
 
 #include "core/texel.glsl"
 

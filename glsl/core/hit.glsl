@@ -9,7 +9,8 @@ bool hit_found(Hit hit) {
     return hit.triangle != NO_TRIANGLE;
 }
 
-// Whether the search may stop. A shadow ray stops at any hit. If true, a kernel that calls this ends.
+// Whether the search of a ray is over: a shadow ray stops at its first hit. Every other ray continues,
+// because a nearer hit may follow.
 bool search_over(Hit hit) {
 #ifdef ANY_HIT
     return hit_found(hit);

@@ -6,6 +6,6 @@
 // to a leaf, does not pause, because it is about equally long for all packets.
 //
 // When packets leave a loop early, llvmpipe also loses the values that only the last iteration of the loop
-// computed. The walks therefore hold such values in variables that live across iterations.
+// computed. The walks therefore keep such values in variables that live across iterations.
 
 const int BOXES = 12;

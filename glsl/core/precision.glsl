@@ -1,6 +1,7 @@
-// Emulation of period number formats. STORAGE_FORMAT is the format of textures; every result of a kernel
-// is rounded to ARITHMETIC_FORMAT. Kernels write R(a * b) for a result. Without a format R and `stored`
-// are empty macros and cost nothing. The twin of gpgpu_rt/gl/precision.py.
+// Emulation of the number formats of the cards of 2002-2006. STORAGE_FORMAT is the format of textures;
+// every result of a kernel is rounded to ARITHMETIC_FORMAT. A kernel writes R(a * b) to round the product.
+// Without these formats R and `stored` return their argument and cost nothing. gpgpu_rt/gl/precision.py
+// rounds in the same way on the host.
 //
 // A result is computed in float32 and then rounded. This double rounding differs from an arithmetic unit
 // of the narrow format in at most a few tenths of a percent of products and quotients.
@@ -61,7 +62,7 @@ vec3 R(vec3 v) {
 #define ARITHMETIC_UNIT 5.9604645e-8   // of float32
 #endif
 
-// Dot and cross product with every intermediate result rounded.
+// The dot product and the cross product, with every intermediate result rounded.
 
 float R_dot(vec3 a, vec3 b) {
     PRECISE vec3 p = R(a * b);

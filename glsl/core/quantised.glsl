@@ -1,12 +1,13 @@
-// Bounds in steps of the scene's box. The builder rounds them outward by the same expression as here, so
-// that a quantised box contains the exact box.
+// Quantised bounds of nodes: whole numbers of steps from the lower corner of the scene's box. The builder
+// decodes each bound by the same expression as here, and moves it outward until the decoded box contains
+// the exact box.
 
 #ifdef QUANTISED_NODES
 
 uniform vec3 quantum;
 
-// Read `quantum` once: llvmpipe fetches a uniform lane by lane at each use, also in a loop. The compiler
-// would replace a plain copy by the uniform, so store the result of an operation.
+// Read `quantum` once, because llvmpipe fetches a uniform lane by lane at each use, also in a loop. The
+// compiler would replace a plain copy by the uniform itself, so store the result of an operation (max).
 vec3 bound_step = max(quantum, vec3(0.0));
 
 vec3 decoded(uint x, uint y, uint z) {

@@ -8,15 +8,16 @@ struct Ray {
     vec3 inv_dir;    // finite: a zero component counts as TINY_DIRECTION
     bvec2 dominant;  // the largest component: x, y, or (if both are false) z
     vec3 shear;      // (x / z, y / z, 1 / z) of the direction, axes permuted so z is dominant
-    vec3 lo_origin;  // origins for the lower and upper box corners: see box.glsl
-    vec3 hi_origin;
+    vec3 lo_origin;  // the origins from which box_interval measures the lower and the upper corners of
+    vec3 hi_origin;  // boxes (core/slack.glsl)
 #ifdef AFTER_HIT
     int after;       // at t_min a ray hits only triangles with a higher index
 #endif
 };
 
-// Smallest component for the inverse direction. Directions are scaled so that their largest component
-// lies in [0.5, 1), or have unit length; a component this small does not move a ray across any scene.
+// The inverse direction replaces a smaller component by this number. The largest component of a direction
+// is at least 0.5, because directions have unit length or are scaled so that it lies in [0.5, 1). A
+// component as small as this number therefore does not visibly move a ray.
 const float TINY_DIRECTION = 1e-20;
 
 vec3 permuted(bvec2 dominant, vec3 v) {

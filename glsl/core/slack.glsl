@@ -1,11 +1,11 @@
-// The widening of boxes, so that rounding never loses a box that contains a hit. Instead of each box, the
-// origin from which its corners are measured is moved, once a ray.
+// Boxes are widened so that rounding never loses a box that contains a hit. The boxes themselves stay as
+// they are: each ray moves, once, the origins from which it measures the corners of boxes.
 //
 // Let u be ARITHMETIC_UNIT, and M the largest distance between origin and scene along any axis. The
-// distance along the box's own axis is not enough, since the watertight test shears depth along the
-// dominant axis onto the other two axes. For example, a scene in y = 0 and an origin next to it have no
-// distance along y, yet the test's t is off by several u M. The errors along an axis, to first order in u
-// (the steps are those of gpgpu_rt/numerics/error_bounds.py):
+// distance along one axis does not bound the error along this axis, since the watertight test shears depth
+// along the dominant axis onto the other two axes. For example, let the scene and the origin lie in the
+// plane y = 0: their distance along y is 0, yet the test's t is off by several u M. The following errors
+// arise along an axis, to first order in u (gpgpu_rt/numerics/error_bounds.py has the same steps):
 //
 //   6 u M             A sheared corner: u M by the subtraction, 3 u M by the product, 2 u M by the
 //                     sum. Edge functions have the right signs for the corners as computed. An
@@ -24,8 +24,9 @@
 // their box. The search loses such a hit if the search begins or ends between t and the box;
 // docs/extremes.md says how often.
 //
-// SPACING times the origin is added. It is at least half the distance to the next float: otherwise, in a
-// scene far from 0, the sum would round back to the origin and widen nothing.
+// The slack also includes SPACING times the origin, which is at least half the distance from the origin to
+// the next float. Without this term the sum of origin and slack could round back to the origin in a scene
+// far from 0, and no box would be widened.
 
 uniform vec3 scene_lo;
 uniform vec3 scene_hi;

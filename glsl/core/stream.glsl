@@ -4,9 +4,10 @@
 
 uniform int last_element;   // index of the last element drawn
 
-// Fragments that only complete a block of four also run, and their results are discarded. They process the
-// last element. Past the last element a loop might never end, and a renderer with a limit on iterations
-// would then stop the loops of the neighbouring fragments too.
+// A renderer runs fragments in blocks of four, so fragments beyond the stream also run; their results are
+// discarded. These fragments process the last element again. With an element past the end a loop might
+// never end, and a renderer that limits iterations would then stop the loops of the neighbouring fragments
+// too.
 int element() {
     ivec2 texel = ivec2(gl_FragCoord.xy);
     return min(texel.x + (texel.y << TABLE_WIDTH_LOG2), last_element);

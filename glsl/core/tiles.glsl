@@ -1,11 +1,11 @@
-// An atlas of tiles side by side, each as large as the state textures. Tiles replace the layers of a
-// layered texture, which this platform does not offer.
+// An atlas of tiles side by side, each as large as the state textures. Tiles take the place of the layers
+// of a layered texture, because a fragment program cannot choose the layer that it writes.
 
 uniform ivec2 tile_size;
 uniform int tiles_a_row;
 
-// Divide integers in float32, as period hardware did; software renderers are faster that way too. The
-// added half keeps quotients below 2^22 farther from whole numbers than their rounding error.
+// Divide integers as float32 numbers, as the cards of 2002-2006 did; software renderers are faster that way
+// too. Adding a half keeps each quotient below 2^22 farther from a whole number than its rounding error.
 ivec2 tile_of(ivec2 texel) {
     return ivec2((vec2(texel) + 0.5) / vec2(tile_size));
 }

@@ -1,20 +1,20 @@
-// Ray against triangle. All tests read the same record and report u and v, with p = (1 - u - v) v0 + u v1
-// + v v2. No test culls back faces, and a triangle without area is never hit.
+// Ray against triangle. All tests read the same record and report u and v of the hit point p = (1 - u - v)
+// v0 + u v1 + v v2. No test culls back faces, and a triangle without area is never hit.
 //
 // INTERSECTION_WOOP_WATERTIGHT: Woop, Benthin, Wald, "Watertight Ray/Triangle Intersection", JCGT 2013,
 // without its fallback to a wider format. An edge function depends on its two vertices only. The neighbour
 // across the edge computes the same value with the opposite sign, so no ray leaks between two triangles.
-// The axes are permuted without a swap: both windings are accepted.
-// Addition: the ray must also pass through the sheared triangle's box. Rounding never flips the sign of an
-// edge function but can make it zero, and three zeros count as a hit. Without the box a tiny triangle
-// would be "hit" from far away. The comparisons are exact, so the box loses no ray that is inside.
+// The paper swaps two axes to keep the winding; here they are not swapped, because both windings are
+// accepted. Addition: the ray must also pass through the sheared triangle's box. Rounding never flips the
+// sign of an edge function but can make it zero, and three zeros count as a hit. Without the box a tiny
+// triangle would be "hit" from far away. The comparisons are exact, so the box loses no ray that is inside.
 //
 // INTERSECTION_MOLLER_TRUMBORE: Moeller and Trumbore, "Fast, Minimum Storage Ray/Triangle
-// Intersection", 1997, with the determinant compared only to zero.
+// Intersection", 1997. Here the determinant is compared to zero and not to an epsilon.
 //
 // INTERSECTION_PLUCKER: signed volumes of the ray and each edge (Plucker coordinates; Amanatides and
-// Choi 1997), with vertices relative to the ray's origin. A volume within one ulp of the volumes' sum counts
-// as zero.
+// Choi 1997), with vertices relative to the ray's origin. A volume counts as zero if its absolute value is
+// at most one ulp of the sum of the three volumes.
 //
 // INTERSECTION_KENSLER_SHIRLEY: Kensler and Shirley, "Optimizing Ray-Triangle Intersection via
 // Automated Search", 2006: the variant with two cross products, one of which is the normal.
@@ -39,8 +39,8 @@ void accept(Ray ray, float t, float u, float v, int index, inout Hit hit) {
 
 #ifdef INTERSECTION_WOOP_WATERTIGHT
 
-// Shear a corner, given relative to the origin with permuted axes, onto the ray's axis: x and y are its
-// offset from the ray, z is its depth.
+// Shear space so that the ray becomes the z axis, and return a corner there: x and y are the corner's
+// offset from the ray, z is its depth. The corner p is relative to the ray's origin and has permuted axes.
 vec3 sheared(Ray ray, vec3 p) {
     PRECISE vec2 xy = R(p.xy - R(ray.shear.xy * p.z));
     return vec3(xy, p.z);
@@ -51,11 +51,12 @@ float edge_function(vec3 p, vec3 q) {
     return area;
 }
 
-// The signs of three numbers by the order of their bits as integers. llvmpipe's minimum of floats also
-// checks for NaN, and comparisons joined by `and` wait for one another. A NaN may count as any sign: det
-// and t are then NaN too, and nothing is hit.
+// These functions find the signs of three numbers by comparing the numbers' bits as integers, which is
+// fastest. llvmpipe's minimum of floats also checks for NaN, and comparisons joined by `and` wait for one
+// another. A NaN may count as any sign, because det and t are then NaN too and nothing is hit.
 
-const uint MINUS_ZERO = 0x80000000u;    // as unsigned: above all floats without a sign bit
+// As an unsigned integer, greater than the bits of every float whose sign bit is 0.
+const uint MINUS_ZERO = 0x80000000u;
 
 bool none_below_zero(vec3 v) {
     uvec3 bits = floatBitsToUint(v);

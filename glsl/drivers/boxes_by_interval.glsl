@@ -1,22 +1,23 @@
 // One test of a box for all rays of a packet, by interval arithmetic: Wald, Boulos, Shirley, "Ray Tracing
 // Deformable Scenes Using Dynamic Bounding Volume Hierarchies", TOG 2007.
 //
-// The rays of a turn agree in the signs of their directions (packet_turns.glsl). Each operation here is an
-// operation of `box_interval` (core/box.glsl) on the extreme values among the rays. Rounding is monotonic,
-// so if the interval of a box is empty, no ray is in the box.
+// A turn is the group of rays that walk together (packet_turns.glsl). Its rays agree in the signs of their
+// directions. Each operation here is an operation of `box_interval` (core/box.glsl) on the extreme values
+// among the rays. Rounding is monotonic, so if the interval of a box is empty, no ray is in the box.
 //
 // Departure: a turn includes only the waiting rays that begin within REACH of the first waiting ray, on
 // every axis. If a silhouette splits the shadow rays of a packet, bounds around all rays would contain most
 // of the scene. The packet would then walk through most of the tree.
 
-#define TESTERS(f) f(0);   // f(r) for each tester r of a box: the packet is a single tester
+#define TESTERS(f) f(0);   // calls f(r) for each tester r of a box; here the packet is the only tester
 
-// A share of the scene's largest side. Relative times of shadow rays at 1024x1024 with REACH 0.1, 0.01 and
-// 0.001 (software renderer): 4.9, 1 and 1.2 in the kitchen; 1, 1 and 3.0 on the bunny.
+// REACH is a share of the scene's largest side. 0.01 is the best of three shares that were measured with
+// shadow rays at 1024x1024 on a software renderer. With REACH 0.1, 0.01 and 0.001 the relative times were
+// 4.9, 1 and 1.2 in the kitchen, and 1, 1 and 3.0 on the bunny.
 const float REACH = 0.01;
 
-vec3 first_origin;   // the origin for the box corner that the rays meet first
-vec3 last_origin;    // the origin for the opposite corner
+vec3 first_origin;   // bounds all rays' origins for the box corner that the rays meet first
+vec3 last_origin;    // bounds all rays' origins for the opposite corner
 vec3 inv_lo;
 vec3 inv_hi;
 float t_first;
@@ -28,8 +29,8 @@ vec3 chosen(bvec3 which, vec3 yes, vec3 no) {
     return vec3(which.x ? yes.x : no.x, which.y ? yes.y : no.y, which.z ? yes.z : no.z);
 }
 
-// The corner that the rays meet first, and the opposite corner. In the octant copies of a tree, the corners
-// are already in this order, and so are the origins for the corners.
+// The corner that the rays meet first, and the opposite corner. The octant copies of a tree store the
+// corners in this order, and the rays have their origins in the same order.
 #ifdef OCTANTS
 
 vec3 met_first(vec3 lo, vec3 hi) {
@@ -93,7 +94,9 @@ bool begins_near(int r) {
     return max_component(abs(rays[r].origin - beginning)) <= reach;
 }
 
-// After multiplication by the signs, the extreme origins are a maximum and a minimum.
+// The extreme origin of an axis is a maximum or a minimum, depending on the sign of the directions along
+// this axis. Multiplied by the signs, the first origin is always a maximum and the last origin always a
+// minimum.
 void bound_origin(int r) {
     Ray ray = rays[r];
     bool here = ray.t_min < NEVER;
@@ -123,7 +126,8 @@ void bound_t_hit(int r) {
     t_last = rays[r].t_min < NEVER ? max(t_last, hits[r].t) : t_last;
 }
 
-// Update the end of the interval: rays end at their hits. Call this function after each leaf.
+// Update t_last, the end of the search: each ray's search ends at its nearest hit so far. Call this
+// function after each leaf.
 void bound_hits() {
     t_last = -NEVER;
     EACH(bound_t_hit)
@@ -152,12 +156,12 @@ vec3 ends_by_sign(vec3 a, vec3 positive, vec3 negative) {
                 end_by_sign(a.z, positive.z, negative.z));
 }
 
-// One interval that contains, for each ray, the part that lies in the box and is still to be searched.
-// Empty if x > y.
+// An interval of t, from x to y, that holds for all rays of the turn: the part of each ray that lies in the
+// box and is still to be searched lies within it. The interval is empty if x > y.
 vec2 searched(int r, vec3 lo, vec3 hi) {
     vec3 a = R(met_first(lo, hi) - first_origin);
     vec3 b = R(met_last(lo, hi) - last_origin);
-    // The sign of a factor decides which end of the inverse directions bounds the product.
+    // The sign of one factor decides which end of the range of inverse directions bounds the product.
     vec3 least = R(a * ends_by_sign(a, inv_lo, inv_hi));
     vec3 most = R(b * ends_by_sign(b, inv_hi, inv_lo));
     return vec2(larger(max_component(least), t_first), smaller(min_component(most), t_last));

@@ -1,6 +1,6 @@
 #version 330 core
-// Writes the results of a single-ray method for the rays that packets left unsettled. All other rays stay
-// unchanged.
+// The step limit of packets can leave rays unsettled. A single-ray method has traced these rays
+// (left_behind.frag), and this pass writes their results. All other rays stay unchanged.
 
 #include "core/precision.glsl"
 #include "core/phase.glsl"

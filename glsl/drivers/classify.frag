@@ -1,7 +1,7 @@
 #version 330 core
-// Lets through the rays in one phase. An occlusion query counts these rays. In a pass that writes depth,
-// the depth marks these rays for the kernel that they wait for. Phase UNFINISHED stands for every stopped
-// ray, whatever stopped it.
+// Keeps the fragments of the rays in one phase. An occlusion query counts them. In a pass that writes
+// depth, their depth marks the rays for the kernel that they wait for. Phase UNFINISHED selects every
+// stopped ray, whether the step cap or a full stack stopped it.
 
 #include "core/phase.glsl"
 #include <streams>

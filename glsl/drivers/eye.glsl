@@ -1,6 +1,7 @@
 // Rays from the eye through places of the image, row 0 at the top. If the eye is far outside the scene's
-// sphere, rays start nearer, as in rays/far_origins.py. A picture needs no t. The rounding of the start
-// moves a ray less than the rounding of the direction does.
+// sphere, rays start nearer to the scene, as in gpgpu_rt/rays/far_origins.py. Their t then counts from this
+// start, which is harmless because a picture needs no t. Rounding the start moves a ray less than rounding
+// the direction does.
 
 uniform vec3 eye;
 uniform vec3 right;
@@ -8,9 +9,9 @@ uniform vec3 up;
 uniform vec3 forward;
 uniform vec2 size;
 uniform vec3 centre;    // centre of the scene's sphere
-uniform float beyond;   // rays start this far before the centre; 0 where the eye is near
+uniform float beyond;   // rays start this far before the centre; 0: rays start at the eye
 
-// ``place`` in pixels, (0, 0) the image's corner.
+// The eye ray through a place of the image. `place` is in pixels from the upper left corner.
 Rays eye_ray(vec2 place) {
     vec2 at = 2.0 * place / size - 1.0;
     vec3 direction = normalize(forward + at.x * right - at.y * up);

@@ -1,7 +1,7 @@
 #version 330 core
-// Eye rays through the pixel centres (Purcell et al. 2002, the first of their four kernels). With `aside`
-// all rays are shifted from the centres by the same distance. The accumulation buffer adds such pictures up
-// (Haeberli and Akeley, "The Accumulation Buffer", SIGGRAPH 1990).
+// Eye rays through the pixel centres (Purcell et al. 2002, the first of their four kernels). `aside` shifts
+// all rays from the pixel centres by the same distance. The accumulation buffer adds up pictures with
+// different shifts (Haeberli and Akeley, "The Accumulation Buffer", SIGGRAPH 1990).
 
 #include "core/precision.glsl"
 #include <streams>

@@ -1,6 +1,6 @@
 #version 330 core
-// The rays that packets left unsettled, for a single-ray method to trace. All other rays get an empty
-// interval.
+// Selects the rays that packets left unsettled because of the step limit. A single-ray method then traces
+// them. All other rays get an empty interval.
 
 #include "core/precision.glsl"
 #include "core/phase.glsl"

@@ -1,5 +1,6 @@
 #version 330 core
-// The values of a candidate that blending combines for the candidate's ray.
+// Writes a candidate, which is a possible nearest hit of a ray. Blending combines the candidates of each
+// ray (nearest.vert).
 
 #include <records>
 #include "core/fetch.glsl"

@@ -3,15 +3,16 @@
 // hits to several render targets (Horn et al. 2007). The file <targets> defines the layout of the hits. A
 // separate pass writes the counters.
 //
-// With SETTLED_ALONE a packet that leaves a ray unsettled is discarded. An occlusion query then tells
-// whether there is such a packet. If so, all packets are drawn again without SETTLED_ALONE. So no pass has
-// to read the hits for the sake of a step limit that packets hardly ever reach.
+// A ray is unsettled if the step limit stopped its packet before the ray's search was over. With
+// SETTLED_ALONE a packet that leaves a ray unsettled is discarded, and an occlusion query shows whether a
+// packet is missing. If so, all packets are drawn again without SETTLED_ALONE. The query makes a pass that
+// searches the hits for unsettled rays unnecessary; packets hardly ever reach the step limit.
 //
 // The file <method> defines four functions:
 //   `start_packet` sets up all rays.
 //   `begin_turn` begins the walk of the rays of a turn (drivers/packet_turns.glsl).
 //   `step_packet` continues the walk. It returns false when the rays of the turn have finished.
-//   `is_settled(r)` is false for a ray that the step limit stopped.
+//   `is_settled(r)` is false if the step limit stopped ray r.
 // Loops test their condition at the bottom, for the reason given in drivers/traverse.frag.
 
 #include "core/precision.glsl"
@@ -30,7 +31,7 @@
 #include <targets>
 
 #ifdef STATISTICS
-out vec4 packet_counters;   // in a pass of its own: hits may fill all render targets
+out vec4 packet_counters;   // written in a separate pass, because hits may fill all render targets
 #else
 layout(location = 0) out TARGET packet_target[PACKET_TARGETS];
 #endif

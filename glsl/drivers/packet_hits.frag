@@ -1,6 +1,7 @@
 #version 330 core
-// From packets to rays: writes the state, hit and counters of each ray as a single-ray method writes them.
-// The file <targets> defines the layout of the hits in the packets' render targets.
+// Distributes the results of packets to their rays: writes the state, hit and counters of each ray in the
+// form in which a single-ray method writes them. The file <targets> defines the layout of the hits in the
+// packets' render targets.
 
 #include "core/precision.glsl"
 #include "core/fetch.glsl"

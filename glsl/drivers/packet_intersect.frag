@@ -1,7 +1,7 @@
 #version 330 core
-// The rays' part of a packet's step under the schedule `step`. One fragment serves one ray, as a packet of
-// this ray alone. Every ray whose packet is at a triangle tests the triangle. The state of a ray repeats the
-// phase and the steps of its packet.
+// The part of a packet's step that runs for each ray, under the schedule `step`. One fragment serves one
+// ray, as a packet of this ray alone. If the packet is at a triangle, each of its rays tests the triangle. A
+// ray's state begins with a copy of the phase and the step count of its packet.
 //
 // The file <ray_step> defines `step_ray`. It does the step of the ray in rays[0] and hits[0], and returns
 // the ray's new state.

@@ -1,8 +1,8 @@
 #version 330 core
-// The result of packets without a hit or without a live ray. It is drawn over the tiles that
-// drivers/packet.frag omits, and only into the targets that hold triangles, because no reader needs more of
-// a miss. To clear whole targets first would write most texels twice. Packets that are not drawn count
-// nothing.
+// Writes "no hit" for the packets of the tiles that drivers/packet.frag omits: these packets have no live
+// ray, or hit nothing. Only the render targets that hold triangles are written, because a reader that finds
+// no triangle reads nothing else. Clearing whole targets before the trace would write most texels twice.
+// The counters of these packets are 0.
 
 #include <streams>
 

@@ -4,7 +4,8 @@ int first_node(int root) {
     return root;
 }
 
-// The node at which a walk along escape indices continues. Without an entry there are no jumps.
+// The node at which a walk along escape indices continues. Only a packet that starts at an entry has jumps,
+// so this function returns its argument.
 int jumped(int to) {
     return to;
 }

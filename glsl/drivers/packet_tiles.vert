@@ -1,10 +1,10 @@
 #version 330 core
-// Points that cover side x side packets each. A tile without a live ray, or a tile whose beam meets
-// nothing, gets no point, so its packets are not drawn at all. Tile culling thus rejects packets before any
-// fragment is created. A mask by depth (Purcell et al. 2002) tests every fragment.
+// Draws a point over each tile of side x side packets. A tile without a live ray, or a tile whose beam
+// meets nothing, gets no point, so its packets are not drawn at all. This culling rejects packets before
+// any fragment is created, whereas a mask by depth (Purcell et al. 2002) tests every fragment.
 
-in ivec2 square;          // number of the square, across and down
-uniform ivec2 squares;    // number of squares, across and down
+in ivec2 square;          // column and row of the tile
+uniform ivec2 squares;    // number of tiles, across and down
 uniform int side;
 
 void main() {

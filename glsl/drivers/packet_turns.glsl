@@ -1,14 +1,16 @@
-// Turns. A walk has one order of nodes, and rays whose directions differ in a sign need different orders.
-// The rays that agree with the first unsettled ray walk together. All other rays wait for a later turn.
+// The turns of a packet's rays. A walk visits nodes in one order, but rays whose directions differ in a
+// sign need different orders. A packet therefore walks several times. In each turn the rays that agree with
+// the first waiting ray walk together, and all other rays wait for a later turn.
 
 #include "core/octant.glsl"
 
 const float NEVER = 3.0e38;   // t_min of a ray that waits or is settled
 
 float t_turn[RAYS];           // t_min of a ray that waits for its turn, else NEVER
-int octant[RAYS];             // the octant of the ray, and with it the ray's turn
-int turn;                     // the current turn. Bit a is set where axis a is negative; where the rays
-                              // share a dominant axis as well, that axis times 8 is added.
+int octant[RAYS];             // the octant of the ray, which is also the number of the ray's turn
+int turn;                     // the number of the current turn. Bit a is set if the directions are
+                              // negative along axis a. If the rays of a turn also share a dominant
+                              // axis, 8 times that axis is added.
 
 // The octant of a ray's direction. If neither the order of nodes nor a bound depends on signs, all rays
 // have octant 0 and walk together.
@@ -24,7 +26,7 @@ void find_turn(int r) {
     turn = turn < 0 && t_turn[r] != NEVER ? octant[r] : turn;
 }
 
-// Choose the turn of the first ray that waits. False when no ray waits.
+// Choose the turn of the first ray that waits. Return false when no ray waits.
 bool rays_wait() {
     turn = -1;
     EACH(find_turn)

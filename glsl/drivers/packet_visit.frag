@@ -1,7 +1,7 @@
 #version 330 core
-// A step of packets under the schedule `step`. One fragment runs one kernel of one packet. In the pass
-// before this pass, the rays have done their part of the step (drivers/packet_intersect.frag, one fragment a
-// ray).
+// A step of packets under the schedule `step`. One fragment runs one kernel of one packet. Before this pass,
+// another pass has done the rays' part of the step with one fragment for each ray
+// (drivers/packet_intersect.frag).
 //
 // The file <method> is the method's own file, as under `loop`. The file <stepwise> defines functions of
 // `packet`, the packet's state:

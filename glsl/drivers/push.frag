@@ -1,6 +1,7 @@
 #version 330 core
-// The push of kd-texture-stack. The pass draws every tile of the atlas where rays live. A fragment survives
-// in the tile that the stack pointer of its ray names.
+// The push of kd-texture-stack. Each tile of the atlas holds one stack level of all rays. The pass draws
+// every tile, so each live ray has a fragment in every tile. Only the fragment in the tile that the ray's
+// stack pointer names survives and writes the entry.
 
 #include "core/precision.glsl"
 #include "core/tiles.glsl"

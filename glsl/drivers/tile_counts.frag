@@ -1,7 +1,7 @@
 #version 330 core
-// The number of rays in each tile that wait for each kernel. The host omits tiles without waiting rays.
-// Period hardware culled masked tiles with its hierarchical depth buffer; a software renderer has no such
-// buffer.
+// Counts the rays in each tile that wait for each kernel. The host omits tiles without waiting rays. The
+// cards of 2002-2006 culled masked tiles with a hierarchical depth buffer, which a software renderer does
+// not have.
 
 #include <streams>
 

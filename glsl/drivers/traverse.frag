@@ -4,7 +4,7 @@
 //   `kernels`: A pass runs one kernel, ONLY_KERNEL. Rays that wait for another kernel stay unchanged.
 //   `step`: Each ray runs the kernel that its own state requests, one step a pass.
 //   `loop`: As `step`, with as many steps in a pass as the renderer's limit on loops allows.
-// Under `loop`, HITS_ALONE keeps the state in registers and discards a ray whose traversal does not end.
+// The file behind <states> stores states in textures, or keeps them in registers.
 // START sets up the state. Then SINGLE_STEP runs one step, or MANY_STEPS runs `steps_per_pass` steps.
 // Without either define the pass only sets up the state.
 //
@@ -27,6 +27,7 @@
 #include "core/triangle.glsl"
 #include "core/phase.glsl"
 #include <method>
+#include <states>
 
 uniform int steps_per_pass;
 uniform int step_cap;
@@ -103,13 +104,7 @@ void main() {
         state.phase = UNFINISHED;
     }
 
-#ifdef HITS_ALONE
-    if (state.phase != DONE) {
-        discard;
-    }
-#else
-    state_store(state);
-#endif
+    end_pass(state);
     hit_store(hit);
     STORE_COUNTERS;
 }

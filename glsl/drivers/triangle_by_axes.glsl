@@ -1,14 +1,15 @@
 // The watertight test of a triangle by the rays of a turn, which agree in their dominant axis.
 //
 // The rays share the corners with permuted axes. If all rays of the image have one origin, the rays also
-// share the corners relative to that origin. Each operation is an operation of `test_triangle` on the same
-// numbers, so the hits have the same bits. A method defines PRESENT(r): whether ray r belongs to the turn.
+// share the corners relative to that origin. The operations are those of `test_triangle` on the same
+// numbers, so the hits have the same bits. A method defines PRESENT(r), which says whether ray r belongs to
+// the turn.
 
 int shared_axis(Ray ray) {
     return ray.dominant.x ? 0 : ray.dominant.y ? 8 : 16;
 }
 
-vec3 corners[3];   // axes permuted; relative to the origin where all rays have one origin
+vec3 corners[3];   // axes permuted; relative to the origin if all rays have one origin
 
 #ifdef RAYS_TEXEL_0_UNIFORM   // all rays have one origin
 

@@ -2,14 +2,14 @@
 // If all corners of a triangle lie outside one side of the frustum around the packet's rays, the packet
 // skips the triangle.
 //
-// The frustum's sides are the sides of the watertight test. The watertight test moves each corner along the
-// ray onto the plane through the ray's origin. It rejects a triangle whose moved corners all lie on one
-// side of 0. Here each operation works on intervals that hold the operands of every ray. Rounding is
-// monotonic, so the interval of a corner holds the corner as each ray computes it. No ray therefore accepts
+// The watertight test decides the four sides of the frustum. It moves each corner along the ray onto the
+// plane through the ray's origin, and rejects a triangle whose moved corners all have x or y of one sign.
+// Here the same operations work on intervals that contain the operands of every ray. Rounding is monotonic,
+// so the interval of a corner contains the corner as each ray computes it. Every ray would therefore reject
 // a culled triangle. Culling needs no margin and loses no triangle, in any precision.
 //
-// Departures: the frustum belongs to the packet and is not computed anew in each leaf, so rays that diverge
-// before they reach a leaf cull little. Rays with different dominant axes cull nothing.
+// Departures: the frustum is computed once for a turn of the packet and not anew in each leaf, so a packet
+// whose rays diverge culls little. If the rays have different dominant axes, the packet culls nothing.
 
 vec3 cull_origin_lo;    // bounds of the origins and shears, axes permuted as the rays permute them
 vec3 cull_origin_hi;
@@ -45,8 +45,8 @@ void bound_frustum() {
     EACH(bound_for_culling)
 }
 
-// Whether a corner lies outside each side for all rays. Components x and y: below 0 on this axis.
-// Components z and w: above 0.
+// For each of the four sides, whether a corner lies outside the side for all rays. Components x and y say
+// whether the moved corner is below 0 along x and y; components z and w say whether it is above 0.
 bvec4 sides_outside(vec3 corner) {
     vec3 at = permuted(cull_dominant, corner);
     PRECISE vec3 lo = R(at - cull_origin_hi);

@@ -1,13 +1,13 @@
 #version 330 core
 // Final gathering by parallel projection (Hachisuka, GPU Gems 2, chapter 38, 2005; survey, section 5):
-// project each receiving point into the bundle. If the point lies between these two neighbouring
-// layers, it sees the layer that it faces along the bundle, and receives this layer's light times the
-// cosine. A single peeling serves both ways along the direction.
+// project each receiving point into the bundle. The pass has two neighbouring layers of the bundle. A point
+// between them sees the layer that it faces, and receives this layer's light times the cosine. One peeling
+// serves points that look along the bundle and points that look against it.
 //
 // Departures: a layer's depth is the depth of its triangle's plane at the point itself, not at the pixel's
-// centre. The point's own surface therefore needs no bias that grows with its slope, only a fraction of a
-// pixel for surfaces that bend away from a neighbour's plane. Points that face either way share a peeling,
-// whereas the chapter looks along one way.
+// centre. The point therefore needs no bias that grows with the slope of its surface. It is lifted by only
+// a fraction of a pixel, because a curved surface bends away from the plane of a neighbouring triangle. In
+// the chapter a peeling serves points that look in one direction only.
 
 #include <constants>
 #include "core/fetch.glsl"

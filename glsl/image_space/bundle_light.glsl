@@ -1,15 +1,17 @@
 // Radiance that neighbouring layers of a bundle send each other. The sky lies beyond the first and last
 // layer.
 
-uniform vec3 sky_before;    // sky radiance along the bundle, and against it
+uniform vec3 sky_before;    // radiance of the sky before the first layer, and behind the last
 uniform vec3 sky_behind;
-uniform float weight;       // solid angle of the bundle, for either way
+uniform float weight;       // solid angle of the bundle in one direction
 
-// Radiance that leaves the side of a triangle which faces the viewer, or faces away.
+// Radiance that leaves a layer towards the viewer. `side` is the side of a triangle that faces the viewer, or
+// -1 for the sky behind the last layer.
 vec3 seen_from_before(int side) {
     return side < 0 ? sky_behind : leaving_radiance(side);
 }
 
+// Radiance that leaves a layer away from the viewer, through the other side of the triangle.
 vec3 seen_from_behind(int side) {
     return side < 0 ? sky_before : leaving_radiance(side ^ 1);
 }

@@ -1,5 +1,5 @@
 #version 330 core
-// A corner of a triangle in a parallel projection (see bundle_peel.frag).
+// Projects a corner of a triangle along the bundle's direction (see bundle_peel.frag).
 
 #include <constants>
 #include "core/fetch.glsl"

@@ -1,7 +1,7 @@
 #version 330 core
-// Look up a caustic as in a shadow map (Shah, Konttinen and Pattanaik 2007; see caustic_splat.vert). A
-// point that the light sees receives the flux of its texel of the light's image, divided by the area that
-// the texel covers on the surface.
+// Look up the caustic map as one looks up a shadow map (Shah, Konttinen and Pattanaik 2007; see
+// caustic_splat.vert). A point that the light sees receives the flux of its texel in the light's image,
+// divided by the area that the texel covers on the surface.
 
 #include "stages/cover.glsl"
 

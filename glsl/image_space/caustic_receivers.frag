@@ -4,7 +4,7 @@
 
 in vec3 place;
 
-out vec4 receiver;    // position, and 1 where a receiver exists
+out vec4 receiver;    // position; w is 1 where a receiver exists, else 0
 
 void main() {
     receiver = vec4(place, 1.0);

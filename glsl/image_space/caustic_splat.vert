@@ -2,12 +2,13 @@
 // Find the receiver of a photon in the light's image, and place a point there (Shah, Konttinen and
 // Pattanaik 2007; survey, section 5). A photon is a vertex that leaves the refractor at V along T. Guess a
 // distance d, look up the receiver that the light sees behind V + d T, use the distance of this receiver
-// from V as the next guess, and repeat. Blending adds the points' light: the caustic map.
+// from V as the next guess, and repeat. Blending adds up the light of the points; the sum is the caustic
+// map.
 //
-// Departures: the first guess is d = 0 instead of one unit, so that scale does not matter; and a photon
-// is dropped if another surface blocks its way to the refractor, or if it leaves the light's image.
-// KNOWN: the landing points are given, for example by traced rays. HOME: write each photon's landing point
-// to the photon's own texel, for readback.
+// Departures: the first guess is d = 0 instead of one unit, so that the scene's scale does not matter. A
+// photon is dropped if another surface blocks its way to the refractor, or if it leaves the light's image.
+// With KNOWN the landing points are given, for example by traced rays. With HOME each photon's landing
+// point goes to the photon's own texel, for readback.
 
 #include <constants>
 #include "stages/cover.glsl"
@@ -22,7 +23,7 @@ uniform sampler2D receivers;
 uniform int iterations;
 #endif
 #ifndef HOME
-uniform float splat;      // pixels a side of a point
+uniform float splat;      // side of a point, in pixels
 #endif
 
 flat out vec4 arrived;

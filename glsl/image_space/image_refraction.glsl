@@ -4,9 +4,9 @@
 uniform sampler2D back_faces;    // normals, and distances from the eye
 uniform float ior;
 
-const float LEFT = 1.0;          // kinds, as in render/image_space/refraction.py
-const float UNSEEN = 2.0;
-const float TOTAL = 3.0;         // at either border
+const float LEFT = 1.0;          // kinds of exits, as in gpgpu_rt/render/image_space/refraction.py
+const float UNSEEN = 2.0;        // the exit lies outside the image of the back faces
+const float TOTAL = 3.0;         // total reflection at one of the two borders
 
 struct Through {
     vec3 exit;         // exit point

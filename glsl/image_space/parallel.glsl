@@ -1,5 +1,5 @@
-// A parallel projection of all that lies in a sphere: pixels across, and a depth in world units that
-// begins where the sphere does.
+// A parallel projection of everything inside a sphere. x and y are in pixels. The depth is in world units
+// and is 0 at the near end of the sphere.
 
 uniform vec3 centre;
 uniform float reach;        // the sphere's radius

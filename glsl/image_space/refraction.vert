@@ -1,11 +1,11 @@
 #version 330 core
-// A corner of a transparent mesh (see refraction_front.frag).
+// Projects a corner of a transparent mesh (see refraction_front.frag).
 
 #include "stages/cover.glsl"
 
 in vec3 corner;
 in vec3 normal;
-in float inner;     // distance to the opposite side, against the normal
+in float inner;     // thickness of the mesh at this corner, measured against the normal
 
 out vec3 place;
 out vec3 blended;

@@ -1,11 +1,11 @@
 #version 330 core
 // Second pass of image-space refraction (Wyman, "An Approximate Image-Space Approach for Interactive
-// Refraction", 2005; survey, section 5): refract light at the entry; estimate the exit by a blend of
-// two thicknesses, along the eye ray and against the normal; refract there by the normal that the first
-// pass shows at the exit.
+// Refraction", 2005; survey, section 5): refract light where it enters the mesh. Blend two thicknesses, one
+// along the eye ray and one against the normal, into an estimate of the exit point. At the exit, refract
+// light by the normal that the first pass wrote there.
 //
-// Departure: past the critical angle light is reflected once and then leaves. Where the exit lies outside
-// the image of the first pass, light continues unrefracted. `kind` distinguishes both cases from a proper
+// Departure: past the critical angle, light is reflected once and then leaves. If the exit lies outside the
+// image of the first pass, light leaves unrefracted. `kind` distinguishes these two cases from an ordinary
 // exit.
 
 #include "stages/cover.glsl"

@@ -1,14 +1,15 @@
 // Light sampling at a vertex of a path: choose a light by Walker's alias method (1977), from the table of
-// gpgpu_rt/scene/light_choice.py, and a point on the light. The surroundings of the scene have no point:
-// asked_surroundings.glsl samples a direction towards them.
+// gpgpu_rt/scene/light_choice.py, and a point on the light. The surroundings of the scene have no points;
+// asked_surroundings.glsl samples a direction towards them. The light that light sampling has chosen is
+// called the asked light.
 
 uniform int light_count;
-uniform float light_density;    // density of sampled points by area, over the luminance of their emission
+uniform float light_density;    // density of sampled points by area, divided by the luminance of their emission
 
 struct AskedLight {
     vec3 place;
-    vec3 normal;        // of a triangle; zero for a point light
-    vec3 strength;      // radiance of a triangle; for a point light, irradiance over its probability
+    vec3 normal;        // normal of a triangle; zero for a point light
+    vec3 strength;      // radiance of a triangle; for a point light, irradiance divided by its probability
     float blur;         // the shadow ray must end this far before the light's surface
     bool far;           // the light is the surroundings of the scene
 };

@@ -1,7 +1,9 @@
-// Light sampling of the surroundings. Directions towards an image are sampled by its brightness and weighed
-// as points on emitting triangles are. A sky is even: it is sampled by a second direction from the
-// surface's own distribution. This direction and the path's own are equally good, and are weighed by how
-// often they are drawn. Include after scatter.glsl, surroundings.glsl, luminance.glsl and both_ways.glsl.
+// Light sampling of the surroundings. If the surroundings are an image, directions are sampled by its
+// brightness, and get weights by multiple importance sampling as points on emitting triangles do. A sky has
+// an even brightness, so a second direction is drawn from the surface's own distribution. The path's next
+// direction has the same distribution. The two directions therefore get equal weights, corrected for how
+// often light sampling draws the second one (`far_chance`). Include after scatter.glsl, surroundings.glsl,
+// luminance.glsl and both_ways.glsl.
 
 uniform int far_light;      // the surroundings' number among the lights
 uniform float far_chance;   // the probability that light sampling chooses them
@@ -10,8 +12,8 @@ uniform float far_chance;   // the probability that light sampling chooses them
 #include "render/image_light.glsl"
 #endif
 
-// The light from the surroundings that the surface sends along the ray if nothing is in between, and the
-// sampled direction towards the surroundings.
+// Sample a direction towards the surroundings. Return the light from there that the surface sends back
+// along the ray if no triangle is in between.
 vec3 surroundings_asked(Surface surface, Scatter scatter, vec4 random, out vec3 direction) {
 #ifdef ASKED_IMAGE
     if (surroundings_kind == IMAGE_KIND) {
@@ -30,7 +32,8 @@ vec3 surroundings_asked(Surface surface, Scatter scatter, vec4 random, out vec3 
                               : vec3(0.0);
 }
 
-// The weight of the surroundings' light for a path that leaves the scene, by the density of its direction.
+// The weight of the surroundings' light for a path that leaves the scene. `density` is the density with
+// which the path drew its direction; it is 0 after a mirror.
 float surroundings_share(vec3 direction, vec3 radiance, float density) {
     if (density == 0.0 || far_chance == 0.0) {
         return 1.0;

@@ -1,9 +1,9 @@
-// Multiple importance sampling by the power heuristic with exponent 2 (Veach and Guibas 1995): weighs two
-// strategies that can find the same light by their densities. The twin: `_power_weight` of
-// gpgpu_rt/reference/path.py.
+// Multiple importance sampling by the power heuristic with exponent 2 (Veach and Guibas 1995): combines two
+// strategies that can find the same light. The weight of a strategy follows from the densities of both
+// strategies. `_power_weight` of gpgpu_rt/reference/path.py is the float64 version.
 
-// The weight of the strategy with density ``mine``, divided by that density. Zero where the strategy never
-// samples the direction.
+// The weight of the strategy with density ``mine``, divided by that density. The result is zero if the
+// strategy never samples the direction.
 float power_weight(float mine, float other) {
     float most = max(mine, other);
     vec2 part = vec2(mine, other) / most;

@@ -1,5 +1,5 @@
 #version 330 core
-// Copy the light that a packed path has found so far.
+// Copy the light that a packed path has found so far to the path's own texel (see bring_back.vert).
 
 #include <streams>
 

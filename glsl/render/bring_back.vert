@@ -1,11 +1,12 @@
 #version 330 core
-// Place a point for each packed path at the texel that the path came from; bring_back.frag copies its
-// light.
+// path_pack.frag has copied the live paths of a wave, which is the set of paths traced at once, side by
+// side. Place a point for each packed path at the texel that the path came from. bring_back.frag copies the
+// path's light to this texel.
 
 #include <sources>
 #include "stages/sorted_place.glsl"
 
-uniform ivec2 size;         // of the wave
+uniform ivec2 size;         // size of the wave's textures
 uniform int squares_a_row;   // squares per row of the textures that hold the packed paths
 
 flat out ivec2 source;

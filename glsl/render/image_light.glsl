@@ -1,9 +1,9 @@
-// Sample directions towards an image around the scene with a density proportional to its brightness. The
-// twin, gpgpu_rt/scene/image_light.py, documents the algorithm. Include after surroundings.glsl,
-// sample.glsl and luminance.glsl.
+// Sample directions towards an image around the scene with a density proportional to its brightness.
+// gpgpu_rt/scene/image_light.py does the same in numpy and documents the algorithm. Include after
+// surroundings.glsl, sample.glsl and luminance.glsl.
 
 uniform sampler2D surroundings_sums;    // cumulative probabilities of the cells of each row
-uniform float image_density;            // density over luminance, if all rows had the same length
+uniform float image_density;            // density divided by luminance, if all rows had the same length
 
 struct FarLight {
     vec3 direction;
@@ -63,8 +63,8 @@ FarLight ask_image(vec2 random) {
     vec3 ends[2] = vec3[2](mix(upper[0], lower[0], part.y), mix(upper[1], lower[1], part.y));
     part.x = sample_linear(luminance(ends[0]), luminance(ends[1]), part.x);
     vec3 radiance = mix(ends[0], ends[1], part.x);
-    // Compute with half of the latitude and a quarter of the longitude, for which the polynomials of sine
-    // and cosine are accurate.
+    // Compute sine and cosine of half the latitude and of a quarter of the longitude, because the
+    // polynomials are accurate for small angles. Then double the angles.
     float first = max(float(row) - 0.5, 0.0);
     float last = min(float(row) + 0.5, float(size.y));
     vec2 up = sine_and_cosine(SAMPLE_PI * (0.25 - 0.5 * mix(first, last, part.y) / float(size.y)));

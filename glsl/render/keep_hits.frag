@@ -1,5 +1,6 @@
 #version 330 core
-// Copy the hits for the lights after the first: tracing shadow rays overwrites the hits.
+// Copy the hits for the second light and all further lights, because tracing shadow rays overwrites the
+// hits.
 
 #include "core/precision.glsl"
 #include <streams>

@@ -2,7 +2,7 @@
 // blocks it.
 
 uniform vec3 light_position;    // position of a point light, or first corner of an emitting triangle
-uniform vec3 light_intensity;   // intensity of a point light; for a triangle, radiance times area over pi
+uniform vec3 light_intensity;   // intensity of a point light; for a triangle, radiance times area divided by pi
 
 #include "render/light_end.glsl"
 #if defined(AREA_LIGHTS) || defined(GLOSSY)
@@ -15,11 +15,12 @@ uniform vec3 light_intensity;   // intensity of a point light; for a triangle, r
 uniform bool light_is_area;
 uniform vec3 light_edge_u;      // edges from the first corner to the second and third
 uniform vec3 light_edge_v;
-uniform vec2 light_place;       // in the unit square, the same for all pixels
-uniform ivec2 corner;           // of the drawn region, in the picture
+uniform vec2 light_place;       // sample point in the unit square, the same for all pixels
+uniform ivec2 corner;           // corner of the drawn region, in the picture
 
 // All pixels use the same sample points, shifted around the unit square by random numbers of the pixel
-// (Cranley and Patterson 1976): errors become noise instead of the edges of several shadows.
+// (Cranley and Patterson 1976). Without the shift errors would show as the edges of several shadows; with
+// it they show as noise.
 vec3 place_on_light(ivec2 pixel) {
     vec2 moved = random_numbers(random_counter(uvec2(corner + pixel), 0u, 0u, 0u, 0u)).xy;
     vec2 uv = sample_triangle(fract(light_place + moved));
@@ -28,8 +29,8 @@ vec3 place_on_light(ivec2 pixel) {
 #endif
 
 #ifdef GLOSSY
-// A lobe around the mirror direction that conserves energy (Lafortune and Willems 1994), times pi: light
-// intensities are irradiances over pi.
+// A lobe around the mirror direction that conserves energy (Lafortune and Willems 1994), times pi. The
+// factor pi is there because light intensities are irradiances divided by pi.
 vec3 glossy_light(Surface surface, vec3 to_light, vec3 direction) {
     float exponent = glossy_exponent(surface.material);
     float cosine = dot(to_light, reflect(direction, surface.normal));

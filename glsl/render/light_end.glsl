@@ -1,12 +1,12 @@
 // The end of a shadow ray, which must not hit the light that the ray aims at.
 
-// Relative error of the end: five roundings for the distance, one for the direction, and six for the test
-// of a surface there (its vertices and the shear); then the direction and the end are stored. The ray ends
-// this much before the light.
+// The relative error of a shadow ray's end. Computing the distance needs five roundings, the direction one,
+// and the test of a surface at the light six (its vertices and the shear). Storing the direction and the
+// end rounds again. The ray ends this share of its length before the light.
 const float LIGHT_ERROR = 12.0 * ARITHMETIC_UNIT + 4.0 * STORAGE_UNIT;
 
-// The error of a point on a triangle along the normal: a few units of the largest coordinate for the point,
-// and as many units of the triangle's extent for the triangle test.
+// The error of a point on a triangle, along the triangle's normal. The point has an error of a few units of
+// its largest coordinate. The triangle test adds as many units of the triangle's extent.
 float place_error(vec3 place, vec3 edge_u, vec3 edge_v) {
     vec3 off = abs(place) + abs(edge_u) + abs(edge_v);
     return LIGHT_ERROR * max(max(off.x, off.y), off.z);

@@ -3,11 +3,11 @@
 
 struct Onward {
     vec3 direction;
-    vec3 share;     // of that direction's light that goes back along the ray; zero: no ray continues
+    vec3 share;     // share of the light from this direction that goes back along the ray; zero: no ray
     vec3 side;      // the flat normal on the side of the outgoing direction
 };
 
-// The reflected direction, or the refracted one.
+// The ray that continues from a surface: the refracted ray if `refracts`, else the reflected ray.
 Onward onward(Surface surface, vec3 incoming, bool refracts) {
     Onward on = Onward(reflect(incoming, surface.normal), vec3(0.0), surface.flat_normal);
 #ifdef MIRRORS
@@ -26,7 +26,8 @@ Onward onward(Surface surface, vec3 incoming, bool refracts) {
         }
     }
 #endif
-    // A blended normal may send the ray to the wrong side of the triangle: reflect it by the flat normal.
+    // A blended normal may send the ray to the wrong side of the triangle. In this case reflect the ray by
+    // the flat normal.
     if (dot(on.direction, on.side) <= 0.0) {
         on.direction = reflect(on.direction, on.side);
     }

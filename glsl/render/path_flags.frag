@@ -1,12 +1,12 @@
 #version 330 core
-// Flag the texels that hold a live path, in the order of squares of texels; a scan of these flags follows.
-// Squares may extend beyond the edge of the texture.
+// Flag the texels that hold a live path, for a scan. The flags are in the order of squares of texels
+// (stages/sorted_place.glsl). A square may extend beyond the edge of the texture.
 
 #include <streams>
 #include "core/stream.glsl"
 #include "stages/sorted_place.glsl"
 
-uniform ivec2 size;         // of the textures
+uniform ivec2 size;         // size of the textures
 uniform int squares_a_row;   // squares per row of the textures
 
 void main() {

@@ -1,7 +1,7 @@
 #version 330 core
-// Add a vertex's light to its path by blending: light met by the path (`lit`), and sampled light where no
-// shadow ray hit. A path that adds nothing and has ended discards, so that an occlusion query around this
-// pass tells when no further vertex is needed.
+// Add the light of a path's vertex to the path by blending. This is the light that the path met (`lit`),
+// plus the sampled light if the shadow ray hit nothing. The fragment of an ended path that adds nothing
+// discards. An occlusion query around this pass thus shows when no further vertex is needed.
 
 #include <streams>
 #include "core/hit.glsl"

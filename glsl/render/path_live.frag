@@ -1,5 +1,5 @@
 #version 330 core
-// Discard ended paths: an occlusion query around this pass counts the live paths.
+// Discard ended paths, so that an occlusion query around this pass counts the live paths.
 
 #include <streams>
 

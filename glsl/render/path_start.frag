@@ -1,5 +1,5 @@
 #version 330 core
-// Start the paths: an eye ray through a random position in the pixel.
+// Start the paths: each begins with an eye ray through a random position in its pixel.
 
 #include "core/precision.glsl"
 #include <streams>

@@ -1,5 +1,5 @@
 #version 330 core
-// Find for each tile of pixels whether it holds a live path: one texel a tile.
+// Find for each tile of pixels whether it holds a live path. A fragment writes the result of one tile.
 
 #include <streams>
 

@@ -1,7 +1,7 @@
 #version 330 core
-// Shade a vertex of every path (Kajiya 1986): write the light found there, the shadow ray towards the
-// sampled light, and the next ray of the path, if any. The float64 twin, gpgpu_rt/reference/path.py, names
-// the papers and documents the weights.
+// Shade a vertex of every path (Kajiya 1986). Write the light found there, the shadow ray towards the
+// sampled light, and the path's next ray, if the path continues. gpgpu_rt/reference/path.py does the same
+// in float64, names the papers and documents the weights.
 
 #include "core/fetch.glsl"
 #include "core/precision.glsl"
@@ -32,12 +32,12 @@
 #endif
 
 uniform int vertex;         // number of the vertex; the eye is 0
-uniform bool last;          // no path continues
+uniform bool last;          // no path continues behind this vertex
 uniform int roulette;       // first vertex at which Russian roulette ends paths
 uniform float most_survive; // largest probability to survive Russian roulette
 
-// A ray without an end that leaves the hit; it doubles the offset of its start while it hits its own
-// triangle.
+// Return a ray without an end that leaves the hit. While the ray hits its own triangle, double the offset
+// of its start.
 Rays leave(inout Spawn spawn, vec3 direction) {
     Rays ray = Rays(vec3(0.0), spawn_t_min(), direction, INFINITE);
     for (int tries = 0; tries < SPAWN_TRIES; ++tries) {
@@ -73,8 +73,8 @@ vec3 light_asked(Hit hit, Surface surface, Scatter scatter, ivec2 texel, inout R
     float facing = 1.0;
 #ifdef AREA_LIGHTS
     if (light.normal != vec3(0.0)) {
-        // As a density of directions, light sampling has bright d^2 / facing. ``density`` is the density of
-        // this direction for the path's own continuation.
+        // Light sampling draws this direction with density bright d^2 / facing. The path's own continuation
+        // draws it with density `density`.
         facing = abs(dot(light.normal, direction));
         float bright = light_density * luminance(light.strength);
         found *= facing * power_weight(bright * distance * distance, facing * density);
@@ -82,7 +82,8 @@ vec3 light_asked(Hit hit, Surface surface, Scatter scatter, ivec2 texel, inout R
 #endif
     if (max(max(found.r, found.g), found.b) > 0.0) {
         shadow = leave(spawn, direction);
-        // The start may have moved after the direction was computed, which displaces the end by as much.
+        // `leave` may have moved the start after the direction was computed. The end is then displaced by
+        // as much.
         shadow.t_max = shadow_end(dot(light.place - shadow.origin, direction),
                                   light.blur + spawn.offset, facing);
     }

@@ -1,6 +1,7 @@
 #version 330 core
-// Write the picture in sRGB: the gathered light; or, for a scene with one light and no bounces, unshadowed
-// light plus direct light where no shadow ray hit.
+// Write the picture in sRGB. With GATHERED the light of a pixel is the sum that other passes gathered.
+// Without GATHERED, for a scene with one light and no bounces, it is the unshadowed light, plus the direct
+// light if the shadow ray hit nothing.
 
 #include <streams>
 #include "core/hit.glsl"
@@ -8,7 +9,7 @@
 out vec4 colour;
 
 #ifdef GATHERED
-uniform float sample_share;     // 1 over the number of samples in the sum
+uniform float sample_share;     // 1 divided by the number of samples in the sum
 #endif
 
 void main() {

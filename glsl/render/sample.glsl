@@ -3,7 +3,7 @@
 //
 // Sine, cosine, logarithm and exponential are our own polynomials. A driver's functions may have errors of
 // 1e-4 (GLSL 330 guarantees nothing), which a glossy lobe of small roughness would show. The errors here
-// are a few units of float32 on any driver. The twin, in float64: gpgpu_rt/reference/sampling.py.
+// are a few units of float32 on any driver. gpgpu_rt/reference/sampling.py has the float64 versions.
 
 const float SAMPLE_PI = 3.14159265358979;
 
@@ -33,7 +33,7 @@ vec2 twice_the_angle(vec2 turn) {
 // remains.
 float logarithm(float x) {
     uint bits = floatBitsToUint(x);
-    int exponent = int((bits + 0x004afb0du) >> 23) - 127;   // 1 - sqrt(1/2)'s mantissa
+    int exponent = int((bits + 0x004afb0du) >> 23) - 127;   // adds 1 minus the mantissa of sqrt(1/2)
     float m = uintBitsToFloat(bits - uint(exponent << 23));
     return float(exponent) * 0.69314718056 + twice_artanh((m - 1.0) / (m + 1.0));
 }
@@ -54,7 +54,8 @@ float exponential_of_minus(float x) {
     return power < 126.0 ? e * uintBitsToFloat(uint(127 - int(power)) << 23) : 0.0;
 }
 
-// 1 - exp(-x) for x >= 0: below 1/2 by a series, since the difference would lose digits there.
+// 1 - exp(-x) for x >= 0. For x below 1/2 the result comes from a series, because the difference would lose
+// digits there.
 float one_minus_exp(float x) {
     float series = x * (1.0 - x / 2.0 * (1.0 - x / 3.0 * (1.0 - x / 4.0 * (1.0 - x / 5.0
                  * (1.0 - x / 6.0 * (1.0 - x / 7.0 * (1.0 - x / 8.0)))))));

@@ -1,5 +1,5 @@
-// Reflection at a surface, and the continuation of a path from the surface. The twin, in float64:
-// `_Surfaces` of gpgpu_rt/reference/path.py.
+// Reflection at a surface, and the continuation of a path from the surface. `_Surfaces` of
+// gpgpu_rt/reference/path.py is the float64 version.
 
 struct Scatter {
     vec3 direction;     // direction of the incoming ray

@@ -1,14 +1,13 @@
-// Low-discrepancy numbers: Sobol' points in four dimensions, shuffled and Owen-scrambled in integers, by
-// keys hashed from pixel, event and dimension. The samples of a pixel are spread evenly; samples of
-// different pixels and events are independent. B. Burley,
-// "Practical Hash-based Owen Scrambling", JCGT 9(4), 2020; the permutation is that of Laine and
-// Karras, "Stratified Sampling for Stochastic Transparency", 2011, with his constants. The survey has
-// no section on it.
+// Low-discrepancy numbers: Sobol' points in four dimensions, shuffled and Owen-scrambled with integer
+// operations. The keys of the scrambling are hashes of pixel, event and dimension. The samples of a pixel are
+// spread evenly; samples of different pixels and events are independent. B. Burley, "Practical Hash-based Owen
+// Scrambling", JCGT 9(4), 2020. The permutation is by Laine and Karras, "Stratified Sampling for Stochastic
+// Transparency", 2011, with Burley's constants. The survey does not mention these methods.
 //
 // Departures: random.glsl hashes the keys. The direction numbers of dimensions 2 and 3 (Joe and Kuo 2008)
-// come from their recurrences instead of a table. The four dimensions of a point are a direction and the
-// light sample at the vertex that this direction leads to. The twin of gpgpu_rt/reference/sobol.py, to the
-// bit.
+// come from their recurrences instead of a table. Two dimensions of a point choose a direction, and two
+// choose the light sample at the vertex to which this direction leads. gpgpu_rt/reference/sobol.py computes
+// the same bits.
 
 #include "render/random.glsl"
 
@@ -49,7 +48,7 @@ uvec2 sobol_first_two(uint i) {
 
 uvec2 sobol_next_two(uint i) {
     uvec2 sum = uvec2(0u);
-    uvec2 second = uvec2(1u, 3u);           // direction numbers: the current one and its successors
+    uvec2 second = uvec2(1u, 3u);           // direction numbers: the current number and its successors
     uvec3 third = uvec3(1u, 3u, 4u);
     for (uint rest = i; rest != 0u; rest >>= 1) {
         sum ^= (rest & 1u) * uvec2(second.x, third.x);
@@ -67,9 +66,9 @@ uint scrambled(uint bits, uint key) {
     return reversed(permuted(bits, key));
 }
 
-// The low-discrepancy form of block 0 or 1 of a bounce in random_numbers: two numbers that choose, and two
-// for a position. The positions of block 0 and those of block 1 a bounce later are the four coordinates of
-// one point.
+// Four numbers for block 0 or block 1 of a bounce, in place of random_numbers. The first two numbers make
+// choices, and the last two are a position. The position of block 0 and the position of block 1 one bounce
+// later are the four coordinates of one Sobol' point.
 uvec4 sobol_bits(uvec2 pixel, uint path_sample, uint bounce, uint block, uint seed) {
     uvec4 pick_keys = sobol_keys(pixel, bounce, 2u + block, seed);
     uvec2 pick = sobol_first_two(shuffled(path_sample, pick_keys.x));

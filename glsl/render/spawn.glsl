@@ -1,31 +1,35 @@
 // The start of a ray that leaves a hit. The start lies off the triangle by the error of the hit point plus
-// the error of the triangle test, so that the ray does not hit the triangle that it leaves. The twin of
-// `spawn` in gpgpu_rt/rays/ray_sets.py. Needs the triangles in the scene's order.
+// the error of the triangle test, so that the ray does not hit the triangle that it leaves. `spawn` in
+// gpgpu_rt/rays/ray_sets.py computes the same start. This code needs the triangle table in the scene's
+// order.
 //
-// The point. p = b0 v0 + u v1 + v v2 lies in the plane for any u, v if b0 = 1 - u - v. The rounded b0
-// has an error of a unit of 1 (from 1 - u) and a unit of b0. Each term passes through a product and up to
-// two sums, the last sum adds the offset, and the texture may round by twice its unit. Per axis
+// The error of the hit point. A unit is the relative error of one rounding. The point p = b0 v0 + u v1 + v
+// v2 lies in the plane for any u and v if b0 = 1 - u - v. The rounded b0 has an error of one unit of 1
+// (from 1 - u) and one unit of b0. Each term passes through a product and up to two sums, another sum adds
+// the offset, and the texture may round by twice its own unit. For each axis
 //     (8 units + 2 STORAGE_UNIT) sum |b_i v_i| + 1 unit of |v0|
 // bounds the error, as gamma(7) sum |b_i v_i| does in pbrt, where b0 is not a difference. Along the normal
 // n the error is at most the sum of these bounds over the axes, weighted by |n|.
 //
-// The test. Let l be the distance from p to the farthest vertex. Subtracting the origin is one rounding,
-// shearing four, weights, products and sums three. Each rounding displaces the tested triangle by up to a
-// unit of l. This is a distance along the normal for any direction of the ray (the error of t is this
-// distance over the cosine). Eight units of l clear most triangles.
+// The error of the triangle test. Let l be the distance from p to the farthest vertex. Subtracting the
+// origin takes one rounding, shearing four, and weights, products and sums three. Each rounding displaces
+// the tested triangle by up to a unit of l. For any direction of the ray this is a distance along the
+// normal; the error of t is this distance divided by the cosine. An offset of eight units of l is enough
+// for most triangles.
 //
-// Eight units do not clear triangles that are much longer than high, in space or as projected along the
-// ray. Their edge functions have errors of 33 units of l^2 (gpgpu_rt/numerics/error_bounds.py, step 5,
-// with |a| <= l), three of them times depths up to l, over twice the area A: only 110 units of l^3 / 2A
-// would be safe. This is the whole length of a sliver of aspect 10^5. Instead the code runs the test
-// itself, and doubles the offset while the ray hits its own triangle. The bound proves that this loop ends.
+// Eight units are not enough for a triangle that is much longer than high, in space or in projection along
+// the ray. Its edge functions have errors of 33 units of l^2 (gpgpu_rt/numerics/error_bounds.py, step 5,
+// with |a| <= l). Three of them are multiplied by depths up to l, and their sum is divided by twice the
+// area A. Only an offset of 110 units of l^3 / 2A would therefore be safe. For a sliver of aspect 10^5 this
+// is its whole length. Instead the code runs the test, and doubles the offset while the ray hits its own
+// triangle. The bound proves that this loop ends.
 
 #ifndef STORAGE_UNIT
 #define STORAGE_UNIT 0.0
 #endif
 
 const float FLOAT_UNIT = 5.9604645e-8;
-const int SPAWN_TRIES = 24;   // from 8 units of l to l
+const int SPAWN_TRIES = 24;   // enough to double the offset from 8 units of l to l
 
 struct Spawn {
     vec3 point;
@@ -64,8 +68,8 @@ float least_of(uint dropped, float smallest, float quantum, float largest) {
     return quantum;
 }
 
-// The least t_min. A ray that starts off its surface has no hit at t = 0: such a hit is a product that
-// underflowed.
+// The least t_min, which is above 0. A ray that starts off its surface has no real hit at t = 0; such a hit
+// comes from a product that underflowed.
 float spawn_t_min() {
     float t_min = 1.17549435e-38;
 #ifdef STORAGE_FORMAT
@@ -77,7 +81,7 @@ float spawn_t_min() {
     return t_min;
 }
 
-// Double the offset if it stays within the largest offset; return whether it did.
+// Double the offset unless it would exceed the largest offset. Return whether the offset was doubled.
 bool spawn_further(inout Spawn spawn) {
     bool further = 2.0 * spawn.offset <= spawn.most;
     spawn.offset *= further ? 2.0 : 1.0;

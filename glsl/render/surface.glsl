@@ -1,6 +1,6 @@
 // The surface at a hit, with the properties that the scene requires (gpgpu_rt/render/needs.py sets the
-// defines). A property that the program supports but this surface lacks must not change the other results:
-// the code adds zeros, and selects a value where blending would round.
+// defines). If the program supports a property that this surface lacks, the results must keep their bits.
+// The code therefore adds zeros for such a property, and selects a value where a blend would round.
 
 struct Surface {
     vec3 flat_normal;   // normal of the triangle, on the ray's side
@@ -34,7 +34,8 @@ Surface surface_at(Rays ray, Hit hit) {
                  + hit.u * corner_normals_n1(hit.triangle)
                  + hit.v * corner_normals_n2(hit.triangle);
     blended = dot(blended, normal) < 0.0 ? -blended : blended;
-    // Flat triangles have zeros. A blended normal that faces away from the eye would shade the back.
+    // Flat triangles have zeros in place of corner normals. A blended normal that faces away from the eye
+    // would shade the back side, so it is not used either.
     bool usable = dot(blended, blended) > 1e-6 && dot(blended, ray.direction) < 0.0;
     normal = usable ? normalize(blended) : normal;
 #endif

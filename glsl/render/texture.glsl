@@ -1,6 +1,6 @@
 // Bilinear lookup in an image that is a rectangle of a texture. Texture coordinates (0, 0) are the lower
-// left corner, row 0 is the uppermost row, and the image repeats. The twin of `Texture.sample` in
-// gpgpu_rt/scene/texture.py.
+// left corner, row 0 is the uppermost row, and the image repeats. `Texture.sample` in
+// gpgpu_rt/scene/texture.py does the same in numpy.
 
 vec3 image_at(sampler2D images, ivec2 corner, ivec2 size, vec2 uv) {
     vec2 at = vec2(fract(uv.x), 1.0 - fract(uv.y)) * vec2(size) - 0.5;
@@ -8,8 +8,8 @@ vec3 image_at(sampler2D images, ivec2 corner, ivec2 size, vec2 uv) {
     vec2 part = at - first;
     ivec2 lo = ivec2(first);
     ivec2 hi = lo + 1;
-    // A coordinate is less than one image size outside, so wrap by selection; GLSL does not define the
-    // remainder of a negative number.
+    // A coordinate lies less than one image size outside the image, so a selection can wrap it. GLSL does
+    // not define the remainder of a negative number.
     lo = corner + ivec2(lo.x < 0 ? size.x - 1 : lo.x, lo.y < 0 ? size.y - 1 : lo.y);
     hi = corner + ivec2(hi.x >= size.x ? 0 : hi.x, hi.y >= size.y ? 0 : hi.y);
     vec3 upper = mix(texelFetch(images, lo, 0).rgb,

@@ -1,5 +1,7 @@
-// The path of a texel. A wave holds a block of texels for each pixel, one sample a texel. If paths are
-// packed, a stream names the texel of the wave that a path came from.
+// The pixel, the sample and the random numbers of the path at a texel. A wave is the set of paths traced at
+// once. It holds a block of texels for each pixel, and each texel holds the path of one sample. If live
+// paths were packed side by side (PACKED), the stream `came_from` holds the texel of the wave that a path
+// came from.
 
 #include "render/random.glsl"
 #ifdef SOBOL
@@ -7,7 +9,7 @@
 #endif
 
 uniform ivec2 block;
-uniform ivec2 corner;   // of the drawn region, in the picture
+uniform ivec2 corner;   // corner of the drawn region, in the picture
 uniform int first_sample;
 uniform int samples;    // samples in total; texels past the last sample hold no path
 uniform int seed;
@@ -22,8 +24,8 @@ int walk_sample(ivec2 texel) {
     return first_sample + place.y * block.x + place.x;
 }
 
-// The random numbers of an event of the path: block 0 for the continuation, block 1 for the light sample.
-// Two numbers choose, two give a position. Vertex 0 is the eye.
+// The four random numbers of an event of the path: block 0 for the continuation, block 1 for the light
+// sample. The first two numbers make choices, and the last two are a position. Vertex 0 is the eye.
 vec4 walk_random(ivec2 texel, int vertex, uint which) {
 #ifdef PACKED
     Came_from from = came_from_load(texel);

@@ -1,5 +1,5 @@
 #version 330 core
-// The beam around FAN x FAN beams of the level below.
+// Computes the beam around FAN x FAN beams of the level below (stages/tile_beam.glsl).
 
 #include "core/precision.glsl"
 #include <streams>

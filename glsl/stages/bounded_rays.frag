@@ -1,6 +1,6 @@
 #version 330 core
-// Eye rays with the ends that rasterised bounds give them (stages/depth_bounds.frag). The interval is empty
-// where no triangle was drawn.
+// Cuts the interval of each eye ray to the rasterised bounds of its tile (stages/depth_bounds.frag). If no
+// triangle was drawn over the tile, the interval becomes empty.
 
 #include "core/precision.glsl"
 #include <streams>
@@ -11,8 +11,9 @@ void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
     Rays ray = rays_load(pixel);
     Depth_bounds bounds = depth_bounds_load(pixel / TILE);
-    // Depth per unit of t. The pixels' directions are within a right angle of the view. Each bound is
-    // widened by more than the rounding of the few operations from depth to t.
+    // `along` is the depth per unit of t. It is positive, because the rays' directions are less than a
+    // right angle away from the view. Each bound is widened by more than the rounding of the few operations
+    // from depth to t.
     float along = dot(ray.direction, forward);
     float far = min(bounds.closed, -bounds.minus_most);
     float t_min = max(ray.t_min, bounds.least / along * (1.0 - 1e-6));

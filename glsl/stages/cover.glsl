@@ -1,21 +1,23 @@
 // Bounds on the pixels whose eye rays can hit a triangle, and on how near the hits can be. The rasteriser's
-// first hits are checked against these bounds. No value here is exact or needs to be. All values err to the
-// same side, by sixteen times the first-order terms of their errors.
+// first hits are checked against these bounds. The values here need not be exact. Each value is moved to
+// the safe side by sixteen times the first-order terms of its error.
 //
 // Let all corners of a triangle be at least `nearest` deep. If `test_triangle` accepts the triangle for the
 // ray through a pixel's centre, the projected triangle is at most `margin` pixels from this centre. Two
 // errors make the margin:
-//   `eta` bounds the error of a projected corner, or the error that the test sees. It covers the
-//   rounding of the corner's position relative to the eye, of the ray's direction, and of the shear.
-//   `beyond` bounds how far a rounded edge function lets a ray pass an edge that is shorter than the
-//   other edges. The function errs by 2^-22 of the square of the longest edge, divided by the length of
-//   the short edge. The box of the test limits this distance to a few lengths of the short edge.
-// All other triangles are `cut`: corners behind the eye have no place in the image. The edges of a cut
-// triangle are planes through the eye, and the test's product of the distances of two corners is rounded.
+//   `eta` bounds the error of a projected corner, both here and in the test. It covers the rounding
+//   of the corner's position relative to the eye, of the ray's direction, and of the shear.
+//   `beyond` bounds how far outside a short edge a ray may pass and still be accepted, because the edge
+//   function is rounded. The distance is 2^-22 of the square of the longest edge, divided by the length
+//   of the short edge. The box of the test limits this distance to a few lengths of the short edge.
+// A triangle with a corner that is less than `nearest` deep is `cut`, because a corner behind the eye has no
+// place in the image. The edges of a cut triangle become planes through the eye. Their error is the rounding
+// of the test's products of two corners, which grows with the product of the corners' distances.
 //
-// The t of a hit is a mean of its corners' depths. The weights of the mean have the same errors as the edge
-// functions. So t is never less than the t of `depth`. It is less than the t of the triangle's plane, 1 /
-// (slope . ray), by at most `misjudged`. The plane's t has the same error as the plane's normal.
+// The t of a hit is a mean of the corners' depths. The weights of the mean have the same errors as the edge
+// functions. So the hit's t is never less than the t of `depth`. The t of the triangle's plane is 1 /
+// (slope . ray), with the error of the plane's normal. The hit's t is less than the plane's t by at most
+// `misjudged`.
 
 uniform vec3 eye;
 uniform vec3 right;      // `right` and `up` are scaled as in Camera.basis
@@ -37,10 +39,10 @@ struct Cover {
     vec2 a;           // the projected corners, pixels
     vec2 b;
     vec2 c;
-    float eta;        // pixels, like `beyond` and `margin`
+    float eta;        // in pixels; so are `beyond` and `margin`
     vec3 beyond;      // for the edges that begin at a, b and c
     float margin;
-    float depth;      // along forward, like `misjudged`
+    float depth;      // along forward; so is `misjudged`
     float misjudged;
     vec3 slope;       // 1 / depth = slope . (x, y, 1), with an error of at most slope_off
     float slope_off;
@@ -122,8 +124,8 @@ Cover cover_of(vec3 v0, vec3 v1, vec3 v2) {
     cover.slope_off = (8.0 * ERROR * length(from) * length(to) * angle * across
                        + cover.margin / focal * length(normal)) / abs(height);
     if (cover.cut) {
-        // The weights err by the product of the corners' distances, divided by twice the area seen from the
-        // eye. Also, 1 / depth = area seen from the eye / height.
+        // The error of the weights is proportional to the product of the corners' distances, divided by
+        // twice the area seen from the eye. Also, 1 / depth = area seen from the eye / height.
         float relative = 8.0 * ERROR * cover.reach * cover.reach * across * extent / abs(height);
         cover.misjudged = 4.0 * ERROR * cover.reach;
         cover.depth = BEHIND_ALL;

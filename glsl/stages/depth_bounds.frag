@@ -14,8 +14,8 @@ flat in vec3 corner_a;
 flat in vec3 corner_b;
 flat in vec3 corner_c;
 
-// The plane through one edge and the eye: the least and the greatest height of the tile's four corner
-// directions over the plane, and the error bound of these heights.
+// Return three numbers for the plane through one edge and the eye: the least and the greatest height of the
+// tile's four corner directions over the plane, and a bound on the error of these heights.
 vec3 edge_heights(vec3 a, vec3 b, float sign, float size, vec3 d[4], float longest) {
     vec3 edge = b - a;
     vec3 normal = sign * cross(a, edge);
@@ -25,7 +25,8 @@ vec3 edge_heights(vec3 a, vec3 b, float sign, float size, vec3 d[4], float longe
                 MARGIN * size * length(edge) * longest);
 }
 
-// Whether all three corners lie outside one side of the tile's pyramid: the side between two directions.
+// Whether all three corners lie outside one side of the tile's pyramid, the side through the directions d
+// and e.
 bool beyond(vec3 d, vec3 e, float size) {
     vec3 side = cross(d, e);
     vec3 inside = vec3(dot(side, corner_a), dot(side, corner_b), dot(side, corner_c));

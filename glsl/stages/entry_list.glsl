@@ -1,6 +1,6 @@
-// The entry list of a tile, as rays and smaller tiles read it (written by stages/entry_points.frag). An
-// entry is the root of a subtree that rays of the tile have to search. The entries are in the order of the
-// walk. A texel holds four entries. The texels of a tile lie `entry_tiles_across` texels apart.
+// Reads the entry list of a tile, which stages/entry_points.frag has written. Rays and smaller tiles read
+// it. An entry is the root of a subtree that rays of the tile have to search. The entries are in the order
+// of the walk. A texel holds four entries. The texels of a tile lie `entry_tiles_across` texels apart.
 
 const int LIST_END = -1;
 const int WHOLE_TREE = -(1 << 24);
@@ -12,7 +12,8 @@ int entry_code(ivec2 tile, int i) {
     return i < ENTRIES ? code : LIST_END;
 }
 
-// The last entry may stand for all nodes that follow a node in the walk, not only for the node's subtree.
+// The code of an entry that stands for a node and all nodes that follow this node in the walk, not only for
+// the node's subtree. Only the last entry of a list can have such a code.
 int rest_from(int node) {
     return -2 - node;
 }

@@ -1,12 +1,13 @@
 #version 330 core
 // Entry points: Reshetov, Soupikov, Hurley, "Multi-Level Ray Tracing Algorithm", SIGGRAPH 2005 (survey,
-// section 4.2). One fragment for each tile of rays sends the tile's beam through the tree and writes where
-// the tile's rays have to begin. With UPPER the beam walks through the subtrees in the list of the larger
-// tile around its tile. Without UPPER the beam walks through the whole tree.
+// section 4.2). One fragment for each tile of rays sends the tile's beam, which bounds the rays, through
+// the tree. It writes the nodes at which the tile's rays begin their search. With UPPER the beam walks
+// through the subtrees in the list of the larger tile around its tile. Without UPPER the beam walks through
+// the whole tree.
 //
-// Departure: the paper ends at one node, the deepest node that holds every leaf that its beam meets. In a
-// bounding volume hierarchy, and for tiles that look along many subtrees, this node is soon the root. Here
-// a tile has a list of nodes, each as deep as all rays of the tile descend.
+// Departure: in the paper a tile's rays begin at one node, the deepest node that holds every leaf that the
+// beam meets. In a bounding volume hierarchy, and for tiles that look along many subtrees, this node is
+// often the root. Here a tile has a list of nodes, each as deep as the rays of the tile descend together.
 
 #include "core/precision.glsl"
 #include "core/fetch.glsl"
@@ -22,8 +23,8 @@ int found[ENTRIES];
 int entries = 0;
 int visited = 0;
 
-// Compare each index instead of writing to a computed index, because softpipe uses one index for
-// neighbouring fragments.
+// Append an entry. Compare each index instead of writing to a computed index, because softpipe uses one
+// index for neighbouring fragments.
 void emit(int code) {
     for (int i = 0; i < ENTRIES; ++i) {
         found[i] = i == entries ? code : found[i];

@@ -1,5 +1,6 @@
 #version 330 core
-// For each square of pixels: the greatest depth shown there, and the lowest and the highest triangle index.
+// Finds for each square of pixels the greatest depth that the rasteriser shows there, and the lowest and
+// the highest index of the triangles that it shows.
 
 #include "core/precision.glsl"
 #include <streams>

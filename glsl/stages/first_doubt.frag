@@ -1,6 +1,7 @@
 #version 330 core
-// An eye ray tests a triangle that comes before the hit of a nearby pixel. If the triangle also comes
-// before the ray's own hit, the ray is in doubt.
+// An eye ray tests a rival, which is a triangle that comes before the shown hit of a nearby pixel. If the
+// rival also comes before the ray's own hit, the ray is in doubt: the hit that the rasteriser shows is
+// wrong, and the ray must be traced.
 
 #include "core/precision.glsl"
 #include "core/fetch.glsl"

@@ -1,5 +1,5 @@
 #version 330 core
-// Covers the pixels, in a part of the image, through which a triangle may be hit.
+// Draws a rectangle over the pixels whose eye rays may hit a triangle, within one part of the image.
 
 #include <constants>
 #include "core/fetch.glsl"

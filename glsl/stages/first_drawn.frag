@@ -1,5 +1,6 @@
 #version 330 core
-// The row of the triangle that the depth test finds nearest. The triangle is only a candidate for the hit.
+// Writes the row of the triangle that the depth test finds nearest. The triangle is only a candidate for
+// the hit.
 
 flat in float drawn;
 

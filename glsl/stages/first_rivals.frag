@@ -1,6 +1,6 @@
 #version 330 core
-// Whether rays may hit a triangle, in a part of the image, before the triangle that is shown there. Nested
-// loops visit, from the outermost to the innermost:
+// Finds rivals. A triangle is a rival if, in a part of the image, a ray hits it before the triangle that
+// the rasteriser shows at the ray's pixel. Nested loops visit, from the outermost to the innermost:
 //   1. Squares of pixels where this triangle is neither hidden nor the only triangle shown.
 //   2. Rows of pixels in these squares that the triangle's edges enclose.
 //   3. Pixels of these rows where the triangle is neither hidden nor shown.
@@ -19,7 +19,7 @@
 #include "stages/cover.glsl"
 #include "stages/verdict.glsl"
 
-uniform int most_pixels;   // longest side of an area to search; a longer area is to be cut into parts
+uniform int most_pixels;   // longest side of an area to search; the host cuts a longer area into parts
 uniform int part_side;     // pixels per side of a part
 
 const float HALF_DIAGONAL = 0.5 * sqrt(2.0) * float(BLOCK);

@@ -1,15 +1,15 @@
 #version 330 core
 // Entry points of packets: Reshetov, Soupikov, Hurley, "Multi-Level Ray Tracing Algorithm", SIGGRAPH 2005
-// (survey, section 4.2). One fragment for each tile of rays sends a beam through the tree and writes where
-// the tile's packets begin.
+// (survey, section 4.2). One fragment for each tile of rays sends a beam, which bounds rays, through the
+// tree. It writes the node at which the tile's packets begin their walk.
 //
 // Departures: unless the rays have bounds (BOUNDED), the beam surrounds PROBES x PROBES rays of the tile
-// and a margin. To read all rays would take longer than the visits that the entry saves. So a packet begins
-// at the entry only if all its rays lie within the beam, to the last bit. Otherwise the packet begins at
-// the root (drivers/packet_entry.glsl). The paper's entry is one node, the deepest node that holds every
-// leaf that its beam meets. Here the entry is the first node where rays enter the tree, with links to the
-// next nodes that the beam meets. In BOUNDED tiles whose beam meets nothing, no packet is drawn at all
-// (drivers/packet_tiles.vert).
+// and a margin. Reading all rays would take longer than the visits that the entry saves. The beam may
+// therefore miss rays, and a packet begins at the entry only if an exact comparison shows that all its rays
+// lie within the beam. Otherwise the packet begins at the root (drivers/packet_entry.glsl). The paper's
+// entry is one node, the deepest node that holds every leaf that its beam meets. Here the entry is the
+// first node where rays enter the tree, with links to the next nodes that the beam meets. In BOUNDED tiles
+// whose beam meets nothing, no packet is drawn at all (drivers/packet_tiles.vert).
 
 #include "core/precision.glsl"
 #include "core/fetch.glsl"
@@ -23,7 +23,7 @@ const int PROBES = 3;
 #ifdef BOUNDED
 const float MARGIN = 0.0;
 #else
-const float MARGIN = 0.125;   // as a share of the probes' extent
+const float MARGIN = 0.125;   // share of the probes' extent
 #endif
 const int MOST_VISITS = 500;  // after so many visits the beam leaves the rest of the walk to its packets
 
@@ -50,9 +50,9 @@ Tile_beam beam_of(ivec2 tile) {
     vec3 farthest = ray.lo_origin;
     float t_min = ray.t_min;
 #else
-    vec3 nearest = vec3(BEAM_END);       // least and greatest origin of the box corners
+    vec3 nearest = vec3(BEAM_END);       // bounds of the rays' hi_origin and lo_origin
     vec3 farthest = vec3(-BEAM_END);
-    vec3 least = vec3(BEAM_END);         // least and greatest components of the directions
+    vec3 least = vec3(BEAM_END);         // bounds of the directions' components
     vec3 most = vec3(-BEAM_END);
     float t_min = BEAM_END;
     int live = 0;
@@ -84,8 +84,8 @@ Tile_beam beam_of(ivec2 tile) {
     return Tile_beam(farthest, t_min, nearest, BEAM_END, inv_lo, signs, inv_hi, live);
 }
 
-// Find where the rays of a beam, which agree in their octant, enter the tree. The file <walk> defines this
-// function.
+// Find where the rays of a beam enter the tree. The rays agree in their octant. The file <walk> defines
+// this function.
 void enter(Tile_beam beam, inout Packet_entry entry);
 
 #include <walk>

@@ -1,5 +1,5 @@
 #version 330 core
-// Ray origins as a stream, which a reduction by minimum turns into the lower corner of their box. With
+// Writes the ray origins as a stream. A reduction by minimum then finds the lower corner of their box. With
 // MINUS the origins are negated, so that the same reduction gives the upper corner. Empty rays do not
 // change the box.
 

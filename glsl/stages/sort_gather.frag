@@ -1,5 +1,5 @@
 #version 330 core
-// Rays in the order of their keys. Texels past the last ray get an empty ray.
+// Gathers the rays in the order of their sort keys. Texels past the last ray get an empty ray.
 
 #include "core/precision.glsl"
 #include "core/fetch.glsl"

@@ -1,14 +1,16 @@
 #version 330 core
-// The sort key of a ray: where the ray begins and where it would leave the scene. The survey proposes to
-// sort rays (section 4.3) and leaves the key open. Moon et al., "Cache-Oblivious Ray Reordering", TOG 2010,
-// put both ends of a ray into the key. Their second end is an estimate of the hit. Here the second end is
-// the point where the ray leaves the scene's box, which needs no search.
+// Computes the sort key of a ray from the point where the ray begins and the point where it would leave the
+// scene. The survey proposes to sort rays (section 4.3) but does not say by which key. Moon et al.,
+// "Cache-Oblivious Ray Reordering", TOG 2010, put both ends of a ray into the key. Their second end is an
+// estimate of the hit. Here the second end is the point where the ray leaves the scene's box, which needs
+// no search.
 //
-// The origin and the second end are cells of a cube. The key interleaves their bits, coarse levels first,
-// with the second end FREE_LEVELS levels behind the origin. So for any number of rays, the leading bits
-// that separate the rays divide origins and ends equally finely. The bits are bits of a Gray code:
-// consecutive cells of this code differ in one bit, so a run of rays spans fewer cells than along the
-// Morton curve. The first number of the key holds the first half of the levels. Empty rays come last.
+// The origin and the second end become cells of a lattice in a cube. The key interleaves the bits of the
+// two cells, coarse levels first; the bits of the second end start FREE_LEVELS levels later than those of
+// the origin. However many leading bits are needed to separate the rays, these bits divide origins and ends
+// about equally finely. The bits form a Gray code: consecutive cells of this code differ in one bit, so a
+// run of rays spans fewer cells than along the Morton curve. A key is two numbers, and the first number
+// holds the first half of the levels. Empty rays come last.
 
 #include "core/precision.glsl"
 #include <streams>
@@ -31,8 +33,8 @@ ivec3 cell_of(vec3 point, vec3 lo, vec3 hi) {
     return per_unit < 3e38 ? ivec3(clamp((point - lo) * per_unit, 0.0, last)) : ivec3(0);
 }
 
-// The point where a ray leaves the scene's box. If the ray begins outside and misses the box, any point on
-// the ray.
+// The point where a ray leaves the scene's box. If the ray begins outside and misses the box, the result is
+// some point on the ray.
 vec3 end_of(Rays ray) {
     vec3 d = mix(ray.direction, vec3(TINY), lessThan(abs(ray.direction), vec3(TINY)));
     vec3 t = max((scene_lo - ray.origin) / d, (scene_hi - ray.origin) / d);

@@ -1,7 +1,8 @@
-// Places of a sorted list of rays in their texture: along a Morton curve through squares of 2^SQUARE_LOG2
-// texels. So rays that are neighbours in the list are neighbours in both directions of the texture.
+// The places of a sorted list of rays in a texture. The rays follow a Morton curve through each square of
+// 2^SQUARE_LOG2 x 2^SQUARE_LOG2 texels. So rays that are neighbours in the list are neighbours in both
+// directions of the texture.
 
-const int SQUARE_LOG2 = 3;   // the same size as SQUARE in rays/order.py
+const int SQUARE_LOG2 = 3;   // the same size as SQUARE in gpgpu_rt/rays/order.py
 
 int odd_bits(int v) {
     return (v & 1) | (v >> 1 & 2) | (v >> 2 & 4);

@@ -3,10 +3,10 @@
 // packets in this way. `signs` says which signs the directions have along each axis: bit a is set for a
 // negative sign on axis a, bit 3 + a for a positive sign.
 //
-// No margin is needed. Each operation is an operation of `box_interval` (core/box.glsl) on an extreme value
-// of the rays, and subtraction, product, minimum and maximum round monotonically. If the interval of a ray
-// is not empty, the interval of the beam is not empty either, to the last bit, in any precision. An axis
-// with rays of both signs bounds nothing.
+// The test of a beam against a box needs no margin. Each operation is an operation of `box_interval`
+// (core/box.glsl) on an extreme value of the rays, and subtraction, product, minimum and maximum round
+// monotonically. So if the interval of a ray is not empty, the interval of the beam is not empty either, in
+// any precision. If the directions have both signs along an axis, the axis does not bound the interval.
 
 const float BEAM_END = 3.0e38;
 

@@ -13,8 +13,8 @@ AT_ONCE = 1 << 18   # triangles per block that is converted to float64
 
 
 def largest(values: np.ndarray) -> np.ndarray:
-    """Return the largest of (3, ...) values along the first axis, such as a triangle's corners.
-    This is faster than numpy's reduction, which is slow along short axes."""
+    """Return the maximum of (3, ...) values along the first axis, for example over the corners of
+    triangles. This is faster than numpy's reduction, which is slow along short axes."""
     return np.maximum(np.maximum(values[0], values[1]), values[2])
 
 
@@ -44,8 +44,8 @@ def shrink_flat(triangles: np.ndarray) -> np.ndarray:
     first corner.
 
     A triangle without area must never be hit. If its corners lie on a line, shearing and rounding
-    may give it a small area. If its corners are equal, the determinant of every intersection test
-    is exactly zero.
+    may give it a small area. If its corners are equal, this cannot happen: the determinant of
+    every intersection test is then exactly zero.
     """
     flat = np.concatenate([_without_area(triangles[start:start + AT_ONCE])
                            for start in range(0, max(len(triangles), 1), AT_ONCE)])

@@ -37,19 +37,20 @@ def cached(build: Callable[..., Structure], triangles: np.ndarray, /,
            **options: object) -> Structure:
     """Return `build(triangles, **options)`, read from disk if possible.
 
-    If the folder cannot be written, the result is not kept. A warning, once per process, is given
-    only for a folder that GPGPU_RT_CACHE names.
+    If the folder cannot be written, the result is not kept. If GPGPU_RT_CACHE names this folder,
+    the user then gets a warning, once per process.
 
     Parameters
     ----------
     build : a function that returns a dataclass of arrays and integers; its return annotation names
-        the dataclass. A change of its module's text, or of this folder's, invalidates old files
+        the dataclass. A change in the source text of the function's module or of this folder
+        invalidates old files
     triangles : (n, 3, 3) float32
 
     Raises
     ------
     TypeError
-        the builder has no such annotation
+        the return annotation does not name a dataclass
     """
     record = get_type_hints(build).get("return")
     if not is_dataclass(record):
@@ -82,8 +83,8 @@ def uncached() -> Iterator[None]:
 
 @contextlib.contextmanager
 def cache_files() -> Iterator[list[Path]]:
-    """Yield the list of the cache files that are read or written in this context, so that they can
-    be copied to another machine."""
+    """Yield a list to which each cache file that is read or written in this context is added. The
+    caller can copy these files to another machine."""
     token = _files.set(files := [])
     try:
         yield files
@@ -92,7 +93,7 @@ def cache_files() -> Iterator[list[Path]]:
 
 
 def give_cache(files: Mapping[str, bytes]) -> None:
-    """Add files from another machine's cache, as content by name, if they are missing here."""
+    """Add files of another machine's cache, given as name -> content, if they are missing here."""
     folder = cache_folder()
     for name, content in files.items():
         if folder is None:
@@ -132,8 +133,8 @@ def _tolerated(folder: Path) -> Iterator[None]:
 
 
 def _tell(folder: str | None, reason: str) -> None:
-    """Warn of a folder that cannot be used, if the user named it; stay silent about the default
-    folder."""
+    """Warn that the folder cannot be used, if the user named the folder. For the default folder
+    there is no warning."""
     if os.environ.get("GPGPU_RT_CACHE"):
         _warn(str(folder), reason)
 
@@ -177,9 +178,8 @@ def _checksum(arrays: dict[str, np.ndarray]) -> np.ndarray:
 
 
 def _load(path: Path, record: type[Structure], triangles: int) -> Structure | None:
-    """Return the structure in a file, built over this number of triangles. Return None if the file
-    does not exist, belongs to another user, is damaged, or has indices or lengths that do not
-    fit."""
+    """Return the structure in a file. Return None if the file does not exist, belongs to another
+    user or is damaged, or if its indices or lengths do not fit this number of ``triangles``."""
     try:
         if not is_own(os.stat(path)):
             return None

@@ -1,10 +1,10 @@
 """Clip: computes the bounds of the part of a triangle inside a box.
 
 The method is "split clipping" (V. Havran, J. Bittner, "On improving kd-trees for ray shooting",
-WSCG 2002), which Wald and Havran (2006) call "perfect splits". The paper cuts the polygon by one
-plane after another. Here all corners of the clipped polygon are found directly, so no polygons of
-varying length are needed. The corners are of two kinds: ends of the triangle's edges after
-clipping to the box, and points where an edge of the box pierces the triangle.
+WSCG 2002), which Wald and Havran (2006) call "perfect splits". The paper cuts the triangle by the
+planes of the box one after another, which gives polygons of varying length. Here all corners of
+the last polygon are computed directly. These corners are of two kinds: ends of the triangle's
+edges after clipping to the box, and points where an edge of the box pierces the triangle.
 """
 from __future__ import annotations
 
@@ -47,7 +47,8 @@ def _clip(v: np.ndarray, lo: np.ndarray, hi: np.ndarray) -> tuple[np.ndarray, np
     out_hi = np.full_like(hi, -np.inf)
     for i in range(3):
         _add_edge(v[i], edges[i], lo, hi, out_lo, out_hi)
-    touched = np.zeros((2, *lo.shape), bool)     # box faces with a piercing point: lo, hi by axis
+    # Whether an edge of a box face pierces the triangle: (lower or upper face, axis, box).
+    touched = np.zeros((2, *lo.shape), bool)
     for axis in range(3):
         _add_box_edges(v, edges, axis, lo, hi, out_lo, out_hi, touched)
     for box, faces in zip((lo, hi), touched):
@@ -87,8 +88,8 @@ def _add_box_edges(v: np.ndarray, edges: np.ndarray, a: int, lo: np.ndarray, hi:
     for j in range(2):
         for k in range(2):
             x = rise_b[j] - rise_c[k]
-            # The box's edge pierces the triangle if the triangle's three edges all pass it on the
-            # same side.
+            # The box's edge pierces the triangle if all three edges of the triangle pass the box's
+            # edge on the same side.
             pierced = (side_c[k] >= side_b[j]).all(axis=0) | (side_c[k] <= side_b[j]).all(axis=0)
             pierced &= (x >= lo[a]) & (x <= hi[a])      # false where normal_a is 0, as x is NaN
             x = np.where(pierced, x, np.nan)

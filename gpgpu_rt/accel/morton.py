@@ -8,14 +8,14 @@ BITS = 21   # bits per axis; three axes fill 63 bits of an int64
 
 
 def morton_2d(rows: np.ndarray, columns: np.ndarray) -> np.ndarray:
-    """Return (n,) int64 codes of integer coordinates below 2^31, with two bits for each level from
-    the top; the row's bit is the higher one."""
+    """Return (n,) int64 codes of integer coordinates below 2^31. A code has two bits for each bit
+    of a coordinate: the row's bit, then the column's."""
     return _spread_by_two(rows) << 1 | _spread_by_two(columns)
 
 
 def morton_3d(x: np.ndarray, y: np.ndarray, z: np.ndarray) -> np.ndarray:
-    """Return (n,) int64 codes of integer coordinates below 2^BITS, with three bits for each level;
-    the bit of x is the highest."""
+    """Return (n,) int64 codes of integer coordinates below 2^BITS. A code has three bits for each
+    bit of a coordinate: the bits of x, y and z in this order."""
     return _spread_by_three(x) << 2 | _spread_by_three(y) << 1 | _spread_by_three(z)
 
 
@@ -32,7 +32,7 @@ def morton_order(points: np.ndarray) -> np.ndarray:
 
 
 def _spread_by_two(x: np.ndarray) -> np.ndarray:
-    """Move bit i to bit 2 i."""
+    """Move bit i of each integer to bit 2 i."""
     x = x.astype(np.int64)
     for shift, mask in ((16, 0x0000ffff0000ffff), (8, 0x00ff00ff00ff00ff), (4, 0x0f0f0f0f0f0f0f0f),
                         (2, 0x3333333333333333), (1, 0x5555555555555555)):
@@ -41,7 +41,7 @@ def _spread_by_two(x: np.ndarray) -> np.ndarray:
 
 
 def _spread_by_three(x: np.ndarray) -> np.ndarray:
-    """Move bit i to bit 3 i, for 21 bits."""
+    """Move bit i of each integer to bit 3 i, for the lowest 21 bits."""
     for shift, mask in ((32, 0x001f00000000ffff), (16, 0x001f0000ff0000ff),
                         (8, 0x100f00f00f00f00f), (4, 0x10c30c30c30c30c3),
                         (2, 0x1249249249249249)):

@@ -1,4 +1,4 @@
-"""Conservative quantisation: stores bounds in steps of the scene's box, rounded outwards."""
+"""Conservative quantisation: stores boxes as small integers, rounded outwards."""
 from __future__ import annotations
 
 import numpy as np

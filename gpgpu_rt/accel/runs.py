@@ -1,4 +1,5 @@
-"""Runs: consecutive items of an owner in a flat array, given by start and count."""
+"""Runs: the items of each owner, such as the triangles of a leaf, stand side by side in a flat
+array. A run is given by its start and its count."""
 from __future__ import annotations
 
 from collections.abc import Sequence
@@ -43,7 +44,7 @@ def of_like_length(counts: np.ndarray, lengths: Sequence[int],
 
     Parameters
     ----------
-    lengths : the upper bounds of the groups, ascending
+    lengths : the largest length of a run in each group, ascending
     """
     found: list[tuple[np.ndarray, int]] = []
     for length in lengths:

@@ -1,8 +1,8 @@
-"""Sound: checks whether a structure that was read from a file could have been built.
+"""Sound: checks whether a structure that was read from a file is one that a builder could make.
 
-A checksum shows that a file is complete, but not who wrote it. Therefore the data that shaders
-follow, above all indices, is checked: types, lengths and ranges. Each node must have a single
-parent, so that every traversal ends.
+A checksum shows that a file is complete, but not who wrote it. With wrong indices, a shader could
+read outside a table or loop without end. Therefore types, lengths and ranges are checked. Each
+node must have a single parent, so that every traversal ends.
 """
 from __future__ import annotations
 
@@ -24,14 +24,14 @@ def is_sound(structure: Any, triangles: int) -> bool:
 
 
 def alike(arrays: Mapping[str, np.ndarray], kind: str, *shape: int) -> bool:
-    """Return whether all are arrays of this kind of numbers and this shape; real numbers must be
-    finite."""
+    """Return whether all values are numpy arrays with this ``kind`` of dtype and this shape.
+    Arrays of floats must also be finite."""
     return all(isinstance(a, np.ndarray) and a.dtype.kind == kind and a.shape == shape
                and (kind != "f" or bool(np.isfinite(a).all())) for a in arrays.values())
 
 
 def named(structure: Any, names: str) -> dict[str, np.ndarray]:
-    """Return the attributes that ``names`` lists, separated by spaces, by name."""
+    """Return name -> attribute of ``structure``. ``names`` has the names, separated by spaces."""
     return {name: getattr(structure, name) for name in names.split()}
 
 
@@ -42,14 +42,15 @@ def within(values: np.ndarray, end: int, least: int = 0) -> bool:
 
 
 def are_runs(start: np.ndarray, entries: int, count: int) -> bool:
-    """Return whether ``start`` divides this number of entries into ``count`` runs; it has count +
-    1 values."""
+    """Return whether ``start`` holds the starts of ``count`` runs of this number of entries,
+    followed by the end of the last run."""
     return (within(start, entries + 1) and len(start) == count + 1 and start[0] == 0
             and start[-1] == entries and bool((np.diff(start) >= 0).all()))
 
 
 def are_leaves(first: np.ndarray, count: np.ndarray, entries: int) -> bool:
-    """Return whether the runs of leaves lie within this number of entries and cover as many."""
+    """Return whether the runs of the leaves lie within this number of entries and have together
+    this number of items."""
     return within(first, entries + 1) and within(count, entries + 1) and bool(
         (first.astype(np.int64) + count <= entries).all() and count.sum() == entries)
 

@@ -44,7 +44,8 @@ def depth_first(inner: list[np.ndarray], size: np.ndarray, first: np.ndarray,
                 second: np.ndarray) -> np.ndarray:
     """Return the depth-first position of each node, (..., n) int64.
 
-    A node comes first, then the subtree of its `first` child, then that of its `second` child.
+    A node comes first, then the subtree of its `first` child, then the subtree of its `second`
+    child.
 
     Parameters
     ----------
@@ -62,9 +63,9 @@ def depth_first(inner: list[np.ndarray], size: np.ndarray, first: np.ndarray,
 
 def depth_first_pairs(inner: list[np.ndarray], size: np.ndarray, left: np.ndarray,
                       right: np.ndarray) -> np.ndarray:
-    """Return the position of each node in an order that keeps siblings together: a pair of
-    siblings, then all nodes below the left one, then all nodes below the right one. The root is at
-    0."""
+    """Return the position of each node in an order that keeps siblings together. A pair of
+    siblings comes first, then all nodes below the left sibling, then all nodes below the right
+    sibling. The root is at position 0."""
     place = np.zeros(len(left), np.int64)
     below = np.ones(len(left), np.int64)     # position of the pair of a node's children
     for nodes in inner:
@@ -77,8 +78,8 @@ def depth_first_pairs(inner: list[np.ndarray], size: np.ndarray, left: np.ndarra
 
 def kept_nodes(inner: list[np.ndarray], left: np.ndarray, right: np.ndarray, count: np.ndarray,
                most: int) -> np.ndarray:
-    """Return (n,) bool, the nodes to keep when the smallest subtrees become leaves until at most
-    ``most`` nodes are left.
+    """Return (n,) bool, which nodes to keep in a tree of at most ``most`` nodes. The smallest
+    subtrees become leaves.
 
     Parameters
     ----------
@@ -111,9 +112,9 @@ def cut(inner: list[np.ndarray], left: np.ndarray, right: np.ndarray,
     Returns
     -------
     (inside, left, right, place)
-        (n,) bool, the nodes that remain inner nodes; (k,) int, left and right children of the k
-        kept nodes; (n,) int64, the new position of each kept node, or for a dropped node that of
-        its nearest kept ancestor
+        (n,) bool, whether a node remains an inner node; (k,) int, left and right children of the k
+        kept nodes; (n,) int64, the new position of each kept node. A dropped node has the new
+        position of its nearest kept ancestor
     """
     place = np.cumsum(kept) - 1
     inside = kept & (left >= 0)

@@ -11,17 +11,19 @@ from typing import Any
 from ..methods import find_method
 from ..options import TRACER_OPTIONS, Option
 
-# Knobs that change the hits. All other knobs change only time and memory: hits stay the same, and
-# to the bit where arithmetic is exact.
+# Knobs that change the hits. All other knobs change only time and memory. With these, hits stay
+# the same; where arithmetic is exact, they stay the same to the bit.
 _ACCURACY = ("precision", "storage", "rounding", "intersection", "interval")
 # These options are no knobs. Statistics and the context do not change a trace. Precision sets
 # storage and arithmetic. `speed_knobs` lists schedules itself. The build device does not change
 # the tree. Rasterised bounds apply to pictures only, and candidates are measured on ray arrays.
 _NO_KNOBS = ("statistics", "context", "storage", "arithmetic", "schedule", "build_device",
              "rasterised_bounds")
-_STEPS = (16, 64)
+_STEPS = (16, 64)       # values of the option steps_per_pass to try
 FULL_PRECISION = (None, "fp32")
-STEP_ROOM = 8   # step cap of a relaxed candidate, over the most steps of a ray at full accuracy
+# The step cap of a candidate with lower accuracy, divided by the largest number of steps of any
+# ray at full accuracy.
+STEP_ROOM = 8
 
 
 @dataclass(frozen=True)
@@ -125,7 +127,8 @@ def _is_for_accuracy(option: Option) -> bool:
 
 
 def _values(option: Option) -> list[Any]:
-    """Return the values of a knob, the default first; None only where it has its own meaning."""
+    """Return the values of a knob, the default first. None is included only for a knob that gives
+    None a meaning of its own."""
     values = list(option.choices) if option.choices is not None else [False, True]
     if option.optional and None not in values:
         values.append(None)

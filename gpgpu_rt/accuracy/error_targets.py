@@ -15,21 +15,21 @@ from .known_rays import KINDS, Answers, Score, check_kinds
 
 MOST_RAYS = 1 << 23
 ALL = "all"
-OWN_KIND = {COHERENT: "eye", INCOHERENT: "random"}    # the kind of rays that times each choice
+OWN_KIND = {COHERENT: "eye", INCOHERENT: "random"}    # each choice is timed on this kind of rays
 
 
 @dataclass(frozen=True)
 class Promise:
-    """The bounds that a tracer must keep, over rays in equal shares of ``kinds``.
+    """The bounds that a tracer must keep, on rays that have equal shares of each of ``kinds``.
 
     Attributes
     ----------
-    max_wrong : bound on the share of rays with a wrong hit or miss. The upper 95 % confidence
-        bound of the share must keep it
-    max_t_error : bound on the relative error of t. A share ``t_quantile`` of the right hits must
-        keep it, judged by the upper 95 % confidence bound of that quantile
-    max_bytes : bound on texture bytes with 2^18 rays in flight, as in a 512 x 512 picture; None
-        for no bound
+    max_wrong : Bound on the share of rays with a wrong hit or miss. The upper 95 % confidence
+        bound of the measured share must not exceed it.
+    max_t_error : Bound on the relative error of t. A share ``t_quantile`` of the right hits must
+        keep it: the upper 95 % confidence bound of this quantile must not exceed it.
+    max_bytes : Bound on texture bytes with 2^18 rays in flight, as in a 512 x 512 picture; None
+        for no bound.
     """
 
     max_wrong: float
@@ -56,20 +56,21 @@ class Promise:
                 "quantile at least as far from 1")
 
     def rays_needed(self, hit_share: float = 1.0) -> int:
-        """Return the least number of rays that can prove the bounds, even without any error.
+        """Return the least number of rays that prove the bounds if no ray has an error.
 
-        Only a share ``hit_share`` of the rays has a t.
+        Only a share ``hit_share`` of the rays hit a triangle and have a t.
         """
         for_t = rays_needed(1 - self.t_quantile) / max(hit_share, 1e-3)
         return max(rays_needed(self.max_wrong), math.ceil(for_t))
 
     def split(self) -> dict[str, tuple[Promise, str | None]]:
-        """Return the bounds of each choice, and the kind of rays that times it.
+        """Return the bounds of each choice, and the kind of rays on which the choice is timed.
 
-        The result has an entry for ``COHERENT`` and one for ``INCOHERENT`` rays, if ``kinds``
-        contains eye rays and random rays to time them with. Rays aimed at vertices and edges
-        belong to both. Otherwise, and under a bound on bytes, there is a single entry ``ALL``,
-        timed on all kinds: two choices would hold two structures in memory.
+        If ``kinds`` contains eye rays and random rays, the result has an entry for ``COHERENT``
+        rays, timed on eye rays, and an entry for ``INCOHERENT`` rays, timed on random rays. Rays
+        aimed at vertices and edges belong to both entries. Otherwise there is a single entry
+        ``ALL``, timed on all kinds. A bound on bytes also gives a single entry, because two
+        choices would hold two structures in memory.
         """
         if self.max_bytes is not None or not set(OWN_KIND.values()) <= set(self.kinds):
             return {ALL: (self, None)}
@@ -106,8 +107,9 @@ class Finding:
                    float(errors[below]) if below < len(errors) else 0.0)
 
     def misses(self, promise: Promise, texture_bytes: int) -> dict[str, float]:
-        """Return, for each bound that is not kept, the value over the bound."""
-        # With too few rays for the upper confidence bound, use the lower one, which is smaller.
+        """Return, for each bound that is not kept, the value divided by the bound."""
+        # With too few rays, the upper confidence bound of the error is infinite. If the lower
+        # confidence bound also misses the promise, report the lower one.
         t_error = self.t_error
         if math.isinf(t_error) and self.t_lower > promise.max_t_error:
             t_error = self.t_lower
@@ -126,10 +128,11 @@ class Finding:
 def _ranks(count: int, share: float) -> tuple[int, int]:
     """Return the ranks of the two errors that bound a quantile, from above and from below.
 
-    Errors are in descending order. So few errors precede the first rank that, with confidence, at
-    most ``share`` of all rays exceed its error. So many errors lie at or before the second rank
-    that, with confidence, at least ``share`` of all rays reach its error. A rank that does not
-    exist is -1 or ``count``.
+    The measured errors are sorted in descending order. The first rank is the last one before which
+    there are so few errors that, with confidence, at most ``share`` of all possible rays have a
+    larger error. The second rank is the first one up to which there are so many errors that, with
+    confidence, at least ``share`` of all possible rays have an error at least as large. If a rank
+    does not exist, it is -1 or ``count``.
     """
     end = min(count, 100 + int(3 * share * count))     # both ranks are near share * count
     above, high = -1, end

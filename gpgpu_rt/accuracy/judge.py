@@ -1,9 +1,10 @@
-"""The judge: decides which answers of a trace are right, and what is wrong with the others.
+"""The judge: decides which answers of a trace are right, and what is wrong with each wrong answer.
 
 An answer is right if the watertight test could have given it, within the bounds of its rounding
-errors (`error_bounds`). Its triangle is possibly hit, t is within its bound, and no certain hit is
-nearer by more than both bounds. A miss is right if no triangle is certainly hit. A ray through an
-edge or a vertex may therefore miss; `leaks` decides whether such a ray escaped from a closed mesh.
+errors (`error_bounds`). This means three things: the answer's triangle is possibly hit, the error
+of t is within its bound, and no other triangle is certainly hit at a nearer t, whatever the errors
+of the two t are. A miss is right if no triangle is certainly hit. A ray through an edge or a
+vertex may therefore miss; `leaks` decides whether such a ray escaped from a closed mesh.
 """
 from __future__ import annotations
 
@@ -20,7 +21,7 @@ from ..reference.tree import ReferenceTree
 CATEGORIES = ("right", "leak", "false hit", "wrong triangle", "wrong distance", "unfinished")
 RIGHT, LEAK, FALSE_HIT, WRONG_TRIANGLE, WRONG_DISTANCE, UNFINISHED_RAY = range(len(CATEGORIES))
 
-_PAIRS = 1 << 17
+_PAIRS = 1 << 17    # most pairs of ray and triangle that are tested at once
 
 
 @dataclass
@@ -34,7 +35,7 @@ class Judgement:
         triangle, or a miss
     t_ulps : (n,) float64, |t - exact t| on the answer's own triangle in units in the last place
         of the exact t as a float32; NaN for misses and false hits
-    t_bounds : (n,) float64, the same error in units of its derived bound
+    t_bounds : (n,) float64, the same error divided by the bound that `error_bounds` derives
     barycentric_error : (n,) float64, the larger of the errors of u and v; NaN for misses and false
         hits
     """
@@ -70,7 +71,8 @@ class Judgement:
 
     @property
     def upper_95(self) -> float:
-        """The upper 95 % confidence bound of the share of wrong rays, for rays drawn alike."""
+        """The upper 95 % confidence bound of the share of wrong rays, if rays are independent and
+        all drawn in the same way."""
         return upper_confidence(int(self.wrong.sum()), len(self))
 
     def quantiles(self, errors: str = "t_ulps") -> dict[str, float]:
@@ -125,10 +127,10 @@ def judge(scene_or_triangles: Any, origins: np.ndarray, directions: np.ndarray, 
 
 
 def leaks(reference_hits: Hits, hits: Hits) -> np.ndarray:
-    """Return where a ray misses and the reference hits, (n,) bool.
+    """Return whether a ray misses where the reference hits, (n,) bool.
 
-    No single triangle certainly stops a ray aimed at an edge or a vertex. But even such a ray must
-    not escape from the inside of a closed mesh.
+    If a ray is aimed at an edge or a vertex, none of the triangles there is certainly hit. `judge`
+    therefore accepts a miss. But even this ray must not escape from the inside of a closed mesh.
     """
     return reference_hits.hit & ~hits.hit
 
@@ -194,7 +196,8 @@ class _PairTests:
             verdict.t_bounds[part] = error / pair.t_bound
             verdict.barycentric_error[part] = np.maximum(np.abs(hits.u[part] - pair.u),
                                                          np.abs(hits.v[part] - pair.v))
-        # A NaN in an answer is an infinite error: in these arrays NaN means an unknown error.
+        # Count a NaN in an answer as an infinite error: a NaN in these arrays would mean that the
+        # error is unknown.
         for errors in (verdict.t_ulps, verdict.t_bounds, verdict.barycentric_error):
             errors[answered[np.isnan(errors[answered])]] = np.inf
 
@@ -203,8 +206,9 @@ class _PairTests:
         category[hit & ~may_hit] = FALSE_HIT
         category[hit & ~t_right & ~reference.hit] = FALSE_HIT
         category[broken] = FALSE_HIT
-        # The remaining answers are right where the reference has the same triangle. Otherwise the
-        # answer is wrong if there is a certain hit: nearer by both bounds, or anywhere for a miss.
+        # The remaining answers are right where the reference has the same triangle. Otherwise, a
+        # hit is wrong if a triangle is certainly hit before it, and a miss is wrong if a triangle
+        # is certainly hit at all.
         other = (category == RIGHT) & (hits.triangle != reference.triangle) & reference.hit & valid
         with np.errstate(invalid="ignore"):
             last = np.where(hits.hit, np.fmin(t_exact - t_bound, self.t_max), self.t_max)
@@ -212,7 +216,8 @@ class _PairTests:
         rays = np.flatnonzero(other)
         beaten[rays] = self._certain_before(rays, last[rays], reference)
         category[beaten] = np.where(hits.hit[beaten], WRONG_TRIANGLE, LEAK)
-        # The entries of a ray decide whether it is invalid, not the status of its answer.
+        # An invalid ray has a NaN, an infinity or a zero direction. Its only right answer is the
+        # status INVALID.
         category[~valid & (hits.status != INVALID)] = FALSE_HIT
         category[(hits.status == UNFINISHED) | (hits.status == STACK_OVERFLOW)] = UNFINISHED_RAY
         for errors in (verdict.t_ulps, verdict.t_bounds, verdict.barycentric_error):
@@ -232,8 +237,8 @@ class _PairTests:
     def _certain_before(self, rays: np.ndarray, last: np.ndarray, reference: Hits) -> np.ndarray:
         """Return whether any triangle is certainly hit before ``last``, (k,) bool.
 
-        Test the reference's triangle first. Where it is no certain hit, test all triangles that
-        the exact ray meets before ``last``; they include every certain hit.
+        Test the reference's triangle first. For a ray that does not certainly hit it, test all
+        triangles that the exact ray meets before ``last``; they include every certain hit.
 
         Parameters
         ----------

@@ -1,4 +1,4 @@
-"""Known rays: random rays with the float64 reference's answers, to score a tracer against."""
+"""Known rays: random rays whose hits the float64 reference knows, to score a tracer's answers."""
 from __future__ import annotations
 
 import functools
@@ -25,9 +25,10 @@ WRONG = ("leak", "false hit", "wrong triangle", "unfinished")
 WITHIN_BOUND = "within bound"
 FLIGHT = 1 << 18          # largest number of rays per call, as in a 512 x 512 picture
 UNIT_ROUNDOFF = 2.0 ** -24
-# Numbers of rays in the rings around a ray that may have leaked. The test cannot see a gap between
-# two rays of a ring. If few candidates are left, rings with more rays test them again. If many are
-# left, a few false leaks change nothing.
+# `KnownRays._through_the_surface` tests a ray that may have leaked by a ring of rays around it.
+# These are the numbers of rays in a ring. A ring overlooks a gap between two of its rays.
+# Therefore larger rings test the suspected rays again, if there are at most FEW of them. If more
+# rays are suspected, a few false leaks among them do not matter.
 RINGS = (8, 32, 256)
 FEW = 200
 
@@ -38,14 +39,15 @@ class Score:
 
     Attributes
     ----------
-    rays, hits : number of judged rays, and of right hits, whose t is compared
-    wrong : number of rays with a wrong hit or miss
-    wrong_share, upper_95 : the share of wrong rays, and its upper 95 % confidence bound
-    counts : rays by category. "wrong distance" are rays whose t exceeds its float32 error bound;
-        they do not count as wrong. "within bound" are answers that differ from the reference
-        within float32's error bounds
-    t_ulps, t_error, barycentric : "median", "99.9 %" and "max" over ``hits`` of the error of t in
-        float32 ulps, of its relative error, and of the error of u and v; None without hits
+    rays, hits : Number of judged rays, and number of right hits. The t of a right hit is compared.
+    wrong : Number of rays with a wrong hit or miss.
+    wrong_share, upper_95 : The share of wrong rays, and its upper 95 % confidence bound.
+    counts : Number of rays by category. In the category "wrong distance", the error of t exceeds
+        its float32 error bound. Such a ray does not count as wrong. In the category "within
+        bound", the answer differs from the reference within float32's error bounds.
+    t_ulps : The "median", "99.9 %" and "max" of the error of t in float32 ulps, over all right
+        hits. None without right hits.
+    t_error, barycentric : The same of the relative error of t, and of the larger error of u and v.
     """
 
     rays: int
@@ -163,8 +165,8 @@ class KnownRays:
         truth = self.truth
         verdict = judge(self.scene, self.origins, self.directions, hits, reference=truth)
         category, excused = verdict.category.copy(), verdict.within_bound.copy()
-        # An answer with another triangle than the truth and a wrong distance: judge the triangle
-        # alone, with the distance corrected.
+        # Where an answer has a wrong distance and another triangle than the truth, correct the
+        # distance, so that the triangle is judged alone.
         other = np.flatnonzero((category == WRONG_DISTANCE) & (hits.triangle != truth.triangle))
         category[other] = self._choice(hits, other)
         excused[other] = category[other] == RIGHT
@@ -173,7 +175,8 @@ class KnownRays:
         categories["leak"] |= past
         categories["wrong distance"] = verdict.category == WRONG_DISTANCE
         categories[WITHIN_BOUND] = excused & ~past
-        # Measure the error of an excused answer against the exact t of its own triangle.
+        # An excused answer differs from the truth within the error bounds. Its t is compared with
+        # the exact t of its own triangle.
         own = np.flatnonzero(excused & ~past & hits.hit)
         exact = truth.t.copy()
         exact[own] = self._pairs(own, hits.triangle[own]).t
@@ -190,8 +193,8 @@ class KnownRays:
             self.scene.triangles[triangles], self.origins[rays], self.directions[rays])))
 
     def _choice(self, hits: Hits, rays: np.ndarray) -> np.ndarray:
-        """Return the categories of the rays' answers with t corrected to the exact distance of the
-        answer's triangle; (k,)."""
+        """Return the categories of the answers of ``rays`` after their t was corrected to the
+        exact distance of the answer's triangle; (k,)."""
         corrected = _part(hits, rays)
         corrected.t = self._pairs(rays, corrected.triangle).t
         return judge(self.scene, self.origins[rays], self.directions[rays], corrected,
@@ -216,7 +219,7 @@ class KnownRays:
         origins, directions = (a.astype(np.float64) for a in (self.origins, self.directions))
         reach = np.abs(corners - origins[left, None]).max(axis=(1, 2))
         length = np.linalg.norm(directions[left], axis=1)
-        # The answer's t may be wrong by as much along the ray.
+        # Rounding errors of the same kind can make the answer's t too large: subtract a bound.
         nearest = hits.t[left] - 64 * UNIT_ROUNDOFF * reach / length
         with np.errstate(divide="ignore"):
             width = 32 * UNIT_ROUNDOFF * reach / (self.truth.t[left] * length)

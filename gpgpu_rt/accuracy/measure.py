@@ -68,12 +68,14 @@ class Yardstick:
         Returns
         -------
         dict
-            ``method``, ``precision``, ``options``; ``rays`` of each kind; ``kinds``: for each kind
-            the score (`known_rays.Score`), ``seconds`` (median time of the passes only),
-            ``rays_per_second`` and ``passes``; ``all``: the same for all kinds together;
-            ``texture_bytes``; ``image``: ``rmse``, ``differing`` (share of pixels that differ by
-            more than 1/255) and ``flip`` (mean, or None) against the reference picture, or None
-            if drawing the image would take minutes
+            ``method``, ``precision`` and ``options`` name the candidate, and ``rays`` is the
+            number of rays of each kind. ``kinds`` has an entry for each kind of rays: the score
+            (`known_rays.Score`), ``seconds`` (median time of the passes alone),
+            ``rays_per_second`` and ``passes``. ``all`` has the same for all kinds together.
+            ``texture_bytes`` is the size of all textures. ``image`` compares a picture with the
+            reference picture: ``rmse``, ``differing`` (share of pixels that differ by more than
+            1/255), and ``flip`` (the mean FLIP, or None). ``image`` is None if drawing the picture
+            would take minutes
         """
         with_cap, known = self._capped(method, options), self.rays(self._most(method))
         row: dict[str, Any] = {"method": method, "precision": _precision(options),
@@ -96,10 +98,10 @@ class Yardstick:
         return row
 
     def _capped(self, method: str, options: Mapping[str, Any]) -> dict[str, Any]:
-        """Return the options, with a step cap below full accuracy.
+        """Return the options, with a step cap added if they lower the accuracy.
 
-        Low precision can send a ray around an endless loop. The cap is STEP_ROOM times the steps
-        that the method needs at full accuracy.
+        Low precision can send a ray around an endless loop. The cap is STEP_ROOM times the largest
+        number of steps of a ray at full accuracy.
         """
         table = option_table(method)
         relaxed = [name for name, value in options.items() if value in table[name].relaxed or (
@@ -205,8 +207,8 @@ def _flip_evaluator() -> Any:
 
 
 def _flip(reference: np.ndarray, picture: np.ndarray) -> float | None:
-    """Return the mean FLIP of two sRGB pictures at its default viewing distance, or None without
-    its package (Andersson et al. 2020)."""
+    """Return the mean FLIP of two sRGB pictures at FLIP's default viewing distance; None if the
+    package is not installed. FLIP measures visible differences (Andersson et al. 2020)."""
     evaluator = _flip_evaluator()
     if evaluator is None:
         return None

@@ -1,18 +1,22 @@
 """Tune: find the fastest method, schedule, precision and options within error bounds on a scene.
 
-1. Time every method with its defaults on a few rays, and put far slower methods aside.
-2. Try the speed knobs of the other methods one after another at default accuracy, and keep the
-   best few candidates (beam search).
-3. Combine the best with every accuracy option, and drop each combination that some thousand rays
-   disprove. Time the faster half of the rest on more and more rays (successive halving).
-4. In order of speed, test a candidate on as many rays as the proof needs, then confirm the result
-   on as many new rays. The new rays are needed because the first rays selected the candidate.
+A candidate is a method with values for its knobs, which are the options that the search may
+change. The search has four stages:
+
+1. Time every method with its default options on a few rays. Far slower methods are tried last.
+2. Speed knobs do not change the hits. Try them one after another on each of the other methods, and
+   keep the best few candidates (beam search).
+3. Combine the best candidates with each option that changes the accuracy. Drop a combination if
+   its errors on some thousand rays already exceed the bounds. Time the faster half of the
+   remaining candidates on more and more rays (successive halving).
+4. Test the candidates in order of speed, each on as many rays as the proof needs. Confirm the
+   result on as many new rays: the first rays selected the candidate, so they favour it.
 
 The search runs twice: for coherent rays, timed on eye rays, and for incoherent rays, timed on
-random rays. A tracer picks one of the two choices according to its rays. Times are medians of
-alternating runs in one process. Two assumptions avoid trying most combinations of options. A
-candidate that is slower at default accuracy is slower at any accuracy. An option that breaks the
-bounds alone breaks them in every combination.
+random rays. A tracer picks one of the two choices according to its rays. A time is the median of
+several runs in one process, in which candidates alternate. Two assumptions save most combinations
+of options. A candidate that is slower at default accuracy is slower at any accuracy. If a value of
+an option breaks the error bounds by itself, every combination with this value breaks them.
 """
 from __future__ import annotations
 
@@ -35,20 +39,22 @@ from .error_targets import ALL, Finding, Promise
 from .known_rays import KnownRays, bytes_in_flight
 from .tuning_results import Search, Trial, Tuning
 
-PROBE, SCREEN, FIELD = 1 << 10, 1 << 14, 1 << 16   # rays; squares, so that textures are full
-FAR_BEHIND = 4.0      # put a method aside if it is slower by more than this on a few rays
-BEHIND = 2.0          # put a method aside if its best options are slower by more than this
-BEAM = 2
+# Numbers of rays for the first timing, for most timings, and for the last timing. They are square
+# numbers, so that the rays fill square textures.
+PROBE, SCREEN, FIELD = 1 << 10, 1 << 14, 1 << 16
+FAR_BEHIND = 4.0      # try a method last if it is slower by more than this factor on PROBE rays
+BEHIND = 2.0          # try a candidate later if it is slower by more than this factor
+BEAM = 2              # candidates of a method that are kept after each knob
 WAVE = 4              # candidates that are judged together
-RUNS = 5
-FEW_RUNS = 3          # runs on few rays: another process could disturb a single run
+RUNS = 5              # timed runs of a candidate
+FEW_RUNS = 3          # timed runs on few rays: another process could disturb a single run
 LATE = "the time ran out: some candidates were not tried"     # a note of a search
 
 
 def tune(scene: Scene, promise: Promise, rays: int | None = None, seed: int = 0,
          budget: float = 300.0, names: Sequence[str] | None = None,
          report: Callable[[str], None] = lambda line: None) -> Tuning:
-    """Find the fastest candidate that keeps the bounds of ``promise``.
+    """Find the fastest candidate whose errors keep the bounds of ``promise``.
 
     Parameters
     ----------
@@ -80,9 +86,10 @@ def tune(scene: Scene, promise: Promise, rays: int | None = None, seed: int = 0,
 
 
 def keeps(found: Choice, scene: Scene, seed: int) -> bool:
-    """Return whether a choice keeps its bounds on as many rays of another seed.
+    """Return whether a choice keeps its error bounds on new rays, which ``seed`` determines.
 
-    The plain counts decide, without confidence bounds.
+    There are as many rays as in the proof. The measured shares decide, not their confidence
+    bounds.
     """
     asked, measured = found.promise, found.measured
     known = KnownRays(scene, measured["rays"], seed, asked["kinds"])
@@ -109,9 +116,9 @@ class _Searcher:
         self.rays = self._enough(rays)
 
     def _enough(self, rays: int | None) -> int:
-        """Return ``rays``, raised to the number that the proof needs.
+        """Return ``rays``, or the number of rays that the proof needs if it is larger.
 
-        The factor 0.9 allows for wrong hits, which have no t to compare.
+        The factor 0.9 allows for wrong hits, whose t is not compared.
         """
         hit_share = float(self._rays(SCREEN).truth.hit.mean())
         needed = self.promise.rays_needed(0.9 * hit_share)
@@ -175,7 +182,10 @@ class _Searcher:
         return beam
 
     def _settle(self, wave: list[Trial]) -> Trial | None:
-        """Return the fastest candidate of a wave, at any accuracy, that keeps the bounds."""
+        """Return the fastest trial that keeps the bounds, or None.
+
+        The trials combine the candidates of a wave with accuracy options.
+        """
         alive: list[Candidate] = []
         for method in dict.fromkeys(t.candidate.method for t in wave):
             mine = [t.candidate for t in wave if t.candidate.method == method]
@@ -190,9 +200,10 @@ class _Searcher:
         return None
 
     def _hopeful(self, config: Candidate) -> list[dict[str, Any]]:
-        """Return the combinations of accuracy options that some thousand rays do not disprove.
+        """Return the combinations of accuracy options that may keep the bounds.
 
-        A value that is disproved alone is not tried in combinations.
+        A combination is dropped if its errors on some thousand rays already exceed the bounds. A
+        value that fails by itself is not tried in combinations.
         """
         combinations: list[dict[str, Any]] = [{}] if self._screen(config) else []
         survivors = []
@@ -208,10 +219,10 @@ class _Searcher:
         return combinations
 
     def _relaxed(self, config: Candidate, change: dict[str, Any]) -> Candidate:
-        """Return the candidate with changed accuracy, and a step cap.
+        """Return the candidate with changed accuracy, and with a step cap.
 
-        Low precision can send a ray around an endless loop, which would otherwise end only at a
-        cap that grows with the size of the structure.
+        Low precision can send a ray around an endless loop. The default cap is as large as the
+        structure and would end such a ray late.
         """
         if set(change) <= {"intersection"}:
             return config.changed(**change)
@@ -235,9 +246,10 @@ class _Searcher:
         return [t for t in ahead if not t.misses]
 
     def _screen(self, candidate: Candidate) -> bool:
-        """Return whether some thousand rays do not disprove a candidate.
+        """Return whether a candidate may keep the bounds: its errors on some thousand rays do not
+        rule it out.
 
-        Fewer rays are tried first, because they disprove most of the bad candidates.
+        Fewer rays are tried first, because they rule out most of the bad candidates.
         """
         trial = self._trial(candidate)
         self.report(f"{candidate}: screening")
@@ -301,7 +313,10 @@ class _Searcher:
             return None
 
     def _find(self, trial: Trial, known: KnownRays) -> Finding | None:
-        """Return the finding of a trial. Answers with the same bits are judged only once."""
+        """Return the errors of a trial's candidate on known rays; None if it cannot run.
+
+        Two candidates often give the same bits; such answers are judged only once.
+        """
         tracer = self._open(trial)
         if tracer is None:
             return None
@@ -328,9 +343,10 @@ class _Searcher:
         return self.trials.setdefault(candidate, Trial(candidate))
 
     def _rays(self, count: int, turn: int = 0, kinds: tuple[str, ...] | None = None) -> KnownRays:
-        """Return the rays of a stage, of all kinds of the promise or of ``kinds``.
+        """Return known rays of the kinds of the promise, or of ``kinds``.
 
-        Rays of different turns have different seeds.
+        ``turn`` is 0 for the search, 1 for the proof and 2 for the confirmation. Each has rays of
+        another seed.
         """
         key = (count, turn, self.promise.kinds if kinds is None else kinds)
         if key not in self._known:

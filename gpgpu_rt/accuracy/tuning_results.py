@@ -20,7 +20,7 @@ class Trial:
     rates : rays per second, by the number of rays that were timed together
     texture_bytes : bytes with 2^18 rays in flight
     finding : errors against the reference; None if they were not measured
-    misses : for each bound that is not kept, the value over the bound
+    misses : for each bound that is not kept, the value divided by the bound
     outcome : "chosen", "missed", "slower", "not possible" or "not reached"
     note : the reason for the outcome, as text
     """
@@ -41,14 +41,15 @@ class Trial:
     def times_slower(self, other: Trial) -> float | None:
         """Return how many times slower this trial is than another.
 
-        The rates at the largest number of rays that timed both decide; None without such a number.
+        The rates are compared at the largest number of rays with which both trials were timed. The
+        result is None if there is no such number.
         """
         common = set(self.rates) & set(other.rates)
         return other.rates[max(common)] / self.rates[max(common)] if common else None
 
     def compare(self, chosen: Trial) -> None:
-        """Set the outcome of a trial that was not judged: slower than the chosen trial, unless the
-        times say that it is faster."""
+        """Set the outcome of a trial that was not judged. The outcome is "slower", unless the
+        times say that the trial is faster than the chosen trial."""
         slower = self.times_slower(chosen)
         if slower is not None and slower < 1:
             self.note = self.note or f"{1 / slower:.2f} times faster where both were timed"
@@ -94,7 +95,10 @@ class Search:
 
     @property
     def closest(self) -> Trial | None:
-        """The trial with the smallest excess over its worst bound; None without such a trial."""
+        """The trial that comes nearest to keeping the bounds; None if no trial missed a bound.
+
+        A trial is judged by its largest ratio in ``misses``.
+        """
         missed = [t for t in self.trials if t.misses]
         return min(missed, key=lambda t: max(t.misses.values()), default=None)
 

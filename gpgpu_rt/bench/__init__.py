@@ -1,4 +1,4 @@
-"""Bench: time methods and the engines users would pick instead, on the same rays in a process."""
+"""Bench: time methods and today's ray tracing engines on the same rays in one process."""
 from __future__ import annotations
 
 from .engines import ENGINES, Engine

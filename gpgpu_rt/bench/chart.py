@@ -23,7 +23,7 @@ _THEIRS = {engine.name for engine in ENGINES}
 def draw(found: Sequence[tuple[str, str, list[Entry]]], path: str, about: str) -> None:
     """Write a chart of races to the file ``path``.
 
-    Whiskers reach from the slowest turn of an entry to its fastest.
+    The whiskers of a bar mark the rates of the entry's slowest and fastest rounds.
 
     Parameters
     ----------
@@ -60,6 +60,7 @@ def draw(found: Sequence[tuple[str, str, list[Entry]]], path: str, about: str) -
 
 def _axis(entries: Sequence[Entry]) -> str:
     """Return the label of the axis and, if the times are too noisy, the reason for no verdict."""
-    over = " (over embreex on one thread)" if any(entry.over for entry in entries) else ""
+    over = ("; in brackets, divided by the rate of embreex on one thread"
+            if any(entry.over for entry in entries) else "")
     noise = too_noisy(entries)
     return f"million rays per second{over}" + (f"\nno verdict: {noise}" if noise else "")

@@ -27,15 +27,16 @@ CORES = cores()
 
 @dataclass(frozen=True)
 class Engine:
-    """An engine of today with a number of threads.
+    """An engine, run with a fixed number of threads.
 
     Attributes
     ----------
     name : the name in tables
     modules : the Python modules that the engine needs
-    prepare : builds the structure for (scene, rays) and returns a call that traces the rays
-    most : largest number of rays for this engine, spread evenly over all rays; None for all
-    ends : whether rays may have an end, as shadow rays do
+    prepare : a function of (scene, rays) that builds the engine's structure and returns a function
+        that traces the rays
+    most : a slow engine traces only this number of rays, spread evenly over all rays; None for all
+    ends : whether the engine accepts rays with an end, such as shadow rays
     threads : number of threads
     """
 
@@ -48,13 +49,14 @@ class Engine:
 
     @property
     def missing(self) -> str:
-        """The reason why the engine cannot run, such as "embreex is not installed", or ""."""
+        """The reason why the engine cannot run, such as "embreex is not installed"; "" if it can
+        run."""
         return next(filter(None, map(_absent, self.modules)), "")
 
 
-@functools.cache     # because a failed import takes as long the next time
+@functools.cache     # because a second failed import would take as long as the first
 def _absent(module: str) -> str:
-    """Return the reason why a module cannot be imported, or ""."""
+    """Return the reason why a module cannot be imported; "" if it can be imported."""
     package = module.partition(".")[0]
     if importlib.util.find_spec(package) is None:
         return f"{package} is not installed"

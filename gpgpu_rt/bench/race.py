@@ -1,4 +1,8 @@
-"""The race: methods and engines trace the same rays in turn, and each turn gives its ratios."""
+"""The race: methods and engines trace the same rays, one after another, in several rounds.
+
+A round gives for each method or engine the ratio of its rate to embreex's rate in this round. A
+busy machine slows all entries of a round, so these ratios vary less than the rates.
+"""
 from __future__ import annotations
 
 import statistics
@@ -16,7 +20,7 @@ from .engines import EMBREE, ENGINES, Engine
 from .work import Work, work_of
 from .workloads import Workload, load, told, workload
 
-NOISY = 1.5    # no verdict if the baseline's slowest run took more than this times its fastest
+NOISY = 1.5    # no verdict if embreex's slowest run took longer than its fastest by this factor
 
 
 @dataclass
@@ -25,16 +29,17 @@ class Entry:
 
     Attributes
     ----------
-    name, options : the method and its options; an engine has no options
-    rays : number of rays traced per turn
-    seconds : time of each turn; for a method the passes and the host's sorting of rays, for an
-        engine its call
-    wall_seconds : time of each turn from numpy arrays to numpy arrays
-    over : rate over the baseline's rate, turn by turn
-    over_wall : the same ratio of the rates from arrays to arrays
-    bytes_a_triangle : size of a method's tables over the number of triangles
-    work : the work of a method per ray, measured on a sample
-    out_of : number of rays of the race if the entry traced only a part of them; else None
+    name, options : The method and its options; an engine has no options.
+    rays : Number of rays that the entry traces in a round.
+    seconds : Time in each round. For a method, this is the time of its passes and of sorting rays
+        on the host; for an engine, it is the time of its call.
+    wall_seconds : Time in each round, from rays in numpy arrays to hits in numpy arrays.
+    over : For each round, the entry's rate by ``seconds``, divided by the baseline's rate. The
+        baseline is embreex on one thread.
+    over_wall : The same with the entry's rate by ``wall_seconds``.
+    bytes_a_triangle : Size of a method's tables, divided by the number of triangles.
+    work : The work of a method per ray, measured on a sample.
+    out_of : Number of all rays, if the entry traced only a part of them; else None.
     """
 
     name: str
@@ -67,16 +72,17 @@ class Entry:
 
     @property
     def rays_per_second(self) -> float:
-        """The rate of the median turn, by ``seconds``."""
+        """The number of rays divided by the median of ``seconds``."""
         return self.rays / statistics.median(self.seconds)
 
     @property
     def spread(self) -> float:
-        """The time of the slowest turn over the fastest."""
+        """The time of the slowest round, divided by the time of the fastest."""
         return max(self.seconds) / min(self.seconds)
 
     def verdict(self) -> str:
-        """Return the comparison with the baseline on which all turns agree."""
+        """Return "faster" or "slower" than the baseline if all rounds agree, else "not told
+        apart"; "" if there is no comparison."""
         if not self.over or self.name == EMBREE:
             return ""
         if min(self.over) > 1:
@@ -95,9 +101,9 @@ class Entry:
 def ranked(entries: Sequence[Entry]) -> list[Entry]:
     """Return the entries in order of speed, the fastest first.
 
-    The order follows the median ratio over embreex, on whose turns the verdict is based, or the
-    rate without embreex. The two orders may differ, because a busy moment of the machine slows all
-    entries in the same turn.
+    The order follows the median ratio to embreex's rate, because the verdict is based on the same
+    ratios. Without embreex it follows the rate. The two orders may differ, because a busy moment
+    of the machine slows all entries of a round.
     """
     return sorted(entries, key=lambda entry: -(
         statistics.median(entry.over) if entry.over else entry.rays_per_second))
@@ -106,15 +112,15 @@ def ranked(entries: Sequence[Entry]) -> list[Entry]:
 def race(scene: str, kind: str, candidates: Sequence[tuple[str, dict[str, Any]]],
          size: int = 1024, runs: int = 5, engines: Sequence[Engine] = ENGINES,
          report: Callable[[str], None] = lambda line: None) -> list[Entry]:
-    """Time candidates and engines on the same rays, turn after turn.
+    """Time candidates and engines on the same rays, in several rounds.
 
     Parameters
     ----------
     scene : a scene's name or a mesh file
     kind : a name for `workload`: ``eye rays``, ``shadow rays``, ``mirror rays 1``, ...
-    candidates : (method, options) each
+    candidates : pairs (method, options)
     size : side in pixels of the square image that the rays belong to
-    runs : number of timed turns, after a warm-up turn. In a timed turn, each entry first traces
+    runs : number of timed rounds, after a warm-up round. In a timed round, each entry first traces
         once untimed, because the entry before it filled the caches with other data
     engines : engines to time; missing engines, and engines that cannot trace these rays, are left
         out
@@ -123,8 +129,8 @@ def race(scene: str, kind: str, candidates: Sequence[tuple[str, dict[str, Any]]]
     Returns
     -------
     list of Entry
-        candidates, then engines, in the given order. Ratios are over embreex on one thread;
-        without embreex there are none.
+        candidates, then engines, in the given order. The ratios compare with embreex on one
+        thread; without embreex there are none.
 
     Raises
     ------
@@ -160,7 +166,7 @@ def race(scene: str, kind: str, candidates: Sequence[tuple[str, dict[str, Any]]]
                 entries.append(Entry(engine.name, {}, given.live, out_of=(
                     rays.live if given.live < rays.live else None)))
                 calls.append(_theirs(engine.prepare(load(scene), given)))
-        for turn in range(runs + 1):   # the first turn is the warm-up
+        for turn in range(runs + 1):   # the first round is the warm-up
             report(f"{what}: " + (f"run {turn} of {runs}" if turn else "warm-up"))
             times = [[call() for _ in range(2 if turn else 1)] for call in calls]
             if turn:
@@ -189,7 +195,7 @@ def _theirs(run: Callable[[], Any]) -> Callable[[], tuple[float, float]]:
 
 
 def _note(entries: Sequence[Entry], times: Sequence[tuple[float, float]]) -> None:
-    """Store the times of a turn, and its ratios over the baseline."""
+    """Store the times of a round, and the ratios of its rates to the baseline's rate."""
     by_ray = next((seconds / entry.rays for entry, (seconds, _) in zip(entries, times)
                    if entry.name == EMBREE), None)
     for entry, (seconds, wall) in zip(entries, times):
@@ -201,7 +207,7 @@ def _note(entries: Sequence[Entry], times: Sequence[tuple[float, float]]) -> Non
 
 
 def too_noisy(entries: Sequence[Entry]) -> str:
-    """Return the reason why the times allow no verdict, or ""."""
+    """Return the reason why the times allow no verdict; "" if they allow one."""
     for entry in entries:
         if entry.name == EMBREE:
             if len(entry.seconds) < 3:

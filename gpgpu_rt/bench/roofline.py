@@ -35,7 +35,8 @@ class Peaks:
 
     Attributes
     ----------
-    near_texels : RGBA32F texels fetched from a texture of 16 KiB, by neighbours side by side
+    near_texels : RGBA32F texels fetched from a texture of 16 KiB, where neighbouring fragments
+        fetch neighbouring texels
     far_texels : RGBA32F texels fetched at random from a texture of 64 MiB
     flops : floating point operations; a multiply-add counts as two
     """

@@ -13,12 +13,13 @@ from .roofline import FLOPS_AN_INSTRUCTION, Peaks
 from .workloads import Workload
 
 BY_RAY = ("drivers/traverse.frag", "drivers/packet")     # programs that traverse a ray or packet
-TILE, SPREAD = (8, 8), (6, 6)     # pixels of a tile (whole packets), and tiles over the image
+# The sample: tiles of TILE pixels, so that packets are whole, and SPREAD tiles across and down.
+TILE, SPREAD = (8, 8), (6, 6)
 
 
 @dataclass(frozen=True)
 class Work:
-    """The work of all passes of a call, per ray.
+    """The work of all passes of a call, divided by the number of rays.
 
     Attributes
     ----------
@@ -39,8 +40,8 @@ class Work:
         return asdict(self)
 
     def shares(self, peaks: Peaks, rays_per_second: float) -> dict[str, float | None]:
-        """Return the shares of the peak rates of cached fetches and arithmetic; None if
-        unknown."""
+        """Return the rates of fetches and of instructions, divided by the peak rates of cached
+        fetches and of arithmetic; None if unknown."""
         if self.unknown:
             return {"fetch_share": None, "arithmetic_share": None}
         peak = peaks.flops / FLOPS_AN_INSTRUCTION

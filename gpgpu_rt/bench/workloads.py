@@ -1,4 +1,5 @@
-"""Workloads: the rays of measurements; each bounce is made once, from the hits of the last."""
+"""Workloads: the rays that measurements trace. Rays after a bounce are made from the hits of the
+rays before it, once for all measurements."""
 from __future__ import annotations
 
 import functools
@@ -20,7 +21,8 @@ RANDOM = "random rays"
 RAY_SETS = {"eye": EYE, "shadow": SHADOW, "mirror": f"{MIRROR} 1", "diffuse": f"{DIFFUSE} 1",
             "random": RANDOM}   # the names on the command line of the bench
 SEED = 7    # seed of the directions of diffuse bounces, and of random rays
-_BEFORE_LIGHT = np.float32(1 - 12 * FLOAT32.unit)   # as render/surfaces.frag ends shadow rays
+# A shadow ray ends at this share of the distance to the light, as in render/surfaces.frag.
+_BEFORE_LIGHT = np.float32(1 - 12 * FLOAT32.unit)
 
 
 @dataclass(frozen=True)
@@ -30,7 +32,7 @@ class Workload:
     Attributes
     ----------
     origins, directions : (n, 3) float32
-    size : side of the square image in pixels, n = size squared
+    size : side of the square image in pixels; the whole image has n = size squared rays
     t_max : (n,) float32, the end of each ray; None if rays have no end
     any_hit : whether any hit is enough, as for shadow rays
     shape : (h, w) of a part of the image; None for the whole image
@@ -90,17 +92,18 @@ class Workload:
 
 
 def mirror(bounces: int) -> str:
-    """Return the name of the rays after so many mirror bounces."""
+    """Return the name of the rays after this number of mirror bounces."""
     return bounced(MIRROR, bounces)
 
 
 def diffuse(bounces: int) -> str:
-    """Return the name of the rays after so many diffuse bounces."""
+    """Return the name of the rays after this number of diffuse bounces."""
     return bounced(DIFFUSE, bounces)
 
 
 def bounced(kind: str, bounces: int) -> str:
-    """Return the name of the rays after so many bounces of a kind: eye rays for 0 bounces."""
+    """Return the name of the rays after this number of bounces of a kind; after 0 bounces these
+    are the eye rays."""
     return f"{kind} {bounces}" if bounces else EYE
 
 
@@ -111,11 +114,12 @@ def told(name: str) -> str:
 
 @functools.lru_cache(maxsize=8)
 def workload(scene: str, name: str, size: int) -> Workload:
-    """Return the workload of a name, for an image of ``size`` x ``size`` pixels.
+    """Return the workload with this name, for an image of ``size`` x ``size`` pixels.
 
     The names are ``eye rays``, ``shadow rays``, ``mirror rays 2``, ``diffuse rays 2`` and
-    ``random rays``. Mirror and diffuse rays treat all surfaces as mirrors, or as diffuse, and have
-    a number of bounces. The start and end of a random ray are random points in the scene's box.
+    ``random rays``. The number after mirror and diffuse rays is the number of bounces. For mirror
+    rays, all surfaces are mirrors; for diffuse rays, all surfaces are diffuse. A random ray starts
+    at a random point in the scene's box and has a random direction.
     """
     if name == EYE:
         origins, directions = load(scene).camera.rays((size, size))
@@ -181,7 +185,8 @@ def _surfaces(scene: Scene, seen: Workload, hits: Hits) -> tuple[np.ndarray, np.
 def _hits(scene: str, name: str, size: int) -> Hits:
     """Return the hits of a workload.
 
-    All methods find the same hits; kd-short-stack shares its cached tree with measured methods.
+    All methods find the same hits. The method here is kd-short-stack, because other kd-tree
+    methods that are measured use the same cached tree.
     """
     with Tracer(load(scene), "kd-short-stack") as tracer:
         found = workload(scene, name, size).trace(tracer)

@@ -21,7 +21,8 @@ from .shared import (
 Races = list[tuple[str, str, list[Entry]]]
 
 SIZE = 1024
-# The fastest methods with options other than defaults, and the first of them in half the bytes.
+# Candidates with options that were fastest in measurements. The second is the first with shared
+# subtrees, which need half the bytes.
 _TREE = {"octants": True, "quantise_nodes": 16}
 _EYE = {"packet": (4, 2), "interval_test": True, "entry_points": 32, **_TREE, "reinsertion": 3}
 BEST = (("bvh-packet", _EYE),
@@ -40,9 +41,9 @@ def add_command(command: Command) -> None:
                      help=f"kinds of rays: {', '.join(RAY_SETS)}, or all; default eye")
     sub.add_argument("--size", type=side_word, default=SIZE, metavar="PIXELS",
                      help="side of the square image that the rays belong to; default %(default)s")
-    sub.add_argument("--runs", type=int, default=5, help="timed runs of each entry after a "
-                     "warm-up; entries run in turn, each with an untimed run before its timed "
-                     "run; default %(default)s")
+    sub.add_argument("--runs", type=int, default=5, help="timed rounds after a warm-up round. In "
+                     "a round, all methods and engines run one after another, each once untimed "
+                     "and then once timed; default %(default)s")
     sub.add_argument("--plot", metavar="IMAGE.png", help="draw the rates as a chart, too")
     add_options(sub)
 
@@ -109,7 +110,8 @@ def _candidates(chosen: argparse.Namespace) -> list[tuple[str, dict[str, Any]]]:
 
 
 def _shares(entry: Entry, peak: Peaks) -> dict[str, float | None]:
-    """Return the shares of the renderer's peaks by name; they are unknown for other engines."""
+    """Return the entry's rates of fetches and instructions as shares of the renderer's peak rates,
+    by name. For engines they are unknown."""
     return (entry.work or Work(unknown="an engine")).shares(peak, entry.rays_per_second)
 
 
@@ -153,21 +155,22 @@ def _renderer(gpu: Gpu) -> str:
 def _print_notes(gpu: Gpu, peak: Peaks, found: Races) -> None:
     """Print the meaning of the tables' columns."""
     if any(entry.over for *_, entries in found for entry in entries):
-        print("over embreex: our rate over the rate of embreex on one thread, the median over the "
-              "turns; only our passes are\n"
-              f"timed, on {_renderer(gpu)}; rows are sorted by this column\n"
-              "arrays in to out: the same ratio, timed from numpy arrays to numpy arrays\n"
-              "against embreex: faster or slower, where all turns agree")
-    print("spread: time of the slowest turn over the fastest\n"
-          "bytes per triangle: size of the method's tables over the number of triangles; without "
-          "rays and hits\n"
-          "fetches, arithmetic of peak: texels and instructions per ray, times rays per second of "
-          "our passes, over the peak\n"
-          f"of {_renderer(gpu)}, per second of wall time. Programs that do nothing else\n"
-          f"measured the peaks: {number(peak.near_texels / 1e9)} G texels from a cache "
-          f"({number(peak.far_texels / 1e9)} at random in 64 MiB, not used as a peak), and "
-          f"{number(peak.flops / FLOPS_AN_INSTRUCTION / 1e9)} G\nmultiply-adds, an instruction "
-          f"each ({number(peak.flops / 1e9)} GFLOP)")
+        print("over embreex: our rate divided by the rate of embreex on one thread, as the median "
+              "of all rounds. Only our\n"
+              f"passes are timed, on {_renderer(gpu)}. Rows are sorted by this column\n"
+              "arrays in to out: the same ratio, but our time begins with rays in numpy arrays "
+              "and ends with hits in numpy arrays\n"
+              "against embreex: faster or slower, if all rounds agree")
+    print("spread: time of the slowest round divided by the time of the fastest\n"
+          "bytes per triangle: size of the method's tables divided by the number of triangles; "
+          "without rays and hits\n"
+          "fetches of peak, arithmetic of peak: texels and instructions per ray, times rays per "
+          "second of our passes, divided by\n"
+          f"the peak rate of {_renderer(gpu)}. Programs that do nothing else measured\n"
+          f"the peaks, per second of wall time: {number(peak.near_texels / 1e9)} G texels from a "
+          f"cache ({number(peak.far_texels / 1e9)} at random in 64 MiB, not used as a peak), and\n"
+          f"{number(peak.flops / FLOPS_AN_INSTRUCTION / 1e9)} G multiply-adds, each of which is "
+          f"one instruction ({number(peak.flops / 1e9)} GFLOP)")
     for why in dict.fromkeys(_missing().values()):
         print(f"left out because {why}: "
               + "; ".join(name for name, reason in _missing().items() if reason == why))
@@ -197,5 +200,6 @@ def _chart(path: str) -> Callable[[Races, str, str], None]:
 
 
 def _is_quick(row: Method) -> bool:
-    """Return whether a method traces a million rays in seconds; the others need minutes a run."""
+    """Return whether a method traces a million rays in seconds. A method that is not quick needs
+    minutes."""
     return row.name != "brute-force" and "loop" in row.schedules

@@ -1,8 +1,8 @@
 """``gpgpu-rt render --floor``: put a floor below the scene, on which its shadow falls.
 
-The default is no floor. Without a floor, the counts and times that `render` prints are those of
-the given scene, saved settings and cached trees belong to this scene, and the picture is the same
-as that of ``Tracer.render``.
+The default is no floor, for three reasons. The counts and times that `render` prints then describe
+the given scene. Saved settings and cached trees, which belong to the given scene, can be used. The
+picture is the same as the picture of ``Tracer.render``.
 """
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ GREY = 0.75
 
 
 def add_floor(sub: argparse.ArgumentParser) -> None:
-    """Declare the option of ``render``."""
+    """Declare the option ``--floor`` of ``render``."""
     sub.add_argument("--floor", action="store_true", help="add a floor of two triangles below the "
                      "scene, on which its shadow falls")
 
@@ -46,9 +46,10 @@ def scene_of(chosen: argparse.Namespace) -> Scene:
 
 
 def on_floor(scene: Scene) -> Scene:
-    """Return the scene with a floor: two triangles at the end of its list.
+    """Return the scene with a floor of two triangles, at the end of the scene's triangles.
 
-    The floor is a grey square below the bounding box (y is up), with an edge across the view.
+    The floor is a grey square below the bounding box (y is up). One of its edges lies across the
+    view.
     """
     lo, hi = (corner.astype(np.float64) for corner in scene.bounds)
     diagonal = float(np.linalg.norm(hi - lo)) or 1.0

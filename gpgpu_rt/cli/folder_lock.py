@@ -12,7 +12,7 @@ from ..errors import Error
 LOCK = "lock"     # the file in the folder that a run locks
 
 
-class Claim:
+class FolderLock:
     """Creates a folder and locks it, until ``release`` or until the process ends for any reason.
 
     Parameters
@@ -53,7 +53,7 @@ class Claim:
             with contextlib.suppress(FileNotFoundError):
                 if os.path.samestat(os.fstat(self._file.fileno()), self._path.stat()):
                     return
-            self._file.close()      # another run released this file: lock its successor
+            self._file.close()      # another run has removed this file: lock the new file
 
     def release(self) -> None:
         """Unlock the folder for other runs. A second call does nothing."""

@@ -2,11 +2,12 @@
 from __future__ import annotations
 
 import argparse
+import contextlib
 import functools
 import os
 import re
 import statistics
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -33,10 +34,22 @@ def add_frames(sub: argparse.ArgumentParser) -> None:
     sub.add_argument("--resume", action="store_true", help="with --frames or --scheduler: keep "
                      "the parts that an interrupted run with the same settings saved in "
                      "OUTPUT.unfinished, and draw only the missing parts")
+    sub.add_argument("--build-ahead", action="store_true", help="with --frames: another process "
+                     "builds the next frame's structure while a frame renders; every frame is "
+                     "rebuilt, also by a method that could refit")
     sub.add_argument("--frames", type=_whole, metavar="N", help="render the first N frames of a "
                      "moving scene. They become numbered files if --output is a folder (end a "
                      "new folder's name in /) or contains %%04d, else one GIF or APNG. A "
                      "moving camera is followed unless an option of the camera is given")
+
+
+def check_frames(chosen: argparse.Namespace) -> None:
+    """Refuse options of ``render`` that do not go with frames, or only with frames."""
+    if chosen.floor and chosen.frames is not None:
+        raise OptionError("--floor cannot follow a moving scene; leave --frames or --floor out")
+    if chosen.build_ahead and (chosen.frames is None or chosen.scheduler is not None):
+        raise OptionError("--build-ahead needs --frames, without --scheduler; leave it out, or "
+                          "give --frames N")
 
 
 def render_frames(chosen: argparse.Namespace,
@@ -55,9 +68,7 @@ def render_frames(chosen: argparse.Namespace,
             tracer.method.name, tracer.options, tracer.gpu.renderer, drawing))
         spent: list[dict[str, Any]] = []
         with kept.until_whole():
-            for frame in kept.missing:
-                if frame:
-                    tracer.update(animation.vertices(frame))
+            for frame in _moved(tracer, animation, kept.missing, chosen.build_ahead):
                 kept.keep(frame, tracer.render(**animation.drawing(frame, drawing)))
                 if frame:
                     spent.append(tracer.statistics.to_dict())
@@ -68,7 +79,21 @@ def render_frames(chosen: argparse.Namespace,
     there = kept.count - len(kept.missing)
     return tracer, (f"wrote {counted(len(kept.missing), 'frame')} to {chosen.output}"
                     + (f"; {there} were kept from an earlier run" if there else "")
-                    + f"\n{_summary(spent)}")
+                    + f"\n{_summary(spent, chosen.build_ahead)}")
+
+
+def _moved(tracer: Tracer, animation: Animation, frames: Sequence[int],
+           ahead: bool) -> Iterator[int]:
+    """Move the tracer to each of the frames, and yield the frame. With ``ahead``, another process
+    builds the next frame meanwhile."""
+    moving = [frame for frame in frames if frame]
+    moves = tracer.updates(map(animation.vertices, moving)) if ahead else (
+        tracer.update(animation.vertices(frame)) for frame in moving)
+    with contextlib.closing(moves):
+        for frame in frames:
+            if frame:
+                next(moves)
+            yield frame
 
 
 def opened(chosen: argparse.Namespace) -> Animation:
@@ -94,8 +119,8 @@ def kept_frames(chosen: argparse.Namespace, animation: Animation,
                 settings: dict[str, Any]) -> Unfinished:
     """Return the record of finished frames.
 
-    ``settings`` and the animation determine a frame. The number of frames does not, so a later run
-    may resume with more frames.
+    ``settings`` and the animation determine a frame. The number of frames does not change a frame,
+    so a later run may resume with more frames.
     """
     numbered = _is_numbered(chosen.output)
     output = Path(chosen.output) / "frames" if Path(chosen.output).is_dir() else Path(
@@ -106,13 +131,17 @@ def kept_frames(chosen: argparse.Namespace, animation: Animation,
         chosen.resume, functools.partial(_name, chosen.output) if numbered else None)
 
 
-def _summary(spent: list[dict[str, Any]]) -> str:
-    """Return a line with the median times of the frames after the first."""
+def _summary(spent: list[dict[str, Any]], ahead: bool) -> str:
+    """Return a line with the median times of the frames after the first.
+
+    With ``ahead`` the time of a build is the part for which a frame waited.
+    """
     if not spent:
         return "nothing moved"
     builds = [s["build_seconds"] for s in spent if s["rebuilt"]]
     refits = [s["refit_seconds"] for s in spent if not s["rebuilt"]]
-    parts = [f"{word} {counted(len(times), 'time')} in {statistics.median(times) * 1e3:.0f} ms"
+    took = "ahead with a wait of" if ahead else "in"
+    parts = [f"{word} {counted(len(times), 'time')} {took} {statistics.median(times) * 1e3:.0f} ms"
              for word, times in (("refitted", refits), ("rebuilt", builds)) if times]
     whole = [s["trace_seconds"] + s["refit_seconds"] + (s["build_seconds"] if s["rebuilt"] else 0)
              for s in spent]

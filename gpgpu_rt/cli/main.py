@@ -36,7 +36,7 @@ from . import scenes, tuning, view
 from .camera import add_camera
 from .distributed import add_scheduler, render_shared, trace_shared
 from .floor import add_floor, scene_of
-from .frames import IMAGES, add_frames, render_frames
+from .frames import IMAGES, add_frames, check_frames, render_frames
 from .parser import Parser
 from .picture import add_picture, drawing_of, explain, light_options, progress_shown
 from .shared import (
@@ -113,7 +113,8 @@ def _info(chosen: argparse.Namespace) -> None:
     if not some:
         raise Error("no OpenGL context is available; install libegl1 libgl1 libgl1-mesa-dri "
                     "(Debian, Ubuntu) or a graphics driver")
-    sys.stdout.flush()      # print the table even if the environment variables make this fail
+    # Print the table now: `open_gpu` on the next line may fail because of an environment variable.
+    sys.stdout.flush()
     print(f"used without --context: {open_gpu().backend}")
 
 
@@ -144,8 +145,7 @@ def _render(chosen: argparse.Namespace) -> None:
     if given_options(chosen).get("presort"):
         raise OptionError("--presort sorts arrays of rays on the host, but a picture's rays are "
                           "generated on the GPU; leave it out, or use --sort-rays")
-    if chosen.floor and chosen.frames is not None:
-        raise OptionError("--floor cannot follow a moving scene; leave --frames or --floor out")
+    check_frames(chosen)
     if chosen.frames is None:
         _check_picture(chosen)
     if chosen.scheduler is not None:
@@ -211,15 +211,16 @@ def _remesh(chosen: argparse.Namespace) -> None:
     if chosen.json:
         return print_json(found)
     print(f"wrote {chosen.output}: {chosen.size + 1} x {chosen.size + 1} positions, "
-          f"{found['triangles']:,} triangles; the mesh's vertices are at most "
-          f"{found['largest_distance']:.2%} of the extent away; render it with -m geometry-image")
+          f"{found['triangles']:,} triangles; the distance of a vertex of the mesh from the "
+          f"geometry image's surface is at most {found['largest_distance']:.2%} of the mesh's "
+          "extent; render the image with -m geometry-image")
 
 
 # What commands share -------------------------------------------------------------------------
 
 
 def _tracer(chosen: argparse.Namespace, scene: Scene | None = None) -> Tracer:
-    """Return the tracer that the command asks for; ``scene`` replaces the scene that it names."""
+    """Return the tracer that the arguments describe; ``scene``, if given, replaces their scene."""
     source = chosen.scene if scene is None else scene
     if chosen.settings is not None:
         if chosen.method is not None:
@@ -236,7 +237,7 @@ def _tracer(chosen: argparse.Namespace, scene: Scene | None = None) -> Tracer:
 
 
 def _bounds(tracer: Tracer) -> str:
-    """Return a clause with the error bounds that the settings keep, or ""."""
+    """Return a clause with the error bounds that the tracer's settings keep; "" without bounds."""
     promise = tracer.choices.of(tracer.taken).promise
     return "" if not promise else (f": share of wrong rays at most {promise['max_wrong']:g}, "
                                    f"relative error of t at most {promise['max_t_error']:g}")
@@ -277,7 +278,7 @@ def _report(chosen: argparse.Namespace, tracer: Tracer, line: str,
         print(f"first hits rasterised; {statistics.first_hits['retraced']:,} eye rays were traced "
               f"({statistics.first_hits['retraced_share']:.3%})")
     if statistics.split:
-        print("shared with the host: " + ", ".join(
+        print("work shared by host and graphics card: " + ", ".join(
             f"{name.replace('_seconds', '').replace('_', ' ')} "
             + (f"{1e3 * value:.0f} ms" if name.endswith("seconds") else f"{value:,}")
             for name, value in statistics.split.items()))
@@ -347,9 +348,10 @@ def _parser() -> argparse.ArgumentParser:
     sub.add_argument("--size", type=size_word, default=(512, 512), metavar="WIDTHxHEIGHT",
                      help="size of the picture in pixels; default 512x512")
     sub.add_argument("--first-hits", choices=FIRST_HITS, default=FIRST_HITS[0],
-                     help="source of the eye rays' hits: the tracer; the rasteriser, with proof "
-                     "that each hit equals the traced hit to the bit; or the rasteriser, with a "
-                     "check that each hit is a hit of its ray; default %(default)s")
+                     help="how to find the hits of eye rays. traced: by the method. rasterised: "
+                     "by the rasteriser, with proof that each hit equals the traced hit to the "
+                     "bit. verified: by the rasteriser, with a check that each hit is a hit of "
+                     "its ray, but not that it is the nearest; default %(default)s")
     add_camera(sub)
     add_picture(sub)
     add_floor(sub)

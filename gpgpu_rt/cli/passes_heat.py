@@ -104,6 +104,6 @@ def _heat(chosen: argparse.Namespace) -> None:
 
 
 def _in_passes(method: str, options: dict) -> dict:
-    """Return the options with a schedule of many passes unless the user chose a schedule: ``loop``
-    runs in a single pass."""
+    """Return the options with a schedule that runs in many passes, unless the user chose a
+    schedule. The default schedule ``loop`` runs in a single pass, which shows nothing."""
     return options if "schedule" in options else find_method(method).in_passes(options)

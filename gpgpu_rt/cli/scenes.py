@@ -6,19 +6,20 @@ import contextlib
 import hashlib
 import json
 import sys
+import warnings
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from ..disk.files import WRITING, is_file, read_input, read_json, replacing
+from ..disk.files import check_writable, is_file, read_input, read_json
 from ..errors import Error, OptionError, SceneError, nearest_names
 from ..scene import catalogue
 from ..scene.camera import load_cameras
 from ..scene.loading import list_scenes
 from ..scene.originals.conversion import ORIGINALS, convert
 from ..scene.originals.download import download
-from ..scene.originals.sources import SourceFile, camera_text, source_files
+from ..scene.originals.sources import SourceFile, camera_text, is_url, source_files
 from ..text_format import counted
-from .folder_lock import Claim
+from .folder_lock import FolderLock
 from .progress import show_progress, tenths
 from .shared import Command, print_json, print_table, say
 
@@ -26,12 +27,12 @@ KILOBYTE = 1000
 
 
 def add_command(command: Command) -> None:
-    """Declare the command; ``command(name, run, text)`` returns a parser."""
+    """Declare the command. ``command(name, run, text)`` returns its parser."""
     sub = command("scenes", _run, "list the named scenes and the source of each, or fetch the "
                   "papers' scenes")
     sub.add_argument("--fetch", nargs="*", metavar="NAME", help="download these scenes and "
-                     f"convert them; without a name: {', '.join(ORIGINALS)}. Shows size and terms "
-                     "of each scene and asks before the download")
+                     f"convert them; without a name: {', '.join(ORIGINALS)}. The command shows "
+                     "the size and the terms of each scene and asks before the download")
     sub.add_argument("--from", dest="base", metavar="URL|FOLDER", help="take the files from a "
                      "copy that holds them as REPOSITORY/PATH; default: the repositories that "
                      "publish them")
@@ -40,7 +41,8 @@ def add_command(command: Command) -> None:
 
 def _run(chosen: argparse.Namespace) -> None:
     if chosen.fetch is not None:
-        fetch(chosen.fetch or list(ORIGINALS), chosen.base, chosen.yes)
+        words = [word for text in chosen.fetch for word in text.split(",") if word]
+        fetch(words or list(ORIGINALS), chosen.base, chosen.yes)
         if not chosen.json:
             return
     elif chosen.base or chosen.yes:
@@ -53,7 +55,7 @@ def _run(chosen: argparse.Namespace) -> None:
                   r["original"]) for r in rows])
     print(f"\n`gpgpu-rt scenes --fetch` downloads {', '.join(ORIGINALS)}.")
     for row in catalogue.ROWS.values():
-        if row.page and row.name not in ORIGINALS and catalogue.mesh_path(row.name) is None:
+        if row.page and catalogue.mesh_path(row.name) is None:
             print(f"{row.name}: {row.page}")
     print("Meshes are searched in the folders of GPGPU_RT_SCENES, then in ./scenes, then in "
           f"{catalogue.data_folder()}.")
@@ -71,26 +73,43 @@ def fetch(names: Sequence[str], base: str | None, agreed: bool) -> None:
     Raises
     ------
     Error
-        a scene cannot be fetched; scenes that were finished before stay
+        a scene cannot be fetched; the scenes that were finished before it are kept
     """
+    names = list(dict.fromkeys(name.removesuffix("-moving") for name in names))
     for name in names:
         _check_name(name)
-    folder = next(iter(catalogue.named_folders()), catalogue.data_folder())
-    wanted = [name for name in dict.fromkeys(names) if not _is_there(name)]
+    _check_base(base)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")     # a missing folder of GPGPU_RT_SCENES is created
+        folder = next(iter(catalogue.named_folders()), catalogue.data_folder())
+        wanted = [name for name in names if not _is_there(name)]
     for name in names:
         if name not in wanted:
             say(f"{name} is there: {catalogue.mesh_path(name)}")
     if not wanted:
         return
+    if folder.is_dir():
+        check_writable(folder / f"{wanted[0]}.ply")
     _show(wanted, folder, base)
     if not agreed:
         _ask()
+    try:
+        _fetch(wanted, base, folder)
+    except KeyboardInterrupt:
+        say("interrupted; the same command continues with what is downloaded so far")
+        raise
+    for name in wanted:
+        print(f"{name}: {ORIGINALS[name].triangles:,} triangles, {catalogue.mesh_path(name)}")
+
+
+def _fetch(wanted: Sequence[str], base: str | None, folder: Path) -> None:
+    """Download, convert and place the scenes, after all checks."""
     cameras = folder / "cameras.json"
     if is_file(cameras):
         load_cameras(cameras)      # report a damaged file now, not after the download
     with _working(folder) as work, show_progress("kilobyte", tenths("kilobyte")) as report:
         missing = {name: _missing_files(name, folder) for name in wanted}
-        total = 1 + sum(file.size for files in missing.values() for file in files) // KILOBYTE
+        total = -(-sum(file.size for files in missing.values() for file in files) // KILOBYTE) or 1
         done = 0
         for name in wanted:
             for file in missing[name]:
@@ -101,32 +120,50 @@ def fetch(names: Sequence[str], base: str | None, agreed: bool) -> None:
                     place = folder / catalogue.PUBLISHED / file.place
                     place.parent.mkdir(parents=True, exist_ok=True)
                     (work / file.sha256).replace(place)
+            # The mesh comes last, because a scene with a mesh counts as fetched.
+            _add_camera(name, cameras, work)
             _convert(name, folder, work)
-            _add_camera(name, cameras)
-    for name in wanted:
-        print(f"{name}: {ORIGINALS[name].triangles:,} triangles, {catalogue.mesh_path(name)}")
+        report(total, total, "")
+
+
+def _check_base(base: str | None) -> None:
+    """Raise OptionError if ``base`` is a folder that holds no copy of the originals."""
+    if base is None or is_url(base):
+        return
+    repositories = sorted({file.place.parts[0] for files in source_files().values()
+                           for file in files})
+    if not Path(base).is_dir():
+        host = base.partition("/")[0].partition(":")[2].isdigit()
+        raise OptionError(f"--from {base}: there is no such folder"
+                          + (f"; did you mean http://{base}?" if host else "; check the path"))
+    if not any(Path(base, name).is_dir() for name in repositories):
+        raise OptionError(f"--from {base}: the folder has none of {', '.join(repositories)}; give "
+                          "the folder that holds the originals as REPOSITORY/PATH")
 
 
 def _check_name(name: str) -> None:
-    """Raise SceneError if a scene cannot be fetched; the message says what to do instead."""
+    """Raise SceneError if a scene cannot be fetched. The message says what to do instead."""
     if name in ORIGINALS:
         return
     row = catalogue.ROWS.get(name)
     if row is None:
-        raise SceneError(f"no scene {name!r} to fetch{nearest_names(name, ORIGINALS)}")
+        raise SceneError(f"no scene {name!r} to fetch{nearest_names(name, catalogue.ROWS)}")
+    if row.stand_in is None:
+        raise SceneError(f"{name} is built in, so there is nothing to fetch")
     raise SceneError(f"{name} cannot be fetched: {row.page or row.original}; these scenes can: "
                      f"{', '.join(ORIGINALS)}")
 
 
 def _is_there(name: str) -> bool:
-    """Return whether the mesh of a scene is found, with the files that its animation reads."""
+    """Return whether the mesh of a scene and the files that its animation reads are there."""
     files = source_files()[name] if ORIGINALS[name].keeps_files else ()
     return catalogue.mesh_path(name) is not None and all(
-        catalogue.original_file(file.place) is not None for file in files)
+        (path := catalogue.original_file(file.place)) is not None
+        and path.stat().st_size == file.size for file in files)
 
 
 def _show(names: Sequence[str], folder: Path, base: str | None) -> None:
-    """Print source, size and terms of each scene, and the folder that the scenes go to."""
+    """Print the source, size and terms of each scene, and the folder that the scenes go to."""
     for name in names:
         files = source_files()[name]
         size = sum(file.size for file in files) / 1e6
@@ -137,20 +174,21 @@ def _show(names: Sequence[str], folder: Path, base: str | None) -> None:
 
 
 def _ask() -> None:
-    """Ask whether to fetch the scenes; raise Error unless the answer is yes."""
-    advice = "nothing is fetched; give --yes to agree to the terms"
+    """Ask the user whether to fetch the scenes. Raise Error unless the answer is yes."""
     if not sys.stdin or not sys.stdin.isatty():
-        raise Error(f"no terminal to ask at: {advice}")
+        raise Error("no terminal to ask at: nothing is fetched; give --yes to agree to the terms")
     print("Fetch these scenes and agree to their terms? [y/N] ", end="", file=sys.stderr,
           flush=True)
     if sys.stdin.readline().strip().lower() not in ("y", "yes"):
-        raise Error(advice)
+        raise Error("nothing is fetched")
 
 
 @contextlib.contextmanager
 def _working(folder: Path) -> Iterator[Path]:
-    """Yield a folder for partial downloads within ``folder``, which only one run uses. Empty
-    folders are removed at the end."""
+    """Yield a folder within ``folder`` for partial downloads. Only one run uses it at a time.
+
+    At the end, empty folders that this run made are removed.
+    """
     created = [path for path in (folder, *folder.parents) if not path.exists()]
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -158,13 +196,11 @@ def _working(folder: Path) -> Iterator[Path]:
         raise Error(f"cannot create the folder {folder}: {failure.strerror}; name another folder "
                     "by GPGPU_RT_SCENES") from failure
     work = folder / ".fetching"
-    claim = Claim(work, folder)
+    lock = FolderLock(work, folder)
     try:
-        for path in folder.glob(WRITING + "*"):     # a killed run left these files
-            path.unlink()
         yield work
     finally:
-        claim.release()
+        lock.release()
         with contextlib.suppress(OSError):      # a folder that is not empty stays
             for path in (work, *created):
                 path.rmdir()
@@ -178,22 +214,23 @@ def _missing_files(name: str, folder: Path) -> list[SourceFile]:
 
 
 def _convert(name: str, folder: Path, work: Path) -> None:
-    """Write the mesh of a scene, unless a folder has it, and remove files that need not stay."""
+    """Write the mesh of a scene, unless a folder has it, and remove files that are not kept."""
     files, stay = source_files()[name], ORIGINALS[name].keeps_files
     paths = [folder / catalogue.PUBLISHED / file.place if stay else work / file.sha256
              for file in files]
     if catalogue.mesh_path(name) is None:
-        convert(name, paths, folder / f"{name}.ply", work)
+        convert(name, paths, work).replace(folder / f"{name}.ply")
     if not stay:
         for path in paths:
             path.unlink()
 
 
-def _add_camera(name: str, path: Path) -> None:
+def _add_camera(name: str, path: Path, work: Path) -> None:
     """Add the camera of a scene to a file of cameras, unless the file has a camera for it."""
     cameras = read_json(path) if is_file(path) else {}
     camera = json.loads(camera_text()).get(name)
     if camera is None or name in cameras:
         return
-    with replacing(path) as temporary:
-        temporary.write_text(json.dumps({**cameras, name: camera}, indent=1) + "\n")
+    temporary = work / path.name
+    temporary.write_text(json.dumps({**cameras, name: camera}, indent=1) + "\n")
+    temporary.replace(path)

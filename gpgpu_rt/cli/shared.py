@@ -55,7 +55,7 @@ def names(text: str) -> list[str]:
 
 
 class _Collect(argparse.Action):
-    """Appends names to the names of earlier words, each name once."""
+    """Appends the names to the names that earlier ``-m`` options gave. Keeps each name once."""
 
     def __call__(self, parser: argparse.ArgumentParser, chosen: argparse.Namespace, values: Any,
                  word: str | None = None) -> None:
@@ -83,8 +83,8 @@ def add_method(sub: argparse.ArgumentParser, text: str, required: bool = False) 
 def add_methods(sub: argparse.ArgumentParser, default: str | None = None) -> None:
     """Declare ``-m`` for several methods; ``chosen.methods`` is their list.
 
-    With a ``default``, which is a text for the help, the user may leave out ``-m``, and
-    ``chosen.methods`` is None.
+    ``default`` is a text for the help. If it is given, the user may leave out ``-m``;
+    ``chosen.methods`` is then None.
     """
     sub.add_argument("-m", "--method", "--methods", required=default is None, action=_Collect,
                      dest="methods", metavar="NAME,NAME,...", type=names,
@@ -98,7 +98,10 @@ def word_of(name: str) -> str:
 
 
 def add_variants(group: argparse._ArgumentGroup, table: Variants, prefix: str) -> None:
-    """Their ``--word``s, whose text is then found under ``prefix`` and the name."""
+    """Declare a ``--word`` for each option of ``table``.
+
+    The parsed arguments hold the text after the word as their attribute ``prefix`` + name.
+    """
     for name, kinds in table.items():
         bare = {"nargs": "?", "const": "true"} if _is_switch(kinds) else {}
         try:
@@ -124,8 +127,12 @@ def described(option: Option) -> str:
 
 
 def _help(kinds: Mapping[Option, Sequence[str]]) -> str:
-    """Return the help of a word: each text once, after its owners if the word has several texts,
-    and each default once, before its owners if the text has several defaults."""
+    """Return the help text of a word, which options of several methods may share.
+
+    Each different text occurs once. If there are several, the methods stand before their text.
+    Each different default occurs once. If a text has several defaults, each default is followed by
+    its methods: "default 10 for lbvh, 2 for hybrid".
+    """
     texts: dict[str, dict[str, list[str]]] = {}
     for option, owners in kinds.items():
         default = spell(option.default)
@@ -166,9 +173,9 @@ def spelled_out(arguments: Sequence[str], options: Variants) -> list[str]:
 
 
 def given_options(chosen: argparse.Namespace) -> dict[str, Any]:
-    """Return the options that were given, of whichever method.
+    """Return name -> value of the options that the user gave; they may belong to any method.
 
-    Where several options have the same name, the first that accepts the text parses it.
+    If several options have the same name, the first option that accepts the text parses it.
     """
     table = all_options()
     words = {name: getattr(chosen, "option_" + name) for name in table}
@@ -186,18 +193,24 @@ def _read(kinds: Sequence[Option], text: str) -> Any:
 
 
 def options_for(chosen: argparse.Namespace, method: str) -> dict[str, Any]:
-    """Return the options that were given; refuse an option that the method does not have."""
+    """Return name -> value of the options that the user gave.
+
+    Raises
+    ------
+    OptionError
+        for an option that the method does not have, or an invalid value
+    """
     return parsed(chosen, "option_", all_options(), TRACER_OPTIONS + find_method(method).options,
                   f"method {method}")
 
 
 def parsed(chosen: argparse.Namespace, prefix: str, asked: Iterable[str],
            known: Sequence[Option], whose: str) -> dict[str, Any]:
-    """Return the parsed values of the options that were given, by name.
+    """Return name -> parsed value of the options that the user gave.
 
     Parameters
     ----------
-    chosen : the parsed arguments; an option's text has the attribute ``prefix`` + name
+    chosen : the parsed arguments; their attribute ``prefix`` + name holds the text of the option
     asked : the names of the options to look for
     known : the options of the owner, whose name is ``whose``
 
@@ -229,9 +242,9 @@ def _whose(name: str) -> str:
 
 def size_word(text: str) -> tuple[int, int]:
     """Return (width, height) from a word such as 512x512."""
-    width, _, height = text.lower().partition("x")
+    width, cross, height = text.lower().partition("x")
     try:
-        size = int(width), int(height or width)
+        size = int(width), int(height if cross else width)
     except ValueError:
         size = 0, 0
     if min(size) < 1:
@@ -276,8 +289,8 @@ def seconds_word(text: str) -> float:
 
 
 def print_any_name() -> None:
-    """Make stdout and stderr escape characters that the terminal's encoding lacks, as in the name
-    of a file."""
+    """Make stdout and stderr print a backslash escape for each character that the terminal's
+    encoding lacks. The name of a file may contain such characters."""
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):
             stream.reconfigure(errors="backslashreplace")
@@ -297,7 +310,7 @@ def print_stand_in(scene: Scene) -> None:
     """Print a note if the scene is a stand-in for a scene of the papers."""
     if scene.stand_in:
         print(f"{scene.name} is a procedural stand-in for {scene.stand_in} "
-              "(`gpgpu-rt scenes` names the source of the original)")
+              "(`gpgpu-rt scenes` says how to get the original)")
 
 
 def print_table(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> None:

@@ -44,12 +44,12 @@ def add_commands(command: Command) -> None:
     sub.add_argument("scene", help="a scene's name or a mesh file")
     sub.add_argument("--max-wrong", type=float, required=True, metavar="SHARE",
                      help="bound on the share of rays with a wrong hit or miss, for example 1e-5; "
-                     "the upper 95 %% confidence bound of the share must keep it")
+                     "the upper 95 %% confidence bound of the measured share must not exceed it")
     sub.add_argument("--max-t-error", type=float, required=True, metavar="RATIO",
                      help="bound on the relative error of t, for example 1e-5")
     sub.add_argument("--t-quantile", type=float, default=0.999, metavar="SHARE",
-                     help="share of the right hits that must keep the bound on t; default "
-                     "%(default)s")
+                     help="share of the right hits whose t must keep the bound --max-t-error; "
+                     "default %(default)s")
     sub.add_argument("--max-bytes", type=int, metavar="N",
                      help="bound on the bytes of textures with 512 x 512 rays in flight; tune "
                      "then chooses one method for all rays, because two would be in memory at "
@@ -98,10 +98,10 @@ def _accuracy(chosen: argparse.Namespace) -> None:
                  "triangle", "unfinished", "excused", "t past bound", "t ulp 50 %", "99.9 %",
                  "max", "u, v max", "RMSE", "FLIP", "Mrays/s", "ms", "MB", "passes"),
                 [_accuracy_line(row) for row in rows])
-    print("\nwrong: share of rays with a leak, a false hit, a wrong triangle or no end. excused: "
-          "rays whose triangle differs\nfrom the reference's within float32's error bound; they "
-          "do not count as wrong. t past bound: rays whose t exceeds\nthe error bound of the "
-          "watertight test in float32.")
+    print("\nwrong: share of rays with a leak, a false hit, a wrong triangle or an unfinished "
+          "search.\nexcused: rays whose triangle differs from the reference's within float32's "
+          "error bound; they do not count as wrong.\nt past bound: rays whose error of t exceeds "
+          "the error bound of the watertight test in float32.")
     if flip_note():
         print(flip_note())
     if chosen.output:
@@ -165,9 +165,9 @@ def _print_search(found: Search) -> None:
                  f"t error at {promise.t_quantile:g}", "MB", "outcome"),
                 [_trial_line(trial) for trial in found.trials])
     print(f"\nRays: equal shares of {', '.join(promise.kinds)}. MB: textures with 512 x 512 rays "
-          "in flight.\nThe upper 95 % confidence bounds decide: of the share of wrong rays, and "
-          f"of the {promise.t_quantile:g} quantile of the relative\nerror of t over the right "
-          "hits.")
+          "in flight.\nThe decision uses two upper 95 % confidence bounds: the bound of the share "
+          f"of wrong rays, and the bound of\nthe {promise.t_quantile:g} quantile of the relative "
+          "error of t over the right hits.")
     for note in found.notes:
         print(note)
     if found.chosen is not None:

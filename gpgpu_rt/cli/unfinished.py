@@ -14,7 +14,7 @@ from PIL import Image
 from ..disk.budget import check_texels
 from ..disk.files import WRITING, is_file, open_input, read_input, read_json, replacing
 from ..errors import Error, LimitError, OptionError, SceneError
-from .folder_lock import Claim
+from .folder_lock import FolderLock
 from .shared import say
 
 RECORD = "parts.json"
@@ -22,9 +22,11 @@ RECORD = "parts.json"
 
 def follows_from(method: str, options: Mapping[str, Any], renderer: str,
                  drawing: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the settings that, with the scene, determine a part, whichever process draws it.
+    """Return the settings that determine a part of the output, together with the scene.
 
-    ``options`` are resolved options; ``drawing`` holds the arguments of ``Tracer.render``.
+    A part is a frame of a film or a tile of a picture. It does not depend on the process that
+    draws it. ``options`` are resolved options; ``drawing`` holds the arguments of
+    ``Tracer.render``.
     """
     return {**drawing, "method": method, "options": options, "renderer": renderer}
 
@@ -38,8 +40,8 @@ class Unfinished:
     count : the number of parts
     settings : the settings that determine a part, in types that JSON can hold
     resume : whether to keep the parts that an earlier run finished
-    files : maps the number of a part to its file, where the user asked for the parts themselves;
-        by default the parts are in the folder
+    files : maps the number of a part to its file, if the parts themselves are the output, such as
+        numbered frames; by default the parts are in the folder
 
     Raises
     ------
@@ -55,7 +57,7 @@ class Unfinished:
         self._settings = json.loads(json.dumps({
             **settings, "version": importlib.metadata.version("gpgpu_rt")}, default=str))
         self._done: dict[str, str] = {}
-        self._claim = Claim(self.folder, output)
+        self._lock = FolderLock(self.folder, output)
         try:
             if resume:
                 self._take_on()
@@ -65,7 +67,7 @@ class Unfinished:
             self.missing = [part for part in range(count) if not self._is_there(part)]
             self._note()
         except BaseException:
-            self._claim.release()
+            self._lock.release()
             raise
 
     def keep(self, part: int, image: Image.Image) -> None:
@@ -104,7 +106,7 @@ class Unfinished:
         else:
             self._remove()
         finally:
-            self._claim.release()
+            self._lock.release()
 
     def _take_on(self) -> None:
         try:
@@ -139,7 +141,7 @@ class Unfinished:
 
     def _remove(self) -> None:
         self._clear()
-        self._claim.release()
+        self._lock.release()
         with contextlib.suppress(OSError):     # the folder stays if it holds foreign files
             self.folder.rmdir()
 

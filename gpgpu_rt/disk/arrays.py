@@ -73,7 +73,7 @@ def reason(failure: BaseException, what: str) -> str:
 
 
 def _member(archive: zipfile.ZipFile, info: zipfile.ZipInfo) -> np.ndarray:
-    # Other compressions return a whole block at once, whose size nothing limits.
+    # Other compressions decode a whole block at once, and the size of a block is not limited.
     if info.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
         raise ValueError(f"{info.filename}: a compression that NumPy does not write")
     with archive.open(info) as file:
@@ -87,7 +87,7 @@ def _array(file: BinaryIO | IO[bytes], size: int) -> np.ndarray:
         raise ValueError(f"version {version} of NumPy's format is not read")
     try:
         shape, fortran, dtype = _HEADERS[version](file)
-    except Exception as failure:    # a damaged header may raise many kinds, even of a tokenizer
+    except Exception as failure:    # a damaged header may raise any exception in numpy's parser
         raise ValueError("its header cannot be read") from failure
     count = 1
     for length in shape:

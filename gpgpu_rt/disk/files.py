@@ -56,12 +56,13 @@ def _check_regular(mode: int, path: str | os.PathLike[str]) -> None:
 
 
 def kind_of(mode: int) -> str:
-    """Return a name for the kind of a file that is not regular, from its ``st_mode``."""
+    """Return a name such as "a folder" for the kind of a file that is not regular, from its
+    ``st_mode``."""
     return _KINDS.get(stat.S_IFMT(mode), "something else")
 
 
 def is_file(path: str | os.PathLike[str]) -> bool:
-    """Return whether there is a regular file; False for a name that no file can have."""
+    """Return whether the path is a regular file; False for a name that no file can have."""
     try:
         return os.path.isfile(path)
     except ValueError:

@@ -1,7 +1,8 @@
-"""Own folder: folders and locks that no other user can have created and no other user can write.
+"""Own folder: folders and locks that no other user can have created or can write.
 
-All users share the folder for temporary files. Another user could create a link there first: our
-files would then be written through the link. A FIFO would block us.
+All users share the folder for temporary files. Another user could create a link there under the
+name that we are about to use; our files would then be written through the link. A FIFO under this
+name would block us.
 """
 from __future__ import annotations
 
@@ -49,8 +50,8 @@ def fault_of(folder: Path, follow: bool = False, shared: bool = False) -> str | 
     Parameters
     ----------
     folder : the folder
-    follow : whether this user's link to this user's folder is allowed
-    shared : whether other users may write into the folder
+    follow : whether the folder may be a link, if link and target belong to this user
+    shared : whether the folder can be trusted although other users can write into it
     """
     link = os.lstat(folder)
     if stat.S_ISLNK(link.st_mode) and not (follow and is_own(link)):

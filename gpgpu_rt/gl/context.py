@@ -1,4 +1,4 @@
-"""Gpu: an OpenGL context by EGL, by OSMesa or of a window. Only this file makes contexts."""
+"""Gpu: an OpenGL context from EGL, OSMesa or a window. Only this file makes contexts."""
 from __future__ import annotations
 
 import ctypes
@@ -131,8 +131,8 @@ class Gpu:
         self.version: str = context.info["GL_VERSION"]
         self.max_texture_size: int = context.info["GL_MAX_TEXTURE_SIZE"]
         self.max_draw_buffers: int = context.info["GL_MAX_DRAW_BUFFERS"]
-        # softpipe's gl_VertexID restarts every 4096 vertices. 4092 vertices are whole lines and
-        # triangles.
+        # softpipe's gl_VertexID restarts every 4096 vertices. 4092 is the largest smaller number
+        # that is divisible by 2 and 3, so a draw in parts cuts no line and no triangle.
         self.most_vertices = 4092 if self.renderer.startswith("softpipe") else None
         self.programs: dict[Any, moderngl.Program] = {}   # filled by gl/shader.py
         self.compilations: list[Any] | None = None    # gl/shader.py: compilations
@@ -164,7 +164,8 @@ class Gpu:
     def observed(self, observer: Observer, whole: bool = False) -> Iterator[None]:
         """Call an observer for every pass within the block.
 
-        With ``whole``, passes cover their whole targets, also texels that they know to be empty.
+        With ``whole``, passes cover their whole targets, including texels that they know to be
+        empty.
         """
         before, self.whole = self.whole, whole or self.whole
         self.observers.all.append(observer)

@@ -42,7 +42,9 @@ class FragmentPass:
         self.program = compile_program(gpu, fragment, defines, virtual, vertex)
         self.texts = gpu.text_of(self.program)
         self.uniforms: dict[str, object] = {}
-        self._mark = object()   # left on the program, which must not refer to the pass
+        # The program gets this mark when it has the uniforms of this pass. The mark is no
+        # reference to the pass, because that would keep the pass alive.
+        self._mark = object()
         self.samplers = tuple(name for name in self.program if getattr(
             self.program[name], "gl_type", None) in GL_SAMPLERS)
         for unit, name in enumerate(self.samplers):
@@ -57,7 +59,7 @@ class FragmentPass:
     def covered(self, size: tuple[int, int]) -> np.ndarray | None:
         """Return the texels that the last draw covered before the depth test, (n, 2) int, x and y.
 
-        ``size`` is the (width, height) of the target. None if the pass does not know.
+        ``size`` is the (width, height) of the target. The result is None if the pass cannot tell.
         """
         return None
 
@@ -90,7 +92,8 @@ class FragmentPass:
                                 lambda: self._render(geometry, mode, vertices, instances))
 
     def _take_program(self) -> None:
-        """Set this pass's uniforms. Passes with the same texts share a program."""
+        """Set this pass's uniforms, unless the program has them already. Passes with the same
+        texts share a program."""
         if self.program.extra is not self._mark:
             for name, value in self.uniforms.items():
                 self.program[name].value = value

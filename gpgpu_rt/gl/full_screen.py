@@ -48,7 +48,7 @@ class FullScreenPass(FragmentPass):
         self._whole = Rectangles(gpu, 1)
         self._geometry: dict[Rectangles, moderngl.VertexArray] = {}
         self._size: tuple[int, int] | None = None
-        self._area = self._whole, 1     # of the last draw
+        self._area = self._whole, 1     # rectangles and unit of the last draw
 
     def covered(self, size: tuple[int, int]) -> np.ndarray:
         """Return the texels of the last draw, as ``FragmentPass.covered``; never None."""
@@ -70,8 +70,8 @@ class FullScreenPass(FragmentPass):
         ----------
         textures : sampler name -> texture. Textures that the program does not sample are ignored
         depth : window depth in [0, 1], written and tested
-        rectangles : where to draw; None is everywhere
-        unit : units of the rectangles' corners in a texel of the target
+        rectangles : the rectangles to draw; None draws the whole target
+        unit : side of a texel of the target in the units of the rectangles' corners
         """
         size = target.size
         if rectangles is None:

@@ -10,9 +10,9 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Column:
-    """A replacement for an array of ``count`` rows.
+    """An object that can replace an array of ``count`` rows.
 
-    make : (slice) -> the rows of the slice
+    make : function of a slice that returns the rows of the slice
     """
 
     count: int

@@ -39,7 +39,8 @@ class ObservedPass:
     target : The Target that was drawn into, or a framebuffer that belongs to no Target.
     outputs : The textures that were drawn into.
     program : The linked program.
-    draws : Draw calls. More than 1 if the renderer numbers too few vertices for a single call.
+    draws : Number of draw calls. It is more than 1 if the renderer cannot number all vertices in a
+        single call.
     """
 
     number: int
@@ -91,7 +92,8 @@ class Observer:
 
 
 class Observers:
-    """The observers of a context. The object is false while no observer receives draws."""
+    """The observers of a context. The object is false if there are none, and while they look at a
+    pass: draws that an observer makes are not observed."""
 
     def __init__(self) -> None:
         self.all: list[Observer] = []
@@ -109,7 +111,7 @@ class Observers:
 
     def draw(self, one: FragmentPass, target: Drawable, framebuffer: moderngl.Framebuffer,
              inputs: Mapping[str, moderngl.Texture], render: Callable[[], int]) -> None:
-        """Draw, count if an observer counts, and pass the draw to the observers."""
+        """Draw, count fragments if an observer counts, and tell the observers of the pass."""
         count = None
         if any(observer.counts for observer in self.all):
             within = self._waiting is not None      # GL runs only one occlusion query at a time
@@ -139,12 +141,13 @@ class Observers:
             self._telling = False
 
     def moved(self, up: int, down: int) -> None:
-        """Pass the bytes of an upload or a readback to the observers."""
+        """Report the bytes of an upload or a readback to the observers."""
         for observer in self.all if self else ():
             observer.moved(up, down)
 
     def begin_query(self) -> None:
-        """Begin an occlusion query of the host. Passes inside wait for its end."""
+        """Begin an occlusion query of the host. The observers receive the passes inside the query
+        at its end."""
         self._waiting = []
         for observer in self.all:
             observer.queried()
@@ -159,7 +162,8 @@ class Observers:
 
 
 class HostQuery:
-    """An occlusion query of the host during observation, which also counts for its draw."""
+    """An occlusion query by which the host counts rays, while passes are observed. Its result is
+    also the fragment count of the pass inside, because OpenGL cannot nest occlusion queries."""
 
     def __init__(self, observers: Observers, query: moderngl.Query) -> None:
         self._observers, self._query = observers, query
@@ -180,11 +184,12 @@ class HostQuery:
 
 
 class _Count:
-    """The result of a query, read at the first request, which frees the query for reuse."""
+    """The result of a query. It is read at the first request; then the query can be reused."""
 
     def __init__(self, query: moderngl.Query, within: bool, free: list[moderngl.Query]) -> None:
         self._query: moderngl.Query | None = query
-        self._within, self._free = within, free     # inside a query of the host, which counts
+        # ``within``: the pass is inside a query of the host, which counts the fragments instead.
+        self._within, self._free = within, free
         self.of_host: moderngl.Query | None = None
         self._found = 0, 0
 

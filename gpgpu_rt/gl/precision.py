@@ -1,14 +1,14 @@
-"""Number formats of period hardware: the formats of textures, and the rounding of kernels.
+"""Number formats of the hardware of 2002-2007: how textures store and how kernels round.
 
 ``storage`` is the format of the geometric channels of ray, state, hit and node textures.
 ``arithmetic`` is the format to which each result of a kernel is rounded. Indices stay exact in all
-formats. ``glsl/core/precision.glsl`` rounds in the same way; a test checks that both give the same
-bits.
+formats. ``glsl/core/precision.glsl`` rounds in the same way as this module; a test checks that the
+bits are the same.
 
-fp16 is s10e5 with denormals, as in OpenEXR and NV30. fp24 is ATI's s16e7 of R300 to R500, without
-denormals, emulated in float32. No source states with certainty how these units rounded; therefore
-the option ``rounding`` exists. A finite value above the largest number becomes the largest number,
-so infinity only means "no end".
+The format fp16 is s10e5 with denormals, as in OpenEXR and NV30. The format fp24 is ATI's s16e7 of
+R300 to R500, without denormals, emulated in float32. No source states with certainty how these
+units rounded; therefore the option ``rounding`` exists. A finite value above the largest number
+becomes the largest number, so infinity only means "no end".
 """
 from __future__ import annotations
 
@@ -18,7 +18,8 @@ from typing import Any, overload
 
 import numpy as np
 
-from .record import PackedRecord, Record
+from .packed_record import PackedRecord
+from .record import Record
 
 PRECISIONS = ("fp32", "fp24", "fp16")
 ROUNDINGS = ("nearest", "chop", "up")
@@ -32,7 +33,8 @@ class Format:
     ----------
     mantissa_bits : explicit bits of the mantissa
     smallest : the smallest normal number
-    quantum : numbers below ``smallest`` are multiples of it; ``smallest`` without denormals
+    quantum : distance of the numbers below ``smallest``; equal to ``smallest`` for a format
+        without denormals
     largest : the largest finite number
     """
 
@@ -105,7 +107,7 @@ class Precision:
         return record if isinstance(record, PackedRecord) else record.stored(self.storage)
 
     def stored(self, values: np.ndarray) -> np.ndarray:
-        """Return geometric values rounded to the format of textures, in float32."""
+        """Return geometric values rounded to the format of textures, as float32."""
         return FORMATS[self.storage].round(values, self.rounding)
 
     def stored_fields(self, record: Record | PackedRecord,

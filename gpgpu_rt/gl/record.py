@@ -1,4 +1,5 @@
-"""Records: declarations of fields in texels, which numpy packs and GLSL reads.
+"""Records: declarations of fields in texels, which numpy packs and GLSL reads. The texels of a
+record lie in a table, which is read by index, or in a stream, which passes read and write.
 
 A declaration lists fields texel by texel: ``"v0:vec3 index:int | v1:vec3 last:int | v2:vec3"``.
 Types are float (the default), vec2, vec3, vec4, int, ivec3 and ivec4. Integers are stored as float
@@ -65,7 +66,7 @@ class Field:
 
 @dataclass(frozen=True)
 class Plane:
-    """The texels of a record that share a texture type.
+    """The texels of a record that lie in a texture of the same type.
 
     ``suffix`` distinguishes the textures of a table. ``components`` is 1, 2 or 4, because
     three-channel targets are not portable. ``dtype`` is f4, f2 or u4.
@@ -175,7 +176,7 @@ class Record:
 
     def pack_into(self, planes: Sequence[np.ndarray | None] | np.ndarray,
                   **arrays: np.ndarray) -> None:
-        """Write the texels of records, from an array per field.
+        """Write the texels of records, from an array per field, into ``planes``.
 
         Parameters
         ----------
@@ -225,7 +226,7 @@ class Record:
 
     def table_glsl(self) -> str:
         """Return GLSL accessors of a table record, a function per field: ``kd_node_split(i)``."""
-        lines = [_table_glsl("sampler2D", self.name + plane.suffix) for plane in self.planes]
+        lines = [sampler_glsl("sampler2D", self.name + plane.suffix) for plane in self.planes]
         for f in self.fields:
             plane = self.plane_of(f.texel)
             place = f"i * {plane.texels} + {f.texel - plane.first}"
@@ -300,76 +301,8 @@ class Record:
         return [*lines, "}"]
 
 
-@dataclass(frozen=True)
-class PackedRecord:
-    """A table record of bit fields in integer texels with four channels each.
-
-    ``"lo:16 hi:16 | link:32"`` lists the fields of each channel from the lowest bit up. In GLSL,
-    ``name_lo(i)`` returns a uint.
-    """
-
-    name: str
-    layout: str
-
-    @cached_property
-    def fields(self) -> tuple[tuple[str, int, int, int], ...]:
-        """Name, channel, lowest bit and number of bits of each field."""
-        found = []
-        for channel, word in enumerate(self.layout.split("|")):
-            shift = 0
-            for field in word.split():
-                name, _, bits = field.partition(":")
-                found.append((name, channel, shift, int(bits)))
-                shift += int(bits)
-            if shift > 32:
-                raise ValueError(f"record {self.name}: channel {channel} has over 32 bits")
-        return tuple(found)
-
-    @property
-    def channels(self) -> int:
-        used = self.layout.count("|") + 1
-        return used if used < 4 else 4 * self.texels
-
-    @property
-    def texels(self) -> int:
-        """Number of texels of a record."""
-        return (self.layout.count("|") + 4) // 4
-
-    def pack(self, **arrays: np.ndarray) -> np.ndarray:
-        """Return texels, (n, texels, channels) uint32, from an (n,) array per field.
-
-        Raises
-        ------
-        LimitError
-            for a value that does not fit its bits
-        """
-        packed = np.zeros((len(next(iter(arrays.values()))), self.channels), np.uint32)
-        for name, channel, shift, bits in self.fields:
-            values = np.asarray(arrays[name]).astype(np.int64)
-            if len(values) and (values.min() < 0 or values.max() >= 1 << bits):
-                raise LimitError(f"{self.name}.{name} does not fit its {bits} bits; take a "
-                                 "smaller scene, or no quantised nodes")
-            packed[:, channel] |= (values << shift).astype(np.uint32)
-        return packed.reshape(len(packed), self.texels, self.channels // self.texels)
-
-    @property
-    def planes(self) -> tuple[Plane, ...]:
-        """The planes, as of a Record: a single texture of integers."""
-        return (Plane("", 0, self.texels, self.channels // self.texels, "u4"),)
-
-    def table_glsl(self) -> str:
-        """Return GLSL accessors, a function per field: ``quantised_node_lo_x(i)``."""
-        lines = [_table_glsl("usampler2D", self.name)]
-        for name, channel, shift, bits in self.fields:
-            place = f"i * {self.texels} + {channel // 4}" if self.texels > 1 else "i"
-            texel = f"TABLE_FETCH({self.name}, {place}).{'xyzw'[channel % 4]}"
-            value = texel if bits == 32 else f"({texel} >> {shift}) & {(1 << bits) - 1}u"
-            lines.append(f"uint {self.name}_{name}(int i) {{ return {value}; }}")
-        return "\n".join(lines)
-
-
-def _table_glsl(sampler: str, name: str) -> str:
-    """Return GLSL for TABLE_FETCH(name, i): the texture, and the distance of its rows."""
+def sampler_glsl(sampler: str, name: str) -> str:
+    """Return the GLSL that TABLE_FETCH(name, i) needs: the texture, and the height of a row."""
     return (f"uniform {sampler} {name}_table;\n"
             f"float {name}_table_row = 1.0 / float(textureSize({name}_table, 0).y);")
 

@@ -1,4 +1,4 @@
-"""RowPass: the vertex program makes the geometry, a few vertices for each given integer."""
+"""RowPass: draws points or triangles that the vertex program makes from a list of integers."""
 from __future__ import annotations
 
 from collections.abc import Mapping

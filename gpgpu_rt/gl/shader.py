@@ -27,7 +27,7 @@ from .context import Gpu
 ROOT = Path(str(importlib.resources.files("gpgpu_rt.glsl")))
 
 DEFINES = "<defines>"    # file name of the lines that are inserted below ``#version``
-MOST_PROGRAMS = 512      # kept for further requests; on a software renderer, a program takes 1 MiB
+MOST_PROGRAMS = 512      # programs to keep for reuse; a software renderer needs 1 MiB for each
 
 _INCLUDE = re.compile(r'^\s*#\s*include\s+(?:"(?P<file>[^"]+)"|<(?P<virtual>\w+)>)\s*$')
 _VERSION = re.compile(r"^\s*#\s*version\b")
@@ -61,7 +61,8 @@ class Source:
         return [name for _, name, _, count in self.runs for _ in range(count)]
 
     def origin(self, line: int) -> tuple[str, int] | None:
-        """Return the file and the line in it of a line of the text, counted from 1."""
+        """Return the file from which a line of the text comes, and the line's number in the file.
+        Lines are counted from 1."""
         for before, name, first, count in self.runs:
             if before < line <= before + count:
                 return name, first + line - before - 1
@@ -70,7 +71,8 @@ class Source:
 
 @dataclass(frozen=True)
 class Compilation:
-    """A call of ``compile_program``: the entry files, the texts and the fragment's defines."""
+    """A call of ``compile_program``: the entry files, their resolved texts, and the defines of the
+    fragment program."""
 
     fragment_file: str
     vertex_file: str
@@ -80,7 +82,7 @@ class Compilation:
 
 
 class _LineBlock(NamedTuple):
-    """Lines of a file up to an include, or up to the version."""
+    """Lines of a file up to an ``#include`` or up to and including ``#version``."""
 
     first: int
     lines: tuple[str, ...]
@@ -105,7 +107,7 @@ def _line_blocks(text: str) -> tuple[_LineBlock, ...]:
 
 def resolve(entry: str, defines: Mapping[str, object] | None = None,
             virtual: Mapping[str, str] | None = None) -> Source:
-    """Return the text of ``entry`` with every include replaced by its text.
+    """Return the text of ``entry`` with every ``#include`` replaced by the included text.
 
     Parameters
     ----------
@@ -172,7 +174,7 @@ def _define_lines(defines: Mapping[str, object]) -> list[str]:
 def compile_program(gpu: Gpu, fragment: str, defines: Mapping[str, object] | None = None,
                     virtual: Mapping[str, str] | None = None,
                     vertex: str = "drivers/full_screen.vert") -> moderngl.Program:
-    """Return a linked program. The same texts give the same object.
+    """Return a linked program. Calls with the same texts return the same object.
 
     Raises
     ------

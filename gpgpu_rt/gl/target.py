@@ -32,8 +32,9 @@ class Target:
     records : a Record, or several Records in the order of the render targets
     size : (width, height) in texels
     depth : a depth buffer of the same size. Draws test against it and do not write it
-    borrowed : name -> textures that another object owns and releases. They replace new textures
-        for the record of that name. A name without a record is attached after the records
+    borrowed : name -> textures that another object owns and releases. If a record has this name,
+        the target uses these textures for it and makes none. Textures of other names are attached
+        after the records
 
     Attributes
     ----------
@@ -65,7 +66,7 @@ class Target:
         return next(iter(self.records.values()))
 
     def part(self, record: Record) -> Target:
-        """Return a target over the textures of a single record. This target keeps owning them."""
+        """Return a target over the textures of a single record, which this target still owns."""
         return Target(self.gpu, record, self.size,
                       borrowed={record.name: self.streams[record.name]})
 
@@ -105,7 +106,7 @@ class Target:
             write_texture(texture, texels)
 
     def clear(self, *colour: float, **more: Any) -> None:
-        """Fill every texture; the parameters are those of ``moderngl.Framebuffer.clear``."""
+        """Fill every texture, with the parameters of ``moderngl.Framebuffer.clear``."""
         self.framebuffer.clear(*colour, **more)
 
     def bytes(self) -> int:

@@ -10,11 +10,13 @@ import numpy as np
 from ..errors import LimitError
 from .context import Gpu
 from .lazy_field import Column
+from .packed_record import PackedRecord
 from .precision import Precision
-from .record import TABLE_WIDTH_LOG2, PackedRecord, Plane, Record, check_count
+from .record import TABLE_WIDTH_LOG2, Plane, Record, check_count
 
 TABLE_WIDTH = 1 << TABLE_WIDTH_LOG2
-RECORDS_AT_ONCE = 32 * TABLE_WIDTH   # whole rows for any number of texels in a record
+# Records that are packed at once. They fill whole rows, whatever the number of texels of a record.
+RECORDS_AT_ONCE = 32 * TABLE_WIDTH
 
 
 def make_texture(gpu: Gpu, size: tuple[int, int], components: int, what: str,
@@ -150,7 +152,7 @@ def vector_texture(gpu: Gpu, vectors: np.ndarray, what: str) -> moderngl.Texture
 
 
 def note_moved(texture: moderngl.Texture, up: int = 0, down: int = 0) -> None:
-    """Report the bytes of an upload or a readback to the context's observers."""
+    """Report the bytes of an upload or a readback to the observers of the texture's context."""
     texture.ctx.extra.note_moved(up, down)
 
 

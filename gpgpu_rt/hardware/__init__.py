@@ -1,11 +1,11 @@
-"""Period hardware: the cost of fragment programs on the graphics cards of the survey's papers.
+"""The hardware of 2002-2007: what fragment programs cost on the graphics cards of that time.
 
-The modules lead from a program to its time on a card:
+The modules compute the time of a program on a card, step by step:
 
 * ``cards``: The figures of the cards, each with its source (``cards.json``), and their limits.
-* ``compiler``: The instructions of a program, printed by a compiler that works on four components
-  as those cards did (Mesa's own). **Why a compiler and not the GLSL text**: the compiler merges
-  repeated fetches and removes unused code.
+* ``compiler``: The instructions of a program, printed by Mesa's compiler. Its instructions work on
+  four components, as on most of those cards. **Why a compiler and not the GLSL text**: the
+  compiler merges repeated fetches and removes unused code.
 * ``program``: These instructions as a tree of blocks, branches and loops, and the cost of each
   region of the tree.
 * ``translate``, ``emulate``: An emulated fragment processor in numpy, which gives the renderer's
@@ -13,8 +13,10 @@ The modules lead from a program to its time on a card:
   in the shaders**: a counter shows how often a ray did something, but not how long the ray waited
   for its neighbours.
 * ``sample``: Emulates whole tiles of an image, because hardware groups neighbouring pixels.
-* ``counters``: Operations, fetches and bytes of every pass of a call, including loops.
+* ``loop_counts``, ``counters``: Operations, fetches and bytes of every pass of a call. The
+  iterations of loops are counted by emulation.
 * ``model``: Predicts seconds from counted work, with one fitted constant per card.
+* ``machines``, ``local_store``: The same for machines with ray tracing units, and for the Cell.
 * ``methods_on_cards``: The methods that a card could have run.
 
 The compiler needs the softpipe driver of Mesa 22.3. Without it, `compiler.not_countable` gives the

@@ -18,7 +18,7 @@ class Needs:
 
     Attributes
     ----------
-    arithmetic, textures : static numbers of arithmetic instructions and of fetches
+    arithmetic, textures : numbers of arithmetic instructions and of fetches in the program's text
     dependent_reads : levels of fetches whose coordinates depend on another fetch
     loops : whether the program has loops
     targets : number of render targets
@@ -65,7 +65,8 @@ class Refusal:
 
 @dataclass(frozen=True)
 class Sourced:
-    """A card or machine whose figures have sources; ``card.clock`` is the value of a figure."""
+    """A card or machine whose figures have sources. The value of a figure is an attribute, such as
+    ``card.clock``."""
 
     name: str
     chip: str

@@ -1,6 +1,7 @@
-"""The compiler: programs as instructions of Mesa's reference rasteriser (softpipe).
+"""The compiler: returns the instructions to which Mesa's softpipe driver compiles a program.
 
-softpipe prints the optimised instructions. They stand for the output of a compiler of the period.
+softpipe is Mesa's reference rasteriser. It prints the optimised instructions, which stand here for
+the output of a compiler of 2002-2007.
 """
 from __future__ import annotations
 
@@ -38,12 +39,13 @@ def compiled(texts: list[tuple[str, str]]) -> list[str]:
         found.append(text.split("\nshader: ")[0].split("\nFRAG")[0].split("\nVERT")[0])
     if not done or len(found) != len(texts) or not all(found):
         last = (said.strip().splitlines() or ["nothing was said"])[-1]
-        raise NotCountable("no instruction counts: they are Mesa's own, printed by its softpipe "
-                           f"(Debian, Ubuntu: libgl1-mesa-dri), which said: {last[:200]}")
+        raise NotCountable("no instruction counts: they need the instructions that Mesa's "
+                           "softpipe prints (Debian, Ubuntu: libgl1-mesa-dri), but it printed: "
+                           f"{last[:200]}")
     return found
 
 
-# A fetch in a loop: any compiler must report a loop that contains exactly one fetch.
+# A program with a fetch in a loop. Every compiler must report a loop that has exactly one fetch.
 _PROBE = ("#version 330\nin vec2 corner;\nvoid main() { gl_Position = vec4(corner, 0, 1); }\n",
           """#version 330
 uniform sampler2D table;
@@ -71,7 +73,8 @@ def not_countable() -> str:
     fetches = [dict(work.fetches) for work in found.work if work.fetches]
     if fetches != [{"table": 1}] or len(found.loops) != 1 or list(found.outputs) != ["colour"]:
         return ("no instruction counts: they need Mesa 22.3 (Debian 12), whose softpipe prints "
-                "programs in the one form that is read here; this machine's text is misread")
+                "programs in the only form that can be read; the text of this machine's Mesa was "
+                "misread")
     return ""
 
 
@@ -104,8 +107,8 @@ def _stop(process: subprocess.Popen[str]) -> None:
 def _ask(line: str) -> tuple[str, bool]:
     """Send a line to the compiler; return its answer, and whether the answer is complete.
 
-    After an incomplete answer the process is stopped, because it would continue with this line at
-    the next request.
+    After an incomplete answer the process is stopped. Otherwise it would send the rest of this
+    answer at the next request.
     """
     said: list[str] = []
     with _turn:

@@ -23,14 +23,15 @@ def counted(tracer: Tracer, call: Callable[[], Any]) -> tuple[list[dict[str, Any
 
     Parameters
     ----------
-    tracer : a tracer without statistics, whose instructions would be counted
+    tracer : a tracer without the option ``statistics``. The programs of a tracer with statistics
+        have further instructions, which would be counted, too
     call : the call to count, such as ``lambda: tracer.trace(origins, directions)``
 
     Returns
     -------
     (passes, log)
-        the entries of `pass_counts`, in which ``total`` includes loops; the log has queries,
-        uploads and readbacks
+        the entries of `pass_counts`, in which ``total`` includes the iterations of loops; and the
+        log, which also has queries, uploads and readbacks
 
     Raises
     ------
@@ -55,12 +56,15 @@ def pass_counts(log: PassLog, turns: Turns | None = None) -> list[dict[str, Any]
     Returns
     -------
     list of dict
-        the entries of the log with further keys. ``once``: the work of a fragment outside loops,
-        with both sides of branches, as ``vector`` and ``scalar`` instructions and ``fetches`` by
-        texture. ``loops``: the work that an iteration of each loop adds, without inner loops.
-        ``total``: the work of all fragments, with both sides of branches. For a program with
-        loops, ``total`` needs ``turns`` of all its draws; then ``wanted`` are the fetches without
-        the sides that no fragment executed. ``tables_read``: the bytes fetched from tables
+        the entries of the log with further keys. Work is given as ``vector`` and ``scalar``
+        instructions and ``fetches`` by texture. ``once`` is the work of a fragment outside loops,
+        including both sides of branches. ``loops`` is a list: the work that an iteration of each
+        loop adds, without inner loops. ``total`` is the work of all fragments, including both
+        sides of branches. ``tables_read`` is the number of bytes fetched from tables.
+
+        For a program with loops, ``total`` is present only if ``turns`` has counted all its draws.
+        Then ``wanted`` has the fetches without the sides of branches that no fragment executed,
+        and ``emulated`` is the number of emulated fragments
     """
     entries = log.to_list()
     keys, works = list(log.passes), list(log.passes.values())
@@ -83,9 +87,11 @@ def pass_counts(log: PassLog, turns: Turns | None = None) -> list[dict[str, Any]
 
 
 def _all_of(turned: Turned, fragments: int, program: Program) -> bool:
-    """Return whether the emulated draws cover all fragments that ran.
+    """Return whether the emulated draws represent the fragments that ran.
 
-    A mask removes fragments before they run. The log also leaves out discarded fragments.
+    The log counts the fragments that were written, which may be fewer than the draws covered. If a
+    mask removed fragments before they ran, the emulation has counted too much, and the result is
+    false. If the program itself discards fragments, they did run, and the result is true.
     """
     discards = any(one.op == "discard_if" for one in program.instructions())
     return turned.fragments == fragments or (discards and turned.fragments > fragments)

@@ -43,13 +43,13 @@ class EmulatedRun:
     runs: dict[int, np.ndarray]
 
     def instructions(self, vector: bool = True, width: int = 1) -> float:
-        """Return the number of issued instructions times the lanes that each occupies."""
+        """Return the number of issued instructions, each times the lanes that it occupies."""
         costs = [w.vector if vector else w.scalar for w in self.program.work]
         return float(width * (self.runs[width] @ np.array(costs)))
 
     def predicated(self) -> RegionWork:
-        """Return the work of a machine that executes both sides of branches, but each loop only as
-        often as the fragment needs."""
+        """Return the work of a machine that always executes both sides of a branch. Each fragment
+        leaves a loop after the iterations that it needs."""
         total = RegionWork()
         for region in [0, *self.program.loops]:
             one, runs = self.program.flattened(region), int(self.runs[1][region])
@@ -78,8 +78,9 @@ def emulate(program: Program, samplers: Mapping[str, np.ndarray], uniforms: Mapp
     uniforms : values by name, as the pass received them
     texels : (n, 2) int, x and y of the fragments; neighbours in this order form SIMD groups
     widths : the SIMD widths to count for
-    look : called at every fetch with the sampler, the row-by-row index of the texel (one for all
-        fragments, or one each), and which fragments fetch, (n,) bool
+    look : called at every fetch with three arguments. The first is the name of the sampler. The
+        second is the index of the texel, counted row by row: a number for all fragments, or an
+        array with an index per fragment. The third is (n,) bool, which fragments fetch
     """
     count = len(texels)
     flat = {}
@@ -111,7 +112,8 @@ def emulate(program: Program, samplers: Mapping[str, np.ndarray], uniforms: Mapp
 
 
 class _Groups:
-    """SIMD groups of ``width`` fragments; the mask's bytes are tested as machine words."""
+    """SIMD groups of ``width`` fragments. For speed, the bytes of a mask are tested as machine
+    words."""
 
     def __init__(self, count: int, width: int) -> None:
         self.width = width
@@ -133,7 +135,7 @@ def _clip(places: Any, highest: int) -> Any:
 
 
 def _wide(value: Any, count: int) -> np.ndarray:
-    """Return a value per fragment, also where all fragments share the same value."""
+    """Return a value per fragment, even if ``value`` is a single value for all fragments."""
     return value if value.shape else np.broadcast_to(value, count)
 
 

@@ -1,8 +1,8 @@
 """A simulated software cache in a processor's local store, as Benthin et al. (2006) had on the
 Cell.
 
-The cache is direct-mapped. Groups of rays are processed one after another, each in the order of
-its own fetches. A line that several rays of a group fetch together is transferred once.
+The cache is direct-mapped. Groups of rays are simulated one after another, each with its fetches
+in order. A line that several rays of a group fetch together is transferred once.
 """
 from __future__ import annotations
 
@@ -48,7 +48,8 @@ def transfers(lines: np.ndarray, places: int) -> int:
     lines : (fetches,) int64, the fetched lines in order
     places : number of lines that the cache holds
     """
-    # Give each table another offset, as if the tables followed each other in memory.
+    # Give each table a different offset. Without it, all tables would begin at the same cache
+    # line, which they would not do in memory.
     place = (lines + (lines >> 40) * 7919) % places
     order = np.argsort(place, kind="stable")
     line, where = lines[order], place[order]

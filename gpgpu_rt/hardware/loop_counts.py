@@ -24,10 +24,12 @@ class Turned:
 
     Attributes
     ----------
-    fragments : number of fragments
+    fragments : number of fragments that the draws covered
     emulated : number of emulated fragments, from which the work is extrapolated
-    work : work of all fragments, with both sides of branches and the loop iterations of each
-    fetches : texel fetches of all fragments by sampler, without sides that were not executed
+    work : work of all fragments, with both sides of branches and with the loop iterations that
+        each fragment needs
+    fetches : texel fetches of all fragments by sampler, without sides of branches that were not
+        executed
     """
 
     fragments: int = 0
@@ -37,9 +39,10 @@ class Turned:
 
 
 class Turns(Observer):
-    """Observes a call and fills ``found``, by the name and program of a pass.
+    """Observes a call, counts loop iterations (turns), and fills ``found``.
 
-    Only passes that know the fragments they cover are counted.
+    The keys of ``found`` are the name and the texts of a program. Only programs with loops are
+    counted, and only passes that know which fragments they cover.
     """
 
     def __init__(self, most: int = MOST) -> None:
@@ -48,7 +51,7 @@ class Turns(Observer):
         self._tables: dict[int, np.ndarray] = {}
 
     def passed(self, one: ObservedPass) -> None:
-        """Emulate fragments of a pass that is about to be drawn."""
+        """Emulate fragments of a pass that was just drawn."""
         program = program_of(one.texts)
         texels = one.covered() if program.loops else None
         if texels is None:

@@ -1,11 +1,10 @@
-"""Machines with ray tracing units, and the Cell, as a cost model that moves work out of the
-shader.
+"""A cost model of machines with units for ray tracing, and of the Cell processor.
 
-The survey's section 5 proposes such units; section 4.4 describes machines that were built. A
-kernel that a unit executes costs the shader nothing; the unit needs a clock for each step of a
-ray, or of a packet. Shader, units and memory work in parallel, and the slowest decides. Memory
-traffic is the misses of a simulated cache of the machine's size (`local_store`). Nothing is
-fitted: each time is the work of our programs at the machine's peak rates.
+The survey's section 5 proposes such units; section 4.4 describes machines that were built. If a
+unit executes a kernel, the kernel costs the shader nothing. The unit needs a clock for each step
+of a ray, or of a packet. Shader, units and memory work in parallel, and the slowest decides.
+Memory traffic is the misses of a simulated cache of the machine's size (`local_store`). Nothing is
+fitted: each time is the work of our programs, done at the machine's peak rates.
 """
 from __future__ import annotations
 
@@ -23,7 +22,7 @@ TESTS = ("intersect",)     # kernels that test triangles; all other kernels trav
 
 
 class Machine(Sourced):
-    """A machine that is not a graphics card of the survey."""
+    """A machine of ``machines.json``."""
 
 
 @functools.cache
@@ -35,7 +34,8 @@ def machines() -> dict[str, Machine]:
 
 @dataclass(frozen=True)
 class Least:
-    """Seconds per ray at peak rates, by resource; ``waiting`` adds to the slowest resource."""
+    """The least seconds per ray, by resource, which all work at their peak rates. The resources
+    work in parallel; ``waiting`` adds to the slowest of them."""
 
     shader: float = 0.0
     steps: float = 0.0
@@ -56,7 +56,11 @@ class Least:
 
 
 def without(work: Mapping[str, Any], taken: str) -> dict[str, Any]:
-    """Return the work without the cost of kernels of a kind: "steps", "tests", "both" or ""."""
+    """Return the work without the cost of the kernels that units execute.
+
+    ``taken`` names these kernels: "steps" are kernels that traverse, "tests" are kernels that test
+    triangles, "both" are all kernels, and "" is none.
+    """
     def hard(kernel: str) -> bool:
         kind = "tests" if kernel in TESTS else "steps"
         return bool(kernel) and taken in (kind, "both")
@@ -66,7 +70,8 @@ def without(work: Mapping[str, Any], taken: str) -> dict[str, Any]:
 
 
 def runs(work: Mapping[str, Any], kind: str, width: int = 1) -> float:
-    """Return how often groups of ``width`` rays ran the kernels of a kind, per ray."""
+    """Return how often groups of ``width`` rays ran the kernels of a kind ("steps" or "tests"),
+    divided by the number of rays."""
     total = 0
     for region, kernel in zip(work["regions"], work["kernels"]):
         if region["loop"] and kernel and (kernel in TESTS) == (kind == "tests"):
@@ -76,17 +81,18 @@ def runs(work: Mapping[str, Any], kind: str, width: int = 1) -> float:
 
 def on_card(card: Card, work: Mapping[str, Any], units: Machine | None = None, taken: str = "",
             width: int | None = None) -> Least:
-    """Return the time on a card's shaders, with units that execute the kernels of a kind.
+    """Return the time on a card's shaders, with units that execute some of the kernels.
 
     Parameters
     ----------
     card : the card
-    work : the work of ``count`` rays as for `model.loop_work`; ``kernels`` by region; and
-        ``transfers``, the number of cache misses by the bytes of the cache, the bytes of a line
-        and the rays that fetch together ("8192 16 4")
+    work : the work of ``count`` rays, as for `model.loop_work`, with two further keys. ``kernels``
+        has the name of each region's kernel. ``transfers`` has numbers of cache misses; the key
+        "8192 16 4" stands for a cache of 8192 bytes, lines of 16 bytes and 4 rays that fetch
+        together
     units : the units; None for the card alone
     taken : the kernels that the units execute: "steps", "tests", "both" or ""
-    width : number of fragments that branch together; None for the card's own
+    width : number of fragments that branch together; None for the card's own number
     """
     left = loop_work(card, without(work, taken), width)
     rate = card.scalar_rate if card.scalar_units else card.vector_rate
@@ -105,7 +111,8 @@ def on_card(card: Card, work: Mapping[str, Any], units: Machine | None = None, t
 def on_prototype(machine: Machine, work: Mapping[str, Any]) -> Least:
     """Return the time on a machine whose units traverse.
 
-    Units for triangle tests do the tests if the machine has them; else its shader tests packets.
+    If the machine also has units for triangle tests, these do the tests. Otherwise its shader does
+    the tests, for a packet at a time.
     """
     each, packet = machine.units * machine.clock, machine.packet
     steps = runs(work, "steps", packet) / (each * machine.steps)
@@ -120,15 +127,18 @@ def on_prototype(machine: Machine, work: Mapping[str, Any]) -> Least:
 def on_cell(cell: Machine, work: Mapping[str, Any], hidden: bool, packet: int = 4) -> Least:
     """Return the time on processors that access only their local store.
 
-    Every fetch looks into a software cache, and every miss is a transfer from memory.
+    Every fetch looks into a software cache in the local store, and every miss is a transfer from
+    memory.
 
     Parameters
     ----------
     cell : the machine
     work : as for `on_card`
-    hidden : whether another packet runs while a packet waits for a transfer (the report's
-        "software hyperthreading")
-    packet : rays per packet, one in each component of the processors' vectors; they share fetches
+    hidden : whether another packet runs while a packet waits for a transfer. Benthin et al. (2006)
+        call this "software hyperthreading"
+    packet : rays per packet. Each ray has a component of the processors' vectors, and the rays of
+    a
+        packet fetch together
     """
     count = work["count"]
     components = sum(packet * region["runs"][str(packet)] * region["scalar"]

@@ -1,7 +1,7 @@
 """Methods on cards: compare the compiled programs of each method with the limits of a card.
 
-The programs are those of this package. Carr's ray engine of 2002 ran in fixed point on the Radeon
-8500, but ours needs float textures.
+The compared programs are this package's own, not the programs of the papers. For example, the ray
+engine of Carr et al. (2002) ran in fixed point on the Radeon 8500, but ours needs float textures.
 """
 from __future__ import annotations
 
@@ -13,15 +13,18 @@ from .cards import Card, Needs, Refusal
 from .compiler import not_countable
 from .sample import programs_of
 
-LEFT_OUT = {"drivers/tile_counts.frag"}   # our own addition: passes skip tiles without rays
+# This program is an addition of this project and saves time only: it finds tiles without live
+# rays.
+LEFT_OUT = {"drivers/tile_counts.frag"}
 SIZE = 8   # side of the image in pixels; programs do not depend on the size
 
 
 class _Programs(Observer):
     """Collects every program of a call, by its texts.
 
-    Each entry holds the name, the largest number of render targets, and the number of texels in
-    the largest table. Kernels that share a file have their own names.
+    An entry holds the program's name, the largest number of render targets of its passes, and the
+    number of texels in the largest table that it reads. Kernels that share a file have their own
+    names.
     """
 
     def __init__(self) -> None:
@@ -74,7 +77,8 @@ def method_needs(names: list[str] | None = None, scene_name: str = "cornell"
 
 def refusals(card: Card, needs: dict[tuple[str, str], dict[str, Needs]]
              ) -> dict[tuple[str, str], list[Refusal]]:
-    """Return why a card cannot run each method, by (method, schedule); empty if it can."""
+    """Return the reasons why a card cannot run each method, by (method, schedule). The list is
+    empty if the card can run the method."""
     return {key: list(dict.fromkeys(reason for one in programs.values()
                                     for reason in card.refuses(one)))
             for key, programs in needs.items()}

@@ -9,7 +9,8 @@ their own time:
 A SIMD group executes all instructions that any of its fragments needs, so instructions are counted
 for whole groups of the card's width. A group skips a side of a branch that no fragment needs, if
 this saves more than the cost of the branch; a card without branches executes both sides. Tables
-come from the texture cache at the texel rate; streams (rays, state, hits) come from memory.
+are read through the texture cache, at the texel rate. Streams (rays, state, hits) are read from
+memory and written to memory, at the bandwidth.
 
 ``share`` is the share of the issue and memory rates that programs reach. It is the only fitted
 constant of a card; all other figures are in ``cards.json``.
@@ -31,10 +32,10 @@ class Counted:
     Attributes
     ----------
     instructions : instructions times lanes, including idle lanes
-    texels : fetched texels
+    texels : number of fetched texels
     streamed : bytes of streams read and written
-    passes, pixels : number of passes, and of the pixels that each covers
-    uploaded, read_back : bytes over the bus
+    passes, pixels : number of passes, and number of pixels that each pass covers
+    uploaded, read_back : bytes copied to the card and back
     """
 
     instructions: float = 0.0
@@ -78,7 +79,7 @@ def predict(card: Card, work: Counted, share: float = 1.0) -> Prediction:
 def share_of(card: Card, work: Counted, seconds: float) -> float:
     """Return the share of the card's rates at which the work takes ``seconds``.
 
-    Infinity if the passes and transfers alone take longer.
+    The result is infinite if passes and transfers alone take longer than ``seconds``.
     """
     rates, over = _parts(card, work)
     left = seconds - sum(over.values())
@@ -86,8 +87,8 @@ def share_of(card: Card, work: Counted, seconds: float) -> float:
 
 
 def _parts(card: Card, work: Counted) -> tuple[dict[str, float], dict[str, float]]:
-    """Return seconds by part: first the parallel parts, of which the slowest counts, then the
-    parts that add up."""
+    """Return seconds by part in two mappings. Of the parts in the first, which run in parallel,
+    only the slowest counts; the parts in the second add up."""
     return ({"arithmetic": work.instructions / (
         card.scalar_rate if card.scalar_units else card.vector_rate),
         "texels": work.texels / card.texel_rate if work.texels else 0.0,
@@ -102,10 +103,12 @@ def loop_work(card: Card, work: Mapping[str, Any], width: int | None = None) -> 
     Parameters
     ----------
     card : the card
-    work : a mapping with ``regions``, each with ``vector`` and ``scalar`` instructions,
-        ``fetches`` by sampler, ``parent``, ``loop`` (whether it is a loop) and ``runs`` of groups
-        by width; ``fragments``; ``written_bytes`` per fragment; ``texel_bytes`` by sampler
-    width : number of fragments that branch together; None for the card's own
+    work : a mapping. ``regions`` has an entry for each region of the program: ``vector`` and
+        ``scalar`` instructions, ``fetches`` by sampler, ``parent`` (the enclosing region) and
+        ``loop`` (whether the region is a loop). Its ``runs`` say how often groups ran the region,
+        by the width of the groups. The other keys are ``fragments`` (their number),
+        ``written_bytes`` per fragment and ``texel_bytes`` by sampler
+    width : number of fragments that branch together; None for the card's own number
     """
     width = width or card.branch_width
     kind = "scalar" if card.scalar_units else "vector"
@@ -130,8 +133,9 @@ def kernel_work(work: Mapping[str, Any]) -> Counted:
 
     Parameters
     ----------
-    work : as for `loop_work`, with ``kernels``, each with ``vector`` instructions, ``fetches``,
-        ``runs`` (how often fragments run the kernel) and the number of ``passes``
+    work : as for `loop_work`, and with ``kernels`` and ``pixels``. A kernel has ``vector``
+        instructions, ``fetches``, ``runs`` (how often fragments run the kernel) and ``passes``
+        (their number)
     """
     total = Counted(pixels=work["pixels"])
     for kernel in work["kernels"]:

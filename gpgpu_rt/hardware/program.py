@@ -21,8 +21,8 @@ _SAMPLER = re.compile(r"decl_var uniform \S+ [iu]?sampler2D (\S+) \(\d+, (\d+), 
 _OUTPUT = re.compile(r"decl_var shader_out \S+ \S+ (\S+) \(([^,]*), (\d+), \d+\)")
 _LOCAL = re.compile(r"^\s+decl_var\s+\S+ (\w+)\[(\d+)\] (\S+)", re.M)
 
-# Instructions that cost nothing on shader hardware of the period: moves, swizzles, negated and
-# absolute operands, constants, and conversions to integers, which were floats in hardware.
+# Instructions that cost nothing on the shader hardware of 2002-2007: moves, swizzles, negated and
+# absolute operands, constants, and conversions to integers, which the hardware held as floats.
 FREE = {"mov", "vec2", "vec3", "vec4", "fneg", "ineg", "fabs", "iabs", "inot", "b2i32", "b2f32",
         "f2i32", "f2u32", "i2f32", "u2f32"}
 _NO_ARITHMETIC = {"load_const", "phi", "deref_var", "deref_array", "load_ubo", "load_deref",
@@ -41,7 +41,8 @@ class NotCountable(ShaderError):
 
 @dataclass
 class Instruction:
-    """An instruction: ``to`` is the number of its value, or -1; sources are (value, swizzle)."""
+    """An instruction. ``to`` is the number of the value that it computes, or -1; a source is a
+    pair (number of a value, swizzle)."""
 
     op: str
     to: int = -1
@@ -79,7 +80,7 @@ Node = Block | Branch | Loop
 
 @dataclass
 class RegionWork:
-    """The cost of a run of a region, without the regions inside it.
+    """The cost of running a region once, without the regions inside it.
 
     Attributes
     ----------
@@ -105,11 +106,11 @@ class Program:
     ----------
     tree : the nodes of the whole program
     samplers : names of the samplers
-    uniforms : name and GLSL type by byte offset
-    outputs : location of the render target by name; -1 for depth
-    arrays : type and length of each local array
-    work : cost by region; region 0 is the whole program
-    parents : the enclosing region by region; -1 for the whole program
+    uniforms : byte offset -> name and GLSL type
+    outputs : name of an output -> location of its render target; -1 for depth
+    arrays : name of a local array -> type and length
+    work : the cost of each region; region 0 is the whole program
+    parents : the enclosing region of each region; -1 for the whole program
     loops : regions that are bodies of loops, in the order of the text
     """
 
@@ -124,10 +125,12 @@ class Program:
 
     @property
     def dependent_reads(self) -> int:
-        """The levels of fetches whose coordinates depend on a fetch, without loop iterations."""
+        """The longest chain of fetches in which the coordinates of each fetch depend on the fetch
+        before it. Loop iterations are not followed."""
         levels: dict[int, int] = {}
         for one in self.instructions():
-            # Later iterations of a loop depend on earlier ones, but loops are a separate limit.
+            # A later iteration of a loop depends on earlier ones. This is not counted, because
+            # cards with loops have another limit for loops.
             sources = [levels.get(value, 0) for value, _ in one.sources]
             levels[one.to] = max(sources, default=0) + (one.op == "txf")
         return max(levels.values(), default=0)
@@ -169,7 +172,7 @@ def parse(text: str) -> Program:
 
 def _unknown(what: str) -> str:
     return ("no instruction counts: they need Mesa 22.3 (Debian 12), whose softpipe prints "
-            "programs in the one form that is read here; this machine's prints "
+            "programs in the only form that can be read; this machine's Mesa prints "
             f"{what.strip()[:40]!r}")
 
 
@@ -275,7 +278,8 @@ def _number(program: Program, nodes: list[Node], parent: int) -> int:
 
 
 def _work(instructions: list[Instruction]) -> RegionWork:
-    """Return the static cost of instructions; a product that is used only in a sum is fused."""
+    """Return the cost of running each of the instructions once. A product that is used only in one
+    sum costs nothing, because hardware fuses the two into a multiply-add."""
     uses = Counter(value for one in instructions for value, _ in one.sources)
     made = {one.to: one for one in instructions if one.to >= 0}
     fused: set[int] = set()

@@ -17,7 +17,9 @@ from .emulate import WIDTHS, EmulatedRun, Look, emulate, texels_along_morton, un
 from .program import Program, parse
 
 TRAVERSALS = ("drivers/traverse.frag", "drivers/packet.frag")
-TILE = (24, 32)    # pixels: a multiple of SIMD widths 32 and 48, also for packets of 2x2
+# (width, height) in pixels. The number of rays is a multiple of the SIMD widths 32 and 48, and so
+# is the number of packets of 2x2 rays.
+TILE = (24, 32)
 
 
 def tile_pixels(size: int, tile: tuple[int, int] = TILE,
@@ -28,7 +30,8 @@ def tile_pixels(size: int, tile: tuple[int, int] = TILE,
     ----------
     size : side of the image in pixels
     tile : (width, height) of a tile in pixels
-    spread : number of tiles across and down, each in the middle of its share of the image
+    spread : number of tiles across and down. The image is divided into this number of equal parts,
+        and each tile lies in the middle of its part
     """
     strips = []
     for row in range(spread[1]):
@@ -90,14 +93,14 @@ def emulated(tracer: Tracer, origins: np.ndarray, directions: np.ndarray, any_hi
     t_max : the ends of the rays
     tile : (width, height) of a tile in pixels
     widths : the SIMD widths to count for
-    flat : whether to emulate a form with a single loop, a kernel step per iteration, instead of an
-        inner loop for each kernel
+    flat : whether to emulate a form of the program with a single loop, whose iterations run one
+        kernel step each. The usual form has an inner loop for each kernel
     look : called at every fetch, as for `emulate`
 
     Returns
     -------
     (EmulatedRun, FirstTraversal)
-        the emulation; and the draw, whose results the emulation must equal
+        the emulation; and the renderer's draw, which must have the same results
 
     Raises
     ------

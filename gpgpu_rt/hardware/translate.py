@@ -1,8 +1,9 @@
 """Translate a program to numpy: the source of a Python function over all fragments at once.
 
-Each component is a separate array, so swizzles and moves cost nothing. A value that is read
-outside its loop is written only for the fragments that are in the loop. Any other value may be
-wrong for fragments outside the mask, because they never read it.
+Each component is a separate array, so swizzles and moves cost nothing. A mask says which fragments
+are active. A value that is computed in a loop and read after it is written only for active
+fragments. Any other value is written for all fragments. It may be wrong for inactive fragments,
+but they never read it.
 """
 from __future__ import annotations
 
@@ -12,8 +13,8 @@ from .program import Block, Branch, Instruction, Loop, Node, Program
 _FLOAT, _INT, _BOOL = "f", "i", "b"
 _DTYPES = {_FLOAT: "np.float32", _INT: "np.int32", _BOOL: "np.bool_"}
 
-# For each instruction the types of the operands, the type of the result, and the expression. The
-# type * is a bool or an int.
+# For each instruction: the types of the operands, the type of the result, and the expression. The
+# types are f, i and b as below; the type * is a bool or an int.
 _OPS = {
     "fadd": ("ff", "f", "{} + {}"), "fmul": ("ff", "f", "{} * {}"),
     "fdiv": ("ff", "f", "{} / {}"), "frcp": ("f", "f", "ONE / {}"),
@@ -44,7 +45,7 @@ _OPS = {
     "u2f32": ("i", "f", "{}.view(np.uint32).astype(np.float32)"),
 }
 _DOTS = {"fdot2": 2, "fdot3": 3, "fdot4": 4}
-_COPIES = {"mov", "vec2", "vec3", "vec4", "bcsel", "phi"}   # of any type
+_COPIES = {"mov", "vec2", "vec3", "vec4", "bcsel", "phi"}   # they copy values of any type
 
 
 def translate(program: Program) -> str:
@@ -52,8 +53,8 @@ def translate(program: Program) -> str:
 
     ``S`` holds (texels, width) by sampler, ``U`` the uniforms by byte offset, ``x, y`` the texels
     of the fragments, ``out`` the outputs by name and component, and ``arrays`` the local arrays.
-    ``region(k, mask)`` is called with the fragments that run region k, and
-    ``look(sampler, at, mask)`` with the fetched texels and the fragments that fetch.
+    The code calls ``region(k, mask)`` each time that fragments run region k; the mask says which
+    fragments. It calls ``look(sampler, at, mask)`` at each fetch, with the indices of the texels.
     """
     return _Translator(program).source()
 
@@ -114,7 +115,7 @@ class _Translator:
         inside = self.paths.get(value, ())
         if path[:len(inside)] != inside:
             self.leaves_loop.add(value)
-            made = self.made[value]      # a copy is only a name: keep its source as long
+            made = self.made[value]      # a copy is only a name: its source leaves the loop, too
             if made.op in ("mov", "vec2", "vec3", "vec4"):
                 for source, _ in made.sources:
                     self._note_use(source, path)

@@ -24,13 +24,13 @@ _OPERATORS: Mapping[str, tuple[int, Callable[[int, int], int]]] = {
 
 @dataclass
 class _Group:
-    """An ``#if`` before its ``#endif``.
+    """An ``#if`` whose ``#endif`` has not been read yet.
 
     Attributes
     ----------
-    start : kept lines before the group
+    start : number of lines kept before the ``#if``
     in_force : whether the present branch is compiled
-    decided : whether a branch of the group has been compiled
+    decided : whether a branch has been compiled, so that later branches are not
     """
 
     start: int
@@ -93,7 +93,7 @@ def lines_in_force(lines: Sequence[str], defined: Collection[str] = ()) -> list[
 
 
 def switches(lines: Sequence[str]) -> set[str]:
-    """Return the names that conditionals test."""
+    """Return the names of macros that conditionals test."""
     found = [_DIRECTIVE.match(line) for line in lines]
     return {name for one in found if one and one["word"] in ("if", "elif", "ifdef", "ifndef")
             for name in re.findall(r"[A-Za-z_]\w*", one["rest"].partition("//")[0])} - {"defined"}
@@ -115,7 +115,8 @@ def _holds(word: str, rest: str, macros: Mapping[str, str]) -> bool:
 
 
 class _Expression:
-    """A condition of ``#if``, evaluated from the left. A name that is not a macro is 0."""
+    """A condition of ``#if``. Operators of equal precedence are evaluated from left to right. A
+    name that is not a macro is 0."""
 
     def __init__(self, text: str, macros: Mapping[str, str]) -> None:
         self._text, self._macros = text.strip(), macros

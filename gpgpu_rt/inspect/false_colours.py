@@ -9,7 +9,8 @@ from PIL import Image, ImageDraw, ImageFont
 # A ramp from dark blue to light yellow. Grey levels grow evenly, so greyscale prints are readable.
 _RAMP = np.array([[8, 10, 38], [58, 22, 100], [128, 34, 108], [194, 58, 84], [238, 104, 48],
                   [252, 168, 38], [252, 242, 160]], np.float64)
-# Colours of ray phases. They differ in hue and in lightness, also for red-green colour blindness.
+# Colours of ray phases. They differ in hue and in lightness, so readers with red-green colour
+# blindness can tell them apart.
 _CATEGORIES = np.array([[230, 159, 0], [86, 180, 233], [0, 158, 115], [240, 228, 66],
                         [204, 121, 167], [0, 114, 178]], np.uint8)
 OVER = (38, 38, 44)         # a finished ray
@@ -31,8 +32,8 @@ def ramp(values: np.ndarray) -> np.ndarray:
 def palette(pictures: Sequence[np.ndarray]) -> Image.Image:
     """Return an image whose palette ``Image.quantize`` accepts: 256 colours for all ``pictures``.
 
-    The palette has every colour of the legends exactly, and approximates the other colours of the
-    pictures, which are (h, w, 3) uint8 of the same size.
+    The palette contains every colour of the legends exactly; it approximates the other colours.
+    ``pictures`` are (h, w, 3) uint8 of the same size.
     """
     exact = np.concatenate([_CATEGORIES, [OVER, STOPPED, FULL, NOTHING, PAPER, INK],
                             ramp(np.linspace(0, 1, 42))])
@@ -67,7 +68,8 @@ def scrambled(numbers: np.ndarray) -> np.ndarray:
 
 
 def enlarged(pixels: np.ndarray, least: int = 256) -> Image.Image:
-    """Return (h, w, 3) pixels as an image at least ``least`` wide, by a whole factor."""
+    """Return (h, w, 3) pixels as an image, enlarged by a whole number to a width of at least
+    ``least``."""
     height, width = pixels.shape[:2]
     factor = max(1, -(-least // width))
     return Image.fromarray(pixels).resize((width * factor, height * factor),

@@ -72,12 +72,13 @@ def heat(tracer: Tracer, what: str, size: tuple[int, int], camera: Camera | None
 
 
 def scale_of(maps: Sequence[Heat]) -> float:
-    """Return the end of a common scale: at least the 99 % quantile of each map."""
+    """Return the end of a common scale: the largest 99 % quantile of the maps, and at least 1."""
     return max(1.0, *(one.summary()["quantile_99"] for one in maps))
 
 
 def scale_bar(maps: Sequence[Heat], what: str, top: float, width: int) -> Image.Image:
-    """Return the maps' common scale, which ends at ``top`` and notes if rays exceed it."""
+    """Return a picture of the maps' common scale, which ends at ``top``. Its label says if the
+    cost of some rays exceeds ``top``."""
     return colours.colour_bar(
         top, KINDS[what] + (", common scale" if len(maps) > 1 else ""), width,
         beyond=any(one.values.max() > top for one in maps))

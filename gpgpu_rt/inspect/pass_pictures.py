@@ -23,7 +23,7 @@ from .time_travel import Pass, decode, phase_names, travel
 
 PLACES = ("node", "cell", "cursor", "first")    # fields with a ray's position in the structure
 MOST_PICTURES = 200     # default for the approximate number of pictures
-MOST_FRAMES = 150       # of the GIF, including the first and the last pass
+MOST_FRAMES = 150       # frames of the GIF; the first and the last pass are among them
 FRAME_MS, LAST_MS = 80, 1500
 
 
@@ -125,7 +125,8 @@ def _listed(folder: Path) -> set[str]:
 
 @contextmanager
 def _room(folder: Path) -> Iterator[None]:
-    """Make the folder if it does not exist. Remove a new folder that stays empty on an error."""
+    """Make the folder if it does not exist. If the block fails, remove a new folder that is still
+    empty."""
     is_new = not folder.exists()
     try:
         folder.mkdir(exist_ok=True)
@@ -145,7 +146,7 @@ def _room(folder: Path) -> Iterator[None]:
 
 def _write_gif(folder: Path, pictures: list[str]) -> None:
     chosen = np.unique(np.linspace(0, len(pictures) - 1, min(len(pictures), MOST_FRAMES)).round())
-    # Few rays are live in late passes, so the first passes have most of the colours.
+    # Choose the palette from the first half of the passes: in late passes few rays are live.
     palette = colours.palette([np.asarray(_rgb(folder / pictures[len(pictures) * k // 8]))
                                for k in (0, 1, 2, 4)])
     frames = [_rgb(folder / pictures[k]).quantize(palette=palette, dither=Image.Dither.NONE)
@@ -199,7 +200,7 @@ class _Painter:
         served = ", ".join(f"{count:,} {name}" for name, count in one.served.items()) or "none"
         head = [f"{tracer.scene.title}, {tracer.method.name}, {tracer.options['schedule']}: pass "
                 f"{one.number}, kernel {'of each ray' if one.kernel == 'all' else one.kernel}",
-                f"rays served: {served}; live: {one.live:,} of {len(over):,}"]
+                f"rays by the kernel that ran: {served}; live rays: {one.live:,} of {len(over):,}"]
         legend = colours.stacked([
             colours.swatches([*((name, colours.category(phase))
                                 for phase, name in self.names.items()),

@@ -22,13 +22,13 @@ _DEFINED = re.compile(r"\s*#\s*define\s+(\w+)")
 
 
 def program_text(source: Source, extensions: Collection[str] = ()) -> str:
-    """Return the text of a program, which compiles by itself and computes the same bits.
+    """Return the text of a program for readers. It compiles by itself and computes the same bits.
 
-    The text has the compiled branches of conditionals, and the functions, tables and macros that
-    ``main`` reaches, with their comments. A comment names the file of each part. The first
-    paragraph of the file's header follows, unless the paragraph names a switch that is off.
-    Macros that expand to nothing, to their argument or to another name are expanded. Short
-    functions are joined to a single line.
+    The text has only the compiled branches of conditionals (``#if``), and only the functions,
+    tables and macros that ``main`` reaches, with their comments. A comment names the file of each
+    part. The first paragraph of the file's header comment follows, unless it names a macro that is
+    tested by a conditional and not defined. Macros that expand to nothing, to their argument or to
+    another name are expanded. Short functions are joined to a single line.
 
     Parameters
     ----------
@@ -118,7 +118,8 @@ def _code(one: Declaration) -> list[str]:
 
 
 def _first_paragraph(comment: Sequence[str], off: Collection[str]) -> list[str]:
-    """Return a header's lines up to its first empty line, unless they name a switch in ``off``."""
+    """Return a header's lines up to its first empty line; no lines if they name a macro in
+    ``off``."""
     ends = [at for at, line in enumerate(comment) if line.strip() == "//"]
     found = list(comment[:ends[0]] if ends else comment)
     return [] if set(re.findall(r"\w+", " ".join(found))) & set(off) else found

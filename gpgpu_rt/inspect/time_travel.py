@@ -1,8 +1,9 @@
 """Time travel: the state of every ray after every pass.
 
-A pass draws into one of two buffers. Under ``kernels``, a pass only draws the rays that wait for
-its kernel, so the other texels of its target hold older states. The number of steps only grows, so
-the state with more steps is a ray's present state. After each pass, the two states are merged.
+A pass draws into one of two buffers. Under ``kernels``, a pass draws only the rays that wait for
+its kernel, so the texels of the other rays hold older states. A ray's number of steps never
+decreases, so its present state is the one with more steps. After each pass, the states that were
+drawn are merged with the states before the pass by this rule.
 """
 from __future__ import annotations
 
@@ -34,13 +35,13 @@ class Pass:
 
     Attributes
     ----------
-    number : index of the pass; pass 0 sets up states
+    number : Index of the pass; pass 0 sets up states.
     kernel : "init", a kernel's name, or "all" if each ray runs the kernel of its own state. For
-        packets, "visit" or "intersect"
-    served : kernel's name -> number of rays for which the kernel ran
-    live : number of unfinished rays
-    state, hit : fields of the method's state and of HIT, an entry per ray. For packets, the state
-        is that of the ray's packet, and the fields that only the ray's own state has
+        packets, "visit" or "intersect".
+    served : Name of a kernel -> number of rays for which the kernel ran in this pass.
+    live : Number of unfinished rays.
+    state, hit : Fields of the method's state and of HIT, an entry per ray. A ray of a packet has
+        the state of its packet, and the fields that only the ray's own state has.
     """
 
     number: int
@@ -84,7 +85,7 @@ def travel(tracer: Tracer, origins: np.ndarray, directions: np.ndarray,
         record = _StateRecorder(tracer, batch, look)
         with observe_states(tracer, record.take):
             _, buffers = session.buffers.of(batch.size)
-            for side in (0, 1):     # a state of an earlier call may have more steps
+            for side in (0, 1):     # remove states of earlier calls, which may have more steps
                 buffers.side(side).clear()
             return tracer.trace(origins, directions, **more)
 

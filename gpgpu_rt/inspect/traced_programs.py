@@ -113,7 +113,8 @@ def method_files(method: str) -> dict[str, tuple[str, ...]]:
 
 
 def find_program(programs: Collection[TracedProgram], name: str) -> TracedProgram:
-    """Return the program of a name. Raise OptionError with the nearest names for no match."""
+    """Return the program with this name. If there is none, raise OptionError with the nearest
+    names."""
     for one in programs:
         if one.name == name:
             return one
@@ -126,7 +127,8 @@ def _switches(one: Compilation) -> str:
 
 
 def _only_starts(one: Compilation) -> bool:
-    """Return whether a program only sets up rays; another program of its file traverses."""
+    """Return whether a program only sets up the states of rays. Another program with the same
+    entry file may then traverse."""
     return bool(one.defines.get("START")) and not one.defines.get("MANY_STEPS")
 
 

@@ -1,4 +1,4 @@
-"""The method table. Command line, viewer, tests and figures read their list of methods here."""
+"""The method table. Command line, viewer, tests and figures read their methods from this table."""
 from __future__ import annotations
 
 import os
@@ -27,7 +27,10 @@ _LOADED: set[Path] = set()      # folders whose methods are in the table
 
 
 def register(method: Method, file: Path | None = None) -> Method:
-    """Add a method to the table; its name must be new. ``file`` is where the row stands."""
+    """Add a method to the table and return it. Its name must be new.
+
+    ``file`` is the Python file that defines the row, if there is one.
+    """
     if method.name in _TABLE:
         raise OptionError(f"a method named {method.name!r} exists already")
     _TABLE[method.name] = method
@@ -37,7 +40,7 @@ def register(method: Method, file: Path | None = None) -> Method:
 
 
 def file_of(name: str) -> Path | None:
-    """The Python file of a method's row; None for a row that a program registered."""
+    """The Python file that defines a method's row; None if a program registered the row itself."""
     return _FILES.get(find_method(name).name)
 
 
@@ -45,13 +48,13 @@ def load_methods(folder: str | os.PathLike[str]) -> list[Method]:
     """Add the methods of a folder to the table: the ``ROWS`` of every Python file in the folder.
 
     Everything that reads the table then knows the methods, and so do processes that this process
-    starts. The environment variable GPGPU_RT_METHODS loads the folders that it names in the same
+    starts. The folders that the environment variable GPGPU_RT_METHODS names are loaded in the same
     way.
 
     Parameters
     ----------
-    folder : holds Python files as CONTRIBUTING.md describes; files whose names begin with "_" are
-        skipped
+    folder : folder of Python files as CONTRIBUTING.md describes them; files whose names begin with
+        "_" or "test_" are skipped
 
     Returns
     -------
@@ -61,7 +64,7 @@ def load_methods(folder: str | os.PathLike[str]) -> list[Method]:
     ------
     MethodError
         if the folder does not exist, a file fails to run, or a row is invalid. The message names
-        file and line. The table then holds no method of the folder.
+        file and line. No method of the folder is then added to the table.
     """
     _load_named()
     path = Path(folder).resolve()
@@ -71,13 +74,16 @@ def load_methods(folder: str | os.PathLike[str]) -> list[Method]:
 
 
 def methods() -> list[Method]:
-    """All rows of the table: the survey's methods in its order, then those of other folders."""
+    """All rows of the table: the survey's methods in the survey's order, then users' methods."""
     _load_named()
     return list(_TABLE.values())
 
 
 def find_method(name: str) -> Method:
-    """The row of the method ``name``; if there is none, OptionError suggests similar names."""
+    """The row of the method ``name``. If there is no such method, raise OptionError.
+
+    The error's message suggests similar names.
+    """
     _load_named()
     if not isinstance(name, str):
         raise OptionError(f"method is {name!r}; give a method's name: {', '.join(_TABLE)}")
@@ -90,12 +96,17 @@ def find_method(name: str) -> Method:
 
 
 def taking(options: Mapping[str, Any], some: Iterable[Method] | None = None) -> list[Method]:
-    """The rows (of ``some``, or of the whole table) whose methods accept all given options.
+    """The rows whose methods accept all given options.
+
+    Parameters
+    ----------
+    options : option -> value
+    some : the rows to choose from; None for the whole table
 
     Raises
     ------
     OptionError
-        if no method accepts all of them
+        if no method accepts all these options
     """
     rows = methods() if some is None else list(some)
     found = [row for row in rows if row.takes(options)]
@@ -114,11 +125,12 @@ def _load_named() -> None:
 
 
 def _load(folder: Path) -> list[Method]:
-    """Add a folder's rows to the table, all or none, and return the rows that are new."""
+    """Add all rows of a folder to the table, or none after an error. Return the added rows."""
     if folder in _LOADED:
         return []
     before = set(_TABLE)
-    _LOADED.add(folder)      # before its files run, because they may read the table
+    # Mark the folder before its files run: a file that reads the table must not load it again.
+    _LOADED.add(folder)
     try:
         plugins.register_folder(folder, register)
     except BaseException:

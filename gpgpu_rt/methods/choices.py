@@ -1,4 +1,4 @@
-"""Choices: a method with options for coherent rays, and another for incoherent rays."""
+"""Choices: a method with options for coherent rays, and a second one for incoherent rays."""
 from __future__ import annotations
 
 from collections.abc import Mapping
@@ -10,7 +10,8 @@ from . import Method, find_method
 
 COHERENT, INCOHERENT = "coherent", "incoherent"
 RAYS = (COHERENT, INCOHERENT)
-# Options that decide how a call is observed, not how rays are traced. Settings do not store them.
+# Options that do not change how rays are traced: whether work is counted, and in which OpenGL
+# context. Settings do not store these options.
 PASSING = ("statistics", "context")
 
 
@@ -20,10 +21,11 @@ class Choice:
 
     Attributes
     ----------
-    method, options : the arguments of `Tracer`
+    method, options : arguments of `Tracer`
     promise : the error bounds that the user asked for, see `accuracy.error_targets.Promise`;
         empty if the user asked for no bounds
-    measured : the measured results: rays, wrong, upper_95, t_error, rays_per_second, bytes, ...
+    measured : what was measured for this choice, by name: rays, wrong, upper_95, t_error,
+        rays_per_second, bytes, ...
     """
 
     method: str
@@ -32,7 +34,7 @@ class Choice:
     measured: dict[str, Any] = field(default_factory=dict)
 
     def resolved(self) -> tuple[Method, dict[str, Any]]:
-        """The method's row as these options form it, and every option with its value.
+        """The method's row in its form for these options, and every option with its value.
 
         Raises
         ------
@@ -73,22 +75,22 @@ class Choices:
         return (one.method, one.options) != (other.method, other.options)
 
     def resolved(self) -> dict[str, tuple[Method, dict[str, Any]]]:
-        """Kind of rays -> row of the method table and every option with its value."""
+        """For each kind of rays, the row of the method table and every option with its value."""
         return {rays: self.of(rays).resolved() for rays in RAYS}
 
     def with_options(self, options: Mapping[str, Any], where: str) -> Choices:
-        """These choices with the caller's options added.
+        """These choices, with the caller's options added to each.
 
         Parameters
         ----------
-        options : options of ``PASSING``; any other option must have the value that both choices
-            have
-        where : the source of the choices, the subject of messages
+        options : options of ``PASSING``. Any other option must have the value that it has in both
+            choices
+        where : where the choices come from, as the subject of error messages
 
         Raises
         ------
         OptionError
-            if an option outside ``PASSING`` contradicts a choice or is not part of it
+            if an option outside ``PASSING`` has another value in a choice, or is not part of it
         """
         return Choices(*(replace(choice, options=_added(choice.options, options, where))
                          for choice in (self.coherent, self.incoherent)))

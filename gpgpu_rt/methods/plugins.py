@@ -19,7 +19,8 @@ import numpy as np
 
 from ..errors import Error, MethodError
 from ..gl import record as gl_record
-from ..gl.record import FIELD_TYPES, PackedRecord, Record
+from ..gl.packed_record import PackedRecord
+from ..gl.record import FIELD_TYPES, Record
 from ..gl.shader import ROOT
 from ..options import Option
 from ..traversal import triangle_table
@@ -29,7 +30,7 @@ from ..traversal.method import SCHEDULES, Accelerator, Method
 VARIABLE = "GPGPU_RT_METHODS"
 _NAME = re.compile(r"[a-z][a-z0-9]*(-[a-z0-9]+)*")
 _MOST_KERNELS = 4    # drivers/traverse.frag has four cases
-# Modules that method files of version 0.1 import, under the names of that version.
+# Method files that were written for version 0.1 import modules by these old names.
 _FORMER_NAMES = {"gpgpu_rt.record": gl_record, "gpgpu_rt.texel_layout": triangle_table}
 
 
@@ -45,7 +46,10 @@ def name_folder(folder: Path) -> None:
 
 
 def files_of(folder: Path) -> list[Path]:
-    """The method files of a folder, sorted by name; names that begin with "_" are skipped."""
+    """The method files of a folder, sorted by name.
+
+    Files whose names begin with "_" or "test_" are left out.
+    """
     if not folder.is_dir():
         raise MethodError(f"there is no folder of methods {folder}; create the folder, or remove "
                           f"it from --methods-from and {VARIABLE}")
@@ -68,7 +72,7 @@ def rows_of(path: Path) -> list[Method]:
     module = importlib.util.module_from_spec(spec)
     for former, present in _FORMER_NAMES.items():
         sys.modules.setdefault(former, present)
-    sys.modules[name] = module      # pickle and dataclasses look classes up there
+    sys.modules[name] = module      # pickle and dataclasses look up classes in sys.modules
     try:
         spec.loader.exec_module(module)
     except (Exception, SystemExit) as failure:
@@ -94,7 +98,7 @@ def register_folder(folder: Path, register: Callable[[Method, Path], Method]) ->
 
 
 def _check(row: Method, path: Path) -> None:
-    """Raise MethodError for a mistake in a row that would otherwise fail during traversal."""
+    """Raise MethodError for a mistake in a row that would otherwise only show during traversal."""
     where = f"{path}, method {row.name!r}"
     if not isinstance(row.name, str) or not _NAME.fullmatch(row.name):
         raise MethodError(f"{where}: invalid name; use words of a-z and 0-9, joined by -")
@@ -120,7 +124,7 @@ def _check(row: Method, path: Path) -> None:
                           "folder by Path(__file__).with_name(...)")
     text = (ROOT / row.glsl).read_text(errors="replace")
     absent = [kernel for kernel in row.kernels if not re.search(rf"void\s+{kernel}\s*\(", text)]
-    # An included file or a macro may define a kernel, and a driver may need none.
+    # An included file or a macro may define a kernel, and a driver of the row may need no kernel.
     if absent and not row.drivers and "#include" not in text and "##" not in text:
         raise MethodError(f"{where}: {row.glsl} has no kernel {absent[0]}; define "
                           f"void {absent[0]}(...), or correct the kernels of the row")
@@ -158,9 +162,10 @@ def _check_kinds(row: Method, where: str) -> None:
 
 
 def _guarded(row: Method, path: Path) -> Callable[..., Accelerator]:
-    """The row's ``prepare``, wrapped so that its errors become a MethodError of one line.
+    """The row's ``prepare`` in a wrapper that turns its errors into a MethodError of one line.
 
-    The wrapper also checks the returned Accelerator. GPGPU_RT_TRACEBACK shows the traceback.
+    The wrapper also checks the returned Accelerator. With the environment variable
+    GPGPU_RT_TRACEBACK, the command line also prints the traceback of the error.
     """
     def prepare(triangles: np.ndarray, options: Mapping[str, Any]) -> Accelerator:
         where = f"{path}, method {row.name!r}"
@@ -195,7 +200,7 @@ def _guarded(row: Method, path: Path) -> Callable[..., Accelerator]:
 
 
 def _place(path: Path, failure: BaseException) -> str:
-    """The file, with the number of its last line that ran if it is known."""
+    """The file and, if known, the number of the line in the file that ran last."""
     if isinstance(failure, SyntaxError) and failure.lineno:
         return f"{failure.filename}:{failure.lineno}"
     lines = [frame.lineno for frame in traceback.extract_tb(failure.__traceback__)

@@ -18,9 +18,9 @@ def sah_cost(structure: Structure, *, traversal_cost: float = 1.0,
              intersection_cost: float = 1.0) -> float:
     """The expected cost of a random line that crosses the scene's box and hits nothing.
 
-    Each node (or cell) costs `traversal_cost`, and each of its triangles `intersection_cost`. A
-    node's cost counts with the ratio of its surface area to the scene's, because a random line
-    through the scene's box crosses the node with that probability.
+    A node (or cell) costs `traversal_cost`, plus `intersection_cost` for each of its triangles.
+    The costs are weighted by the ratio of the node's surface area to the area of the scene's box,
+    because a random line through the scene's box crosses the node with this probability.
     """
     return _cost(_areas(structure), traversal_cost, intersection_cost)
 
@@ -37,8 +37,8 @@ def quality(structure: Structure, *, traversal_cost: float = 1.0,
             intersection_cost: float = 1.0) -> dict[str, int | float]:
     """Figures of merit, by name.
 
-    `references_per_leaf` is an average over the leaves (or cells) that are not empty, and
-    `references_per_triangle` over the triangles that have a reference.
+    `references_per_leaf` is an average over the leaves (or cells) that are not empty.
+    `references_per_triangle` is an average over the triangles that have a reference.
     """
     areas, counts = _areas(structure), _leaf_counts(structure)
     filled = int(np.count_nonzero(counts))

@@ -32,7 +32,7 @@ _BY_TITLE = re.compile(r"""["“]([A-Z][^"“”]{9,160}?)[,.]?["”],? [^"“�
 
 
 @dataclass(frozen=True)
-class Work:
+class CitedWork:
     """A work that the project cites.
 
     Attributes
@@ -77,14 +77,14 @@ class Work:
 
 
 @functools.cache
-def works() -> dict[str, Work]:
+def works() -> dict[str, CitedWork]:
     """All works by key, in the file's order."""
     file = importlib.resources.files("gpgpu_rt.figures") / "published" / "references.bib"
     return {work.key: work for work in map(_work, re.split(
         r"^(?=@)", file.read_text(encoding="utf-8"), flags=re.MULTILINE)[1:])}
 
 
-def find_work(citation: str) -> Work | None:
+def find_work(citation: str) -> CitedWork | None:
     """The work of a citation such as "Horn et al. 2007"; None if it names no work, or several."""
     found = [work for _, work in citations(citation)]
     return found[0] if len(found) == 1 else None
@@ -98,7 +98,7 @@ def reference(citation: str) -> str:
     return f"{work}" + (f" (survey, {work.discussed})" if work.sections else "")
 
 
-def citations(text: str) -> list[tuple[str, Work | None]]:
+def citations(text: str) -> list[tuple[str, CitedWork | None]]:
     """The citations in a text in its order, as they are written, each with its work or None.
 
     Other words before a year, such as a conference's name, look like a citation without a work.
@@ -112,19 +112,19 @@ def citations(text: str) -> list[tuple[str, Work | None]]:
     return [(words, work) for _, words, work in sorted(found, key=lambda one: one[0])]
 
 
-def cited(text: str) -> list[Work]:
+def cited(text: str) -> list[CitedWork]:
     """The works that a text cites, each once, by first author and year."""
     found = {work.key: work for _, work in citations(text) if work is not None}
     return sorted(found.values(), key=lambda work: (_plain(work.surnames[0]), work.key))
 
 
-def _titled(title: str) -> Work | None:
+def _titled(title: str) -> CitedWork | None:
     """The work whose title is, or begins with, ``title``."""
     asked = _plain(title)
     return next((work for work in works().values() if _plain(work.title).startswith(asked)), None)
 
 
-def _authored(names: str, year: str) -> Work | None:
+def _authored(names: str, year: str) -> CitedWork | None:
     """The work of these authors and this year; one without a letter if the year has none."""
     more = names.endswith(" et al.")
     surnames = [re.sub(r"['’]s$", "", name).split(" ")[-1].split(".")[-1]
@@ -136,14 +136,14 @@ def _authored(names: str, year: str) -> Work | None:
     return chosen[0] if len(chosen) == 1 else None
 
 
-def _work(entry: str) -> Work:
+def _work(entry: str) -> CitedWork:
     head = _ENTRY.match(entry)
     assert head is not None, entry
     fields = {name: re.sub(r"\s+", " ", value).replace("{", "").replace("}", "")
               for name, value in _FIELD.findall(entry)}
-    return Work(head[2], tuple(fields["author"].split(" and ")), fields["title"],
-                _venue(head[1], fields), int(fields["year"]) if "year" in fields else None,
-                tuple(re.findall(r"[\d.]+", fields.get("survey", ""))))
+    return CitedWork(head[2], tuple(fields["author"].split(" and ")), fields["title"],
+                     _venue(head[1], fields), int(fields["year"]) if "year" in fields else None,
+                     tuple(re.findall(r"[\d.]+", fields.get("survey", ""))))
 
 
 def _venue(kind: str, fields: dict[str, str]) -> str:

@@ -1,7 +1,7 @@
 """Settings: a file of methods and options that were measured on one scene and one renderer.
 
-`tune` writes the settings to the user's file and to the cache folder. ``method="auto"`` finds
-them in the cache folder by the scene's triangles and the renderer.
+`tune` writes the settings to the user's file and to the cache folder. ``method="auto"`` looks in
+the cache folder for the settings of the scene's triangles and the renderer.
 """
 from __future__ import annotations
 
@@ -24,11 +24,12 @@ from .choices import COHERENT, INCOHERENT, PASSING, RAYS, Choice, Choices
 
 FORMAT = 2
 ONE_CHOICE = 1    # the older format, which has one choice for all rays
-# Used for a scene that was not tuned: exact to the bit, and never far from the fastest choice.
-# Packets trace eye and shadow rays twice as fast as single rays do, and other rays more slowly;
-# docs/accuracy.md has the measured rates. The interval test is off. It makes packets still faster
-# on large images of eye rays. But mirror rays, which count as coherent, then take two to three
-# times as long as single rays. The gain of entry points is in docs/bvh.md.
+# The choices for a scene that was not tuned. They are exact to the bit, and never much slower than
+# the fastest choice. Packets trace eye and shadow rays twice as fast as single
+# rays do, but other rays more slowly; docs/accuracy.md has the measured rates. docs/bvh.md has the
+# gain of entry points. The interval test is off, although it makes packets still faster on large
+# images of eye rays. With the interval test, packets of mirror rays, which count as coherent,
+# would take two to three times as long as single rays.
 SAFE_DEFAULT = {
     COHERENT: ("bvh-packet", {"packet": (4, 2), "octants": True, "quantise_nodes": 16,
                               "entry_points": 32}),
@@ -43,7 +44,7 @@ class Settings:
     ----------
     scene : the scene's "name", number of "triangles" and the "sha256" of its triangles
     renderer : OpenGL's name of the renderer
-    choices : for coherent and for incoherent rays; both may be the same
+    choices : the choice for coherent rays and the choice for incoherent rays, which may be equal
     """
 
     scene: dict[str, Any]
@@ -51,7 +52,7 @@ class Settings:
     choices: Choices
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the settings to a file, complete or not at all."""
+        """Write the settings to a file. The file is written completely or not at all."""
         entries = {"format": FORMAT, "scene": self.scene, "renderer": self.renderer,
                    **asdict(self.choices)}
         with replacing(path) as temporary:
@@ -74,7 +75,7 @@ class Settings:
 
 
 def describe(scene: Scene) -> dict[str, Any]:
-    """The scene's name, number of triangles and the SHA-256 of their float32 coordinates."""
+    """The scene's name, its number of triangles, and the SHA-256 of their float32 coordinates."""
     return {"name": scene.name, "triangles": len(scene),
             "sha256": hashlib.sha256(scene.triangles).hexdigest()}
 
@@ -100,7 +101,12 @@ def load(path: str | os.PathLike[str]) -> Settings:
 
 
 def store(settings: Settings) -> Path | None:
-    """Write settings to the cache, where `find` looks; the file, or None if that fails."""
+    """Write settings to the cache folder, in which `find` looks.
+
+    Returns
+    -------
+    the file, or None if there is no cache folder or the file cannot be written
+    """
     path = _path(settings.scene["sha256"], settings.renderer)
     if path is None:
         return None
@@ -115,7 +121,7 @@ def store(settings: Settings) -> Path | None:
 def find(scene: Scene, renderer: str) -> Settings | None:
     """The cached settings for a scene and a renderer, or None if there are none.
 
-    Settings that cannot be used give None and a warning.
+    If the cached settings cannot be used, return None after a warning.
     """
     path = _path(describe(scene)["sha256"], renderer)
     try:
@@ -123,7 +129,7 @@ def find(scene: Scene, renderer: str) -> Settings | None:
             return None
         settings = load(path)
         settings.check_fits(scene, renderer)
-    # The file is damaged, comes from a version with other methods or options, or is not readable.
+    # The file is damaged or not readable, or a version with other methods or options wrote it.
     except (Error, OSError) as failure:
         _warn_of_default(failure, 4)
         return None
@@ -132,12 +138,12 @@ def find(scene: Scene, renderer: str) -> Settings | None:
 
 def automatic(scene: Scene, renderer: str, options: Mapping[str, Any]
               ) -> tuple[Choices, Settings | None]:
-    """The choices of ``method="auto"``, and the settings that they come from, or None.
+    """The choices of ``method="auto"``, and the settings from which they come, or None.
 
-    The choices come from the cached settings for the scene and the renderer if these agree with
-    the caller's options, else from SAFE_DEFAULT. If the options exclude the default for coherent
-    rays, it is tried without entry points; if that fails too, coherent rays use the default for
-    incoherent rays.
+    If cached settings for the scene and the renderer agree with the caller's options, the choices
+    come from these settings. Otherwise, they come from SAFE_DEFAULT, with the caller's options
+    added. If the default for coherent rays does not accept the options, it is tried without entry
+    points. If that fails too, coherent rays use the default for incoherent rays.
     """
     found = find(scene, renderer)
     if found is not None:
@@ -209,7 +215,7 @@ def _choice(entries: dict[str, Any], where: str, prefix: str) -> Choice:
         known = Choice(entries["method"], given).resolved()[1]
     except OptionError as failure:
         raise SettingsError(f"{where}: {prefix}options: {failure}") from None
-    # JSON has no tuples: the resolved option turns a saved list back into the original value.
+    # JSON has no tuples. The resolved option has the original value in place of a saved list.
     own = {name: known[name] if isinstance(value, list) else value
            for name, value in given.items()}
     return Choice(**{**entries, "options": own})

@@ -1,40 +1,43 @@
-"""Error bounds of the watertight triangle test in ``glsl/core/triangle.glsl``, for each pair.
+"""Error bounds of the watertight triangle test in ``glsl/core/triangle.glsl``.
+
+The bounds are computed for each pair of a ray and a triangle.
 
 The analysis uses Higham's standard model ("Accuracy and Stability of Numerical Algorithms", 2002,
 chapter 3), as pbrt does. Each operation returns ``x (1 + d)`` with ``|d| <= u``, plus an error of
 at most ``tiny`` where the result underflows: renderers may flush denormal results and inputs to
 zero. A product of n factors ``1 + d`` is within ``gamma(n) = n u / (1 - n u)`` of 1. Division is
 assumed to be correctly rounded. Contraction to fused multiply-adds only removes roundings. The
-bounds are evaluated in float64, whose own error has the same form with u = 2^-53; ``_ROUND_UP``
-covers it.
+bounds themselves are evaluated in float64, with errors of the same form and u = 2^-53. The factor
+``_ROUND_UP`` covers these errors.
 
 Each of the following steps uses the step before. A capital letter denotes a computed value, the
-lower case letter its exact value. Axes are permuted so that the direction is largest in z:
+lower case letter its exact value. O and d are the ray's origin and direction, and V is a vertex.
+Axes are permuted so that the direction is largest in z:
 
 1. The host scales the direction by a power of two so that ``|d.z|`` is in [0.5, 1): exact.
 2. ``A = V - O``: ``|A - a| <= u |a| + 3 tiny`` (two inputs and a result may be flushed).
 3. ``S = d.x / d.z`` with ``|s| <= 1``: ``|S - s| <= u |s| + 4 tiny`` (1 / |d.z| is at most 2).
 4. The sheared vertex ``P = A.x - S A.z``. The product contains three roundings: of S, of A.z and
-of
-   the product itself. The subtraction adds a fourth:
+   of the product itself. The subtraction adds a fourth rounding:
    ``|P - p| <= (1 + u) (u |a.x| + gamma(3) |s a.z| + 8 tiny (1 + |a.z|)) + u |p| + tiny``.
-5. An edge function ``W = P.x Q.y - P.y Q.x``. Let e and f be the errors of P and Q. The errors of
-   its factors change the first product by at most ``e.x |q.y| + |p.x| f.y + e.x f.y``, and
-   similarly the second; ``spread`` is the sum. Then three roundings follow:
+5. An edge function ``W = P.x Q.y - P.y Q.x`` of two sheared vertices P and Q with errors e and f.
+   The errors of its factors change the first product by at most ``e.x |q.y| + |p.x| f.y +
+   e.x f.y``, and the second product similarly; ``spread`` is the sum. Then three roundings follow:
    ``|W - w| <= (1 + u) ((1 + u) spread + u (|p.x q.y| + |p.y q.x|) + 2 tiny) + u |w| + tiny``.
-6. ``DET = W0 + W1 + W2``: ``(1 + u)^2`` times the sum of their errors, plus ``gamma(2) sum |w|``.
+6. ``DET = W0 + W1 + W2``: its error is at most ``(1 + u)^2`` times the sum of the three errors,
+   plus ``gamma(2) sum |w|``.
 7. The distance t. Let ``z`` be the depth at which the ray meets the plane, so that
    ``sum w_i (z_i - z) = 0``. Then ``sum W_i Z_i - z DET = sum (W_i - w_i)(z_i - z) + sum W_i (Z_i
    - z_i)``, plus the roundings of the two sums, ``gamma(3) sum |W_i Z_i| + |z| gamma(2) sum
    |W_i|``. So the error of an edge function is multiplied only by the difference in depth between
    its vertex and the hit. Division by the least possible DET gives the error of the depth. ``1 /
    d.z``, ``1 / DET`` and their two products add gamma(4).
-8. A second bound on the depth. Where the test accepts, all W_i have the same sign, so T is a
-convex
-   combination of the Z_i. The error of its depth is at most the distance to the furthest vertex
-   along the ray, plus gamma(6) of the largest ``|Z_i|`` for the roundings of weights and sums. The
-   smaller bound of steps 7 and 8 holds. Where the ray meets the plane outside the range of the
-   vertices' depths, z is moved to the nearest vertex's depth, and T can only be nearer to that.
+8. A second bound on the depth. Where the test accepts, all W_i have the same sign, so the computed
+   depth is a convex combination of the Z_i. Its error is at most the distance along the ray to the
+   furthest vertex, plus gamma(6) of the largest ``|Z_i|`` for the roundings of weights and sums.
+   Both bounds hold, so the smaller bound of steps 7 and 8 is used. Where the ray meets the plane
+   outside the range of the vertices' depths, z is moved to the nearest vertex's depth, and the
+   computed depth can only be nearer to the moved z.
 9. ``U = W1 / DET``: as in step 7, ``W1 - u DET = (W1 - w1) - u (DET - det)``. The roundings of
    DET's inverse and of the product add gamma(3).
 
@@ -46,7 +49,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-# Factor on each bound that exceeds the rounding error of its own evaluation in float64.
+# Each bound is multiplied by this factor, which covers the rounding errors of evaluating the bound
+# in float64.
 _ROUND_UP = 1 + 2.0 ** -20
 
 
@@ -103,8 +107,8 @@ class PairBounds:
 
 def bound_pairs(triangles: np.ndarray, origins: np.ndarray, directions: np.ndarray,
                 arithmetic: Arithmetic = FLOAT32) -> PairBounds:
-    """Decide k pairs of ray and triangle in float64, and bound the errors of the triangle test in
-    a given arithmetic.
+    """Intersect k pairs of ray and triangle in float64, and bound the errors that the triangle
+    test makes in a given arithmetic.
 
     Triangles without area are not detected: the test may accept or reject them.
 
@@ -147,9 +151,10 @@ def bound_pairs(triangles: np.ndarray, origins: np.ndarray, directions: np.ndarr
                    + np.abs(plane) * (g(2) * w_most.sum(axis=0) + 2 * tiny)
                    + 8 * tiny) / det_least
         # Step 8. A nonzero difference of two floats is at least u times the larger of them.
-        # Therefore a nonzero w is at least u times its products of sheared coordinates. These are
-        # at least u^2 times the products of the vertices' coordinates, except for vertices that
-        # are nearer than that to the ray. This bounds the underflow in the numerator of t.
+        # Therefore a nonzero w is at least u times its products of sheared coordinates. These
+        # products are at least u^2 times the products of the vertices' coordinates, unless a
+        # vertex is so near the ray that a sheared coordinate is 0. This bounds the underflow in
+        # the numerator of t.
         depth = np.clip(np.where(np.isfinite(plane), plane, (lo + hi) / 2), lo, hi)
         spread = np.abs(p).max(axis=(0, 1)) + p_bound.max(axis=(0, 1))
         lost = 8 * tiny / np.maximum(det_least, unit ** 3 * spread ** 2)
@@ -221,8 +226,9 @@ def _edges(p: np.ndarray, e: np.ndarray, q: np.ndarray, f: np.ndarray, arithmeti
 
 def _weight(i: int, w: np.ndarray, w_bound: np.ndarray, w_most: np.ndarray, det: np.ndarray,
             det_least: np.ndarray, arithmetic: Arithmetic) -> tuple[np.ndarray, np.ndarray]:
-    """Do step 9: return a barycentric coordinate, (k,), and its error bound. The test keeps the
-    coordinate in [0, 1], so the bound is at most the distance to the farther end."""
+    """Do step 9: return a barycentric coordinate, (k,), and its error bound. Where the test
+    accepts, its coordinate lies in [0, 1], so its error is at most the distance of the exact
+    coordinate to the farther end."""
     unit, tiny = arithmetic.unit, arithmetic.tiny
     weight = w[i] / det
     size = np.abs(weight)

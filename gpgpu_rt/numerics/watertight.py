@@ -1,8 +1,9 @@
 """The watertight test of ``glsl/core/triangle.glsl`` in numpy, operation for operation.
 
-All arithmetic is float32 and rounds where the shader rounds. The bits are therefore the same on
-renderers that follow IEEE arithmetic, so the host can choose ray origins by the test that the
-shader will apply. Numbers below 2^-126 count as 0, as on renderers that flush denormals.
+All arithmetic is float32 and rounds where the shader rounds. On renderers that follow IEEE
+arithmetic, the results therefore have the same bits. The host uses this test to choose origins of
+rays for which the shader's test will miss a given triangle. Numbers below 2^-126 count as 0, as on
+renderers that flush denormals.
 """
 from __future__ import annotations
 
@@ -13,8 +14,9 @@ import numpy as np
 from .error_bounds import FLOAT32
 
 # If all nonzero coordinates are at least SAFE, no nonzero result up to the determinant and the
-# depth is below 2^-123, so no denormal occurs. For the test multiplies at most three coordinates
-# and subtracts twice, and a nonzero difference is at least 2^-24 of its larger operand.
+# depth is below 2^-123, so no denormal occurs. The reason is that the test multiplies at most
+# three coordinates and subtracts twice, and that a nonzero difference is at least 2^-24 of its
+# larger operand.
 SAFE = np.float32(2.0 ** -25)
 _Columns = list[np.ndarray]
 
@@ -62,8 +64,8 @@ def _flushed(values: np.ndarray) -> np.ndarray:
 def _decide(corners: list[_Columns], o: _Columns, d: _Columns,
             R: Callable[[np.ndarray], np.ndarray]
             ) -> tuple[tuple[np.ndarray, ...], np.ndarray]:
-    """Apply the test, with ``R`` around each operation before t, u and v. Return accepted, t, u
-    and v, and the least magnitude of a nonzero coordinate, (k,)."""
+    """Apply the test, with ``R`` around each operation. Return (accepted, t, u, v), and the least
+    magnitude of a nonzero coordinate of each pair, (k,)."""
     o, d = [R(a) for a in o], [R(a) for a in d]
     x, y, z = [], [], []
     shear_x, shear_y, shear_z = R(d[0] / d[2]), R(d[1] / d[2]), R(np.float32(1) / d[2])

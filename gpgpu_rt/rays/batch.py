@@ -23,8 +23,8 @@ FEW, AT_ONCE = 1 << 16, 1 << 18
 ROW = 1024   # rays in a row of the texture if the caller gives no shape
 # If more than 1 in MANY rays is invalid, write them by columns instead of ray by ray.
 MANY = 5
-# The result for a block: indices of the invalid rays; exponents and shifts of the rays, each None
-# if all are 0; and the start that all rays share, or None.
+# The result for a block of rays: the indices of invalid rays; the rays' exponents, and their
+# shifts, each None if all are 0; and the start (origin and t_min) that all rays share, or None.
 _Laid = tuple[np.ndarray, np.ndarray | None, np.ndarray | None, np.ndarray | None]
 _ON_MISS = {"t": np.inf, "u": 0, "v": 0, "triangle": -1}
 
@@ -37,8 +37,9 @@ class RayBatch:
     similar length for any length of the caller's directions. An origin far outside ``bounds`` is
     advanced along its ray (see ``approach``). ``Hits`` are returned in the caller's units.
 
-    A renderer may flush numbers below 2^-126 to 0. An end of the interval that is smaller than
-    this after scaling therefore moves inwards, to 0 or to 2^-126. An empty interval stays empty.
+    A renderer may flush numbers below 2^-126 to 0. If an end of the interval is smaller than this
+    after scaling, it is therefore moved into the interval, to 0 or to 2^-126. An empty interval
+    stays empty.
 
     Parameters
     ----------
@@ -225,7 +226,7 @@ def _lay_out(planes: list[np.ndarray], origins: np.ndarray, directions: np.ndarr
              t_min: np.ndarray, t_max: np.ndarray,
              bounds: tuple[np.ndarray, np.ndarray] | None) -> _Laid:
     """Write a block of rays to planes, (n, 4) each, a plane for each texel of RAY_TEXELS. If all
-    rays share a start, the plane of origins is left out and the start is returned."""
+    rays share a start, return the start and do not write the plane of origins."""
     size, bad = _size(directions), np.zeros(len(origins), bool)
     alike = _alike(origins)
     if not (size.min() > 0 and size.max() < np.inf
@@ -316,8 +317,8 @@ def _numbers(values: np.ndarray) -> bool:
 
 
 def _size(directions: np.ndarray) -> np.ndarray:
-    """Return (n,) the largest magnitude of a component of (n, 3). It works by columns, because
-    numpy is slow along short axes."""
+    """Return (n,) the largest magnitude of a component of each of (n, 3) directions. Columns are
+    compared as a whole, because numpy is slow along short axes."""
     size = np.abs(directions[:, 0])
     for axis in (1, 2):
         np.maximum(size, np.abs(directions[:, axis]), out=size)
@@ -325,8 +326,7 @@ def _size(directions: np.ndarray) -> np.ndarray:
 
 
 def _exponents(size: np.ndarray) -> np.ndarray | None:
-    """Return (n,) int exponents e, such that each of (n,) sizes is in [0.5, 1) times 2^e; None if
-    all are 0."""
+    """Return (n,) int exponents e such that size / 2^e is in [0.5, 1); None if all are 0."""
     if not len(size) or (size.min() >= 0.5 and size.max() < 1):
         return None
     return np.frexp(size)[1]
@@ -338,7 +338,7 @@ def hits_of(fields: Mapping[str, np.ndarray]) -> Hits:
     Parameters
     ----------
     fields : (n,) for each field of HIT. The arrays are reused, and modified where rays missed.
-        After an any-hit query, ``triangle`` may be the only field; the others are then 0
+        After an any-hit query, ``triangle`` may be the only field; t, u and v are then 0
     """
     missed = fields["triangle"] == NO_TRIANGLE
 

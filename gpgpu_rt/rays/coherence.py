@@ -5,8 +5,8 @@ import numpy as np
 
 from .batch import RayBatch
 
-TILE = 8          # rays a side of a tile
-SAMPLE = 256      # most tiles in the sample, evenly distributed
+TILE = 8          # side of a tile in rays
+SAMPLE = 256      # largest number of tiles in the sample; they are evenly distributed
 NEAR = 1 / 16     # origins closer than this share of the scene's diagonal count as near
 
 

@@ -1,18 +1,20 @@
 """Far origins: moves the origin of a ray that starts far outside the scene near to the scene.
 
-A shader's errors in a ray's points are in proportion to the distance from the origin: a few times
-2^-24 of it. Builders widen boxes by `bounds.PADDING` of the largest coordinate. This exceeds the
-errors of a ray that starts within a few times the scene's size. A ray from further away would miss
-cells and leaves: kd-trees lost 0.01 % of vertex-aimed rays at eight times the scene's size, and 5
-% at 10^4 times. Moving the origin along its ray in float64 adds an error of half a float32 spacing
-at the scene, which is less than the error of a triangle test from the far origin.
+A shader computes a point of a ray with an error of a few times 2^-24 of the point's distance from
+the ray's origin. Builders widen boxes by `bounds.PADDING` of the largest coordinate. This exceeds
+the error if the origin is within a few times the scene's size. A ray from further away would miss
+cells and leaves. For example, kd-trees lost 0.01 % of rays aimed at vertices from eight times the
+scene's size, and 5 % from 10^4 times. Moving the origin along its ray in float64 adds an error of
+half a float32 spacing at the scene, which is less than the error of a triangle test from the far
+origin.
 """
 from __future__ import annotations
 
 import numpy as np
 
-# An origin is far if its distance from the scene's centre exceeds FAR radii of the scene's sphere.
-# It moves to NEAR radii before the point of its ray that is nearest to the centre.
+# An origin is far if its distance from the scene's centre exceeds FAR radii of the sphere around
+# the scene's box. It is moved along its ray to NEAR radii before the ray's nearest point to the
+# centre.
 FAR = 4.0
 NEAR = 2.0
 ABREAST = 128       # points per row in `by_axis`; long rows make numpy's reduction fast
@@ -20,7 +22,8 @@ ABREAST = 128       # points per row in `by_axis`; long rows make numpy's reduct
 
 def approach(origins: np.ndarray, directions: np.ndarray, lo: np.ndarray,
              hi: np.ndarray) -> tuple[np.ndarray, np.ndarray | None]:
-    """Move far origins along their rays to near the scene; leave the others unchanged.
+    """Move far origins along their rays to near the scene. Origins that are not far stay
+    unchanged.
 
     Parameters
     ----------
@@ -52,7 +55,8 @@ def approach(origins: np.ndarray, directions: np.ndarray, lo: np.ndarray,
 
 
 def _near(origins: np.ndarray, centre: np.ndarray, radius: float) -> bool:
-    """Return whether the box around all origins shows that none is far; false if one is NaN."""
+    """Return whether the box around all origins shows that no origin is far; false if an origin is
+    NaN."""
     ends = np.array([by_axis(end, origins) for end in (np.minimum, np.maximum)], np.float64)
     return radius == 0 or bool(
         (np.abs(ends - centre).max(axis=0) ** 2).sum() <= (FAR * radius) ** 2)

@@ -17,13 +17,14 @@ from ..gl.precision import Precision
 from ..threads import threads
 from .records import NO_RAY, RAY_TEXELS
 
-# Consecutive rays fill squares of this side along a Morton curve; 2^SQUARE_LOG2 of
+# Consecutive rays fill squares of this side along a Morton curve. The side is 2^SQUARE_LOG2 of
 # stages/sorted_place.glsl.
 SQUARE = 8
 ORIGIN_BITS = 3     # bits per axis for the cell of a ray's origin in the scene's box
-# The direction comes first in the sort key: its octant, then the order of its components' sizes.
-# Neighbouring rays then agree in signs and dominant axis. Rays of a packet that differ in these
-# would have to run one after another (packet_turns.glsl).
+# Number of codes of directions (`_direction_codes`). The direction comes first in the sort key:
+# its octant, then the order of its components' sizes. Neighbouring rays then agree in signs and
+# dominant axis. Rays of a packet that differ in signs or dominant axis would have to run one after
+# another (packet_turns.glsl).
 DIRECTIONS = 1 << 6
 _GRAY = (0, 1, 3, 2, 6, 7, 5, 4)    # octants in Gray code order: neighbours differ in one sign
 AT_ONCE = 1 << 16   # rays per block of copying, which fits in a core's cache
@@ -37,7 +38,8 @@ SCATTERED = 0.75
 
 
 class RayOrder:
-    """Sorted rays. Empty rays are left out; their results are read from a shared empty texel.
+    """Sorted rays. Rays with an empty interval are left out; they all read their result from the
+    same texel, which holds an empty ray.
 
     Parameters
     ----------
@@ -129,7 +131,8 @@ def squares(rays: int) -> tuple[int, int]:
 def _live_keys(planes: list[np.ndarray], first: int, precision: Precision,
                bounds: tuple[np.ndarray, np.ndarray]) -> tuple[np.ndarray, ...]:
     """Return the rays of a block that are not empty, (m,) int; the empty rays, (k,) int; and the
-    sort keys of the former, (m,) uint16: direction, then origin cell along a Morton curve."""
+    sort keys of the rays that are not empty, (m,) uint16. A key has the direction in its high
+    bits, then the origin's cell along a Morton curve."""
     fields = RAY_TEXELS.unpack_planes([plane[first:first + BLOCK] for plane in planes])
     some = precision.stored(fields["t_min"]) <= precision.stored(fields["t_max"])
     live, empty = np.flatnonzero(some), np.flatnonzero(~some)
@@ -175,8 +178,8 @@ def _direction_codes(texels: np.ndarray) -> np.ndarray:
 
 
 def _near_one_another(keys: list[np.ndarray]) -> bool:
-    """Return whether the origins of a block fill a small part, on average, of the cells that the
-    origins of all blocks fill. Only every eighth ray is examined."""
+    """Return whether the origins in a block are near one another: on average, they lie in few of
+    the cells in which the origins of all blocks lie. Only every eighth ray is examined."""
     cells = np.zeros((len(keys), 1 << 3 * ORIGIN_BITS), bool)
     for held, each in zip(cells, keys):
         held[each[::8] & len(held) - 1] = True

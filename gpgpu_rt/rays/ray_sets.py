@@ -33,9 +33,9 @@ def random_rays(scene: Any, n: int, seed: int) -> Rays:
 
 
 def surface_rays(scene: Any, n: int, seed: int) -> Rays:
-    """Return rays that leave the surface. Points are uniform by area, directions uniform on the
-    hemisphere of the triangle's normal. Origins lie 1e-3 of the scene's extent along the direction
-    from the point.
+    """Return rays that leave the surface from points that are uniform by area. Directions are
+    uniform on the hemisphere of the triangle's normal. An origin lies 1e-3 of the scene's extent
+    away from its point, along the direction.
 
     Raises SceneError if no triangle has an area.
     """
@@ -73,7 +73,7 @@ def aimed_rays(scene: Any, n: int, seed: int, at: str = "vertices",
     Raises
     ------
     OptionError
-        ``at`` is neither of the two
+        ``at`` is another word
     SceneError
         the scene has no triangles
     """

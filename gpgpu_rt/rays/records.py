@@ -19,7 +19,7 @@ NO_RAY = RAY_AFTER_HIT.pack(origin=np.zeros((1, 3)), t_min=[1], direction=[[0, 0
                             after=[-1])[0]
 """(3, 4) float32, the content of texels without a ray: a ray with an empty interval."""
 
-NO_TRIANGLE = EXACT_INTEGER     # above every index, so that the minimum of several prefers a hit
+NO_TRIANGLE = EXACT_INTEGER     # above every index: the minimum with an index is the index
 
 HIT = Record("hit", "t u v triangle:int", constants=(("NO_TRIANGLE", NO_TRIANGLE),))
 """The nearest hit so far. Before the first hit, ``triangle`` is NO_TRIANGLE and ``t`` is the ray's

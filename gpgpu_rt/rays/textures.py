@@ -59,7 +59,8 @@ class RayTextures:
         return RayTextures(self.gpu, size, self.precision, self.after_hit)
 
     def fits(self, other: RayTextures, size: tuple[int, int] | None = None) -> bool:
-        """Return whether these textures fit rays of ``other``, or ``size`` rays of its kind."""
+        """Return whether these textures fit the rays of ``other``, or rays of the kind of
+        ``other`` in textures of ``size``."""
         return self.size == (size or other.size) and self.after_hit == other.after_hit
 
     @property
@@ -82,7 +83,8 @@ class RayTextures:
         """Upload rays. A shared start is passed by the uniform and not uploaded."""
         self.share_start(batch.start)
         self._start_written = self._start is None
-        # Bounds count live rays in fp32. In fewer bits, an empty interval may round to a point.
+        # The bounds count a ray as live if its fp32 interval is not empty. With fewer bits, an
+        # empty interval may round to a point, and the ray is live.
         self.tiles = batch.tiles if self.precision.storage == "fp32" else None
         for texel in range(0 if self._start_written else 1, RAY_TEXELS.texels):
             self._write(texel, batch.texels(texel))
@@ -159,7 +161,8 @@ class PingPong:
 
 
 class StateBuffers(PingPong):
-    """State, hit and, with ``statistics``, counters of ``size`` rays of a method."""
+    """Ping-pong buffers of the states and hits of a method's rays; with ``statistics``, also of
+    their counters."""
 
     def __init__(self, gpu: Gpu, state: Record, size: tuple[int, int], statistics: bool,
                  precision: Precision) -> None:
@@ -171,7 +174,11 @@ class StateBuffers(PingPong):
         self._state, self._smaller = state, dict[tuple[int, int], StateBuffers]()
 
     def hits(self) -> Target:
-        """Return a target over the hits of side 0. The states of side 0 then read as done."""
+        """Return a target over the hits of side 0.
+
+        The states of side 0 read as done, until passes write states again. Rays' states are read
+        only if a ray was stopped, or with statistics; the states are then written first.
+        """
         if self._hits is None:
             self.side(0).clear()
             self._hits = self.side(0).part(self.precision.layout(HIT))
@@ -193,7 +200,7 @@ class StateBuffers(PingPong):
             self._smaller[size].side(0)
 
     def of(self, size: tuple[int, int]) -> StateBuffers:
-        """Return the buffers for rays of a size: these buffers, or kept buffers."""
+        """Return the buffers for rays of a size: these buffers, or buffers that ``keep`` made."""
         return self if size == self.size else self._smaller[size]
 
     def bytes(self) -> int:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-SIDE = 8    # rays a side of the smallest tiles; larger tiles consist of these
+SIDE = 8    # side in rays of the smallest tiles; larger tiles consist of these tiles
 
 
 class TileBounds:
@@ -16,14 +16,15 @@ class TileBounds:
     Parameters
     ----------
     size : (width, height) of the ray textures
-    side : rays a side of a tile, a multiple of SIDE
+    side : side of a tile in rays, a multiple of SIDE
 
     Attributes
     ----------
     size : (across, down) number of tiles
     live : (down, across) bool, whether the tile has a live ray
     least, most : (down, across, 3) float32, the least and the largest components of the directions
-        of live rays; undefined if the tile has no live ray, or if not all rays have the same start
+        of live rays. They are undefined if the tile has no live ray, or if not all rays have the
+        same start (origin and t_min)
     """
 
     def __init__(self, size: tuple[int, int], side: int = SIDE) -> None:
@@ -34,11 +35,11 @@ class TileBounds:
         self.most = np.empty_like(self.least)
 
     def see(self, first: int, planes: list[np.ndarray], start: np.ndarray | None) -> None:
-        """Compute the bounds of tiles from some rows of rays.
+        """Compute the bounds of the tiles in some rows of rays.
 
         Parameters
         ----------
-        first : the first row in the textures, a multiple of the side
+        first : the number of the first row in the textures, a multiple of the side
         planes : (rows, width, 4) float32 each, rays in the layout of RAY_TEXELS
         start : (4,) float32, the origin and t_min that all these rays share, or None
         """
@@ -47,7 +48,8 @@ class TileBounds:
         if start is None:
             self.live[rows] = self._joined(np.logical_or, planes[0][:, :, 3] <= along[:, :, 3])
             return
-        # t_max lies beside the directions, so the same two reductions also show which tiles live.
+        # t_max is the fourth component beside the directions. The same two reductions therefore
+        # also show which tiles have live rays.
         least, most = (self._joined(op, along) for op in (np.minimum, np.maximum))
         self.live[rows] = start[3] <= most[:, :, 3]
         if not (start[3] <= least[:, :, 3]).all():      # leave empty rays out of the bounds

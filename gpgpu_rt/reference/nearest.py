@@ -1,15 +1,15 @@
 """Reference tracer: nearest hits in float64 on the CPU, by brute force or with `ReferenceTree`.
 
-The triangle test is that of Woop, Benthin and Wald, "Watertight Ray/Triangle Intersection", JCGT
+The triangle test is by Woop, Benthin and Wald, "Watertight Ray/Triangle Intersection", JCGT
 2(1), 2013. It moves the vertices to the ray's origin, permutes the axes so that the direction's
 largest component is z, and shears the vertices so that the ray lies on the z axis. Three 2D edge
 functions then decide. An edge function is a difference of two products, so its sign is never
-wrong. For the neighbouring triangle across the edge, it is exactly negated, so no ray is lost
-between the two.
+wrong. The neighbouring triangle across an edge has exactly the negated edge function, so no ray is
+lost between the two triangles.
 
-There are three departures. Both facings are accepted. There is no fallback to a higher precision.
-The ray must pass through the bounding box of the sheared triangle: for a tiny triangle far from
-the ray, all three edge functions may round to zero.
+The test departs from the paper in three points. It accepts triangles that face either way. It does
+not fall back to a higher precision. The ray must also pass through the bounding box of the sheared
+triangle, because all three edge functions may round to zero for a tiny triangle far from the ray.
 """
 from __future__ import annotations
 
@@ -80,13 +80,13 @@ def trace(scene_or_triangles: Any, origins: np.ndarray, directions: np.ndarray,
 def settle(scene_or_triangles: Any, origins: np.ndarray, directions: np.ndarray, hits: Hits,
            t_min: float | np.ndarray = 0.0, t_max: float | np.ndarray = np.inf
            ) -> tuple[Hits, int]:
-    """Decide in rational numbers the hits that float64 cannot decide.
+    """Return the hits, after deciding in rational numbers the rays that float64 cannot decide.
 
     The error bounds of `error_bounds` for float64 tell which triangles may be a ray's nearest hit.
-    A ray is doubtful if there are several such triangles, or one that is not a certain hit. This
-    happens if the ray passes an edge, if the hit is at an end of the interval, or if two triangles
-    are almost equally far. `trace_exact` then chooses among these triangles. Copies of a triangle
-    cause no doubt, because the lowest index wins.
+    A ray is doubtful if there are several such triangles, or if the only one is not a certain hit.
+    This happens if the ray passes near an edge, if the hit is near an end of the interval, or if
+    two triangles are almost equally far. `trace_exact` then chooses among these triangles. Copies
+    of a triangle cause no doubt, because the lowest index wins.
 
     Parameters
     ----------
@@ -125,8 +125,8 @@ def settle(scene_or_triangles: Any, origins: np.ndarray, directions: np.ndarray,
 def _candidates(vertices: np.ndarray, different: np.ndarray, origins: np.ndarray,
                 directions: np.ndarray, t_min: np.ndarray, t_max: np.ndarray
                 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the rays and triangles, (k,) each, of all pairs that may be the ray's nearest hit;
-    and for each ray whether its nearest hit is doubtful, (n,) bool."""
+    """Return all pairs in which the triangle may be the ray's nearest hit, as rays (k,) and
+    triangles (k,); and whether the nearest hit of each ray is doubtful, (n,) bool."""
     limit = t_max.copy()        # upper bound of the nearest hit's t
     kept = []
     tree = ReferenceTree.of(vertices[different])
@@ -162,8 +162,8 @@ class _Bundle:
 
 def _nearest(hits: Hits, rays: np.ndarray, solid: np.ndarray, bundle: _Bundle,
              corners: np.ndarray, pairs: Iterator[tuple[np.ndarray, np.ndarray]]) -> None:
-    """Test the pairs of (ray, triangle) and store each ray's nearest hit in ``hits``; at equal t,
-    the lowest index."""
+    """Test the pairs of (ray, triangle) and store each ray's nearest hit in ``hits``. At equal t,
+    store the triangle with the lowest index."""
     for ray, triangle in pairs:
         t, u, v, accepted = _intersect(bundle, corners, ray, triangle)
         found = np.flatnonzero(accepted)
@@ -215,8 +215,8 @@ def _all_pairs(rays: int, triangles: int) -> Iterator[tuple[np.ndarray, np.ndarr
 
 
 def has_area(vertices: np.ndarray) -> np.ndarray:
-    """Return (m,) bool for the triangles (m, 3, 3) ``vertices``: false where the normal is exactly
-    zero in float64."""
+    """Return (m,) bool, whether each triangle of ``vertices`` (m, 3, 3) has an area. The result is
+    false where the normal is exactly zero in float64."""
     normal = np.cross(vertices[:, 1] - vertices[:, 0], vertices[:, 2] - vertices[:, 0])
     return (normal != 0).any(axis=1)
 

@@ -143,16 +143,17 @@ class _Paths:
 
     def _far_density(self, direction: np.ndarray, radiance: np.ndarray, found: np.ndarray
                      ) -> np.ndarray:
-        """Return the density with which next-event estimation samples the surroundings in these
-        directions, given the radiance from them. A sky is sampled by the material, so its density
-        is that of the path, ``found``, times the probability to choose the surroundings."""
+        """Return the density with which next-event estimation samples the surroundings in each
+        ``direction``, from which ``radiance`` comes. An image is sampled by its luminance. A sky
+        is sampled by the material; its density is the path's density ``found``, times the
+        probability that the surroundings are chosen as the light."""
         light = self.scene.environment.image_light if self.scene.environment else None
         return self.lights.far * (found if light is None else light.density(direction, radiance))
 
     def _far_weight(self, mine: np.ndarray, other: np.ndarray) -> np.ndarray:
-        """Return the weight of one way to find light of the surroundings, over its density. For an
-        image, this is the power heuristic. For a sky, both ways have proportional densities, so
-        the balance heuristic suffices."""
+        """Return the weight of one way to find light of the surroundings, divided by the density
+        of this way. For an image, the weight is the power heuristic. For a sky, both ways have
+        proportional densities, so the balance heuristic suffices."""
         if self.scene.environment is not None and self.scene.environment.image_light is not None:
             return _power_weight(mine, other)
         return 1 / np.maximum(mine + other, TINY)
@@ -171,7 +172,7 @@ class _Paths:
         self.light[paths] += self.weight[paths] * emission * share[:, None]
 
     def _lit(self, at: _Surfaces, hits: Hits, vertex: int) -> None:
-        """Add the light of one sampled light at each vertex, unless the light is occluded."""
+        """Sample one light at each vertex, and add its light unless it is occluded."""
         rows = np.flatnonzero(at.scatters)
         random = self._random(self.alive[rows], vertex, 1)
         light = self.lights.choose(random[:, 0], random[:, 1])
@@ -315,7 +316,7 @@ class _Surfaces:
     def next(self, random: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Sample directions from which light may arrive, by random numbers (n, 4). Return the
         directions (n, 3), their weights (n, 3), 0 where the path ends, and their densities (n,).
-        The second random number is not used; Russian roulette needs it."""
+        The second random number is left for Russian roulette."""
         n = len(random)
         direction, weight = np.zeros((n, 3)), np.zeros((n, 3))
         density = np.full(n, np.inf)
@@ -356,8 +357,9 @@ def _trace(scene: Scene, origins: np.ndarray, directions: np.ndarray) -> Hits:
 
 
 def _power_weight(mine: np.ndarray, other: np.ndarray) -> np.ndarray:
-    """Return the power heuristic's weight of a sampling technique over its density ``mine``, where
-    a second technique has density ``other``; 0 where ``mine`` is 0."""
+    """Return the power heuristic's weight of a sampling technique, divided by its density
+    ``mine``; ``other`` is the density of the second technique. The result is 0 where ``mine`` is
+    0."""
     most = np.maximum(np.maximum(mine, other), TINY)
     mine, other = mine / most, other / most
     return mine / (np.maximum(mine ** 2 + other ** 2, TINY) * most)

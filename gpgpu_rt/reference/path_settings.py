@@ -17,8 +17,8 @@ class PathSettings:
     ----------
     bounces : largest number of bounces of a path; with 0, only emitting surfaces and surroundings
         are visible
-    roulette : the vertex from which Russian roulette ends paths: paths of small weight end more
-        often, and the weight of the others grows to compensate
+    roulette : the first vertex at which Russian roulette may end a path. A path of small weight
+        ends more often; the weight of a path that continues grows to compensate
     seed : the seed of the random numbers; each seed gives different noise
     sampler : "sobol" for numbers that are evenly distributed over the samples of a pixel, or
         "random"

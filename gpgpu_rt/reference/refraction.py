@@ -15,11 +15,12 @@ def refract(directions: np.ndarray, normals: np.ndarray, ratio: float
     ----------
     directions : (n, 3) unit directions of the incoming rays
     normals : (n, 3) unit normals on the incoming side
-    ratio : the refractive index in front of the interface over that behind it
+    ratio : the refractive index in front of the interface divided by the refractive index behind
+        it
 
     Returns
     -------
-    (n, 3) refracted directions, mirrored directions where reflection is total; and (n,) bool,
+    (n, 3) refracted directions, or mirrored directions where reflection is total; and (n,) bool,
     whether reflection is total
     """
     cosine = -(directions * normals).sum(1)
@@ -40,12 +41,12 @@ def through_two_borders(triangles: np.ndarray, normals: np.ndarray, origins: np.
     ----------
     triangles, normals : (m, 3, 3), a closed mesh, and unit normals of its corners
     origins, directions : (n, 3), rays that start outside the mesh
-    ior : the refractive index inside the mesh over that outside
+    ior : the refractive index inside the mesh divided by the refractive index outside
 
     Returns
     -------
-    (n, 3) float64 unit directions, and (n,) int: 0 no hit, 1 refracted at both interfaces, 2 no
-    second interface, 3 total reflection at an interface
+    (n, 3) float64 unit directions; and (n,) int: 0 if the ray hits nothing, 1 if it is refracted
+    at both interfaces, 2 if it finds no second interface, 3 if an interface reflects it totally
     """
     size = float(np.ptp(triangles.reshape(-1, 3), axis=0).max())
     directions = directions / np.linalg.norm(directions, axis=1, keepdims=True)
@@ -65,8 +66,8 @@ def through_two_borders(triangles: np.ndarray, normals: np.ndarray, origins: np.
 
 def _meet(triangles: np.ndarray, normals: np.ndarray, origins: np.ndarray, directions: np.ndarray
           ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return (n,) bool, the rays that hit; and for these rays the hit points and the interpolated
-    unit normals."""
+    """Return (n,) bool, whether a ray hits the mesh; and for the rays that hit, the hit points and
+    the interpolated unit normals."""
     hits = trace(triangles, origins, directions, accelerated=True)
     hit = hits.triangle >= 0
     weights = np.stack([1 - hits.u - hits.v, hits.u, hits.v], axis=1)[hit]

@@ -16,13 +16,14 @@ def sample_cosine(random: np.ndarray) -> np.ndarray:
 
 
 def cosine_density(cosine: np.ndarray) -> np.ndarray:
-    """Return the density of `sample_cosine` per steradian, for directions at this cosine to z."""
+    """Return the density of `sample_cosine` per steradian, for directions whose angle to z has
+    this cosine."""
     return np.maximum(cosine, 0) / np.pi
 
 
 def sample_lobe(random: np.ndarray, exponent: np.ndarray) -> np.ndarray:
-    """Return (n, 3) unit directions with density in proportion to cos^exponent of their angle to
-    z, from (n, 2) random numbers in (0, 1). ``exponent`` is (n,) or a number."""
+    """Return (n, 3) unit directions from (n, 2) random numbers in (0, 1). The density is
+    proportional to cos^exponent of the angle to z. ``exponent`` is (n,) or a number."""
     disc = _disc(random)
     radius_2 = (disc * disc).sum(axis=1)
     x = np.log1p(-radius_2) / (exponent + 1)
@@ -30,13 +31,14 @@ def sample_lobe(random: np.ndarray, exponent: np.ndarray) -> np.ndarray:
 
 
 def lobe_density(cosine: np.ndarray, exponent: np.ndarray) -> np.ndarray:
-    """Return the density of `sample_lobe` per steradian, for directions at this cosine to z."""
+    """Return the density of `sample_lobe` per steradian, for directions whose angle to z has this
+    cosine."""
     return (exponent + 1) / (2 * np.pi) * np.clip(cosine, 0, 1) ** exponent * (cosine > 0)
 
 
 def sample_triangle(random: np.ndarray) -> np.ndarray:
-    """Return (n, 2) barycentric weights of a triangle's second and third corner, for points
-    uniform by area, from (n, 2) random numbers in (0, 1)."""
+    """Return (n, 2) barycentric weights of a triangle's second and third corner from (n, 2) random
+    numbers in (0, 1). The points are uniform by area."""
     s = np.sqrt(random[:, 0])
     return np.column_stack([s * (1 - random[:, 1]), s * random[:, 1]])
 
@@ -59,7 +61,8 @@ def fresnel(cosine: np.ndarray, ior: np.ndarray) -> np.ndarray:
     Parameters
     ----------
     cosine : (n,) cosine between the reversed incoming ray and the normal on its side
-    ior : (n,) or a number, the refractive index behind the interface over that in front of it
+    ior : (n,) or a number, the refractive index behind the interface divided by the refractive
+        index in front of it
     """
     sine_2 = (1 - cosine ** 2) / ior ** 2
     through = np.sqrt(np.maximum(1 - sine_2, 0))
@@ -75,7 +78,8 @@ def refracted(direction: np.ndarray, normal: np.ndarray, ior: np.ndarray) -> np.
     ----------
     direction : (n, 3) unit directions of the incoming rays
     normal : (n, 3) unit normals on the incoming side
-    ior : (n,) or a number, the refractive index behind the interface over that in front of it
+    ior : (n,) or a number, the refractive index behind the interface divided by the refractive
+        index in front of it
     """
     ior = np.reshape(ior, (-1, 1))
     cosine = -(direction * normal).sum(axis=1, keepdims=True)

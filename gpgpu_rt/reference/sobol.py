@@ -7,13 +7,14 @@ import numpy as np
 
 from .random_numbers import cell_middles, counters, random_bits
 
-NO_SAMPLE = 0xFFFFFFFF      # the sample number in the counters from which keys are hashed
+# Keys are hashed from counters with this sample number, so all samples of a pixel have equal keys.
+NO_SAMPLE = 0xFFFFFFFF
 _MASKS = ((1, 0x55555555), (2, 0x33333333), (4, 0x0F0F0F0F), (8, 0x00FF00FF), (16, 0x0000FFFF))
 
 
 def sobol_numbers(x: Any, y: Any, sample: Any, bounce: int, block: int, seed: int = 0
                   ) -> np.ndarray:
-    """Return (n, 4) float64 numbers in (0, 1), of the form of ``random_numbers``: the first two
+    """Return (n, 4) float64 numbers in (0, 1), in the form of `random_numbers`. The first two are
     for discrete choices, the last two for a position or direction.
 
     Parameters
@@ -27,7 +28,7 @@ def sobol_numbers(x: Any, y: Any, sample: Any, bounce: int, block: int, seed: in
 
 
 def sobol_bits(x: Any, y: Any, sample: Any, bounce: int, block: int, seed: int) -> np.ndarray:
-    """Return the (n, 4) uint32 from which `sobol_numbers` makes its numbers."""
+    """Return (n, 4) uint32, the bits from which `sobol_numbers` makes its numbers."""
     if block not in (0, 1) or bounce < block:
         raise ValueError(f"bounce {bounce}, block {block}: blocks are 0, or from bounce 1 on 1")
 
@@ -48,7 +49,8 @@ def sobol_bits(x: Any, y: Any, sample: Any, bounce: int, block: int, seed: int) 
 
 
 def shuffled(sample: np.ndarray, key: np.ndarray) -> np.ndarray:
-    """Return (n,) uint32, the number of the Sobol point of each sample."""
+    """Return (n,) uint32, the number of the Sobol point that each sample uses; ``key`` determines
+    the shuffled order."""
     low = reversed_bits(permuted(reversed_bits(sample), key)) & np.uint32(0xFFFF)
     return low | (sample & np.uint32(0xFFFF0000))
 

@@ -1,4 +1,4 @@
-"""Spawn: origins of rays that leave a hit point; does the same as ``glsl/render/spawn.glsl``."""
+"""Spawn: computes the origins of rays that leave hit points, as ``glsl/render/spawn.glsl``."""
 from __future__ import annotations
 
 from typing import Any
@@ -11,17 +11,17 @@ from ..numerics.error_bounds import FLOAT32, gamma
 from ..numerics.watertight import intersect_pairs
 
 _SPAWN_TRIES = 24   # enough doublings to get from _SEEN times a triangle's extent to the extent
-_SEEN = np.float32(8 * FLOAT32.unit)
+_SEEN = np.float32(8 * FLOAT32.unit)    # error of the watertight test, divided by the extent
 
 
 def spawn(scene: Any, hits: Hits, directions: np.ndarray) -> np.ndarray:
     """Return origins from which new rays leave hit points without hitting the triangle of the hit.
 
     An origin is offset from the hit point along the triangle's normal, to the side of the new
-    direction. The offset is the error bound of the hit point plus that of the watertight test in
-    float32. The errors of the test are larger for long thin triangles. Therefore, as long as the
-    test reports that a ray hits its own triangle, the offset is doubled, up to the triangle's
-    extent. ``glsl/render/spawn.glsl`` derives the offset.
+    direction. The offset is the error bound of the hit point plus the usual error of the
+    watertight test in float32. The test has larger errors for long thin triangles. Therefore, as
+    long as the test reports that a ray hits the triangle that it leaves, the offset is doubled, up
+    to the triangle's extent. ``glsl/render/spawn.glsl`` derives the offset.
 
     Parameters
     ----------
@@ -67,9 +67,13 @@ def spawn(scene: Any, hits: Hits, directions: np.ndarray) -> np.ndarray:
 
 def _hit_points(corners: np.ndarray, u: np.ndarray, v: np.ndarray
                 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the points (k, 3) of triangles at u, v (k, 1), the error bound of each component
-    (k, 3), and the largest distance of a corner from the point along an axis (k, 1); all
-    float32."""
+    """Return the points of triangles at u and v (k, 1), all in float32.
+
+    Returns
+    -------
+    the points, (k, 3); the error bound of each component of a point, (k, 3); and the triangle's
+    extent, (k, 1), which is the largest distance of a corner from the point along an axis
+    """
     unit = np.float32(FLOAT32.unit)
     v0, v1, v2 = corners.transpose(1, 0, 2)
     parts = (np.float32(1) - u - v) * v0, u * v1, v * v2

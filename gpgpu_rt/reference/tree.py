@@ -3,8 +3,9 @@
 The builder halves the list of triangles repeatedly, each time along the axis whose halves have the
 least area. Node i of level l contains the triangles from floor(i m / 2^l) to
 floor((i + 1) m / 2^l) - 1 of the ordered list of m triangles, so no links are stored. Traversal
-goes breadth first over pairs of (ray, node). Only a missed box drops a pair, so the remaining
-triangles include every hit.
+works on batches of pairs (ray, node), nearer children first. It drops a pair only if the ray
+misses the node's box within its interval, so the triangles that remain at the end include every
+hit.
 """
 from __future__ import annotations
 
@@ -24,8 +25,9 @@ _MOST_KEPT, _LARGEST_KEPT = 3, 1 << 20      # trees to keep; most triangles of a
 
 
 class ReferenceTree:
-    """A tree of boxes over m triangles of (m, 3, 3) float64 vertices, m > 0. ``of`` keeps the last
-    trees for repeated use.
+    """A tree of boxes over m > 0 triangles, given as (m, 3, 3) float64 vertices.
+
+    `of` keeps the trees of the last calls, for calls with the same vertices.
 
     Attributes
     ----------
@@ -89,9 +91,9 @@ class ReferenceTree:
               t_max: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
         """Yield batches of all pairs (ray, triangle) for which the ray meets the leaf's box.
 
-        The traversal reads ``t_max`` anew for each batch of nodes. A caller that searches the
-        nearest hit lowers ``t_max`` between batches, which prunes further nodes. Batches of nearer
-        nodes come first.
+        The traversal reads ``t_max`` again for each batch of nodes. A caller that searches for the
+        nearest hit writes smaller values into ``t_max`` between batches, which prunes further
+        nodes. Batches of nearer nodes come first.
 
         Parameters
         ----------
@@ -120,7 +122,8 @@ class ReferenceTree:
             level, left = level + 1, 2 * node
             enter, keep = self._meets(level, ray, left)
             other, keep_other = self._meets(level, ray, left + 1)
-            # Push the farther children below the nearer children; merge small batches.
+            # Push the farther children, then the nearer children, which are popped first. Join the
+            # two batches if they are small.
             swap = other < enter
             first = np.where(swap, keep_other, keep), left + swap, np.minimum(enter, other)
             second = np.where(swap, keep, keep_other), left + ~swap, np.maximum(enter, other)

@@ -5,8 +5,8 @@ from .whitted import Whitted
 
 
 class Direct(Whitted):
-    """Whitted's ray tracing without bounces; equal to `Whitted` for a scene without mirrors and
-    glass."""
+    """Whitted's ray tracing without bounces. It draws a scene without mirrors and glass exactly as
+    `Whitted` does."""
 
     name = "direct"
     options = tuple(option for option in Whitted.options if option.name != "bounces")

@@ -1,4 +1,4 @@
-"""Images: packs the textures of all materials into one texture, a rectangle for each."""
+"""Images: packs the textures of all materials into one texture. Each has a rectangle of it."""
 from __future__ import annotations
 
 import numpy as np
@@ -7,14 +7,14 @@ from ..errors import LimitError
 from ..scene.scene import Scene
 from ..scene.texture import Texture
 
-# Size limits of the packed texture, which renderers support. It is wider only if a single texture
-# is wider.
+# Size limits of the packed texture, which renderers support. The packed texture is wider only if
+# one of the textures is wider.
 WIDTH, HEIGHT = 8192, 16384
 
 
 def places(scene: Scene) -> dict[str, np.ndarray]:
-    """Return the fields of IMAGE for each material: the rectangle of its image, zeros without an
-    image."""
+    """Return the fields of IMAGE for each material: the rectangle of its image, or zeros if the
+    material has no image."""
     corners = np.zeros((len(scene.materials), 4), np.int32)
     found = {id(t): (x, y) for t, x, y in _shelved(scene)}   # only textures in use
     for k, material in enumerate(scene.materials):
@@ -25,8 +25,7 @@ def places(scene: Scene) -> dict[str, np.ndarray]:
 
 
 def atlas(scene: Scene) -> np.ndarray:
-    """Return the packed texture, (height, width, 4) float32; a single black texel if there are no
-    images.
+    """Return the packed texture, (height, width, 4) float32. Without images, it is a black texel.
 
     Raises
     ------
@@ -46,8 +45,9 @@ def atlas(scene: Scene) -> np.ndarray:
 
 
 def _shelved(scene: Scene) -> list[tuple[Texture, int, int]]:
-    """Return each different texture with the column and row of its corner. Textures are placed
-    side by side on shelves, in order of decreasing height."""
+    """Return each different texture with the column and row of its corner in the packed texture.
+
+    Textures are placed side by side in rows, in order of decreasing height."""
     textures = {id(m.texture): m.texture for m in scene.used_materials if m.texture is not None}
     width = max([WIDTH] + [t.texels.shape[1] for t in textures.values()])
     found = []

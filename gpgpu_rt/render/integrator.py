@@ -1,8 +1,8 @@
-"""Integrator: draws a picture by passes over streams of rays; a pass or stream exists only if the
-scene needs it.
+"""Integrator: draws a picture by passes over streams of rays.
 
-A new integrator declares its ``streams`` and ``passes``, each with the defines of
-``render/needs.py`` that request it, and runs the passes in ``draw``. It traces rays with the
+A new integrator declares its ``streams`` and ``passes``, and runs the passes in ``draw``. With
+each stream or pass it declares the defines of ``render/needs.py`` that request it: the stream or
+pass exists only if the scene sets one of these defines. The integrator traces rays with the
 tracer's method: ``trace(rays)`` returns hits, and ``trace(rays, any_hit=True)`` finds whether rays
 are occluded.
 """
@@ -48,15 +48,15 @@ class PicturePass:
 
     Attributes
     ----------
-    name : the name of the pass in plans
-    entry : the program's file in ``glsl/``
-    wanted : the pass exists if one of these defines is set, or if the tuple is empty
-    reads : the streams that the program reads, as (name in the program, record)
-    writes : the streams that the program writes, likewise; a third entry is a define without which
-        the stream is not written
-    defines : defines in addition to those of the scene
-    points : the vertex program of a pass that draws points, which reads the streams of ``reads``;
-        empty for any other pass
+    name : The name of the pass in plans.
+    entry : The program's file in ``glsl/``.
+    wanted : The pass exists if one of these defines is set. With an empty tuple, it always exists.
+    reads : The streams that the program reads, as (name in the program, record).
+    writes : The streams that the program writes, as (name in the program, record) or (name,
+        record, define). A stream with a define is written only if the define is set.
+    defines : Further defines, beside the defines of the scene.
+    points : The vertex program of a pass that draws points, which reads the streams of ``reads``;
+        empty for any other pass.
     """
 
     name: str
@@ -71,10 +71,10 @@ class PicturePass:
 ALL_FEATURES = Option(
     "all_features", False, "build the programs, textures and passes of every feature, even those "
     "that the scene does not require; the picture is the same", bool)
-# Each depth of refraction needs textures of its own, and each depth doubles the number of
-# branches. Light passes through solid glass with one or two inner reflections. With 8 bounces the
-# picture differs from that with 12 by at most one grey level on average, and takes a third of the
-# time.
+# The default is 8 bounces because each depth of refraction needs textures of its own and doubles
+# the number of branches. In solid glass, light passes with one or two inner reflections. A picture
+# with 8 bounces takes a third of the time of a picture with 12 bounces. The two differ by at most
+# one grey level on average.
 BOUNCES = Option("bounces", 8, "largest number of successive reflections and refractions",
                  int, minimum=0, maximum=64)
 LIGHT_SAMPLES = Option("light_samples", 16, "shadow rays from each visible point towards emitting "
@@ -85,15 +85,15 @@ SAMPLES = Option("samples", 1, "samples per pixel, whose light is averaged; 1: a
 
 
 class Integrator:
-    """The base of all integrators: the scene's textures, the streams of one size, and the
-    programs.
+    """The base class of all integrators: the scene's textures, the streams for one size of
+    picture, and the programs.
 
     Parameters
     ----------
     gpu : the OpenGL context
     scene : the scene to draw
     needs : the needs of the scene
-    intersection : the triangle test; the origins of spawned rays depend on its errors
+    intersection : the triangle test. The origins of spawned rays depend on the errors of this test
     """
 
     name: str
@@ -116,20 +116,20 @@ class Integrator:
         self.region = Region((0, 0), (0, 0), (0, 0))    # the region of the picture that is drawn
         self.radiance: np.ndarray | None = None     # linear, if the integrator computes it
         self.samples_done = 0                       # samples per pixel so far
-        self.noise: float | None = None             # relative noise, if enough samples tell it
+        self.noise: float | None = None             # relative noise, if there are enough samples
         # Called with the samples done, the samples in total, and the noise so far.
         self.progress: Callable[[int, int, float], None] | None = None
         self.take(scene)
 
     @classmethod
     def asked(cls, options: Mapping[str, Any], precision: Precision) -> Asked:
-        """Return the part of this integrator's options from which the needs of a scene follow."""
+        """Return the options of this integrator on which the needs of a scene depend."""
         given = resolve_options(options, cls.options, f"integrator {cls.name}")
         return Asked(given.get("bounces", 0), given.get("light_samples", 1), precision,
                      given["all_features"], samples=given["samples"])
 
     def take(self, scene: Scene) -> None:
-        """Use a scene from now on: the scene itself, or the scene with moved triangles."""
+        """Use this scene from now on: the first scene, or the same scene with moved triangles."""
         self.scene = scene
         self.textures.take(scene)
         self._uniforms = self.textures.uniforms(scene)
@@ -137,7 +137,8 @@ class Integrator:
             program.set(**self._uniforms)
 
     def streams(self) -> tuple[PixelStream, ...]:
-        """Return all streams that this integrator declares for this scene, wanted or not."""
+        """Return all streams that this integrator declares, also those that the scene does not
+        need."""
         raise NotImplementedError
 
     def draw(self, trace: Trace, rays: RayTextures, camera: Camera) -> np.ndarray:
@@ -155,12 +156,13 @@ class Integrator:
         self.drawn.clear()
         self.fetches, self.vertices = 0, []
         if self.needs.want(("MOVING",)) and self.needs.asked.all_features:
-            # A renderer that does not know whether triangles moved must write the tables again.
+            # With all features on, the picture costs what a general renderer would need. Such a
+            # renderer does not know whether triangles moved, so it writes the tables again.
             self.textures.take(self.scene)
 
     def _make_room(self, size: tuple[int, int]) -> None:
-        """Allocate streams of (width, height) texels; reuse those of the last picture if their
-        size is the same."""
+        """Allocate streams of (width, height) texels. Reuse the streams of the last picture if
+        they have the same size."""
         self.size = size
         if self.room is None or self.room.size != size:
             self._release_room()
@@ -189,7 +191,7 @@ class Integrator:
         self.fetches += sum(texels.get(sampler, 1) for sampler in program.samplers)
 
     def program(self, name: str) -> FullScreenPass | PrimitivePass:
-        """Return the program of a pass; compile it at the first use."""
+        """Return the program of a pass. It is compiled at its first use."""
         if name not in self._programs:
             declared = next(p for p in self.passes if p.name == name)
             assert self.needs.want(declared.wanted), f"{name} is not for this scene"
@@ -216,7 +218,7 @@ class Integrator:
 
     @property
     def packed_sizes(self) -> list[tuple[int, int]]:
-        """Further sizes of ray textures, (width, height), that the integrator traces."""
+        """Further sizes, (width, height), of ray textures that the integrator traces."""
         return []
 
     @property

@@ -6,8 +6,8 @@ import numpy as np
 from ..scene.scene import Scene
 from .needs import SceneNeeds
 
-# Steps of a low-discrepancy sequence in the unit square (Roberts 2018): inverse powers of the
-# plastic number, the root of x^3 = x + 1.
+# Steps of a low-discrepancy sequence in the unit square (Roberts 2018). They are inverse powers of
+# the plastic number, which is the root of x^3 = x + 1.
 _PLASTIC = 1.32471795724474602596
 _STEP = np.array((1 / _PLASTIC, 1 / _PLASTIC ** 2))
 
@@ -19,9 +19,9 @@ def light_uniforms(scene: Scene, needs: SceneNeeds, depth: int = 0, sample: int 
     """Return the uniforms of ``render/light.glsl`` for each shadow ray of a hit. If the programs
     expect a light and the scene has none, the list contains a black point light.
 
-    ``depth`` is the number of bounces so far. Rays of a greater depth are more numerous and weigh
-    less. Therefore each bounce halves the number of shadow rays towards emitting triangles. Each
-    ``sample`` of a pixel uses other points on these triangles.
+    ``depth`` is the number of bounces so far. With each bounce there are more rays, and each ray
+    has less weight. Therefore each bounce halves the number of shadow rays towards emitting
+    triangles. Each ``sample`` of a pixel uses other points on these triangles.
     """
     lights: list[Uniforms] = [
         {"light_position": light.position, "light_intensity": light.intensity,
@@ -40,8 +40,8 @@ def _places(scene: Scene, count: int, sample: int) -> list[Uniforms]:
     the triangles' power.
 
     If there are at least as many points as triangles, each triangle has at least one point, and
-    its power is divided among its points. Otherwise each point represents an equal share of the
-    total power, including that of neighbouring triangles in the list.
+    its power is divided among its points. Otherwise, each point represents an equal share of the
+    total power. It then also stands for neighbouring triangles in the list that have no point.
     """
     rows = scene.emitters
     corners = scene.triangles[rows].astype(np.float64)

@@ -1,9 +1,9 @@
-"""Needs: the table from which the programs, textures and passes of pictures follow.
+"""Needs: the table that decides which programs, textures and passes a picture needs.
 
 Each row of ``PROPERTIES`` describes a property of scenes: how to detect it, which defines it sets,
-which tables it adds, and the reason to give when it is left out. An integrator declares which
-define each of its streams and passes needs (``render/integrator.py``). Nothing else decides what
-is compiled, allocated, fetched or drawn. To add a property, add a row.
+which tables it adds, and what to tell the user if the property is absent. An integrator declares
+which define each of its streams and passes needs (``render/integrator.py``). Nothing else decides
+what is compiled, allocated, fetched or drawn. To add a property, add a row.
 """
 from __future__ import annotations
 
@@ -28,9 +28,9 @@ from .records import (
     POINT_LIGHT, SURFACE, SURROUNDINGS_ROW
 )
 
-# Rays are followed only while their weight in a pixel is at least CUTOFF. A ray of less weight
-# changes a channel of an 8 bit picture by at most a quarter of a step, unless it finds light
-# brighter than white.
+# A ray continues only while its weight in a pixel is at least CUTOFF. A ray of less weight would
+# change a channel of an 8 bit picture by at most a quarter of a step, unless it finds light that
+# is brighter than white.
 CUTOFF = 1 / 1024
 
 
@@ -43,11 +43,13 @@ class Asked:
     bounces : the largest number of consecutive reflections and refractions
     light_samples : the number of points on emitting triangles, for all triangles together
     precision : the precision of textures and arithmetic
-    all_features : treat the scene as if it had every property
-    paths : trace paths, which sample one light at each vertex and continue from any surface
+    all_features : whether to treat the scene as if it had every property
+    paths : whether to trace paths, which sample one light at each vertex and continue from any
+        surface
     sampler : the random numbers of paths, "sobol" or "random"
-    samples : the number of pictures that are averaged; paths count their samples themselves
-    packs : pack live paths into smaller textures where this may pay
+    samples : the number of pictures that are averaged; 1 with paths, which count their samples
+        themselves
+    packs : whether live paths may be packed into smaller textures
     """
 
     bounces: int = 0
@@ -65,7 +67,8 @@ class Table:
     """A table that a picture's programs read: its record, and a function that makes the record's
     arrays from a scene.
 
-    ``geometric`` tables follow the option ``storage`` and change when vertices move.
+    A ``geometric`` table is stored in the format of the option ``storage``, and changes when
+    vertices move.
     """
 
     record: Record
@@ -81,13 +84,13 @@ class Property:
     ----------
     name : the property's name in plans
     found : returns whether a scene has the property
-    absent : the reason to give when the property is left out
+    absent : what a plan says about a scene without the property
     defines : the defines that the property sets in programs
     tables : the tables that programs then read
     images : further textures: "images" of materials, "surroundings_image", "surroundings_sums"
-    bouncing : whether the property matters only if bounces are followed
+    bouncing : whether the property matters only with bounces
     of_paths : whether the property matters only if paths are traced
-    of_request : whether the property follows from options instead of the scene
+    of_request : whether options, not the scene, decide about the property
     """
 
     name: str
@@ -114,8 +117,8 @@ def _kind(kind: str) -> Callable[[Scene, Asked], bool]:
 SURFACES = Table(SURFACE, lambda scene: {
     "normal": Column(len(scene), lambda rows: unit_normals(scene.triangles[rows])),
     "material": scene.material_of})
-# The tracer's table of triangles is in the order of its method. Hits give indices in the scene's
-# order, so the rays that leave surfaces need a table in this order.
+# The triangle table of the tracer is in the order of its method. Hits give indices in the scene's
+# order. Rays that leave surfaces therefore need a second triangle table, in the scene's order.
 LEFT_SURFACES = Table(TRIANGLE, lambda scene: triangle_table(scene.triangles)[TRIANGLE.name],
                       geometric=True)
 _MIRROR = Table(MIRROR, lambda scene: {"share": [m.mirror for m in scene.materials]})
@@ -192,14 +195,15 @@ PROPERTIES: tuple[Property, ...] = (
              ("MOVING",)),
     Property("paths", lambda scene, asked: True, "", ("PATHS",), (LEFT_SURFACES,), of_paths=True,
              of_request=True),
-    Property("lights to ask", lambda scene, asked: light_count(scene, asked) > 0,
+    Property("lights to sample", lambda scene, asked: light_count(scene, asked) > 0,
              "there is no light to sample", ("ASKED_LIGHTS",), (_LIGHT_CHOICE,), of_paths=True),
-    Property("points to ask", lambda scene, asked: any(any(li.intensity) for li in scene.lights),
+    Property("points to sample",
+             lambda scene, asked: any(any(li.intensity) for li in scene.lights),
              "there is no point light", ("ASKED_POINTS",), (_POINT_LIGHT,), of_paths=True),
-    Property("surroundings to ask", lambda scene, asked: asks_surroundings(scene),
+    Property("surroundings to sample", lambda scene, asked: asks_surroundings(scene),
              "no image surrounds the scene, and no sky is its only light",
              ("ASKED_SURROUNDINGS", "ASKED_LIGHTS", "SHADOWS"), (_LIGHT_CHOICE,), of_paths=True),
-    Property("image to ask", _kind("image"), "no image surrounds the scene", ("ASKED_IMAGE",),
+    Property("image to sample", _kind("image"), "no image surrounds the scene", ("ASKED_IMAGE",),
              (Table(SURROUNDINGS_ROW, _surroundings_row),), ("surroundings_sums",), of_paths=True),
     Property("packed paths", lambda scene, asked: asked.packs, "paths are not packed",
              ("PACKED_PATHS",), of_paths=True, of_request=True),
@@ -208,11 +212,11 @@ PROPERTIES: tuple[Property, ...] = (
 
 @dataclass(frozen=True)
 class SceneNeeds:
-    """The needs of a scene; ``of`` makes them.
+    """The needs of a scene. Make them by ``of``.
 
     Attributes
     ----------
-    present, left_out : names of the properties that are supported, and of those left out
+    present, left_out : names of the properties that are supported, and of all other properties
     bounces : the number of bounces that can matter
     lights : the number of shadow rays of a hit
     index_bits : bits of the largest triangle index
@@ -265,7 +269,7 @@ class SceneNeeds:
         return tuple(image for p in self._rows(self.present) for image in p.images)
 
     def want(self, defines: tuple[str, ...]) -> bool:
-        """Return whether one of the defines is set; true for an empty tuple."""
+        """Return whether one of the defines is set. Return True for an empty tuple."""
         return not defines or any(define in self.defines for define in defines)
 
     def why_not(self, *, define: str | None = None, table: str | None = None,
@@ -303,8 +307,9 @@ def _defines(names: Any) -> tuple[str, ...]:
 
 
 def _bounces(scene: Scene, asked: Asked) -> int:
-    """Return the number of bounces after which a ray's weight may still be CUTOFF, limited by the
-    option ``bounces``."""
+    """Return the largest number of bounces after which a ray's weight may still be CUTOFF.
+
+    The option ``bounces`` limits this number."""
     if asked.all_features or any(m.ior is not None for m in scene.used_materials):
         return asked.bounces
     share = max((max(m.mirror) for m in scene.used_materials), default=0.0)

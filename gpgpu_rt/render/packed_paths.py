@@ -1,14 +1,14 @@
 """Packed paths: packs the live paths of a wave side by side into smaller textures.
 
-When paths end, their texels stay: a traversal pass still runs over the whole texture, and a live
-ray's packet or SIMD lanes contain rays that have ended. Stream reduction (D. Horn, "Stream
-Reduction Operations for GPGPU Applications", GPU Gems 2, 2005; survey, section 3.6) packs the live
-paths. It keeps the order of squares of 8x8 texels, so packets and tiles still contain
-neighbours.
+When a path ends, its texel stays. A traversal pass then still runs over the whole texture, and the
+packet or the SIMD lanes of a live ray also hold rays that have ended. Stream reduction (D. Horn,
+"Stream Reduction Operations for GPGPU Applications", GPU Gems 2, 2005; survey, sections 3.6 and
+4.3) packs the live paths. It keeps the order of squares of 8x8 texels, so packets and tiles still
+contain neighbours.
 
-Each packed path keeps the texel that it came from, on which its random numbers depend, and the
-light that it has found. In the end, a point for each path adds this light to the original texel.
-Packing therefore does not change the bits of a picture.
+Each packed path keeps the position of its original texel, because its random numbers depend on
+this position. It also keeps the light that it has found. In the end, a point for each path adds
+this light to the original texel. Packing therefore does not change the bits of a picture.
 """
 from __future__ import annotations
 
@@ -37,9 +37,11 @@ from .integrator import Integrator, PicturePass
 from .picture_streams import PictureStreams, PixelStream
 from .records import CAME_FROM, RADIANCE, WALK
 
-LEAST = 1 << 11     # texels of the smallest textures; the cost of smaller passes is all overhead
+LEAST = 1 << 11     # texels of the smallest textures; smaller passes would not be faster
 PACKED = ("PACKED_PATHS",)
-MOST_SHARE = 0.75   # largest share of live paths for packing; it adds three times a wave's memory
+# Paths can be packed when at most this share of them is live. With this share, the smaller
+# textures need three times the memory of a wave.
+MOST_SHARE = 0.75
 SHARES = {"auto": 0.25, "on": 0.25, "off": 0.0}
 AUTO = 1 << 15      # packing pays for waves of at least this many texels: docs/path-tracing.md
 
@@ -62,13 +64,12 @@ PACKING = (
 
 
 class PathTextures:
-    """The textures of one size for the paths of a wave, with a depth buffer that masks paths that
-    have ended.
+    """The textures of one size for the paths of a wave. A depth buffer masks ended paths.
 
     Parameters
     ----------
     gpu : the OpenGL context
-    room : the streams of the paths; for packed paths, these include "rays" and "came from"
+    room : the streams of the paths; packed paths also have the streams "rays" and "came from"
 
     Attributes
     ----------
@@ -90,12 +91,12 @@ class PathTextures:
         return "came from" in self.room
 
     def start(self, rays: RayTextures) -> None:
-        """Start with paths that continue along these rays; none has ended."""
+        """Start with live paths, which continue along these rays."""
         self.now, self.then, self.walk = rays, self.room.rays["next rays"], ("walk 0", "walk 1")
         self.mask.clear(depth=1.0)
 
     def turn(self) -> None:
-        """Swap the streams, so that the next vertex reads what the last one wrote."""
+        """Swap the streams, so that the next vertex reads what the last vertex wrote."""
         self.now, self.then, self.walk = self.then, self.now, self.walk[::-1]
 
     def samplers(self) -> dict[str, moderngl.Texture]:
@@ -105,7 +106,7 @@ class PathTextures:
 
     @contextmanager
     def target(self, rays: RayTextures | None, *streams: str) -> Iterator[Target]:
-        """Yield ``rays`` and the ``streams`` that exist as a target, with the mask's depth."""
+        """Yield a target of ``rays`` and all ``streams`` that exist, with the mask's depth."""
         textures = {"rays": rays.textures} if rays is not None else {}
         textures |= {name: self.room.textures(name) for name in streams if name in self.room}
         target = Target(self.gpu, (), self.size, self._depth, textures)
@@ -120,11 +121,11 @@ class PathTextures:
 
 
 class PackedPaths:
-    """The smaller textures for packed paths, each with a share of the texels of the one before.
+    """The smaller textures for packed paths. From size to size, texels shrink to the same share.
 
     Parameters
     ----------
-    drawer : the integrator, whose passes pack the paths and whose streams are packed
+    drawer : the integrator; its passes pack its streams
     size : (width, height) of a wave
     precision : the precision of the textures
     share : paths are packed into the next smaller textures if at most this share of the texels
@@ -149,11 +150,12 @@ class PackedPaths:
 
     def pack(self, level: PathTextures, live: int) -> PathTextures:
         """Pack ``live`` paths into the smallest textures that hold them, and return these
-        textures; return ``level`` if no smaller textures fit.
+        textures. If no smaller textures hold the paths, return ``level``.
 
         Parameters
         ----------
-        level : the current textures of the paths; the light they have found is brought back first
+        level : the current textures of the paths. First, the light that these paths have found is
+            added to the paths' original texels
         live : the number of paths that have not ended
         """
         fits = [other for other in self._levels if live <= other.texels < level.texels]
@@ -196,8 +198,9 @@ class PackedPaths:
 
 
 def share_of(options: Mapping[str, Any], texels: int = AUTO) -> float:
-    """Return the share of live paths at which a wave of this number of texels is packed, according
-    to the option ``compact``; 0 if it is never packed."""
+    """Return the largest share of live paths at which a wave of this number of texels is packed.
+
+    The option ``compact`` decides. The share is 0 if the wave is never packed."""
     share = SHARES.get(options["compact"], options["compact"])
     if options["compact"] == "auto" and texels < AUTO:
         share = 0.0
@@ -208,9 +211,11 @@ def share_of(options: Mapping[str, Any], texels: int = AUTO) -> float:
 
 
 def packed_sizes(size: tuple[int, int], share: float) -> list[tuple[int, int]]:
-    """Return the sizes of textures that hold ``share``, share^2, share^3 ... of a wave's texels,
-    rounded up to whole squares, down to LEAST texels. Return none if the wave has more texels than
-    float32 can count."""
+    """Return the sizes of the textures for packed paths.
+
+    The textures hold ``share``, share^2, share^3 ... of a wave's texels, rounded up to whole
+    squares, and at least LEAST texels. If the wave has more texels than float32 can count, the
+    list is empty."""
     texels, sizes = size[0] * size[1] * share, []
     while LEAST <= texels and _elements(size) < EXACT_INTEGER:
         sizes.append(squares(int(np.ceil(texels))))

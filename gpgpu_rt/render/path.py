@@ -1,10 +1,10 @@
-"""Path tracing: global illumination by waves of paths that advance by a vertex at a time.
+"""Path tracing: global illumination by waves of paths that advance one vertex at a time.
 
 The algorithm is that of Kajiya, "The Rendering Equation", SIGGRAPH 1986, with next-event
-estimation and Russian roulette. Its float64 form, ``reference/path.py``, explains the weights. A
-wave contains a block of texels for each pixel, and each texel is a path. A path that has ended is
-an empty ray, which every method skips, and is masked by depth. An occlusion query finds when all
-paths have ended.
+estimation and Russian roulette. ``reference/path.py`` is the same algorithm in float64, and
+explains the weights. A wave contains a block of texels for each pixel, and each texel is a path.
+When a path has ended, its ray is empty, so every method skips it, and its texel is masked by
+depth. An occlusion query finds when all paths have ended.
 
 Random numbers depend only on pixel, sample and vertex, and samples are added in a fixed order.
 Pictures are therefore bit-identical for all methods, for all sizes of a wave, and with or without
@@ -39,7 +39,7 @@ from .picture_streams import PictureStreams, PixelStream
 from .records import CAME_FROM, DIRECT, LIT, RADIANCE, SUMS, WALK
 
 WAVE = 1 << 18      # most paths in a wave, unless the picture has more pixels
-FEWEST = 16         # fewest samples from whose variance the noise is estimated
+FEWEST = 16         # fewest samples for an estimate of the noise from their variance
 
 _DEFAULTS = PathSettings()
 _VERTEX_WRITES = (("next_rays", RAY_TEXELS), ("next_walk", WALK), ("lit", LIT),
@@ -163,8 +163,8 @@ class Path(Integrator):
         return shown(self.mean)
 
     def _take_samples(self, trace: Trace, rays: RayTextures, camera: Camera, side: int) -> None:
-        """Trace a wave, add its samples to ``sums SIDE``, and write the result to the other
-        sums."""
+        """Trace a wave and add its samples to the sums. The stream ``sums SIDE`` has the sums so
+        far, and the other of the two streams receives the new sums."""
         assert self.room is not None and self._sums is not None
         shared = {"block": self.block, "corner": self.region.corner,
                   "first_sample": self.samples_done,
@@ -216,12 +216,12 @@ class Path(Integrator):
         self._packed.bring_back(level)
 
     def _gather(self, trace: Trace, level: PathTextures, source: Samplers) -> bool:
-        """Add the light found at a vertex to its path; return whether another vertex is needed."""
+        """Add the light found at a vertex to its path. Return whether another vertex is needed."""
         room, context = level.room, self.gpu.context
         found = {**source, **room.samplers(level.walk[1], "walk"), **room.samplers("lit", "lit")}
         if "shadow rays" in room:
-            # Trace before blending is on, because packets unpack their hits in a pass of their
-            # own.
+            # Trace before blending is on, because packets unpack their hits by a pass, which must
+            # not be blended.
             found.update(trace(room.rays["shadow rays"], any_hit=True).samplers())
             found.update(room.samplers("direct", "direct"))
         with level.target(None, "radiance") as target:
@@ -248,7 +248,7 @@ class Path(Integrator):
         self.vertices[vertex - 1]["texels"] += level.texels
 
     def _finished(self, sums: str) -> bool:
-        """Compute the mean radiance so far and its noise; return whether the noise has reached the
+        """Compute the mean radiance so far and its noise. Return whether the noise has reached the
         target."""
         done = self.samples_done
         asked = self.noise_target is not None or self.progress is not None
@@ -278,7 +278,7 @@ class Path(Integrator):
 
 
 def shown(light: np.ndarray) -> np.ndarray:
-    """Convert linear radiance to uint8 sRGB; radiance above 1 is clipped to white."""
+    """Convert linear radiance to uint8 sRGB. Radiance above 1 is clipped to white."""
     light = np.clip(light, 0, 1)
     srgb = np.where(light < 0.0031308, 12.92 * light, 1.055 * light ** (1 / 2.4) - 0.055)
     return (srgb * 255 + 0.5).astype(np.uint8)
@@ -290,7 +290,7 @@ def _settings(given: Mapping[str, Any]) -> PathSettings:
 
 def _block(most: int, size: tuple[int, int], largest: int) -> tuple[int, int]:
     """Return the block of texels of a pixel in a wave, (columns, rows). The number of texels is a
-    power of two and at most ``most``; no side of the wave's textures exceeds ``largest``."""
+    power of two and at most ``most``. No side of the wave's textures exceeds ``largest``."""
     columns = rows = 1
     while 2 * columns * rows <= most:
         wider = 2 * columns * size[0] <= largest and columns <= rows

@@ -1,4 +1,4 @@
-"""Picture streams: an integrator's data of each pixel, and the targets of its passes."""
+"""Picture streams: the data that an integrator keeps for each pixel, and its passes' targets."""
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
@@ -17,20 +17,23 @@ from ..rays.textures import RayTextures
 
 
 def held(record: Record, precision: Precision) -> Record:
-    """Return a stream's record as its textures store it: rays and hits follow ``storage``."""
+    """Return a stream's record as its textures store it.
+
+    Rays and hits are stored in the format of the option ``storage``, other records in float32."""
     return precision.layout(record) if record in (RAY_TEXELS, HIT) else record
 
 
 @dataclass(frozen=True)
 class PixelStream:
-    """A stream of an integrator: a record per pixel, or per tile of pixels.
+    """A stream of an integrator: a record for each pixel, or for each tile of pixels.
 
     Attributes
     ----------
     name : the stream's name in plans
     record : the record of a pixel or tile
-    wanted : the stream exists if one of these defines is set; without defines it always exists
-    tile : side in pixels of the tile of a record
+    wanted : the stream exists if one of these defines is set. With an empty tuple, it always
+        exists
+    tile : side in pixels of the tile that a record is for; 1 for a record for each pixel
     """
 
     name: str
@@ -48,7 +51,7 @@ class PictureStreams:
         self.rays: dict[str, RayTextures] = {}
         self._own: dict[str, Target] = {}
         self._several: dict[tuple[str, ...], Target] = {}
-        self.rectangles = Rectangles(gpu)      # of the present wave
+        self.rectangles = Rectangles(gpu)      # the rectangles of the present wave
         for stream in streams:
             if stream.record is RAY_TEXELS:
                 self.rays[stream.name] = RayTextures(gpu, size, precision)
@@ -67,11 +70,11 @@ class PictureStreams:
         return self._of(name).samplers(as_name)
 
     def textures(self, name: str) -> list[moderngl.Texture]:
-        """Return the textures of a stream, one per texel of its record."""
+        """Return the textures of a stream: a texture for each texel of its record."""
         return self._of(name).textures
 
     def target(self, *names: str) -> Target:
-        """Return a target over several streams. Unknown names are ignored."""
+        """Return a target of several streams. Names without a stream are ignored."""
         return self._over({name: self.textures(name) for name in names if name in self})
 
     def _over(self, streams: dict[str, list[moderngl.Texture]]) -> Target:

@@ -1,4 +1,4 @@
-"""Plan: the passes, textures and defines of a picture, and the reasons why others are left out."""
+"""Plan: the passes, textures and defines of a picture, and why the remaining ones are left out."""
 from __future__ import annotations
 
 from collections.abc import Mapping
@@ -22,8 +22,8 @@ class Plan:
     passes : names of the passes, in the order of their declaration
     textures : bytes by texture or stream
     defines : the defines of the programs
-    left_out : for each kind ("pass", "texture" or "define"), a reason by name: the property of the
-        scene that makes it unnecessary
+    left_out : kind ("pass", "texture" or "define") -> name -> the reason why it is left out. A
+        reason names the property that the scene lacks
     """
 
     integrator: str
@@ -36,8 +36,8 @@ class Plan:
 
     @classmethod
     def of(cls, drawer: Integrator, of_tracer: Mapping[str, int]) -> Plan:
-        """Return the plan of an integrator with allocated streams. ``of_tracer`` gives the bytes
-        of the tracer's other textures by name."""
+        """Return the plan of an integrator whose streams are allocated. ``of_tracer`` has the
+        bytes of the tracer's other textures, by name."""
         needs, asked = drawer.planned, drawer.needs.asked
         unused = set(drawer.needs.defines) - set(needs.defines)
         streams, passes = drawer.streams(), drawer.passes

@@ -1,5 +1,6 @@
-"""Scene textures: the tables and images that a picture's shaders read, only as far as the scene
-needs them."""
+"""Scene textures: the tables and images that a picture's shaders read.
+
+A table or image is made only if the scene needs it."""
 from __future__ import annotations
 
 import moderngl

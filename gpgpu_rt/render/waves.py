@@ -20,7 +20,8 @@ class Waves:
     driver : the driver of the tracer's method
     buffers : state buffers for each size of ray textures that occurs
     statistics : receives the counts
-    count_rays : called with the hits of the first wave, the eye rays, to count their work
+    count_rays : called with the hits of the first wave (the eye rays), to count the work of these
+        rays
     """
 
     def __init__(self, driver: Driver, buffers: StateBuffers, statistics: Statistics,
@@ -33,7 +34,7 @@ class Waves:
         """Return a picture, (height, width, 3) uint8, and record its passes in the statistics."""
         try:
             return drawer.draw(self.trace, rays, camera)
-        finally:    # record the counts of an interrupted picture too
+        finally:    # also record the counts of an interrupted picture
             self._statistics.picture_passes = dict(drawer.drawn)
             self._statistics.samples, self._statistics.noise = drawer.samples_done, drawer.noise
             self._statistics.waves, self._statistics.texel_fetches = self.count, drawer.fetches

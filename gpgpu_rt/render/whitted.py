@@ -2,13 +2,14 @@
 reflection and refraction (Whitted, "An Improved Illumination Model for Shaded Display", CACM
 1980).
 
-Whitted's recursion runs on the host, over whole images instead of single rays. A wave contains the
-rays of one branch, a texel for each pixel; deep in the tree of branches, most of these rays are
-empty. An occlusion query around the pass that makes a branch counts its rays. Without rays, the
-branch ends. Otherwise the passes of the branch are drawn only on tiles of the image with rays.
+Whitted's recursion runs on the host, over whole images instead of single rays. A branch is a
+sequence of reflections and refractions. A wave contains the rays of one branch, with a texel for
+each pixel. Deep in the tree of branches, most of these rays are empty. An occlusion query counts
+the rays of a branch in the pass that makes them. Without rays, the branch ends. Otherwise, the
+passes of the branch are drawn only on the tiles of the image that have rays.
 
-The next wave consumes reflected rays at once, so two sets of textures suffice for them. Refracted
-rays wait until their branch is traced, so each depth has textures of its own.
+Reflected rays are traced in the next wave, so two sets of textures suffice for all depths.
+Refracted rays wait until their branch is traced, so each depth needs its own textures for them.
 """
 from __future__ import annotations
 
@@ -31,7 +32,7 @@ from .lights import light_uniforms
 from .picture_streams import PixelStream
 from .records import DIRECT, LIT, LIVE, PATH, RADIANCE, SCREEN
 
-_AT_ONCE = 1 << 12     # positions in a pixel that are computed in a block
+_AT_ONCE = 1 << 12     # number of positions in a pixel that are computed together
 _RAYS, _HIT, _PATH = ("rays", RAY_TEXELS), ("hit", HIT), ("path", PATH)
 _LIT, _DIRECT, _RADIANCE = ("lit", LIT), ("direct", DIRECT), ("radiance", RADIANCE)
 _BRANCH = {"reads": (_RAYS, _HIT, _PATH), "writes": (("bounce", RAY_TEXELS), ("next_path", PATH))}
@@ -44,8 +45,8 @@ class Wave:
     Attributes
     ----------
     rays : the textures of the rays
-    path : the texture of the rays' weights. Eye rays have weight 1 and may have any texture here,
-        because it is not read
+    path : the texture of the rays' weights. Eye rays have weight 1, so for them any texture may be
+        given: programs do not read it
     depth : the number of bounces so far
     corners : (n, 4), the rectangles of the image that contain rays, in texels; None for the whole
         image
@@ -62,7 +63,7 @@ class Whitted(Integrator):
     triangles."""
 
     name = "whitted"
-    _ended = False      # whether rays reached the limit of the option ``bounces``
+    _ended = False      # whether rays ended because of the option ``bounces``
     passes = (
         PicturePass("surfaces", "render/surfaces.frag", (), (_RAYS, _HIT, _PATH),
                     (("shadow_rays", RAY_TEXELS, "SHADOWS"), _LIT, ("direct", DIRECT, "SHADOWS"))),
@@ -144,8 +145,8 @@ class Whitted(Integrator):
 
     def _branch(self, word: str, name: str, source: Samplers, wave: Wave,
                 tiles: Rectangles | None) -> list[Wave]:
-        """Make the reflected or the refracted rays of a wave; return a list with their wave, empty
-        if there are no such rays."""
+        """Make the reflected or the refracted rays of a wave. Return a list with their wave, or an
+        empty list if there are no such rays."""
         assert self.room is not None
         paths = name + " paths"
         self.room.clear_rays(name)
@@ -162,8 +163,10 @@ class Whitted(Integrator):
         return [Wave(self.room.rays[name], path, wave.depth + 1, rectangles_of(live))]
 
     def _tiles(self, wave: Wave) -> Rectangles | None:
-        """Return the rectangles of the image in which a wave has rays, or None for all. Clear the
-        shadow rays, because passes on rectangles leave old rays elsewhere."""
+        """Return the rectangles in which a wave has rays, or None for the whole image.
+
+        If there are rectangles, also clear the shadow rays: passes over rectangles would leave old
+        shadow rays in the rest of the image."""
         if wave.corners is None:
             return None
         assert self.room is not None
@@ -188,7 +191,8 @@ class Whitted(Integrator):
             if "shadow rays" in room:
                 hits = trace(room.rays["shadow rays"], any_hit=True)
             if "radiance" in room:
-                # Get the hits before blending is on, because packets unpack their hits in a pass.
+                # Get the hits before blending is on, because packets unpack their hits by a pass,
+                # which must not be blended.
                 gathered = {**source, **hits.samplers(), **self._lit()}
                 context.enable_only(moderngl.BLEND)
                 context.blend_func = moderngl.ONE, moderngl.ONE
@@ -205,8 +209,8 @@ class Whitted(Integrator):
 
 
 def places_in_pixel(samples: int) -> Iterator[tuple[float, float]]:
-    """Yield the offset of each sample from the pixel's centre, in pixels; it is the same for all
-    pixels. Of 2^k samples, there is one in each elementary box of area 2^-k."""
+    """Yield the offset of each sample from the pixel's centre, in pixels. All pixels have the same
+    offsets. If there are 2^k samples, each elementary box of area 2^-k has one of them."""
     cells = 1 << (samples - 1).bit_length()
     for first in range(0, samples, _AT_ONCE):    # 2^24 samples in one block would need gigabytes
         points = sobol_first_two(np.arange(first, min(first + _AT_ONCE, samples),

@@ -1,4 +1,4 @@
-"""The teaching page: every measured figure beside the published numbers, in one HTML file."""
+"""The teaching page: every measured figure beside the papers' numbers, in one HTML file."""
 from .chapters import CHAPTERS, Chapter
 from .page import LIMIT, Report, write_report
 

@@ -38,12 +38,13 @@ twenty years of hardware lie between the two columns.
 Store a ray in each texel of a texture. Draw a square over all texels, and the fragment program
 runs once per ray: it reads the state of the ray from one texture and writes the new state to
 another. Then the two textures swap. There is no loop, no stack, and no memory to write to except
-that texel. A `while` loop of a program of today is here a sequence of passes, and the host counts
-the live rays by an occlusion query.
+that texel. What is a `while` loop in a program of today is a sequence of passes here, and the host
+counts the live rays by an occlusion query.
 
-In the film each picture shows a pass. The left side shows the kernel that each ray waits for. A
+In the film, each picture shows a pass. The left side shows the kernel that each ray waits for. A
 ray that has found its hit is finished, while its neighbour may still descend. The slowest rays
-decide the number of passes, and passes that serve only a few rays are the price of this form.
+decide the number of passes. So many passes advance only a few rays; this is the price of tracing
+in passes.
 """, ("fig02", "fig03", "schedules", "retention"), passes=("kd-restart",)),
     Chapter("Intersection alone on the card (survey, section 3.1)", """
 The Ray Engine of 2002 left the search to the host. The host collected the rays in each cell of
@@ -79,9 +80,9 @@ between two leaves.
 A hierarchy of boxes holds every triangle once. Its boxes may overlap, so a ray may have to visit
 both children. The nodes are stored in depth-first order, and each node has the index of the end of
 its subtree. A ray then needs only one number: it descends to the next node, or skips to that
-index. This method needs no stack and no restart, and has the smallest state of all. Its price is
-the order: rays from all sides visit the nodes in the same order. Eight copies of the tree, one for
-each octant of directions, restore the front-to-back order.
+index. This method needs no stack and no restart, and has the smallest state of all. Its
+disadvantage is the order: rays from all sides visit the nodes in the same order. Eight copies of
+the tree, one for each octant of directions, restore the front-to-back order.
 
 A geometry image needs no tree. The surface is stored as an image of its positions. The pyramid of
 minima and maxima over this image is the hierarchy, and a few passes build it.
@@ -90,8 +91,9 @@ minima and maxima over this image is the hierarchy, and a few passes build it.
     Chapter("Hierarchies over rays, not triangles", """
 The search can also be reversed: put cones around bundles of rays, and find for each triangle the
 cones that it can intersect. No structure is built over the triangles, so moving triangles cost
-nothing extra. But there are many pairs of a triangle and a cone, and the empty pairs must be
-removed from the stream after each level. Later work kept only the stream reduction by blocks.
+nothing extra. But there are many pairs of a triangle and a cone. After each level, the pairs that
+do not meet must be removed from the stream. Later work used only one part of this method, the
+stream reduction by blocks.
 """, ("fig23", "fig24", "fig25", "reduction", "ray_space")),
     Chapter("Rays that keep together (survey, section 4)", """
 Fetching nodes is the main cost, and neighbouring rays fetch the same nodes. A packet fetches a
@@ -107,26 +109,26 @@ the bit.
 """, ("rasterised", "refraction", "ray_bundles", "caustics")),
     Chapter("What moves, and what a scene needs", """
 A static scene needs its structure only once; a moving scene needs a new structure for every frame.
-The boxes of a known tree can be refitted, but the planes of a kd-tree cannot. A renderer that
-knows its scene also leaves out every feature that the scene does not use.
+The boxes of a known tree can be refitted to moved triangles, but the planes of a kd-tree cannot. A
+renderer that knows its scene can also leave out every feature that the scene does not use.
 """, ("frames", "needs", "path_noise")),
     Chapter("Speed against accuracy", """
 The cards of the time computed with 24 or 16 bits, and their rays slipped between triangles. Low
-precision costs wrong pixels, high precision costs time, and both can be measured. A *leak* is a
-ray that passes through a closed surface. A *wrong* ray has another triangle than the exact answer,
-by more than its rounding errors explain. If n rays show no error, this proves only that a share of
-at most 3/n is wrong.
+precision costs wrong pixels, high precision costs time, and both costs can be measured. A *leak*
+is a ray that passes through a closed surface. A *wrong* ray finds another triangle than the exact
+answer, and its rounding errors do not explain the difference. If n rays show no error, the share
+of wrong rays may still be as large as 3/n.
 """, ("tradeoff", "extremes")),
     Chapter("All of them side by side (survey, section 4)", """
 The survey ends with a table: the structure of each method, the device that builds it, the
-traversal algorithm, and the speed relative to the Ray Engine. The survey notes that this column
-mixes numbers of different papers, cards and scenes. Here the same methods run on one scene, one
-renderer and the same rays.
+traversal algorithm, and the speed relative to the Ray Engine. The survey notes that the column of
+speeds mixes numbers of different papers, cards and scenes. Here the same methods run on one scene
+and one renderer, with the same rays.
 """, ("table1", "fig26")),
-    Chapter("Period hardware", """
+    Chapter("The graphics cards of the papers", """
 How long would these programs have taken on the cards of their papers? An emulated fragment
 processor runs the programs and counts their instructions and fetches. A cost model then predicts a
-time from the figures in a card's data sheet. One constant per card is fitted to published times;
-the rest is arithmetic.
+time from these counts and from the numbers in a card's data sheet. One constant for each card is
+fitted to times that the papers printed; the rest is arithmetic.
 """, ("period", "ideal_hardware")),
 )

@@ -12,7 +12,7 @@ from urllib.parse import unquote
 from ..errors import Error, how_to_install
 from .images import image_tag, png_uri
 
-SHORT = 3000     # the text of a figure is expanded if it has at most this many characters
+SHORT = 3000     # a figure's text of at most this many characters is shown expanded
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,7 @@ class Figure:
         Parameters
         ----------
         width : largest width of pictures in pixels
-        known : the figures of the page; links to them remain links
+        known : the figures of the page; links to these figures remain links
         """
         lines = self.text.strip().splitlines()
         title = self.name
@@ -95,7 +95,7 @@ def _within(token: Any, folder: Path, known: Collection[str]) -> None:
 
 
 def _embedded(folder: Path, url: str, text: str, width: int) -> str:
-    """Return the picture that a text names as HTML.
+    """Return HTML with the picture that a text names.
 
     Only pictures in the folder of the figures are embedded, because the page may be published.
     """

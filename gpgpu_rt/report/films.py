@@ -29,7 +29,7 @@ def film(scene: Scene, method: str, size: tuple[int, int]) -> str:
 
 
 def heat_maps(scene: Scene, methods: Sequence[str], size: tuple[int, int], width: int) -> str:
-    """Return HTML with heat maps of kernel runs per pixel by several methods, on one scale."""
+    """Return HTML with heat maps by several methods on one scale: kernel runs for each pixel."""
     maps = []
     for method in methods:
         with Tracer(scene, method, statistics=True) as tracer:
@@ -40,8 +40,8 @@ def heat_maps(scene: Scene, methods: Sequence[str], size: tuple[int, int], width
 
 
 def or_why_not(make: Callable[[], str]) -> str:
-    """Return the result of ``make``, or HTML with the error message: the page is written even
-    without a film."""
+    """Return the result of ``make``, or HTML with its error message, so that the page is written
+    even without a film."""
     try:
         return make()
     except Error as failure:

@@ -1,4 +1,4 @@
-"""Pictures as data URIs, which a page contains itself."""
+"""Pictures as data URIs, so that the page itself contains them."""
 from __future__ import annotations
 
 import base64
@@ -10,7 +10,8 @@ from pathlib import Path
 from PIL import Image
 
 WIDTHS = (1400, 1000, 700, 450)     # largest widths in pixels; the first that fits LIMIT is used
-MOST_PIXELS = 1 << 25   # limit on a chart, about 100 MB decoded; any file may declare a huge size
+# Limit on the size of a chart, about 100 MB decoded, because a file may declare any size.
+MOST_PIXELS = 1 << 25
 
 
 def data_uri(content: bytes, kind: str) -> str:
@@ -49,7 +50,7 @@ def png_uri(picture: Image.Image | Path, width: int) -> str:
 
 
 def _opened(path: Path) -> Image.Image:
-    """Open a picture without decoding it, for any declared size."""
+    """Open a picture without decoding it, whatever size it declares."""
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", Image.DecompressionBombWarning)

@@ -52,7 +52,8 @@ class Report:
     ----------
     output : the file
     bytes : the size of the file
-    figures, missing : names of the figures on the page, and of figures that are not yet measured
+    figures : names of the figures on the page
+    missing : names of the figures that are not yet measured
     """
 
     output: str
@@ -73,9 +74,11 @@ def write_report(output: str | os.PathLike[str], figures: str | os.PathLike[str]
     Parameters
     ----------
     output : the HTML file to write, at most LIMIT bytes
-    figures : the folder that ``python -m gpgpu_rt.figures`` writes; the page names missing figures
-    scene, size : scene and (width, height) in rays of the films and heat maps
-    films : whether to make films and heat maps; they take a minute and need an OpenGL context
+    figures : the folder that ``python -m gpgpu_rt.figures`` writes. The page lists the figures
+        that are missing there
+    scene : the scene of the films and heat maps
+    size : (width, height) in rays of the films and heat maps
+    films : whether to make films and heat maps. They take a minute and need an OpenGL context
     say : called with each line about progress
 
     Raises
@@ -92,7 +95,7 @@ def write_report(output: str | os.PathLike[str], figures: str | os.PathLike[str]
     made: dict[tuple[Any, ...], str] = {}
 
     def once(make: Callable[..., str], *arguments: Any) -> str:
-        """Return a film or heat map; it is made only once, even if the page is assembled again."""
+        """Return a film or heat map. Make it only once, even if the page is assembled again."""
         key = make, arguments
         if key not in made:
             what = arguments[0] if isinstance(arguments[0], str) else ", ".join(arguments[0])

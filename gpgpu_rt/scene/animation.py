@@ -53,7 +53,7 @@ def animation_names() -> list[str]:
 
 @memory_limited
 def load_animation(source: str | os.PathLike[str]) -> Animation:
-    """Return the animation of a name or of a file.
+    """Return the animation with this name, or the animation in a file.
 
     Parameters
     ----------

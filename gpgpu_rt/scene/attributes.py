@@ -1,4 +1,4 @@
-"""Attributes: materials of triangles; normals and texture coordinates of their corners."""
+"""Attributes: the materials of triangles, and the normals and texture coordinates of corners."""
 from __future__ import annotations
 
 from collections.abc import Sequence
@@ -11,8 +11,8 @@ from .material import Material
 
 
 def material_rows(values: Any, count: int, materials: Sequence[Material], name: str) -> np.ndarray:
-    """Return (count,) int32 indices of materials, checked; None selects the first material for all
-    triangles."""
+    """Check the indices of materials and return them as (count,) int32. For None, all triangles
+    have the first material."""
     if not materials:
         raise SceneError(f"{name}: no materials; give at least one")
     if values is None:
@@ -31,8 +31,9 @@ def material_rows(values: Any, count: int, materials: Sequence[Material], name: 
 
 def corner_values(values: Any, count: int, width: int, name: str,
                   what: str) -> np.ndarray | None:
-    """Return (count, 3, width) float32 values of the triangles' corners, checked, or None. Values
-    of width 3 are normals and get unit length; three zero normals mark a flat triangle."""
+    """Check values of the triangles' corners and return them as (count, 3, width) float32. Return
+    None for None. Values of width 3 are normals and get unit length. Three zero normals mark a
+    flat triangle."""
     if values is None:
         return None
     try:

@@ -199,8 +199,8 @@ def original_file(place: PurePath) -> Path | None:
 
 def how_to_get(row: NamedScene) -> str:
     """Return the error of a scene that is read from ``row.file``, which is missing."""
-    return (f"scene {row.name!r} is not built in, and no folder of GPGPU_RT_SCENES has its file "
-            f"{row.file}; run `gpgpu-rt scenes --fetch {row.name.removesuffix('-moving')}`")
+    return (f"scene {row.name!r} is not built in, and no folder of scenes has {row.file}; run "
+            f"`gpgpu-rt scenes --fetch {row.name.removesuffix('-moving')}`")
 
 
 def camera_beside(path: Path) -> Camera | None:

@@ -49,7 +49,7 @@ def _check_stl(path: Path, size: int) -> None:
 
 
 def is_text_stl(path: Path) -> bool:
-    """Return whether an STL file is text; raise ValueError for a truncated text file."""
+    """Return whether an STL file is text. Raise ValueError for a truncated text file."""
     with open_input(path) as file:
         head = file.read(84)
         file.seek(-min(os.fstat(file.fileno()).st_size, 256), os.SEEK_END)
@@ -69,7 +69,7 @@ def _stl_count(path: Path) -> int:
 # PLY --------------------------------------------------------------------------------------------
 
 def ply_header(path: Path) -> bytes:
-    """Return the header of a PLY file; raise ValueError if it has no end_header."""
+    """Return the header of a PLY file. Raise ValueError if it has no end_header."""
     header = b""
     with open_input(path) as file:
         while len(header) < MOST_HEADER:
@@ -101,8 +101,8 @@ def _check_ply(path: Path, size: int) -> None:
                 raise ValueError(f"its header declares {count} of {name}, but the file has "
                                  f"{size} bytes")
         elif words[:1] == ["property"] and len(words) > 2:
-            # Least size of a value: in text, a digit and a separator. A list may be empty, so
-            # only its length counts.
+            # Add the least size of a value. In text, it is a digit and a separator. A list may be
+            # empty, so only the number of its items counts.
             needed += count * (2 if ascii_ else _PLY_BYTES.get(
                 words[2] if words[1] == "list" else words[1], 1))
         elif "texturefile" in line.lower() and words[:1] == ["comment"]:
@@ -119,7 +119,7 @@ def _check_ply(path: Path, size: int) -> None:
 def _check_gltf(path: Path, size: int) -> None:
     with open_input(path) as file:
         content = file.read(size)
-    inner = 0       # bytes of the binary chunk, which a buffer without a URI refers to
+    inner = 0       # bytes of the binary chunk; a buffer without a URI means this chunk
     if content[:4] == b"glTF":
         length = int.from_bytes(content[12:16], "little")
         text = content[20:20 + length]
@@ -190,7 +190,7 @@ def _accessor_bytes(k: int, entry: Mapping[str, Any], views: Any, there: int) ->
         there = view["byteLength"] - _whole(entry.get("byteOffset", 0))
         needed = (count - 1) * stride + each if count else 0
     else:
-        # An accessor without a view is filled with zeros. Limit its count by the buffers' bytes.
+        # An accessor without a view is filled with zeros. The buffers' bytes limit its count.
         needed = count
     if needed > there:
         raise ValueError(f"accessors[{k}] counts {count} values, more than its data")
@@ -228,8 +228,8 @@ _CHECKS: Mapping[str, Callable[[Path, int], None]] = {
 
 
 def whole_text(path: Path) -> bytes | None:
-    """Return the file's content in UTF-8 if trimesh would have to guess its encoding; None if
-    trimesh can read the file itself."""
+    """Return the file's content in UTF-8 if trimesh would have to guess its encoding. Return None
+    if trimesh can read the file itself."""
     suffix = path.suffix.lower()
     if suffix == ".ply":
         header = ply_header(path)

@@ -14,7 +14,7 @@ MARGIN = 0.08           # share of the picture's width and height that stays emp
 ALONG: Vector = (-0.45, -0.35, -1.0)    # view from outside: slightly from above and from the right
 INSIDE_FOV = 65.0       # degrees; wide enough to show most of a room from inside
 _ROWS = 1 << 20         # points per block of projections, which bounds the memory
-# `inside` uses the 2^14 largest triangles as occluders and tests 64 triangles for being hidden.
+# `inside` uses the 2^14 largest triangles as occluders, and tests whether 64 triangles are hidden.
 _LARGEST, _SAMPLE = 1 << 14, 64
 
 # Candidate directions from the eye to the light, as (up, right, forward). The light uses the first
@@ -94,9 +94,9 @@ def inside(triangles: np.ndarray, outside: Camera) -> Camera | None:
     triangles, and many triangles are hidden from all sides. The second condition excludes objects
     whose triangles face inwards. The largest triangles, such as walls and table tops, decide.
 
-    Measured shares of back faces: 0.95 and 0.5 for two rooms; at most 0.23 for objects and an open
-    box. Measured shares of hidden triangles: 0.36 and 0.9 for the rooms; at most 0.14 for objects
-    whose triangles face inwards.
+    The limits are between measured values. The share of back faces is 0.95 and 0.5 for two rooms,
+    but at most 0.23 for objects and an open box. The share of hidden triangles is 0.36 and 0.9 for
+    the rooms, but at most 0.14 for objects whose triangles face inwards.
 
     Parameters
     ----------
@@ -135,7 +135,7 @@ def inside(triangles: np.ndarray, outside: Camera) -> Camera | None:
 
 
 def _hides(triangles: np.ndarray, large: np.ndarray, lo: np.ndarray, hi: np.ndarray) -> bool:
-    """Return whether over a quarter of a sample of triangles is hidden from all six viewpoints."""
+    """Return whether more than a quarter of a sample of triangles is hidden from six sides."""
     sample = np.linspace(0, len(triangles) - 1, min(len(triangles), _SAMPLE)).astype(np.int64)
     middle = triangles[sample].mean(axis=1, dtype=np.float64)
     hidden = np.ones(len(sample), bool)

@@ -1,14 +1,16 @@
 """Image light: samples directions to a surrounding image in proportion to its luminance.
 
-The image is filtered bilinearly: radiance is bilinear in each cell between four texel centres.
-Sampling follows this function exactly. The first random number chooses a row of cells and the
-second a cell of this row, by sums of luminance times the cosine of the row's latitude. The rest of
-both numbers places the sample in the cell, by the luminance at the cell's corners. The probability
-density of a direction therefore depends only on its radiance and latitude.
+The image is filtered bilinearly: radiance is a bilinear function in each cell between four texel
+centres. The samples are distributed exactly by this function. The first random number chooses a
+row of cells, and the second number chooses a cell of this row. Both choices use sums of luminance
+times the cosine of the row's latitude. The remainders of the two numbers then give the sample's
+position in the cell, by the luminance at the cell's corners. The probability density of a
+direction therefore depends only on its radiance and latitude.
 
 Pharr and Humphreys ("Infinite Area Light Source with Importance Sampling", 2004) choose a texel
-instead. Bilinear filtering spreads the light of a small sun to neighbouring texels, which their
-scheme samples too rarely. ``glsl/render/image_light.glsl`` does the same as this module.
+instead. But bilinear filtering spreads the light of a small sun to neighbouring texels, and their
+scheme samples these texels too rarely. ``glsl/render/image_light.glsl`` does the same as this
+module.
 """
 from __future__ import annotations
 
@@ -21,11 +23,12 @@ from .luminance import luminance
 
 @dataclass(frozen=True, eq=False)
 class ImageLight:
-    """The sampling table of an equirectangular image; ``of`` makes it.
+    """The sampling table of an equirectangular image. Make it by ``of``.
 
-    Cells lie between texel centres. Row 0 of the cells lies above the first row of texels and row
-    ``height`` below the last row. Both are half as high as other rows, and their radiance does not
-    vary with latitude. Column 0 of the cells lies between the last and the first column of texels.
+    Cells lie between texel centres. Row 0 of the cells lies above the first row of texels, and row
+    ``height`` lies below the last row. These two rows are half as high as other rows, and their
+    radiance does not vary with latitude. Column 0 of the cells lies between the last and the first
+    column of texels.
 
     Attributes
     ----------
@@ -44,8 +47,8 @@ class ImageLight:
 
     @classmethod
     def of(cls, texels: np.ndarray) -> ImageLight | None:
-        """Return the image light of (height, width, 3) texels, row 0 at the top; None if all
-        texels are black."""
+        """Return the image light of (height, width, 3) texels, row 0 at the top. Return None if
+        all texels are black."""
         height, width = texels.shape[:2]
         bright = luminance(texels)
         bright = bright + np.roll(bright, 1, axis=1)
@@ -79,7 +82,8 @@ class ImageLight:
         random numbers in (0, 1)."""
         height, width = self.texels.shape[:2]
         row = np.searchsorted(self.rows, random[:, 0], side="right")
-        # Adding the row number makes all rows' sums one ascending sequence, so one search serves.
+        # With the row number added, the sums of all rows are one ascending sequence. So a single
+        # search finds the cells of all samples.
         ordered = (self.cells + np.arange(height + 1.0)[:, None]).ravel()
         at = np.searchsorted(ordered, random[:, 1] + row, side="right")
         column = at - row * width

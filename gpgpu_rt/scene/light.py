@@ -23,9 +23,9 @@ class PointLight:
     Attributes
     ----------
     position : (3,), world units
-    intensity : (3,), the radiance that a white surface reflects if it faces the light, at any
-        distance; the surface's irradiance is pi times the intensity. There is no falloff, as by
-        default in OpenGL's fixed-function lighting
+    intensity : (3,), the radiance that a white surface reflects if it faces the light. The
+        surface's irradiance is pi times the intensity. The light does not decrease with distance,
+        as by default in OpenGL's fixed-function lighting
     """
 
     position: Any
@@ -44,11 +44,11 @@ class Environment:
 
     Attributes
     ----------
-    kind : "backdrop", a pale sky behind the scene and weak light from everywhere, for pictures of
-        plain meshes; "sky", a gradient between two colours; or "image"
-    zenith, ground : (3,) radiance from straight above and straight below; linear in the
-        direction's y between the two
-    image : an equirectangular image of all directions: its middle column is -z, its top row +y
+    kind : "backdrop", "sky" or "image". A backdrop is a pale sky behind the scene, with weak light
+        from everywhere, for pictures of plain meshes. A sky is a gradient between two colours
+    zenith, ground : (3,) radiance from straight above and from straight below. Between the two, it
+        is linear in the direction's y
+    image : an equirectangular image of all directions. Its middle column is -z, its top row is +y
     """
 
     kind: str
@@ -67,8 +67,8 @@ class Environment:
 
     @classmethod
     def constant(cls, colour: Any) -> Environment:
-        """Return an environment with the same radiance from all directions: ``colour``, (3,)
-        linear RGB, 0 or more."""
+        """Return an environment with the radiance ``colour`` from all directions, (3,) linear RGB,
+        0 or more."""
         return cls("sky", colour, colour)
 
     @classmethod
@@ -90,7 +90,7 @@ class Environment:
 
     @cached_property
     def image_light(self) -> ImageLight | None:
-        """The sampling table of the image; None without an image, or if the image is black."""
+        """The sampling table of the image, or None without an image or if the image is black."""
         return None if self.image is None else ImageLight.of(self.image.texels)
 
     def radiance(self, directions: np.ndarray) -> np.ndarray:
@@ -106,17 +106,18 @@ class Environment:
         assert self.image is not None
         uv = np.stack([0.5 + np.arctan2(d[:, 0], -d[:, 2]) / (2 * np.pi),
                        0.5 + np.arcsin(np.clip(d[:, 1], -1, 1)) / np.pi], axis=1)
-        # Textures repeat, but the two poles are not neighbours: clamp the rows.
+        # Textures repeat, but the first and the last row are not neighbours: clamp the rows.
         margin = 0.5 / self.image.texels.shape[0]
         return self.image.sample(np.stack([uv[:, 0], np.clip(uv[:, 1], margin, 1 - margin)], 1))
 
     def ambient(self) -> np.ndarray:
         """Return the coefficients, (4, 3) float64, of the light that a white surface reflects.
 
-        Without shadows, a white surface of normal n reflects row 0 plus n times rows 1 to 3. This
-        is exact for a sky. For an image, it uses the constant and linear spherical harmonics,
-        which suffice for Whitted's ambient term; Ramamoorthi and Hanrahan (2001) use one order
-        more. A backdrop gives zeros, because the shaders have a formula for it.
+        Without shadows, a white surface of normal n reflects row 0 plus the product of n and rows
+        1 to 3. This is exact for a sky. For an image, the coefficients are the constant and linear
+        spherical harmonics, which suffice for Whitted's ambient term. Ramamoorthi and Hanrahan
+        (2001) use one order more. A backdrop gives zeros, because the shaders have a formula for
+        it.
         """
         if self.kind == "backdrop":
             return np.zeros((4, 3))

@@ -1,4 +1,4 @@
-"""Light choice: the table from which two random numbers choose the light for a shadow ray."""
+"""Light choice: the table by which two random numbers choose the light for a shadow ray."""
 from __future__ import annotations
 
 from collections.abc import Sequence
@@ -29,19 +29,21 @@ class LightChoice:
     """An alias table that chooses a point light, an emitting triangle or the surroundings, with a
     probability in proportion to its estimated contribution.
 
-    Each entry names a light. With probability ``keep`` the choice is this light, otherwise its
-    ``alias`` (Walker 1977, built by Vose's method of 1991). A choice costs one lookup, for any
+    Each entry names a light and an ``alias``, which is another light. The first random number
+    picks an entry. With probability ``keep`` the choice is the entry's light, otherwise its alias
+    (Walker 1977; the table is built by Vose's method of 1991). A choice costs one lookup, for any
     number of lights.
 
     Attributes
     ----------
-    triangle : Row of a triangle in the scene, or -1 - k for point light k, (n,) int32. The
-        surroundings have k = p, the number of point lights.
-    alias : Another light, named in the same way, (n,) int32.
-    keep : Probability of ``triangle`` over ``alias``, (n,) float32 in [0, 1].
+    triangle : The light of each entry, (n,) int32: the row of a triangle in the scene, or -1 - k
+        for point light k. The surroundings have k = p, the number of point lights.
+    alias : Another light for each entry, named in the same way, (n,) int32.
+    keep : Probability to choose ``triangle`` and not ``alias``, (n,) float32 in [0, 1].
     point_probability : Probability of each point light, (p,) float64.
     density : Probability density of a point on an emitting triangle, per square world unit,
-        divided by the luminance of the triangle's emission. All triangles share this value.
+        divided by the luminance of the triangle's emission. This quotient is the same for all
+        triangles.
     far : Probability of the surroundings.
     """
 
@@ -59,10 +61,11 @@ class LightChoice:
     def of(cls, scene: Scene) -> LightChoice:
         """Return the light choice of a scene.
 
-        The weight of a triangle is its area times the luminance of its emission. A point light has
-        no falloff. Its weight is that of a triangle which gives the same light at a distance of
-        half the scene's extent. The surroundings get the weight of a point light of their power,
-        but at most the weight of all other lights together, because they may be hidden from the
+        The weight of a triangle is its area times the luminance of its emission. The light of a
+        point light does not decrease with distance. Its weight is therefore the weight of a
+        triangle that gives the same light at a distance of half the scene's extent. The
+        surroundings have the weight of a point light of their power, but at most the weight of all
+        other lights together. This limit is there because the surroundings may be hidden from the
         places that the other lights reach.
         """
         rows = scene.emitters
@@ -97,7 +100,8 @@ class LightChoice:
         intensity = np.array([light.intensity for light in lights]).reshape(-1, 3)
         chance = np.where(self.point_probability > 0, self.point_probability, 1)
         return {"position": np.array([light.position for light in lights]).reshape(-1, 3),
-                # A white surface reflects ``intensity``, so its irradiance is pi times that.
+                # A white surface reflects the radiance ``intensity``, so its irradiance is pi
+                # times the intensity.
                 "strength": np.pi * intensity / chance[:, None]}
 
     def far_uniforms(self, scene: Scene) -> dict[str, object]:
@@ -107,8 +111,10 @@ class LightChoice:
                 "image_density": self.far / light.power if light is not None else 0.0}
 
     def choose(self, random: np.ndarray, coin: np.ndarray) -> np.ndarray:
-        """Return (n,) chosen lights, named as in ``triangle``, from (n,) random numbers in (0, 1)
-        each: ``random`` picks an entry, ``coin`` decides between the entry and its alias."""
+        """Return (n,) chosen lights, named as in ``triangle``.
+
+        ``random`` and ``coin`` are (n,) random numbers in (0, 1). ``random`` picks an entry, and
+        ``coin`` decides between the entry's light and its alias."""
         entry = np.minimum((random * len(self)).astype(np.int64), len(self) - 1)
         return np.where(coin < self.keep[entry], self.triangle[entry], self.alias[entry])
 
@@ -116,10 +122,10 @@ class LightChoice:
 def _alias(probabilities: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the probability to keep each entry, and the alias of each entry.
 
-    Entries below the mean fill their deficit from entries above the mean, in order. Each entry
-    above the mean gives its surplus. The deficit that uses up a surplus overdraws it; the giver
-    then becomes an entry below the mean and draws on the next giver. Cumulative sums of deficits
-    and surpluses replace Vose's loop by one search.
+    Entries above the mean are givers: in order, they give their surplus to the entries below the
+    mean, which lack something. The entry that uses up a giver's surplus usually takes more than is
+    left. The giver then lacks something itself, and takes it from the next giver. Cumulative sums
+    of deficits and surpluses replace Vose's loop by one search.
     """
     count = len(probabilities)
     scaled = probabilities * count
@@ -134,7 +140,7 @@ def _alias(probabilities: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     keep[small] = scaled[small]
     giver = np.minimum(np.searchsorted(given, needed - lacking, side="right"), len(large) - 1)
     other[small] = large[giver]
-    # An overdrawn giver draws its own deficit from the next giver.
+    # A giver that gave more than its surplus takes its own deficit from the next giver.
     last = np.searchsorted(needed - lacking, given, side="left") - 1
     overdrawn = np.maximum(needed[np.maximum(last, 0)] - given, 0) * (last >= 0)
     keep[large] = 1 - overdrawn

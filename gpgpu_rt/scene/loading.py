@@ -22,7 +22,7 @@ from .surfaces.geometry_image import GeometryImage
 
 @memory_limited
 def load_scene(source: str | os.PathLike | trimesh.Trimesh | trimesh.Scene | Scene) -> Scene:
-    """Return the scene of a name, a file or a trimesh object.
+    """Return the scene with this name, or the scene of a file or of a trimesh object.
 
     Parameters
     ----------

@@ -16,8 +16,8 @@ LEAST_ROUGHNESS = 0.01
 
 @dataclass(frozen=True)
 class Material:
-    """The reflection, refraction and emission of a surface. The parts add up. Both sides of a
-    triangle behave alike, except for dielectrics.
+    """The reflection, refraction and emission of a surface. The parts are added. The two sides of
+    a triangle behave alike, except for dielectrics.
 
     Attributes
     ----------
@@ -27,9 +27,9 @@ class Material:
     mirror : (3,) share that is reflected in the mirror direction
     glossy : (3,) share that is reflected into a lobe around the mirror direction
     roughness : roughness r of the lobe, 0.01 to 1: the lobe is cos^n with n = 2 / r^2 - 2
-    ior : None, or for a dielectric the refractive index inside the surface over that outside. A
-        dielectric reflects by Fresnel's equations and refracts the rest, so it has no other
-        reflecting part. Its triangles run anticlockwise as seen from outside
+    ior : None, or for a dielectric the refractive index inside the surface divided by the index
+        outside. A dielectric reflects by Fresnel's equations and refracts the rest, so it has no
+        other reflecting part. The corners of its triangles run anticlockwise as seen from outside
     emission : (3,) radiance that both sides emit in all directions
     texture : None, or the texture that multiplies ``diffuse``
     """

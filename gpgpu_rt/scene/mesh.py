@@ -54,8 +54,8 @@ class Mesh:
 
 
 def fill_normals(mesh: Mesh) -> None:
-    """Repair corner values in place: a face that lacks a normal at any corner gets its geometric
-    normal at all corners; texture coordinates that are not finite become zeros."""
+    """Repair corner values in place. A face that lacks a normal at any corner gets its geometric
+    normal at all corners. Texture coordinates that are not finite become zeros."""
     if mesh.normals is not None:
         missing = ~(np.linalg.norm(mesh.normals, axis=2) > 0).all(axis=1)    # true for NaN too
         missing |= ~np.isfinite(mesh.normals).all(axis=(1, 2))
@@ -76,8 +76,8 @@ def unlike(materials: Sequence[Material | None]) -> tuple[tuple[Material, ...], 
 
 def filled(parts: Sequence[np.ndarray | None], sizes: Sequence[int],
            width: int) -> np.ndarray | None:
-    """Join the corner values of parts: zeros for a part without values, and None if no part has
-    values."""
+    """Join the corner values of parts. A part without values gets zeros. If no part has values,
+    return None."""
     if all(part is None for part in parts):
         return None
     return np.concatenate([np.zeros((n, 3, width)) if part is None else part

@@ -22,12 +22,12 @@ GREY = trimesh.visual.color.DEFAULT_COLOR   # trimesh's colour for a file that d
 
 
 class Textures:
-    """The textures of a mesh's materials; materials with the same image share one texture.
+    """The textures of a mesh's materials. Materials with the same image share one texture.
 
     Parameters
     ----------
-    folder : the folder of the mesh file, for images that trimesh does not read; None without a
-        file
+    folder : the folder of the mesh file, in which images are that trimesh does not read; None for
+        a mesh without a file
     """
 
     def __init__(self, folder: Path | None = None) -> None:
@@ -35,8 +35,8 @@ class Textures:
         self._made: dict[Any, tuple[Any, Texture]] = {}
 
     def of(self, image: Any, name: str) -> Texture | None:
-        """Return the texture of a PIL image, or of an image file in the folder; None if there is
-        no image. Errors name the material, ``name``."""
+        """Return the texture of a PIL image, or of an image file in the folder. Return None if
+        there is no image. Errors name the material, ``name``."""
         if image is None or isinstance(image, str) and self.folder is None:
             return None
         key = image if isinstance(image, str) else id(image)
@@ -48,7 +48,7 @@ class Textures:
         return self._made[key][1]
 
     def mean(self, image: Any, name: str) -> np.ndarray:
-        """Return the mean colour of the image's texture, (3,) linear; white if there is no
+        """Return the mean colour of the image's texture, (3,) linear. Return white if there is no
         image."""
         texture = self.of(image, name)
         return np.ones(3) if texture is None else texture.texels.mean((0, 1), np.float64)
@@ -122,8 +122,8 @@ def _of_gltf(name: str, said: Mapping[str, Any], textures: Textures) -> Material
 
     The metallic share reflects the base colour, as a mirror or, if rough, into a lobe. The rest is
     diffuse. The 4 % reflection of surfaces that are not metals is left out. A material without a
-    metallic factor counts as no metal: the format's default is all metal, but few files mean it.
-    A texture varies only the diffuse share. Metallic reflection and emission are multiplied by the
+    metallic factor counts as no metal. The format's default is all metal, but few files mean this.
+    A texture varies only the diffuse share; metallic reflection and emission are multiplied by the
     mean of their textures.
     """
     factor = said.get("baseColorFactor")    # trimesh has it in bytes
@@ -142,7 +142,7 @@ def _of_gltf(name: str, said: Mapping[str, Any], textures: Textures) -> Material
 
 
 class Resolver(trimesh.resolvers.FilePathResolver):
-    """Reads the files that a mesh file names; accepts regular files only.
+    """Reads the files that a mesh file names. It accepts only regular files.
 
     Parameters
     ----------
@@ -155,7 +155,7 @@ class Resolver(trimesh.resolvers.FilePathResolver):
         self.folder, self.uris = path.parent, uris
 
     def get(self, name: str) -> bytes:
-        """Return the content of the file of this name; raise OSError if it cannot be read."""
+        """Return the content of the file of this name. Raise OSError if it cannot be read."""
         name = name.strip()
         plain = self.folder / unquote(name)
         return read_input(plain if self.uris and is_file(plain) else self.folder / name)

@@ -19,7 +19,8 @@ class Library:
     ----------
     path : the library's file
     name : the material's name
-    said : the words after each key; keys are in lower case; a texture's word is its file name
+    said : the words after each key, by key in lower case. A texture has a single word, its file
+        name
     """
 
     path: Path
@@ -34,7 +35,7 @@ class Library:
 def read_library(path: Path) -> dict[str, Library]:
     """Return the materials of a file by name.
 
-    The rest of a texture's line is its file name, because the name may contain spaces.
+    In a texture's line, everything after the key is the file name, which may contain spaces.
 
     Raises
     ------

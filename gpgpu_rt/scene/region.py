@@ -1,4 +1,4 @@
-"""Region: the rectangle of a picture that is drawn; its pixels equal those of the whole
+"""Region: the rectangle of a picture that is drawn. Its pixels are the same as in the whole
 picture."""
 from __future__ import annotations
 
@@ -28,8 +28,8 @@ class Region:
 
     @classmethod
     def of(cls, size: Sequence[int], region: Sequence[int] | None) -> Region:
-        """Return the region for the options ``size`` and ``region`` of ``Tracer.render``; the
-        whole picture if ``region`` is None.
+        """Return the region for the arguments ``size`` and ``region`` of ``Tracer.render``. If
+        ``region`` is None, it is the whole picture.
 
         Raises
         ------

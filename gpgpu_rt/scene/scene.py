@@ -28,9 +28,10 @@ class Scene:
     name : the name of the scene in tables and figures
     triangles : (n, 3, 3) float32, world units, in the order of the given faces
     colours : (n, 3) float32, diffuse reflectance of each triangle in [0, 1]. The texture of the
-        triangle's material multiplies it; mirror, gloss, glass and emission come from the material
+        triangle's material multiplies it. All other parts, such as mirror, glass and emission,
+        come from the material
     lights : the point lights; a single light need not be in a tuple. Triangles whose material
-        emits are lights too
+        emits are also lights
     camera : the default camera of pictures
     stand_in : the name of the original that a procedural scene replaces; None for an original
     source : the origin of the scene, such as a path or "built in"
@@ -65,7 +66,8 @@ class Scene:
     moving: bool = False
 
     def __post_init__(self) -> None:
-        with np.errstate(over="ignore"):    # the check for finite values below reports overflow
+        # Ignore overflow here, because the check for finite values reports it.
+        with np.errstate(over="ignore"):
             self.triangles = np.ascontiguousarray(self.triangles, np.float32)
         if self.triangles.ndim != 3 or self.triangles.shape[1:] != (3, 3):
             raise SceneError(f"{self.name}: triangles have shape {self.triangles.shape}; "
@@ -157,7 +159,8 @@ class Scene:
         Raises
         ------
         SceneError
-            the shape is wrong, or a vertex is not finite in float32; the message names the first
+            the shape is wrong, or a vertex is not finite in float32. The message names the first
+            such vertex
         """
         if np.ndim(vertices) != 3:
             with np.errstate(over="ignore"):    # `check_vertices` reports overflow
@@ -191,8 +194,8 @@ class Scene:
         faces : (n, 3) int
         colours : (n, 3) or (3,) in [0, 1]; by default the diffuse shares of the materials, which
             are light grey by default
-        light, camera : by default, the camera sees the whole scene from outside, and the light is
-            beside the camera, where no triangle lies between the two
+        camera : by default, a camera that sees the whole scene from outside
+        light : by default, a light beside the camera, with no triangle between the two
         name, source : the scene's name in tables, and its origin
         appearance : materials, material_of, normals, uv, lights (instead of light), environment,
             moving, as in Scene
@@ -253,7 +256,7 @@ def diffuse_of(count: int, name: str, materials: Sequence[Material] = (Material(
 
 
 def _array(values: Any, dtype: type, name: str, what: str) -> np.ndarray:
-    """Return `values` as an (n, 3) array of a type; an empty list gives (0, 3)."""
+    """Return `values` as an (n, 3) array of a type. An empty list becomes a (0, 3) array."""
     try:
         if np.asarray(values).dtype.kind == "c":
             raise TypeError("complex numbers would lose their imaginary parts")
@@ -276,8 +279,8 @@ def _faces(faces: Any, name: str) -> np.ndarray:
 
 
 def check_vertices(vertices: np.ndarray, name: str) -> None:
-    """Raise SceneError, naming the first such vertex, if any of (v, 3) vertices is not finite in
-    float32."""
+    """Raise SceneError if any of (v, 3) vertices is not finite in float32. The message names the
+    first such vertex."""
     with np.errstate(over="ignore"):
         finite = np.isfinite(vertices.astype(np.float32)).all(axis=1)
     if not finite.all():

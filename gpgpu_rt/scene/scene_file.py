@@ -87,7 +87,7 @@ class _SceneFile:
 
     def _mesh(self, entry: Mapping[str, Any], where: str) -> tuple[Any, ...]:
         """Return a mesh entry's triangles (n, 3, 3), colours, material rows, corner normals and
-        uv. Normals and uv are None if the mesh has none; without normals it is flat shaded."""
+        uv. Normals and uv are None if the mesh has none. Without normals, shading is flat."""
         shapes = [shape for shape in _SHAPES if shape in entry]
         if len(shapes) != 1:
             raise SceneError(f"{self.path}: {where} has {' and '.join(shapes) or 'no shape'}; "
@@ -222,7 +222,7 @@ class _SceneFile:
         self.materials.append(self._said(make, where))
 
     def _said(self, make: Any, where: str = "") -> Any:
-        """Return the result of ``make``; add the file and the key to its error message."""
+        """Return the result of ``make``. Add the file and the key to the message of an error."""
         try:
             return make()
         except SceneError as error:
@@ -234,7 +234,7 @@ class _SceneFile:
 
 def _named(mesh: mesh_file.Mesh, word: str) -> np.ndarray:
     """Return (n,) bool: the faces of the part or material of this name. A part with several
-    materials consists of numbered parts, which all count."""
+    materials is stored as several parts with numbers after the name; all of them count."""
     parts = [k for k, name in enumerate(mesh.parts)
              if name == word or re.fullmatch(re.escape(word) + r"_\d+", name)]
     materials = [k for k, m in enumerate(mesh.materials) if m.name == word]
@@ -246,7 +246,7 @@ def _linear(entry: Mapping[str, Any]) -> np.ndarray:
     """Return the (3, 3) matrix that scales, then rotates around x, y and z."""
     matrix = np.diag(np.broadcast_to(np.asarray(entry.get("scale", 1.0), np.float64), 3))
     for axis, degrees in enumerate(entry.get("rotate", (0, 0, 0))):
-        angle = np.radians(float(degrees))      # float accepts whole numbers beyond 2^63 too
+        angle = np.radians(float(degrees))      # float also accepts whole numbers beyond 2^63
         c, s = np.cos(angle), np.sin(angle)
         turn = np.eye(3)
         one, two = (axis + 1) % 3, (axis + 2) % 3

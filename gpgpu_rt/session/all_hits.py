@@ -1,10 +1,10 @@
 """All hits: every triangle that a ray passes through, nearest first, found by repeated tracing.
 
 Hits are in the order of (t, triangle). After a hit at (t, triangle), the ray continues with this t
-as its t_min. Of the triangles at exactly this t, it accepts only triangles with a higher index.
-``accept`` in ``glsl/core/triangle.glsl`` decides this for every method. Therefore no hit is
-skipped, no offset is needed, and coincident triangles are all found. The t at which a ray
-continues stays in the programs' own units, where it is exact.
+as its t_min. At exactly this t, it accepts only triangles with a higher index. ``accept`` in
+``glsl/core/triangle.glsl`` decides this for every method. Therefore no hit is skipped, no offset
+is needed, and coincident triangles are all found. The t at which a ray continues stays in the
+programs' own units, in which it is exact.
 """
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from ..traversal.method import Method
 
 @dataclass
 class AllHits:
-    """Hits of n rays, m in all, ray by ray in the order of (t, triangle).
+    """All hits of n rays: m hits, ray by ray, for each ray in the order of (t, triangle).
 
     Attributes
     ----------
@@ -67,7 +67,8 @@ class AllHits:
         return getattr(self, name).reshape(self.shape)
 
 
-# (height, width, 3, 4) texels of RAY_AFTER_HIT -> fields of HIT and status, an entry per texel.
+# Receives (height, width, 3, 4) texels of RAY_AFTER_HIT. Returns the fields of HIT, and the
+# status, with an entry for each ray.
 Round = Callable[[np.ndarray], tuple[dict[str, np.ndarray], np.ndarray]]
 
 
@@ -85,14 +86,14 @@ def collect(batch: RayBatch, trace: Round, max_hits: int | None = None) -> AllHi
     OptionError
         for a negative ``max_hits``
     Error
-        if a renderer computes different t for the same ray and triangle
+        if the renderer computes different t for the same ray and triangle
     """
     if max_hits is not None and max_hits < 0:
         raise OptionError(f"max_hits is {max_hits}; give 0 or more, or None for all")
     fields = {**batch.given_fields(), "after": np.full(batch.count, -1)}
     status = batch.status()
-    # Trace all rays in the first round, so that packets match their tiles. Sorted rays have no
-    # empty rays.
+    # In the first round, also trace empty rays, so that packets match the rays' tiles. Sorted rays
+    # do not include the empty rays.
     rays = np.arange(batch.count) if batch.order is None else batch.order.rays
     found: list[dict[str, np.ndarray]] = []
     height, width = batch.size[::-1]

@@ -1,4 +1,4 @@
-"""Pictures: draws pictures of a tracer's scene, and plans their costs."""
+"""Pictures: draws pictures of a tracer's scene, and lists the passes and textures of a picture."""
 from __future__ import annotations
 
 import time
@@ -29,7 +29,7 @@ Progress = Callable[[int, int, float], None]    # samples done, samples in all, 
 
 
 class Pictures:
-    """Draws pictures with the rays of a session; keeps the last integrator for the next picture.
+    """Draws pictures with the rays of a session. Keeps the last integrator for the next picture.
 
     Methods of `Tracer` with the same names document the parameters.
     """
@@ -65,7 +65,7 @@ class Pictures:
 
     @property
     def radiance(self) -> np.ndarray:
-        """(height, width, 3) float32, linear, of the last picture by "path"."""
+        """The linear radiance, (height, width, 3) float32, of the last picture by "path"."""
         found = self.integrator.radiance if self.integrator is not None else None
         if found is None:
             raise Error('there is no radiance yet; render with integrator="path"')
@@ -99,7 +99,7 @@ class Pictures:
 
     def plan(self, session: Session, region: Region, integrator: str | None,
              options: Mapping[str, Any]) -> Plan:
-        """Return the passes and textures of ``render`` with the same arguments, with reasons."""
+        """Return the plan of a ``render`` with these arguments: passes, textures and reasons."""
         drawer = self._drawer(session, region, integrator, options)
         rays, buffers = session.buffers.of(drawer.size)
         buffers.side(0)
@@ -111,7 +111,7 @@ class Pictures:
 
     def _drawer(self, session: Session, region: Region, integrator: str | None,
                 options: Mapping[str, Any]) -> Integrator:
-        """Return the integrator for a picture; reuse the last integrator for the same needs."""
+        """Return the integrator for a picture. Reuse the last integrator if it fits."""
         kind, last = find_integrator(integrator), self.integrator
         asked = kind.asked(options, session.structure.precision)
         needs = SceneNeeds.of(session.scene, asked)
@@ -126,7 +126,7 @@ class Pictures:
         return self.integrator
 
     def follow(self, session: Session) -> None:
-        """Shade the surfaces of this session's hits from now on."""
+        """From now on, shade the surfaces on which this session's hits lie."""
         if self.integrator is not None:
             self.integrator.take(session.structure.shown)
 

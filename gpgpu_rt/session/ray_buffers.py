@@ -9,7 +9,7 @@ from ..rays.textures import RayTextures, StateBuffers
 
 
 class RayBuffers:
-    """The ray textures and state buffers of the last call; a call of the same size reuses them.
+    """The ray textures and state buffers of the last call. A call of the same size reuses them.
 
     Parameters
     ----------
@@ -18,7 +18,7 @@ class RayBuffers:
 
     Attributes
     ----------
-    rays, states : of the last call, or None before the first call
+    rays, states : the textures of the last call, or None before the first call
     """
 
     def __init__(self, gpu: Gpu, state: Record, precision: Precision, statistics: bool) -> None:
@@ -49,6 +49,6 @@ class RayBuffers:
                 + (self.states.bytes() if self.states is not None else 0))
 
     def release(self) -> None:
-        """Free the textures; the next call makes new textures."""
+        """Free the textures. The next call makes new textures."""
         release(self.rays, self.states)
         self.rays = self.states = None

@@ -16,7 +16,7 @@ class SceneTables(dict[str, dict[str, moderngl.Texture]]):
 
     Attributes
     ----------
-    written : record name -> the accelerator's arrays in its textures
+    written : record name -> the accelerator's arrays that its textures hold
     """
 
     def __init__(self, gpu: Gpu, precision: Precision) -> None:

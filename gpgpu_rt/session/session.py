@@ -1,4 +1,4 @@
-"""Session: a method with its options over a scene, and the tracing of rays by them."""
+"""Session: a method with its options over a scene. A session traces rays."""
 from __future__ import annotations
 
 import time
@@ -40,7 +40,7 @@ class Session:
     ----------
     structure : scene, accelerator and tables
     driver : runs the method's passes
-    eye_drivers : drivers by which the rasteriser bounds or replaces the tracing of eye rays
+    eye_drivers : drivers in which the rasteriser bounds eye rays, or finds their hits
     buffers : textures of rays and states
     build_seconds, refit_seconds, rebuilt : as in ``Statistics``
     """
@@ -105,7 +105,7 @@ class Session:
     # Tracing --------------------------------------------------------------------------------
 
     def trace(self, batch: RayBatch, any_hit: bool, statistics: Statistics) -> Hits:
-        """Return the nearest hits of rays, or with ``any_hit`` any hit of each ray."""
+        """Return the nearest hit of each ray. With ``any_hit``, return any hit of each ray."""
         with self.gpu:
             statistics.start_call(batch.count)
             self._sort(batch)
@@ -174,16 +174,19 @@ class Session:
         return counters
 
     def eye_driver(self, first_hits: str) -> Driver:
-        """Return the driver of a picture's rays: the method's driver within the eye drivers."""
+        """Return the driver of a picture's rays: the eye drivers around the method's driver."""
         return self.eye_drivers.over(self.driver, first_hits, self.structure.hit_triangles)
 
     # Moving ---------------------------------------------------------------------------------
 
-    def move(self, scene: Scene) -> None:
-        """Trace this scene from now on. It has the same number of triangles, which moved."""
+    def move(self, scene: Scene, built: Accelerator | None = None) -> None:
+        """From now on, trace this scene: the same scene with moved triangles.
+
+        ``built`` is an accelerator over the moved triangles, if it exists already.
+        """
         began = time.perf_counter()
         with self.gpu:
-            moved = self.structure.move(scene)
+            moved = self.structure.move(scene, built)
             if moved.same_programs:
                 self.follow()
             else:       # the programs or the stack's depth changed
@@ -202,7 +205,10 @@ class Session:
         self.driver.follow(self.tables.samplers(), self.accelerator, self.step_cap)
 
     def follow_eye(self, known: bool) -> None:
-        """Give the rasteriser moved triangles, if the host knows their positions (``known``)."""
+        """Give the rasteriser the moved triangles.
+
+        If the host does not know their positions (``known`` is False), the rasteriser loses them.
+        """
         if known:
             self.eye_drivers.take(self.structure.hit_triangles, self.driver)
         else:

@@ -1,4 +1,4 @@
-"""Sessions: the sessions of a tracer, used by a single thread at a time."""
+"""Sessions: the sessions of a tracer. Only one thread at a time can use them."""
 from __future__ import annotations
 
 from collections.abc import Iterator
@@ -32,15 +32,15 @@ class Sessions:
 
     Parameters
     ----------
-    choices : method and options for each kind of rays
-    rows : kind of rays -> method and options, as ``choices.resolved()`` gives them
+    choices : the method and the options for each kind of rays
+    rows : the result of ``choices.resolved()``
 
     Attributes
     ----------
     chosen : the kind of rays of the present session
     statistics : the statistics of the last call
-    pass_log : the passes of the last call, with the option ``statistics``
-    pictures : draws with the rays of a session
+    pass_log : the passes of the last call, if the option ``statistics`` is on
+    pictures : draws pictures with the rays of a session
     """
 
     def __init__(self, choices: Choices, rows: dict[str, tuple[Method, dict[str, Any]]],
@@ -73,7 +73,7 @@ class Sessions:
 
     @contextmanager
     def _alone(self) -> Iterator[None]:
-        """Lock out other threads within the block. Raise Error after ``release``."""
+        """Lock out other threads within the block. After ``release``, raise Error."""
         with self.gpu:
             if self._released:
                 raise Error("this tracer was released, as its `with` block does at its end; "
@@ -97,7 +97,7 @@ class Sessions:
 
     @contextmanager
     def call(self, rays: str | RayBatch) -> Iterator[Session]:
-        """As ``turn``, and log the passes with the option ``statistics``."""
+        """Do the same as ``turn``. With the option ``statistics``, also log the passes."""
         with self.turn(rays) as chosen:
             if chosen.options["statistics"]:
                 with logged(self.gpu, self.statistics) as self.pass_log:
@@ -109,7 +109,9 @@ class Sessions:
 
     @contextmanager
     def moving(self) -> Iterator[Session]:
-        """Within the block, this thread may move the session's triangles. Then update pictures.
+        """Within the block, this thread may move the session's triangles.
+
+        At the end of the block, the pictures are updated.
 
         Raises
         ------
@@ -130,7 +132,7 @@ class Sessions:
 
     @contextmanager
     def counting(self) -> Iterator[None]:
-        """Use a present session with statistics within the block; see `Tracer.counting`."""
+        """Within the block, the present session has statistics; see `Tracer.counting`."""
         if self.choices.differ:
             raise OptionError("counting needs a tracer with a single method, but this tracer has "
                               "two; give it statistics=True, or a single method")
@@ -148,7 +150,7 @@ class Sessions:
     # The present session --------------------------------------------------------------------
 
     def _kind_of(self, batch: RayBatch) -> str:
-        """Return COHERENT or INCOHERENT, or the present kind if the rays do not decide."""
+        """Return COHERENT or INCOHERENT, or the present kind if the rays' kind is not known."""
         share = None
         if self.choices.differ:
             lo, hi = self.present.structure.bounds

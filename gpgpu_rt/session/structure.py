@@ -1,4 +1,4 @@
-"""Structure: a scene's triangles, the accelerator over them, and the textures of both."""
+"""Structure: a scene's triangles and the accelerator over them, with their textures."""
 from __future__ import annotations
 
 import time
@@ -27,7 +27,7 @@ class Moved(NamedTuple):
     Attributes
     ----------
     rebuilt : whether the accelerator was rebuilt
-    tried_seconds : time of the refit, also of a refit that was discarded for a rebuild
+    tried_seconds : time of the refit, even if a rebuild replaced its result
     same_programs : whether the compiled programs can read the new tables
     """
 
@@ -48,9 +48,9 @@ class Structure:
     scene : the scene with its present triangles
     bounds : ((3,), (3,)) float64, the lower and upper corner of the scene's box
     triangles : (n, 3, 3) float32, the triangles as the textures store them
-    accelerator : built over ``triangles``
+    accelerator : the accelerator over ``triangles``
     tables : the accelerator's arrays as textures
-    table_bytes : record name -> bytes of its textures; the same dict for the structure's lifetime
+    table_bytes : record name -> bytes of its textures. It is always the same dict object
     """
 
     def __init__(self, gpu: Gpu, method: Method, options: dict[str, Any], scene: Scene) -> None:
@@ -76,18 +76,19 @@ class Structure:
 
     @property
     def hit_triangles(self) -> np.ndarray:
-        """(n, 3, 3) float32, the triangles that rays are tested against, in the order of hits."""
+        """(n, 3, 3) float32, the triangles that rays are tested against, rounded as the method's
+        tables store them. Row i is the triangle that hits name by index i."""
         coarser = self.accelerator.shown
         return self.triangles if coarser is None else self.builder.stored(self.shown)
 
     def write(self, records: Tables, accelerator: Accelerator) -> None:
-        """Write an accelerator's tables of these records into textures."""
+        """Write the tables with these records, of an accelerator, into textures."""
         self.tables.write(records, accelerator)
         self.table_bytes.clear()
         self.table_bytes.update(self.tables.bytes())
 
     def adopt(self, method: Method, options: Mapping[str, Any]) -> tuple[Samplers, Accelerator]:
-        """Return the tables of another method over the same tree; make missing textures."""
+        """Return the tables of another method over the same tree. Make the missing textures."""
         missing = [record for record in method.tables_for(options)
                    if record.name not in self.tables]
         accelerator = self.accelerator
@@ -97,11 +98,12 @@ class Structure:
             self.write(tuple(missing), accelerator)
         return self.tables.samplers(), accelerator
 
-    def move(self, scene: Scene) -> Moved:
+    def move(self, scene: Scene, built: Accelerator | None = None) -> Moved:
         """Replace the scene by a scene with the same number of triangles, which moved.
 
-        Refit the accelerator. Rebuild it if the method cannot refit or the option
-        ``rebuild_ratio`` requires a rebuild.
+        Use the accelerator ``built`` over the moved triangles, if it is given. If not, refit the
+        accelerator. Rebuild it if the method cannot refit or the option ``rebuild_ratio`` requires
+        a rebuild.
 
         Raises
         ------
@@ -112,9 +114,9 @@ class Structure:
         own = self.method.tables_for(self.options)
         with uncached():
             began = time.perf_counter()
-            refitted = self.builder.refit(self.accelerator, triangles)
+            refitted = None if built else self.builder.refit(self.accelerator, triangles)
             tried = time.perf_counter() - began
-            accelerator = self.builder.build(triangles) if refitted is None else refitted
+            accelerator = built or refitted or self.builder.build(triangles)
         self.tables.check(own, accelerator)     # may raise, while the present tables are unchanged
         before, self.accelerator, self.triangles = self.accelerator, accelerator, triangles
         self.scene, self.bounds = scene, scene.bounds
@@ -140,7 +142,7 @@ class Structure:
             self.scene, self.triangles = read_back
         if any(accelerator.tables[name] is not arrays
                for name, arrays in self.tables.written.items()):
-            # A triangle has become degenerate or is no longer degenerate.
+            # Some triangle lost its area, or has area again, so the tables changed.
             self.write(self.method.tables_for(self.options), accelerator)
 
     def release(self) -> None:

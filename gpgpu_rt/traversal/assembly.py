@@ -1,4 +1,4 @@
-"""Assembly: makes the driver of a method under a schedule, with the stages before the driver."""
+"""Assembly: makes the driver of a method for a schedule, and the stages that run before it."""
 from __future__ import annotations
 
 from collections.abc import Callable
@@ -15,10 +15,11 @@ from .stages.sorted_rays import SortedRays
 
 
 def make_driver(setup: Setup) -> Driver:
-    """Return the driver that the method's row names for the schedule, else `schedules.Traversal`.
+    """Return the driver of a method for the schedule of its options.
 
-    If options ask for entry points or sorted rays, the drivers of these stages wrap the method's
-    driver.
+    The driver is of the class that the method's row names for the schedule. If the row names no
+    class, the driver is a `schedules.Traversal`. If options ask for entry points or sorted rays,
+    the drivers of these stages wrap the method's driver.
     """
     check_own_arrays(setup.gpu, setup.method, setup.options)
     named = setup.method.drivers.get(str(setup.options["schedule"]), Traversal)
@@ -29,7 +30,9 @@ def make_driver(setup: Setup) -> Driver:
 
 
 def driver_class(named: str | Callable[[Setup], Driver]) -> Callable[[Setup], Driver]:
-    """Return the class that a row names: the class itself, or ``module.Class`` in ``traversal/``.
+    """Return the class of a driver from a row's entry.
+
+    The entry is the class itself, or the string ``module.Class`` for a class in ``traversal/``.
 
     Raises
     ------

@@ -1,4 +1,7 @@
-"""Drivers: a driver runs a method's programs over the rays. A row names a driver per schedule."""
+"""Drivers: a driver runs a method's programs over the rays.
+
+A row of the method table names a driver for each schedule.
+"""
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Mapping
@@ -24,7 +27,7 @@ AnyPass = TypeVar("AnyPass", bound=FragmentPass)
 Part = TypeVar("Part")
 
 DONE, UNFINISHED, OVERFLOWN = 0, -1, -2   # phases that end a ray, as in core/phase.glsl
-DRAWN = 0.5     # depth of passes over rays; masked rays have depth 0
+DRAWN = 0.5     # depth at which passes over rays are drawn; a masked ray has depth 0
 
 
 @dataclass(frozen=True)
@@ -53,14 +56,14 @@ class Setup:
 
 
 class Driver(Protocol):
-    """Runs a method. A driver is made from a ``Setup``."""
+    """Runs a method's programs over rays. A method's own driver is made from a ``Setup``."""
 
     def run(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
             any_hit: bool = False) -> tuple[Target | PacketHits, int]:
         """Trace every ray. Return the hits and the number of rays that were stopped early."""
 
     def follow(self, samplers: Samplers, accelerator: Accelerator, step_cap: int) -> None:
-        """Use these tables from now on. Triangles moved; records and defines are unchanged."""
+        """Use the tables of triangles that moved. Records and defines are unchanged."""
 
     def bytes(self) -> int:
         """Return the bytes of the driver's own textures."""
@@ -70,7 +73,7 @@ class Driver(Protocol):
 
 
 class DriverBase:
-    """Programs and targets of a driver: made at first use, counted and freed together.
+    """The programs and targets of a driver. They are made at first use and freed together.
 
     Parameters
     ----------
@@ -80,8 +83,8 @@ class DriverBase:
     ----------
     programs : key -> pass
     kept : name -> target or other part that the driver owns
-    keeps_states : whether a target of the method's record ``state`` holds each ray's state
-        between passes, so that states can be observed
+    keeps_states : whether each ray's state is kept between passes in a target with the fields of
+        the method's record ``state``. States can then be observed
     """
 
     keeps_states = False
@@ -107,7 +110,8 @@ class DriverBase:
 
     def keep(self, name: str, make: Callable[[], Part],
              fits: Callable[[Part], bool] = lambda part: True) -> Part:
-        """Return the part of a name. If the part does not fit, release and remake the part."""
+        """Return the part with this name. If there is none, make it. If it does not fit, release
+        it and make it again."""
         part = self.kept.get(name)
         if part is None or not fits(part):
             self.drop(name)
@@ -115,18 +119,18 @@ class DriverBase:
         return part
 
     def drop(self, name: str) -> None:
-        """Release the part of a name, if it exists."""
+        """Release the part with this name, if there is one."""
         release(self.kept.pop(name, None))
 
     def draw(self, program: FullScreenPass, target: Drawable, samplers: Samplers,
              statistics: Statistics, kernel: str | None = None, **more: Any) -> None:
-        """Draw and count a full-screen pass; ``more`` goes to ``FullScreenPass.draw``."""
+        """Draw and count a full-screen pass. ``FullScreenPass.draw`` receives ``more``."""
         program.draw(target, samplers, **more)
         self.count_pass(statistics, kernel)
 
     @staticmethod
     def count_pass(statistics: Statistics, kernel: str | None = None) -> None:
-        """Count a pass of a single draw call, also under the name of its kernel if given."""
+        """Count a pass of a single draw call. Count it also for its kernel, if given."""
         statistics.passes += 1
         statistics.draw_calls += 1
         if kernel is not None:
@@ -143,11 +147,13 @@ class DriverBase:
 
 
 class MethodDriver(DriverBase):
-    """The base of drivers that are made from a ``Setup`` and follow triangles that move.
+    """The base class of drivers that are made from a ``Setup`` and can follow moving triangles.
 
     Parameters
     ----------
-    driver : for a stage, the driver that the stage owns and runs on the changed rays
+    driver : the inner driver, if this driver is a stage such as sorted rays: the stage prepares
+        the rays, or the places where they enter the tree, and then runs the inner driver. None if
+        this is a method's own driver
     """
 
     def __init__(self, setup: Setup, driver: Driver | None = None) -> None:
@@ -163,7 +169,7 @@ class MethodDriver(DriverBase):
         return {**self.accelerator.uniforms, "step_cap": self.step_cap}
 
     def follow(self, samplers: Samplers, accelerator: Accelerator, step_cap: int) -> None:
-        """Use these tables from now on. Triangles moved; records and defines are unchanged."""
+        """Use the tables of triangles that moved. Records and defines are unchanged."""
         self.samplers, self.accelerator, self.step_cap = samplers, accelerator, step_cap
         for program in self.programs.values():
             program.set(**self.uniforms())
@@ -176,12 +182,12 @@ class MethodDriver(DriverBase):
 
     def count_phase(self, phase: int, states: Target, buffers: StateBuffers,
                     statistics: Statistics) -> int:
-        """Count the rays whose state is in a phase, by an occlusion query."""
+        """Return the number of rays whose state is in a phase, counted by an occlusion query."""
         program = self.state_program("classify", self.method.state)
         program.set(phase=phase)
         self.gpu.context.enable_only(moderngl.NOTHING)
         return program.count(buffers.mask, states.samplers(), statistics, DRAWN)
 
     def count_stopped(self, final: Target, buffers: StateBuffers, statistics: Statistics) -> int:
-        """Count the rays that the step cap stopped."""
+        """Return the number of rays that the step cap stopped."""
         return self.count_phase(UNFINISHED, final, buffers, statistics)

@@ -14,11 +14,13 @@ TILE = 16   # width and height of a tile in rays
 
 
 class Tiles:
-    """Counts the rays that wait for each kernel in each tile, so passes skip tiles without any.
+    """Counts, in each tile, the rays that wait for each kernel.
 
-    Period hardware skipped masked tiles by hierarchical depth. A renderer without hierarchical
-    depth tests every fragment of every pass; late in a traversal these tests are its only work.
-    The host's list of tiles replaces the hierarchical depth unit. Hits do not depend on the list.
+    The pass of a kernel then skips the tiles without rays for this kernel. The graphics cards of
+    2002-2007 skipped masked tiles by hierarchical depth. A renderer without hierarchical depth
+    tests the depth of every fragment in every pass; late in a traversal, it does little else.
+    The host's list of tiles therefore replaces the hierarchical depth unit. Hits do not depend on
+    the list.
     """
 
     def __init__(self, gpu: Gpu, size: tuple[int, int], streams: str) -> None:
@@ -34,12 +36,15 @@ class Tiles:
         self.everywhere()
 
     def everywhere(self) -> None:
-        """Choose every tile, before any count."""
+        """Choose every tile. A traversal begins with this call, before rays are counted."""
         self._counts[:] = 1
         self.choose(None)
 
     def count(self, samplers: Mapping[str, moderngl.Texture]) -> None:
-        """Count again in the tiles chosen last. All other tiles hold no live ray."""
+        """Count the waiting rays of the tiles that were chosen last.
+
+        All other tiles count as empty, so the chosen tiles must include every live ray.
+        """
         context = self._gpu.context
         context.enable_only(moderngl.NOTHING)
         self._target.clear()
@@ -49,10 +54,10 @@ class Tiles:
         context.enable_only(moderngl.DEPTH_TEST)
 
     def choose(self, kernel: int | None) -> None:
-        """Choose the tiles with rays that wait for a kernel; None means any kernel."""
+        """Choose the tiles with rays that wait for this kernel; None means any kernel."""
         counts = self._counts.sum(2) if kernel is None else self._counts[:, :, kernel - 1]
-        # Write whole tiles, also past the last ray. The target clips the parts outside, and a cut
-        # tile would miss the centre of its own texel in the counts.
+        # Write whole tiles, even where a tile reaches past the last ray. The target clips the part
+        # outside. If the tile were cut here, it could miss the centre of its texel in the counts.
         self.rectangles.write(rectangles_of(counts > 0))
 
     def release(self) -> None:
@@ -60,7 +65,7 @@ class Tiles:
 
 
 def rectangles_of(wanted: np.ndarray) -> np.ndarray:
-    """Return corners, (n, 4) in texels, of rectangles that cover the tiles of a mask.
+    """Return the corners, (n, 4) in texels, of rectangles that cover the tiles of a mask.
 
     ``wanted`` is a (rows, columns) bool array. Each run of tiles in a row becomes a rectangle. If
     there are more runs than `Rectangles` can hold, a single rectangle covers the whole mask.

@@ -12,7 +12,8 @@ import numpy as np
 from ..errors import OptionError
 from ..gl.context import Gpu
 from ..gl.lazy_field import Column
-from ..gl.record import PackedRecord, Record
+from ..gl.packed_record import PackedRecord
+from ..gl.record import Record
 from ..options import TRACER_OPTIONS, Option, resolve_options, spell
 
 Tables = tuple[Record | PackedRecord, ...]
@@ -23,8 +24,8 @@ VERTEX_CULLING = Option("vertex_culling", False, "skip triangles of a leaf that 
                         "frustum around the packet's rays", bool, schedules=("loop",))
 
 ENTRY_POINTS = Option(
-    "entry_points", None, "start rays at the nodes that a beam around their 4x4 tile found; 16: "
-    "beams of 16x16 tiles search first, and the beams of 4x4 tiles start from their nodes", int,
+    "entry_points", None, "start rays at the nodes that a beam around their 4x4 tile found; with "
+    "16, beams around 16x16 tiles search first, and beams around 4x4 tiles refine the result", int,
     choices=(16, 4), optional=True)
 PACKET_ENTRIES = Option(
     "entry_points", None, "side in rays of the tiles that get a beam; a packet whose rays all lie "
@@ -32,15 +33,15 @@ PACKET_ENTRIES = Option(
     choices=(8, 16, 32), optional=True, schedules=("loop",))
 
 
-# A stack's array has a multiple of this number of levels. With 1, each depth of a tree would need
-# its own programs. Longer arrays were as fast on llvmpipe.
+# The array of a stack has a multiple of this number of levels, so trees of similar depth share
+# their programs. The unused levels cost no time on llvmpipe.
 STACK_STEP = 8
 
 
 def stack_defines(levels: int) -> dict[str, object]:
     """Return the GLSL define for the array of a stack with at most ``levels`` levels.
 
-    The size is rounded up to a multiple of STACK_STEP, so trees of similar depth share programs.
+    The size is rounded up to a multiple of STACK_STEP.
     """
     return {"STACK_SIZE": -(-levels // STACK_STEP) * STACK_STEP}
 
@@ -49,7 +50,10 @@ class Finisher(Protocol):
     """Runs passes that complete tables on the GPU."""
 
     def run(self, gpu: Gpu, samplers: Mapping[str, moderngl.Texture]) -> None:
-        """Complete the tables, given by sampler name. Each write to a table needs another run."""
+        """Complete the tables, which ``samplers`` gives by sampler name.
+
+        After every write to a table, the passes must run again.
+        """
 
     def release(self) -> None:
         """Free the programs and textures of the passes."""
@@ -61,18 +65,18 @@ class Accelerator:
 
     Attributes
     ----------
-    tables : Record name -> field name -> array (or Column), to be packed into textures.
+    tables : Record name -> field name -> array (or Column). The fields are packed into textures.
     uniforms : Uniform name -> value.
-    step_bound : Upper bound of the kernel runs of any ray, from the structure's size.
+    step_bound : Upper bound of the kernel runs of any ray, computed from the structure's size.
     structure : The builder's result, or None.
     defines : GLSL defines that follow from the structure.
     stack_levels : The most levels that the stack of a ray or packet can hold. 0 without a stack.
     finisher : Passes that complete the tables after their upload.
-    shown : The triangles that hits lie on, (n, 3, 3) float32, if these are a coarser level of the
-        scene. None for the scene's own triangles.
+    shown : The triangles that hits lie on, (n, 3, 3) float32, if the method traces a coarser level
+        of the scene. None if hits lie on the scene's own triangles.
     kept : Data for the row's ``refit``.
-    boxes : Returns the lower and upper corners, (k, 3) each, of the boxes that the state's
-        ``node`` numbers.
+    boxes : Returns the lower and the upper corners, (k, 3) each, of the nodes' boxes. The state's
+        field ``node`` is an index into these arrays.
     """
 
     tables: dict[str, dict[str, np.ndarray | Column]]
@@ -91,15 +95,16 @@ class Accelerator:
 class Part:
     """The choice of the file that replaces ``#include <name>`` in a method's GLSL.
 
-    A traversal file calls functions without defining them; each file of the choice defines these
-    functions.
+    A traversal file calls functions that it does not define. Each file that can replace the
+    include defines these functions.
 
     Attributes
     ----------
     name : str, the name of the include
     option : str, the option whose value chooses the file
-    plain : file under ``glsl/`` for every value that ``files`` does not name
-    files : value -> file; the key True is for every true value without a file of its own
+    plain : file under ``glsl/`` for every value that has no file in ``files``
+    files : value -> file under ``glsl/``. The file of the key True is also for every other true
+        value that has no file of its own
     """
 
     name: str
@@ -113,7 +118,8 @@ class Part:
         return self.files.get(value, self.files.get(True, self.plain) if value else self.plain)
 
 
-# The files that test a triangle against the rays of a packet, and that skip triangles of a leaf.
+# TRIANGLE_TESTS chooses the file that tests a triangle against the rays of a packet. CULLING
+# chooses the file that skips triangles of a leaf.
 TRIANGLE_TESTS = Part("triangle_tests", "intersection", "drivers/triangle_by_ray.glsl",
                       {"woop-watertight": "drivers/triangle_by_axes.glsl"})
 CULLING = Part("culling", "vertex_culling", "drivers/cull_nothing.glsl",
@@ -147,7 +153,8 @@ class Method:
     Attributes
     ----------
     name : The method's name, as users write it.
-    summary, citation : A line each. The survey gives the citation.
+    summary : A line that says what the method does.
+    citation : A line that names the paper, as the survey cites it.
     glsl : File under ``glsl/`` (or an absolute path) with ``init`` and the kernels.
     parts : The files that options choose for ``#include <name>`` in the GLSL.
     kernels : Names of the kernels in the order of their phases.
@@ -156,13 +163,14 @@ class Method:
     choose_tables : (options) -> records, if an option replaces a table.
     prepare : (triangles (n, 3, 3) float32, options) -> Accelerator.
     adopt : (structure, triangles, options) -> Accelerator. Like ``prepare``, for a structure that
-        exists already. Needed if another method with other tables hands rays to this method.
+        exists already. A row needs this function if another method, whose programs read other
+        tables, hands rays to this method.
     refit : (accelerator, triangles, options) -> Accelerator with the same structure over triangles
-        that moved. If None, the tracer rebuilds the structure. The tracer also rebuilds where the
-        method's option ``rebuild_ratio`` requires it.
+        that moved. If None, the tracer rebuilds the structure. The tracer also rebuilds the
+        structure if the method's option ``rebuild_ratio`` requires it.
     options : The method's own options, including the builder's.
-    form : (row, options) -> row, if an option changes the state, the kernels or the drivers. The
-        new row replaces this row.
+    form : (row, options) -> the row that replaces this row, if an option changes the state, the
+        kernels or the drivers.
     schedules : The schedules that the method supports, the best schedule last.
     drivers : Schedule -> class of the driver, or its name ``module.Class`` in ``traversal/``.
         Without an entry for a schedule, `schedules.Traversal` is the driver.
@@ -170,8 +178,9 @@ class Method:
     packet_state : (options) -> Stepwise, for a packet method that runs under ``step``.
     single : Name of the method that traces the rays of packets that reach the limit on steps.
     entry_walk : GLSL file of a beam's walk through the tree, for the option ``entry_points``.
-    own_array : (options) -> whether each fragment has an array that it writes by its own index.
-    fixed_defines : GLSL defines of all programs of the method, if rows share a GLSL file.
+    own_array : (options) -> whether each fragment writes into an array at an index of its own.
+    fixed_defines : GLSL defines of all programs of this method. They tell apart the methods that
+        share a GLSL file.
     stack, packet, dynamic : Columns of the survey's Table 1.
     """
 
@@ -211,7 +220,7 @@ class Method:
         return self.choose_tables(options) if self.choose_tables else self.tables
 
     def formed(self, options: Mapping[str, Any]) -> Method:
-        """Return the row for these options. A missing option has its default."""
+        """Return the row for these options, by ``form``. A missing option has its default."""
         if self.form is None:
             return self
         return self.form(self, {**{o.name: o.default for o in self.options}, **options})
@@ -228,7 +237,7 @@ class Method:
         return {**self.fixed_defines, **chosen}
 
     def resolved(self, given: Mapping[str, Any]) -> dict[str, Any]:
-        """Return every option of a tracer by this method, with the ``given`` or default value.
+        """Return all options of a tracer by this method, each with its given or default value.
 
         Raises
         ------
@@ -254,12 +263,15 @@ class Method:
         return True
 
     def check_schedule(self, options: dict[str, Any], asked: bool) -> None:
-        """Put the method's best schedule into ``options`` if the caller ``asked`` for no schedule.
+        """Check the schedule in ``options``. ``asked`` tells whether the caller gave a schedule.
+
+        If the caller gave no schedule and the method does not support the default schedule, put
+        the method's best schedule into ``options``.
 
         Raises
         ------
         OptionError
-            if the method does not support the schedule with these options
+            if the method does not support the schedule or ``steps_per_pass`` with these options
         """
         schedules = self.schedules_for(options)
         if not asked and options["schedule"] not in schedules:
@@ -275,9 +287,10 @@ class Method:
                               "follows each step; leave steps_per_pass at 1")
 
     def in_passes(self, options: Mapping[str, Any], single: bool = False) -> dict[str, Any]:
-        """Return the options with a schedule whose passes can be observed, if the method has one.
+        """Return the options with a schedule of many passes, so that the passes can be observed.
 
-        With ``single``, a pass runs one step.
+        If the method supports only ``loop``, the schedule is unchanged. With ``single``, a pass
+        runs one step.
         """
         schedules = self.schedules_for(options)
         asked = options.get("schedule", "loop")
@@ -297,22 +310,25 @@ class Method:
 
 def nothing_kept(prepare: Callable[[np.ndarray, Mapping[str, Any]], Accelerator]
                  ) -> Callable[[Accelerator, np.ndarray, Mapping[str, Any]], Accelerator]:
-    """Return the ``refit`` of a method without a structure: ``prepare`` builds nothing."""
+    """Return the ``refit`` of a method that keeps no structure: call ``prepare`` once more."""
     return lambda accelerator, triangles, options: prepare(triangles, options)
 
 
 def check_culling(options: Mapping[str, Any]) -> None:
-    """Raise OptionError for vertex culling with a triangle test whose rounding has no bound."""
+    """Raise OptionError for vertex culling with any triangle test but the watertight test.
+
+    The rounding of the other tests has no bound, so culling could lose their hits.
+    """
     if options.get("vertex_culling") and options["intersection"] != "woop-watertight":
         raise OptionError("vertex_culling is exact only for the watertight test; set "
                           "intersection=woop-watertight too")
 
 
 def with_entries(more: str) -> Callable[[Method, Mapping[str, Any]], Method]:
-    """Return the ``form`` of a row whose rays visit a list of subtrees.
+    """Return the ``form`` of a row whose rays visit a list of subtrees if entry points are on.
 
-    The kernel ``enter`` starts the next subtree, and ``more`` names the additional fields of the
-    state.
+    The form adds the kernel ``enter``, which starts the next subtree, and the fields ``more`` of
+    the state.
     """
     def formed(row: Method, options: Mapping[str, Any]) -> Method:
         if not options["entry_points"]:

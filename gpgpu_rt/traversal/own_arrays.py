@@ -1,4 +1,8 @@
-"""Checks that the renderer keeps the arrays that each fragment writes by its own index."""
+"""Checks that a renderer keeps the arrays in which each fragment writes at an index of its own.
+
+Some methods keep a ray's stack in such an array. Mesa's softpipe uses one index for a block of
+2 x 2 fragments, and so mixes up their stacks.
+"""
 from __future__ import annotations
 
 from collections.abc import Mapping
@@ -12,12 +16,12 @@ from ..gl.full_screen import FullScreenPass
 from ..gl.textures import make_texture, read_texture
 from .method import Method
 
-SIDE, TURNS = 8, 4
+SIDE, TURNS = 8, 4    # the check draws SIDE x SIDE fragments; each fragment writes TURNS numbers
 MIXED_UP = "which this renderer mixes up"
 
 
 def check_own_arrays(gpu: Gpu, method: Method, options: Mapping[str, Any]) -> None:
-    """Raise LimitError if the renderer loses the method's stack, because hits would be wrong."""
+    """Raise LimitError if the renderer mixes up the method's stacks: hits would be wrong."""
     if method.own_array is None or not method.own_array(options):
         return
     if gpu.keeps_own_arrays is None:
@@ -29,7 +33,7 @@ def check_own_arrays(gpu: Gpu, method: Method, options: Mapping[str, Any]) -> No
 
 
 def _kept(gpu: Gpu) -> bool:
-    """Return whether each fragment of a small square keeps TURNS numbers of its own."""
+    """Return whether each fragment of a small square reads back the numbers that it wrote."""
     with gpu:
         texture = make_texture(gpu, (SIDE, SIDE), TURNS, "what arrays kept")
         target = gpu.context.framebuffer([texture])

@@ -14,17 +14,18 @@ from ..threads import threads
 
 
 class PacketTargets:
-    """The render targets of packets, a texel per packet.
+    """The render targets of packets. Each target has a texel for each packet.
 
     Parameters
     ----------
     size : (width, height) rays
-    packet : (width, height) rays a packet
+    packet : (width, height) of a packet in rays
     targets : number of render targets that hold hits
-    rows_alone : whether a texel holds only the triangle rows of four rays' hits, as integers
-    fours : whether a texel holds the same number, such as t, of four rays' hits. Otherwise a texel
-        holds the four numbers of a ray's hit
-    statistics : whether a separate pass draws the packets' counters
+    rows_alone : whether a texel holds four integers: for each of four rays, the row of the hit
+        triangle in the triangle table
+    fours : whether a texel holds a single field of a hit, such as t, for four rays. If neither
+        ``fours`` nor ``rows_alone`` is set, a texel holds the four fields of one ray's hit
+    statistics : whether a separate pass draws the packets' counters, which need a target
     """
 
     def __init__(self, gpu: Gpu, size: tuple[int, int], packet: tuple[int, int], targets: int,
@@ -35,7 +36,8 @@ class PacketTargets:
         self.hits = [make_texture(gpu, self.size, 4, what, dtype="u4" if rows_alone else "f4")
                      for _ in range(targets)]
         self.counters = [make_texture(gpu, self.size, 4, what)] if statistics else []
-        # The targets that hold triangles. Misses and any-hit queries need only these.
+        # The targets that hold triangles. Any-hit queries, and packets without a ray to trace,
+        # write only these targets.
         self.triangles = self.hits[3::4] if fours else self.hits
         self._targets = {
             name: Target(gpu, (), self.size, borrowed={f"packet_{name}": textures})
@@ -55,14 +57,15 @@ class PacketTargets:
     def read_hits(self, alone: bool) -> np.ndarray:
         """Return the texels of HIT, (rays, 4) float32, row by row.
 
-        With ``fours`` and triangles ``alone``, return the triangles, (rays, 1). The targets must
-        not hold rows (``rows_alone``).
+        With ``fours`` and ``alone``, return only the triangles, (rays, 1). Targets that hold rows
+        (``rows_alone``) cannot be read by this method.
         """
         (width, height), across = self.packet, self.rays[0]
         # Store the image channel by channel, because callers read single channels.
         each = 1 if alone and self.fours else 4
         planes = np.empty((each, self.size[1], height, self.size[0], width), np.float32)
-        # Four rays share a texel. Neighbours in a row are moved as a single number.
+        # With ``fours``, rays share a texel. Copy the rays of a texel that are neighbours in a row
+        # of the image together, as one wider number.
         kind = np.dtype((np.float32, np.complex64, np.complex128)[width // 2 if self.fours else 0])
 
         def spread(k: int, texels: np.ndarray) -> None:
@@ -88,8 +91,9 @@ class PacketTargets:
 class PacketHits:
     """Hits that are still in the packets' targets.
 
-    The host reads the hits from these targets. A pass copies the hits to the rays' own textures
-    only if another pass samples them. Any-hit queries have triangles ``alone``.
+    The host reads the hits from these targets. If another pass samples the hits, a pass first
+    copies them to the rays' own textures. For any-hit queries, the targets hold only triangles
+    (``alone``).
     """
 
     def __init__(self, targets: PacketTargets, alone: bool,
@@ -100,7 +104,10 @@ class PacketHits:
         return self._hand_back().samplers()
 
     def fields(self, name: str, by_ray: ByRay = whole) -> dict[str, np.ndarray]:
-        """Return fields as ``Target.fields``. For any-hit queries, HIT has only ``triangle``."""
+        """Return the fields of a record, as ``Target.fields`` does.
+
+        For any-hit queries, the record HIT has only the field ``triangle``.
+        """
         if name != HIT.name:
             return self._hand_back().fields(name, by_ray)
         found = by_ray(self._targets.read_hits(self._alone))

@@ -1,4 +1,7 @@
-"""Packets step by step: a texel holds a packet's state, and an atlas holds its stack."""
+"""Packets under the schedule ``step``: textures hold the packets' states between passes.
+
+A texel holds a packet's state, and an atlas holds its stack.
+"""
 from __future__ import annotations
 
 from dataclasses import replace
@@ -25,7 +28,7 @@ class PacketSteps(MethodDriver):
 
     A step is two passes. In the pass over the rays, each ray whose packet is at a triangle tests
     this triangle. In the pass over the packets, each packet visits a node or advances to the next
-    triangle. Between steps, a draw pushes the packets' stack entries into the atlas.
+    triangle. After each step, a draw pushes the packets' stack entries into the atlas.
     """
 
     keeps_states = True

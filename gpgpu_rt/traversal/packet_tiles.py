@@ -1,4 +1,4 @@
-"""Tiles of packets: tiles in which no packet has anything to trace are not drawn."""
+"""Tiles of packets: a tile is traced only if one of its packets has a ray to trace."""
 from __future__ import annotations
 
 import math
@@ -16,13 +16,13 @@ from ..rays.tile_bounds import SIDE
 from .driver import Samplers
 from .records import PACKET_ENTRY
 
-SQUARE = 8     # smallest side, in packets, of a square that is drawn or skipped as a whole
+SQUARE = 8     # smallest side, in packets, of a square, which is drawn or skipped as a whole
 
 
 class Squares(NamedTuple):
     """Squares of packets. The packets of a square are drawn or skipped together.
 
-    some : (down, across) bool, whether a square has packets to trace
+    some : (down, across) bool, whether each square has packets to trace
     side : side of a square in packets
     """
 
@@ -36,7 +36,7 @@ class Squares(NamedTuple):
 
 
 class TilePass(PrimitivePass):
-    """A pass over squares of packets."""
+    """A pass over squares of packets. A square is drawn as a point of the size of the square."""
 
     def __init__(self, gpu: Gpu, fragment: str, defines: dict[str, object],
                  virtual: dict[str, str]) -> None:
@@ -45,13 +45,13 @@ class TilePass(PrimitivePass):
         self._places: moderngl.Buffer | None = None
 
     def covered(self, size: tuple[int, int]) -> np.ndarray:
-        """Return the packets that the last draw covered, (k, 2) positions; never None."""
+        """Return the positions, (k, 2), of the packets that the last draw covered; never None."""
         drawn, side = self._squares
         packets = drawn.repeat(side, 0).repeat(side, 1)
         return np.argwhere(packets[:size[1], :size[0]])[:, ::-1]
 
     def draw_on(self, squares: Squares, target: Target, samplers: Samplers) -> None:
-        """Draw the packets of the squares with packets to trace."""
+        """Draw all packets of every square that has packets to trace."""
         down, across = squares.some.shape
         places = np.argwhere(squares.some)[:, ::-1].astype(np.int32, order="C")
         if self._places is None or self._places.size < 8 * squares.some.size:
@@ -64,8 +64,8 @@ class TilePass(PrimitivePass):
         self._squares = squares
         self.set(squares=(across, down), side=squares.side)
         self.gpu.context.enable_only(moderngl.PROGRAM_POINT_SIZE)
-        # The viewport holds whole squares, also past the last ray, because the renderer drops a
-        # point whose centre is outside the viewport.
+        # The renderer drops a point whose centre is outside the viewport. So the viewport holds
+        # whole squares, even where a square reaches past the last packet.
         target.framebuffer.viewport = (0, 0, across * squares.side, down * squares.side)
         try:
             self.draw(target, samplers, moderngl.POINTS, len(places))
@@ -80,12 +80,13 @@ class TilePass(PrimitivePass):
 
 
 class PacketTiles:
-    """Decides which packets are drawn, by tiles of rays.
+    """Decides which packets are drawn. The decision is made for whole tiles of rays.
 
     Parameters
     ----------
     packet : (width, height) of a packet in rays, powers of two
-    entry_tile : side in rays of the tiles whose beams are traced first; None without beams
+    entry_tile : side in rays of the tiles for which a beam is traced first; None if the method
+        traces no beams
     """
 
     def __init__(self, gpu: Gpu, packet: tuple[int, int], entry_tile: int | None) -> None:
@@ -95,18 +96,23 @@ class PacketTiles:
     def squares(self, rays: RayTextures, samplers: Samplers) -> Squares | None:
         """Return the squares that hold packets to trace, or None to draw all packets.
 
-        With beams, a tile has rays to trace if its beam meets a leaf; without beams, if a ray is
-        live. The result is None if every square has rays to trace or if this is not known: a
-        full-screen draw is then faster than points.
+        With beams, a tile has rays to trace if its beam meets a leaf. Without beams, a tile has
+        rays to trace if one of its rays is live.
+
+        The result is None if every square has rays to trace, because a full-screen draw is then
+        faster than points. The result is also None if the live tiles are not known, or if a point
+        cannot be as large as a square.
         """
         if rays.tiles is None or self.gpu.whole:
             return None
-        if self.entry_tile and rays.bounded:    # all draws wait for these beams anyway
+        if self.entry_tile and rays.bounded:
+            # This readback waits for the pass over the beams, and so would the packets' pass.
             side, some = self.entry_tile, read_field(PACKET_ENTRY, "met", samplers) != 0
         else:
             side = max(SIDE, SQUARE * max(self.packet))
             some = rays.tiles.of_side(side).live
-        # A square may cover several small tiles, because each point has a cost of its own.
+        # Each point has a cost of its own. So a square is at least SQUARE packets wide, even if it
+        # then covers several tiles.
         least = max(side, SQUARE * max(self.packet))
         square = math.gcd(*(least // packet for packet in self.packet))
         if square > self._largest or some.all():

@@ -22,8 +22,8 @@ from .packet_hits import PacketHits, PacketTargets
 from .packet_tiles import PacketTiles, TilePass
 from .schedules import Traversal, method_defines, method_texts
 
-# Largest number of steps of a packet in its pass. A step costs at most three loop iterations, so a
-# packet stays below the 65,535 iterations after which llvmpipe ends any loop.
+# Largest number of steps of a packet in its pass. llvmpipe ends any loop after 65,535 iterations.
+# A step costs at most three iterations, so a packet stays below this limit.
 PACKET_STEPS = 20_000
 LIVE = 1   # phase of a ray whose packet reached the step limit
 
@@ -35,17 +35,18 @@ class PacketTraversal(MethodDriver):
         super().__init__(setup)
         self.packet = packet_of(self.options)
         self.rays = self.packet[0] * self.packet[1]
-        # A target holds a ray's hit, or the same number of four rays' hits. If the renderer has
-        # too few targets, a target holds the triangle rows of four rays.
+        # If the renderer has a target for each ray, a target holds a ray's hit, or (``fours``) one
+        # field of the hits of four rays. Otherwise (``rows_alone``) a target holds the rows of
+        # four rays' hit triangles.
         self.rows_alone = self.rays > self.gpu.max_draw_buffers
         self.targets = self.rays // 4 if self.rows_alone else self.rays
         self.fours = self.rays % 4 == 0 and not self.rows_alone
         self._tiles = PacketTiles(self.gpu, self.packet, self.options.get("entry_points"))
 
     def follow(self, samplers: Samplers, accelerator: Accelerator, step_cap: int) -> None:
-        """Use these tables from now on. Triangles moved; records and defines are unchanged."""
+        """Use the tables of triangles that moved. Records and defines are unchanged."""
         super().follow(samplers, accelerator, step_cap)
-        self.drop("single")     # remade for the moved triangles at the next use
+        self.drop("single")     # the next use remakes this driver, for the moved triangles
 
     def run(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
             any_hit: bool = False) -> tuple[Target | PacketHits, int]:
@@ -59,7 +60,8 @@ class PacketTraversal(MethodDriver):
         query = self.gpu.query()
         drawn = self._draw_packets("packet", rays, room, statistics, any_hit, query)
         statistics.queries += 1
-        left_behind = query.samples < drawn     # unfinished packets are discarded
+        # The program discards unfinished packets. If there are any, draw again without discarding.
+        left_behind = query.samples < drawn
         if left_behind:
             self._draw_packets("packet_unsettled", rays, room, statistics, any_hit)
         if self.statistics_on:
@@ -76,11 +78,12 @@ class PacketTraversal(MethodDriver):
 
     def _draw_packets(self, name: str, rays: RayTextures, room: PacketTargets,
                       statistics: Statistics, any_hit: bool, query: Any = nullcontext()) -> int:
-        """Trace the packets that have rays to trace, within an occlusion query.
+        """Trace the packets within an occlusion query, and return the number of traced packets.
 
-        Return the number of these packets.
+        Squares in which no packet has a ray to trace are only filled with misses.
         """
-        # The pass over skipped packets writes floats, so targets of rows cannot skip packets.
+        # The pass that fills skipped squares writes floats. Targets of rows hold integers, so with
+        # them no square is skipped.
         samplers = {**self.samplers, **rays.samplers()}
         squares = None if self.rows_alone else self._tiles.squares(rays, samplers)
         counted = name == "packet_counters"
@@ -116,7 +119,7 @@ class PacketTraversal(MethodDriver):
 
     def _trace_singly(self, rays: RayTextures, now: Target, statistics: Statistics,
                       any_hit: bool) -> None:
-        """Trace the rays of unfinished packets one by one, and write their hits into ``now``."""
+        """Trace the rays of unfinished packets as single rays. Write their hits into ``now``."""
         single = self._single_traversal()
         single_rays, single_buffers = self.keep("single rays", lambda: (
             rays.like(rays.size),
@@ -129,7 +132,8 @@ class PacketTraversal(MethodDriver):
         single_samplers = {**single_rays.samplers(), **found.samplers()}
         counted = len(now.streams.get(COUNTERS.name, ()))
         channels = [(True,) * 4] * (len(now.textures) - counted)
-        now.framebuffer.color_mask = (*channels, *[(False,) * 4] * counted)   # keep the packet's
+        # The counters keep the packets' counts.
+        now.framebuffer.color_mask = (*channels, *[(False,) * 4] * counted)
         self._program("brought_back", any_hit, rays.in_textures).draw(
             now, {f"single_{name}": texture for name, texture in single_samplers.items()})
         now.framebuffer.color_mask = ((True,) * 4,) * len(now.textures)
@@ -141,7 +145,8 @@ class PacketTraversal(MethodDriver):
             known = (*TRACER_OPTIONS, *row.options)
             shared = {option.name: self.options[option.name] for option in known
                       if option.name in self.options and option.accepts(self.options[option.name])}
-            # Single rays begin at the root: only the driver around this driver has entry points.
+            # Single rays begin at the root, because only the driver that wraps this driver finds
+            # entry points.
             shared.pop("entry_points", None)
             options = resolve_options({**shared, "schedule": "loop", "statistics": False}, known,
                                       f"method {row.name}")
@@ -154,12 +159,12 @@ class PacketTraversal(MethodDriver):
     # Programs and textures ------------------------------------------------------------------
 
     def _program(self, name: str, any_hit: bool, rays: Record) -> FullScreenPass:
-        """Return the full-screen program of a name; the program reads ``rays``."""
+        """Return the full-screen program with this name. It reads the record ``rays``."""
         return self.program((name, any_hit, rays), lambda: FullScreenPass(
             self.gpu, *self._texts(name, any_hit, rays)))
 
     def _tile_pass(self, name: str, any_hit: bool, rays: Record) -> TilePass:
-        """Return the program of a name that is drawn on tiles."""
+        """Return the program with this name, as a pass over tiles."""
         return self.program(("tiles", name, any_hit, rays), lambda: TilePass(
             self.gpu, *self._texts(name, any_hit, rays)))
 
@@ -169,20 +174,20 @@ class PacketTraversal(MethodDriver):
         file = name.replace("_counters", "").replace("_unsettled", "")
         alone = any_hit or name == "packet_none"
         defines = {**self._defines(any_hit, alone), "SETTLED_ALONE": name == "packet"}
-        if name in ("packet", "packet_unsettled", "packet_none"):   # another pass counts
+        if name in ("packet", "packet_unsettled", "packet_none"):   # a separate pass counts
             defines["STATISTICS"] = False
         return f"drivers/{file}.frag", defines, {**self._virtual(name, rays),
                                                  "targets": self._targets_text(alone)}
 
     def _defines(self, any_hit: bool, alone: bool) -> dict[str, object]:
-        """Return the defines for the hits' targets, or for targets of triangles ``alone``."""
+        """Return the defines of a program that writes hits, or only triangles (``alone``)."""
         targets = self.targets // 4 if alone and self.fours else self.targets
         return {**packet_defines(self.method, self.accelerator, self.options, any_hit),
                 "PACKET_TARGETS": targets,
                 "EACH_TARGET(f)": " ".join(f"f({k})" for k in range(targets))}
 
     def _targets_text(self, alone: bool) -> str:
-        """Return the file that lays out hits, or triangles ``alone``, in render targets."""
+        """Return the file that lays out hits, or only triangles (``alone``), in render targets."""
         layout = ("rows" if self.rows_alone else "hits" if not self.fours else
                   "triangles" if alone else "numbers")
         return f"file:drivers/targets_{layout}.glsl"
@@ -195,14 +200,15 @@ class PacketTraversal(MethodDriver):
         reads: list[Record] = [rays]
         writes: list[Record] = []
         if name in ("packet", "packet_unsettled", "packet_counters"):
-            reads += [r for r in written if r.name != "state"]   # only for the structs
+            # The program reads nothing from these streams; it only needs their structs.
+            reads += [r for r in written if r.name != "state"]
         elif name == "packet_hits":
             writes = written
         elif name == "left_behind":
             reads += written[:1]
             writes = [replace(rays, name="single_rays")]
         elif name in ("packet_none", "packet_counters_none"):
-            reads += [layout(HIT)]      # only for the struct
+            reads += [layout(HIT)]      # the program needs only its struct
         else:
             single = layout(self._single_traversal().method.state)
             reads = [replace(rays, name="single_rays"),

@@ -259,10 +259,12 @@ class Traversal(MethodDriver):
             defines = {
                 **method_defines(self.method, self.accelerator, self.options, any_hit),
                 **kernel_defines(self.method.kernels),
-                "START": start, "ONLY_KERNEL": kernel or None, "HITS_ALONE": hits_alone,
+                "START": start, "ONLY_KERNEL": kernel or None,
                 "SINGLE_STEP": steps == 1, "MANY_STEPS": steps > 1}
             virtual = {**method_texts(self.method, self.options),
-                       "streams": self._streams_glsl(rays.record, hits_alone)}
+                       "streams": self._streams_glsl(rays.record, hits_alone),
+                       "states": "file:drivers/states_in_"
+                       + ("registers" if hits_alone else "textures") + ".glsl"}
             program = FullScreenPass(self.gpu, "drivers/traverse.frag", defines, virtual)
             program.set(steps_per_pass=steps)
             program.kernel = "init" if start and not steps else "all"

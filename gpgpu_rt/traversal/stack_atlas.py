@@ -15,13 +15,13 @@ from ..gl.textures import release
 
 
 class StackAtlas:
-    """A texture with a tile per stack level. Each tile is as large as the state textures.
+    """A texture with a tile for each stack level. Each tile is as large as the state textures.
 
     Parameters
     ----------
     entry : record of a level of a stack
-    state : record of the method's state, as its textures store it
-    levels : number of stack levels, and of tiles
+    state : record of the method's state, as the state textures store it
+    levels : number of stack levels, which is also the number of tiles
     size : (width, height) in rays or packets
     defines : the method's defines, including its phases
     """
@@ -58,7 +58,11 @@ class StackAtlas:
         self.gpu.context.enable_only(moderngl.DEPTH_TEST)
 
     def _on_every_level(self, live: Rectangles | None) -> Rectangles | None:
-        """Return the rectangles repeated in each tile; None, for everywhere, if too many."""
+        """Return the rectangles of ``live``, repeated in the tile of each stack level.
+
+        Return None, which stands for the whole atlas, if ``live`` is None or if there would be
+        more than MOST_RECTANGLES rectangles.
+        """
         if live is None or live.count * len(self._corners) > MOST_RECTANGLES:
             return None
         if live.corners is not self._live:

@@ -10,13 +10,20 @@ TRIANGLE = Record("triangle", "v0:vec3 index:int | v1:vec3 last:int | v2:vec3")
 """A triangle. ``index`` is its row in the scene; ``last`` is 1 for the last triangle of a leaf."""
 
 REFERENCE = Record("reference", "triangle:int")
-"""An entry of a leaf's or a cell's list: the row of a triangle, or -1, the sentinel."""
+"""An entry of the triangle list of a leaf or a cell: the row of a triangle in the triangle table.
+The entry -1, the sentinel, ends a list."""
 
 
 def triangle_table(triangles: np.ndarray, order: np.ndarray | None = None,
                    last: np.ndarray | None = None
                    ) -> dict[str, dict[str, np.ndarray | Column]]:
-    """Return the TRIANGLE table of (n, 3, 3) float32 triangles, in ``order`` if given."""
+    """Return the TRIANGLE table of (n, 3, 3) float32 triangles.
+
+    Parameters
+    ----------
+    order : the index of each row's triangle; None for the order of ``triangles``
+    last : the field ``last`` of each row; None for a table without this field
+    """
     index = np.arange(len(triangles)) if order is None else order
     corners = np.ascontiguousarray(triangles).reshape(-1, 3)
 
@@ -29,6 +36,9 @@ def triangle_table(triangles: np.ndarray, order: np.ndarray | None = None,
 
 
 def box_uniforms(triangles: np.ndarray) -> dict[str, tuple[float, ...]]:
-    """Return the corners of the box around (n, 3, 3) triangles; the origin for no triangles."""
+    """Return the uniforms of the box around (n, 3, 3) triangles: its lowest and highest corner.
+
+    Without triangles, both corners are the origin.
+    """
     corners = triangles.reshape(-1, 3) if len(triangles) else np.zeros((1, 3), np.float32)
     return {"scene_lo": tuple(corners.min(0).tolist()), "scene_hi": tuple(corners.max(0).tolist())}

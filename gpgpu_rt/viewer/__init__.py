@@ -1,4 +1,4 @@
-"""The viewer: a model of the scene and its pictures, independent of any window, and a window."""
+"""The viewer: a window, and a model of the scene and its pictures that needs no window."""
 from __future__ import annotations
 
 from .model import MODES, Viewer

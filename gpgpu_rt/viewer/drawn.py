@@ -13,7 +13,7 @@ class Drawn:
     divisor : the picture has the window's width and height divided by this number
     seconds : time for drawing and readback
     rays, passes : rays and passes of all waves
-    live : live rays at each count, under the schedules that count rays
+    live : the number of live rays at each count; empty under a schedule that does not count rays
     """
 
     divisor: int

@@ -30,8 +30,8 @@ class HeatView:
     what : the counted quantity, from ``heat.KINDS``
     other : the method to compare with, or None
     layout : a name from LAYOUTS
-    wipe : where the map of the other method begins, as a share of the width
-    maps, top : the last measured maps, and the upper end of their scale
+    wipe : the place at which the map of the other method begins, as a share of the width
+    maps, top : the last measured maps, and the upper end of their common scale
     """
 
     what: str = "steps"
@@ -47,18 +47,19 @@ class HeatView:
 
     def measure(self, tracers: Sequence[Tracer], camera: Camera,
                 size: tuple[int, int]) -> list[Statistics]:
-        """Measure the maps for a camera; return the statistics of each method's traversal."""
+        """Measure the maps for a camera. Return the statistics of each method's traversal."""
         found, costs = [], []
         for tracer in tracers:
             found.append(heat(tracer, self.what, self.size_of_one(size), camera))
-            costs.append(deepcopy(tracer.statistics))   # both maps may use the same tracer
+            # Copy the statistics, because both maps may use the same tracer.
+            costs.append(deepcopy(tracer.statistics))
         self.maps = tuple(found)
         self.top = scale_of(self.maps)
         return costs
 
     def traced(self, method: str, options: Mapping[str, Any]
                ) -> list[tuple[str, dict[str, Any]]]:
-        """Return the methods of the maps, with the options of each."""
+        """Return the method and the options of each map."""
         rows = [(method, dict(options))]
         if self.other is not None:
             rows.append((self.other, dict(options) if self.other == method
@@ -85,7 +86,7 @@ class HeatView:
         return np.concatenate([left[:, :at], right[:, at:]], axis=1)
 
     def with_scale(self, image: Image.Image) -> Image.Image:
-        """Return a picture of the maps with their scale below."""
+        """Return a picture of the maps with their scale below it."""
         return colours.stacked([image, self.scale(max(image.width, 200))])
 
     def scale(self, width: int) -> Image.Image:
@@ -99,8 +100,8 @@ class HeatView:
 
 
 def _shared(method: str, options: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the options that another method shares: those of the tracer, without a schedule that
-    the method does not have."""
+    """Return the options that another method shares, which are the options of the tracer. The
+    schedule is left out if the method does not support it."""
     known = {option.name for option in TRACER_OPTIONS}
     shared = {name: value for name, value in options.items() if name in known}
     if shared.get("schedule") not in (None, *find_method(method).schedules):

@@ -1,4 +1,4 @@
-"""A journey: the states of a picture's rays after each pass, kept for time travel."""
+"""A journey: the states of a picture's rays after each pass, which the viewer can show later."""
 from __future__ import annotations
 
 import time
@@ -16,7 +16,7 @@ from ..scene.camera import Camera
 from ..text_format import counted
 from ..tracer import Tracer
 
-MOST_BYTES = 256 << 20      # largest size of all states; beyond it every second pass is dropped
+MOST_BYTES = 256 << 20      # if all states need more, every second pass is dropped
 MOST_SECONDS = 20.0
 NO_PLACE = 1e30     # a larger t stands for no place on the ray, such as a ray that waits
 
@@ -39,7 +39,7 @@ class Journey:
 
     Attributes
     ----------
-    kept : the passes with stored states: all passes, or every second, fourth, ...
+    kept : the passes whose states are stored: all passes, or every second, fourth, ... pass
     live : (k,) number of live rays after each pass, for all passes
     note : the reason why the journey is incomplete, or ""
     """
@@ -119,9 +119,9 @@ class Journey:
 
     @staticmethod
     def _numbers(values: np.ndarray) -> np.ndarray:
-        """Return colours of a ramp from the smallest to the largest finite value.
+        """Return colours of a ramp that goes from the smallest to the largest finite value.
 
-        A vector is shown by the sum of its components.
+        For a vector, the value is the sum of its components.
         """
         values = values.astype(np.float64).reshape(len(values), -1).sum(axis=1)
         finite = np.isfinite(values) & (np.abs(values) < NO_PLACE)
@@ -149,7 +149,7 @@ class Journey:
 
 
 def hit_words(one: Pass, ray: int) -> dict[str, str]:
-    """Return the fields of a ray's nearest hit so far as text; "-" before the first hit."""
+    """Return the fields of a ray's nearest hit so far as text. Before the first hit, it is "-"."""
     none = not np.isfinite(one.hit["t"][ray])
     return {name: "-" if none else word_of(values[ray]) for name, values in one.hit.items()}
 
@@ -157,7 +157,7 @@ def hit_words(one: Pass, ray: int) -> dict[str, str]:
 def word_of(value: np.ndarray | np.generic) -> str:
     """Return the text of a field's value, with enough digits to identify a float32.
 
-    "-" replaces a node index that means no node, and a t that no place on a ray has.
+    The text is "-" for a node index that means no node, and for a t that no place on a ray has.
     """
     if np.ndim(value):
         return " ".join(word_of(part) for part in value)

@@ -13,7 +13,10 @@ if TYPE_CHECKING:
 
 
 def line_of(viewer: Viewer) -> tuple[str, str]:
-    """Return the shell command that makes the shown picture, or "", and a note on the result."""
+    """Return the shell command that makes the shown picture, or "" if no command makes it.
+
+    Also return a note about the command's result, or the reason why there is no command.
+    """
     if viewer.mode == "picture":
         return (viewer.selection.line(viewer.camera, viewer.size, f"{viewer.scene.name}.png"),
                 "draws the same picture, to the bit")
@@ -58,7 +61,7 @@ def _option_words(method: str, options: dict[str, Any]) -> list[str]:
 
 
 def settings_of(viewer: Viewer) -> dict[str, Any]:
-    """Return all settings of the shown picture; ``command`` is None if no command makes it."""
+    """Return all settings of the shown picture. ``command`` is None if no command makes it."""
     chosen = viewer.selection
     command, note = line_of(viewer)
     found = {"scene": chosen.scene, "triangles": len(viewer.scene), "method": chosen.method,

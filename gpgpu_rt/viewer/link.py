@@ -1,7 +1,8 @@
 """The link between Dear ImGui and a moderngl window: it draws ImGui's lists and passes events on.
 
-moderngl-window has its own link, but for ImGui before 1.92, whose renderer created all textures at
-the start. Since 1.92, ImGui asks its renderer to create and to update textures at any time.
+moderngl-window has a link of its own, but that is for ImGui before 1.92. There, the renderer
+created all textures at the start. Since 1.92, ImGui asks its renderer to create and to update
+textures at any time.
 """
 from __future__ import annotations
 
@@ -192,12 +193,13 @@ class Link:
         """Whether the mouse is over a panel."""
         return bool(self.io.want_capture_mouse)
 
-    # State that is valid once a frame has begun. ImGui processes clicks and keys in order, partly
-    # in later frames, so that a key goes to the panel that an earlier click has opened.
+    # The following state is valid only after `begin`. ImGui processes clicks and keys in order,
+    # and may leave some of them for later frames. So a key goes to the panel that an earlier click
+    # has opened.
 
     @property
     def has_keys(self) -> bool:
-        """Whether keys go to a panel, because text is being typed or a list is open."""
+        """Whether keys go to a panel, because the user types text or a list is open."""
         return bool(self.io.want_text_input) or self.has_popup
 
     @property
@@ -213,7 +215,7 @@ class Link:
     def pressed(self, key: int, repeat: bool = False) -> bool:
         """Return whether a key was pressed in this frame.
 
-        With ``repeat``, a key that is held long enough counts as pressed again.
+        With ``repeat``, a key that is held down counts as pressed again from time to time.
         """
         return imgui.is_key_pressed(self._keys[key], repeat)
 

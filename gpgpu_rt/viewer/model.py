@@ -1,8 +1,8 @@
 """The viewer's model: settings, camera, resolution and results, without a window.
 
-A window calls `step` repeatedly and shows ``image``. Between two calls it changes the selection,
-the camera and the mode. Each call does at most one piece of work and raises nothing: ``message``
-reports a user's mistake or a broken file, and the last picture stays.
+A window calls `step` repeatedly and shows ``image``. Between two calls, it may change the
+selection, the camera and the mode. Each call does at most one piece of work and raises no error:
+``message`` reports a user's mistake or a broken file, and the last picture stays.
 """
 from __future__ import annotations
 
@@ -62,8 +62,8 @@ class Viewer:
     image : (h, w, 3) uint8, the picture to show, possibly at low resolution; or None
     version : a number that increases with every new image
     message : the last error or news, in one line
-    failed : the reason why the present selection cannot be drawn, or ""; drawing is not tried
-        again
+    failed : the reason why the present selection cannot be drawn, or "". With a reason, no step
+        draws
     """
 
     def __init__(self, selection: Selection = Selection(), size: tuple[int, int] = (640, 480),
@@ -75,7 +75,7 @@ class Viewer:
         self.message = self.failed = ""
         self.version = 0
         self.image: np.ndarray | None = None
-        self.divisor: int | None = None         # of the shown picture; None: it is out of date
+        self.divisor: int | None = None         # of the shown picture; None if it is out of date
         self.mode = MODES[0]
         self.heat = HeatView()
         self.journey: Journey | None = None
@@ -118,7 +118,7 @@ class Viewer:
         self.camera = self._home
 
     def choose(self, selection: Selection) -> None:
-        """Change the selection in the `step` after the next; the next step does nothing, so that
+        """Change the selection in the `step` after the next. The next step does nothing, so that
         a window can show ``busy``."""
         if selection != self.selection:
             self._wanted, self.message = selection, ""
@@ -128,7 +128,7 @@ class Viewer:
         self.choose(replace(self.selection, scene=os.fspath(source)))
 
     def resize(self, size: tuple[int, int]) -> None:
-        """Change the size of pictures in pixels; the size of a minimised window is ignored."""
+        """Change the size of pictures in pixels. The size of a minimised window is ignored."""
         if min(size) > 0 and size != self.size:
             self.size = size
             self._outdated()
@@ -141,7 +141,7 @@ class Viewer:
             self._outdated()
 
     def change_heat(self, **changes: Any) -> None:
-        """Change attributes of the heat view; a change of the wipe needs no new measurement."""
+        """Change attributes of the heat view. A change of the wipe needs no new measurement."""
         before = self.heat
         self.heat = replace(before, **changes)
         if replace(before, wipe=self.heat.wipe) != self.heat:
@@ -173,7 +173,7 @@ class Viewer:
 
     @property
     def busy(self) -> str:
-        """A line about the work of the next steps if it may take long; else ""."""
+        """A line about the work of the next steps, or "" if this work is short."""
         wanted = self._wanted
         if wanted is not None:
             return (f"loading {wanted.scene} ..." if wanted.scene != self.selection.scene
@@ -196,7 +196,7 @@ class Viewer:
                 and self._next_divisor() is None)
 
     def step(self) -> bool:
-        """Do one piece of work; return whether ``image`` has changed."""
+        """Do one piece of work. Return whether ``image`` has changed."""
         before = self.version
         if self.busy != self._announced:
             self._announced = self.busy
@@ -213,7 +213,7 @@ class Viewer:
             with self._guarded() as went_well:
                 self._draw(divisor)
                 went_well.append(True)
-            if not went_well:       # a second attempt would fail in the same way
+            if not went_well:       # do not try again: a second attempt would fail in the same way
                 self.failed, self._insist = self.message, False
                 if self.mode == "passes" or self.mode == "heat" and self.divisor is None:
                     self.heat.maps = ()     # the picture on the screen is out of date
@@ -233,14 +233,14 @@ class Viewer:
 
     @property
     def held_back(self) -> float | None:
-        """The estimated seconds of the finest picture if it needs a request; else None."""
+        """The estimated seconds of the finest picture if the user must ask for it; else None."""
         if self.mode == "passes" or self.divisor in (None, 1) or not self.finished:
             return None
         estimate = self.pace.estimate(1)
         return estimate if estimate is not None and estimate > PATIENCE else None
 
     def _take(self, wanted: Selection) -> None:
-        """Make and test the tracer of a new selection, and only then drop the old one."""
+        """Make and test the tracer of a new selection, and only then drop the old tracer."""
         with self._guarded():
             if wanted.scene == self.selection.scene:
                 self.tracer = self._make(self.tracers, wanted)
@@ -328,8 +328,8 @@ class Viewer:
 
     @contextmanager
     def _guarded(self) -> Iterator[list[bool]]:
-        """Return a context that reports an error in ``message`` and does not raise it: a broken
-        file or method must not end the program."""
+        """Return a context that reports an error in ``message`` instead of raising it, because a
+        broken file or method must not end the program."""
         try:
             with self.gpu:
                 yield []
@@ -338,7 +338,7 @@ class Viewer:
             self.gpu.context.error      # clear the error that OpenGL recorded
 
     def tell(self, failure: Exception) -> None:
-        """Report an error in ``message``; with GPGPU_RT_TRACEBACK set, raise it instead."""
+        """Report an error in ``message``. With GPGPU_RT_TRACEBACK set, raise it instead."""
         if os.environ.get("GPGPU_RT_TRACEBACK"):
             raise failure
         text = " ".join(str(failure).split()) or "no details are known"
@@ -360,8 +360,8 @@ class Viewer:
         return self.history[-1] if self.history else None
 
     def ray_of(self, pixel: tuple[int, int]) -> list[tuple[str, str]]:
-        """Return the state of the ray at a pixel of the finest picture, as (field, text); empty
-        outside the mode "passes"."""
+        """Return the state of the ray at a pixel of the finest picture, as (field, text). The list
+        is empty outside the mode "passes"."""
         if self.journey is None:
             return []
         (width, height), (x, y) = self.journey.size, pixel
@@ -374,8 +374,8 @@ class Viewer:
         return settings_of(self)
 
     def save(self, folder: str | os.PathLike[str] = ".") -> Path | None:
-        """Write the picture with all its pixels as a PNG, and return its path; the PNG and a JSON
-        file beside it contain the settings. On failure return None, with a ``message``."""
+        """Write the picture with all its pixels as a PNG, and return its path. The PNG and a JSON
+        file beside it contain the settings. After an error, return None and set ``message``."""
         with self._guarded():
             path = free_name(Path(folder), f"{self.scene.name}-{self.selection.method}"
                              + (f"-{self.mode}" if self.mode != MODES[0] else ""))

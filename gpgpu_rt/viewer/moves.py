@@ -23,7 +23,7 @@ def _unit(vector: np.ndarray) -> np.ndarray:
 def _turned_view(camera: Camera, across: float, upward: float) -> np.ndarray:
     """Return the vector from eye to target, (3,), rotated around `up` and then towards `up`.
 
-    Angles are in radians.
+    The angles are in radians.
     """
     up = _unit(np.asarray(camera.up))
     view = _turn(np.subtract(camera.target, camera.eye), up, across)
@@ -33,13 +33,13 @@ def _turned_view(camera: Camera, across: float, upward: float) -> np.ndarray:
 
 
 def orbit(camera: Camera, across: float, upward: float) -> Camera:
-    """Move the eye on a sphere around the target; angles in radians."""
+    """Move the eye on a sphere around the target. The angles are in radians."""
     view = _turned_view(camera, across, upward)
     return replace(camera, eye=tuple(np.subtract(camera.target, view)))
 
 
 def look(camera: Camera, across: float, upward: float) -> Camera:
-    """Move the target on a sphere around the eye; angles in radians."""
+    """Move the target on a sphere around the eye. The angles are in radians."""
     view = _turned_view(camera, across, upward)
     return replace(camera, target=tuple(np.add(camera.eye, view)))
 
@@ -60,7 +60,7 @@ def fly(camera: Camera, right: float, up: float, forward: float) -> Camera:
 
 
 def pan(camera: Camera, right: float, up: float) -> Camera:
-    """Move eye and target so that the target moves by shares of the image's height."""
+    """Move eye and target sideways. ``right`` and ``up`` are shares of the image's height."""
     height = 2 * np.tan(np.radians(camera.fov) / 2) * np.linalg.norm(
         np.subtract(camera.target, camera.eye))
     return fly(camera, right * height, up * height, 0.0)

@@ -4,8 +4,11 @@ from __future__ import annotations
 from collections.abc import Callable
 
 MOVING = 0.07       # limit in seconds for a picture while the camera moves
-AT_REST = 0.6       # limit in seconds for a refinement step; otherwise a coarser step comes first
-PATIENCE = 3.0      # limit in seconds for the last step, unless the user asks for it
+# While the camera rests, the next picture is the finest that takes at most this time in seconds.
+AT_REST = 0.6
+# If every finer picture takes longer than AT_REST, the coarsest of them is drawn if it takes at
+# most this time in seconds. A slower picture is drawn only if the user asks for it.
+PATIENCE = 3.0
 STALE = 3.0         # age in seconds at which a measured time is dropped
 DIVISORS = (1, 2, 3, 4, 6, 8, 12, 16)   # divisors of width and height; 1 draws every pixel
 UNKNOWN = 8         # the divisor before any time is measured
@@ -29,8 +32,8 @@ class Pace:
     def estimate(self, divisor: int) -> float | None:
         """Return the estimated time of a picture in seconds, or None without measurements.
 
-        The time of the nearest measured divisor is scaled by the number of pixels. The estimate is
-        too high for a finer picture, because the fixed cost of a picture is scaled, too.
+        The time of the nearest measured divisor is scaled by the number of pixels. For a finer
+        picture, the estimate is too high, because it also scales the fixed cost of a picture.
         """
         if not self._seconds:
             return None
@@ -48,7 +51,7 @@ class Pace:
     def resting(self, shown: int | None) -> int | None:
         """Return the divisor of the next finer picture after ``shown``.
 
-        None if there is no finer picture, or if it would take longer than ``PATIENCE``.
+        Return None if there is no finer picture, or if it would take longer than ``PATIENCE``.
         """
         finer = [d for d in DIVISORS if shown is None or d < shown]
         if not finer:

@@ -67,7 +67,7 @@ class Panels:
         self._source = ""
 
     def draw(self, mouse: tuple[int, int]) -> None:
-        """Draw all panels of a frame; ``mouse`` is the pixel of the picture under the mouse."""
+        """Draw all panels of a frame. ``mouse`` is the pixel of the picture under the mouse."""
         width, height = self.link.window.size
         if self.shown:
             self._left(height - LOW, mouse)
@@ -146,8 +146,8 @@ class Panels:
                     self.viewer.message = str(failure)
 
     def _graphs(self) -> None:
-        """Draw graphs of the last pictures. A journey has no times, because it stores all states;
-        its graph shows only live rays."""
+        """Draw graphs of the last pictures. For a journey, draw only live rays: its times would
+        include the storing of all states."""
         history, journey = list(self.viewer.history), self.viewer.journey
         wide = _room()
         half = (wide - imgui.get_style().item_spacing.x) / 2
@@ -268,7 +268,7 @@ class Panels:
         imgui.end()
 
     def _helping(self, width: int) -> None:
-        """Draw the help beside the left panel; the help ignores the mouse."""
+        """Draw the help beside the left panel. The help ignores the mouse."""
         left = WIDTH if self.shown else 0
         wide = min(max(width - left - 12, 200), 420)
         imgui.set_next_window_pos(imgui.ImVec2(left + 6, 6))
@@ -337,7 +337,7 @@ _FIXED = (imgui.WindowFlags_.no_move.value | imgui.WindowFlags_.no_resize.value
 
 
 def _room() -> int:
-    """Return the width in pixels that a scrollbar leaves."""
+    """Return the width in pixels of the panel without its scrollbar."""
     return max(int(imgui.get_content_region_avail().x), 64)
 
 
@@ -357,7 +357,7 @@ def _graph(name: str, now: str, values: Sequence[float] | np.ndarray, width: flo
 
 
 def _chooser(option: Option, value: Any) -> tuple[bool, Any]:
-    """Draw the control of an option; return whether its value changed, and the value."""
+    """Draw the control of an option. Return whether its value changed, and the value."""
     empty = option.optional or option.default is None
     if option.choices is not None:
         there = ([None] if empty and None not in option.choices else []) + list(option.choices)

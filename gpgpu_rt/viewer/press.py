@@ -6,16 +6,16 @@ from dataclasses import dataclass
 
 @dataclass
 class Press:
-    """A pressed mouse button, and the movement of the mouse since then.
+    """A pressed mouse button, and the movement of the mouse since it was pressed.
 
     Attributes
     ----------
     x, y : position of the press in the window
     button : number of the button
     dx, dy : movement since the last frame
-    moved : length of the movement before the last frame
+    moved : length of the movement up to the last frame
     released : whether the button was released
-    over_panel : whether the press was over a panel; None while that is unknown
+    over_panel : whether the press was over a panel; None while this is unknown
     """
 
     x: int

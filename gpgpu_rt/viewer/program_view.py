@@ -10,7 +10,7 @@ if TYPE_CHECKING:
 
 
 class ProgramView:
-    """The text that `gpgpu-rt program` prints, for the method, options and scene of a viewer.
+    """The text that `gpgpu-rt program` would print for the viewer's method, options and scene.
 
     Attributes
     ----------
@@ -26,7 +26,7 @@ class ProgramView:
     def update(self, viewer: Viewer) -> None:
         """Compile the programs and store their text, if the text is shown and the choice changed.
 
-        Call this between frames, because it draws. The viewer shows errors as messages.
+        Call this between frames, because it runs passes. The viewer shows errors as messages.
         """
         selection = viewer.selection
         asked = id(viewer.scene), selection.method, repr(selection.options)

@@ -14,8 +14,8 @@ from ..tracer import Tracer
 from .journey import hit_words, word_of
 
 MOST_ROWS = 20_000
-# Pairs of corners that an edge of a box joins; the bits of a corner's number choose lower or
-# upper.
+# The two corners of each edge of a box. Bit a of a corner's number is 0 for the lower coordinate
+# along axis a, and 1 for the upper.
 _EDGES = np.array([(a, a | 1 << axis) for a in range(8) for axis in range(3)
                    if not a >> axis & 1])
 
@@ -27,13 +27,14 @@ class RayPath:
     Attributes
     ----------
     pixel : (x, y) of the picture, row 0 at the top
-    columns, rows : a row per pass: the pass, the kernel that ran, the kernel that the ray waits
-        for, and the fields of the ray's state
-    origin, end : (3,) start of the ray, and its hit, or a point outside the scene for a miss
+    columns, rows : a table with a row for each pass: the pass, the kernel that ran, the kernel
+        that the ray waits for, and the fields of the ray's state
+    origin : (3,) start of the ray
+    end : (3,) the ray's hit, or a point outside the scene if the ray misses
     boxes : (k, 2, 3) lower and upper corners of the visited nodes or cells, in order; empty if the
         method's structure has no boxes
     hit : the triangle, or -1
-    count : the number of passes; only the first MOST_ROWS have rows
+    count : the number of passes. Only the first MOST_ROWS passes have rows
     """
 
     pixel: tuple[int, int]
@@ -77,7 +78,7 @@ def follow(tracer: Tracer, camera: Camera, size: tuple[int, int],
     passes: list[Pass] = []
     count = 0
 
-    def look(one: Pass) -> None:    # skip passes that did not change the ray
+    def look(one: Pass) -> None:    # leave out passes that did not change the ray
         nonlocal count
         if one.served or not passes:
             count += 1

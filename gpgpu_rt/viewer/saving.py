@@ -1,4 +1,4 @@
-"""Saving: write pictures with their settings, inside the PNG and as JSON beside it."""
+"""Saving: write a picture, and its settings inside the PNG and in a JSON file beside it."""
 from __future__ import annotations
 
 import json
@@ -14,8 +14,8 @@ KEY = "gpgpu-rt"    # the key of the settings in the PNG's text
 
 
 def free_name(folder: Path, stem: str) -> Path:
-    """Return the first free name of stem-1.png, stem-2.png, ...; raise Error if the folder cannot
-    be written."""
+    """Return the first of stem-1.png, stem-2.png, ... that does not exist. Raise Error if the
+    folder cannot be written."""
     number = 1
     while (folder / f"{stem}-{number}.png").exists():
         number += 1
@@ -23,7 +23,7 @@ def free_name(folder: Path, stem: str) -> Path:
 
 
 def write(path: Path, image: Image.Image, settings: Mapping[str, Any]) -> None:
-    """Write the picture and its settings; each file is complete or absent."""
+    """Write the picture and its settings. Each of the two files is complete or absent."""
     held = PngImagePlugin.PngInfo()
     held.add_text(KEY, json.dumps(settings, default=str))
     with replacing(path) as temporary:

@@ -1,6 +1,7 @@
 """Selection: scene, method and options of the viewer, and the command that draws the same picture.
 
-The choices come from the method table and the tables of options, so a new row appears by itself.
+The choices come from the method table and the tables of options. So a new row of a table appears
+in the viewer without further code.
 """
 from __future__ import annotations
 
@@ -15,7 +16,8 @@ from ..render.integrators import DEFAULT, find_integrator
 from ..scene.camera import Camera
 from ..tracer import DEFAULT_METHOD
 
-# Options that the viewer sets itself. Presort has no use here, because eye rays are not arrays.
+# Options that the viewer sets itself. Presort has no effect on eye rays, because they are not
+# given as arrays.
 DECIDED = ("context", "statistics", "presort")
 
 
@@ -27,19 +29,21 @@ def word(value: Any) -> str:
 
 
 def option_words(options: Mapping[str, Any], known: tuple[Option, ...]) -> list[str]:
-    """Return ``--word=value`` for each of the options."""
+    """Return the words ``--name=value`` for all options."""
     table = {option.name: option for option in known}
     words = []
     for name, value in options.items():
         text = word(value)
-        if table[name].choices is None and isinstance(value, tuple):    # x,y,z; a choice is 4x2
+        # A tuple is written x,y,z, but a tuple from a list of choices is written 4x2.
+        if table[name].choices is None and isinstance(value, tuple):
             text = ",".join(map(str, value))
         words.append(f"--{name.replace('_', '-')}={text}")
     return words
 
 
 def camera_words(camera: Camera) -> list[str]:
-    """Return ``--eye=x,y,z`` and so on, with enough digits for every bit of a camera."""
+    """Return the words ``--eye=x,y,z`` and so on, with enough digits for the camera's exact bits.
+    """
     vectors = {name: ",".join(map(repr, getattr(camera, name)))
                for name in ("eye", "target", "up")}
     return [*(f"--{name}={text}" for name, text in vectors.items()), f"--fov={camera.fov!r}"]
@@ -69,9 +73,9 @@ class Selection:
         return find_method(self.method)
 
     def known(self) -> tuple[Option, ...]:
-        """Return the options to choose from, the method's own first.
+        """Return the options to choose from. The method's own options come first.
 
-        The schedules are limited to those that the other options allow.
+        The option for the schedule has only the schedules that the other options allow.
         """
         return tuple(self._narrowed(option) for option in self.row.options + TRACER_OPTIONS
                      if option.name not in DECIDED)
@@ -86,23 +90,23 @@ class Selection:
         return find_integrator(self.integrator).options
 
     def with_method(self, name: str) -> Selection:
-        """Return the selection with another method; options stay if the method accepts them."""
+        """Return the selection with another method. Options stay if the method accepts them."""
         other = replace(self, method=find_method(name).name, options={})
         known = {option.name: option for option in other.known()}
         kept = {option: value for option, value in self.options.items()
                 if option in known and known[option].accepts(value)}
         if kept.get("schedule") not in (None, *other.row.schedules_for(kept)):
             del kept["schedule"]
-        if other.row.steps_once:
+        if other.row.steps_once:    # such a method runs only one step per pass
             kept.pop("steps_per_pass", None)
         return replace(other, options=kept)
 
     def with_option(self, name: str, value: Any) -> Selection:
-        """Return the selection with a changed option; raise OptionError for an invalid value."""
+        """Return the selection with a changed option. Raise OptionError for an invalid value."""
         return replace(self, options=_set(self.options, self.known(), name, value))
 
     def with_integrator(self, name: str) -> Selection:
-        """Return the selection with another integrator; options stay if it accepts them."""
+        """Return the selection with another integrator. Options stay if it accepts them."""
         known = {option.name: option for option in find_integrator(name).options}
         light = {option: value for option, value in self.light.items()
                  if option in known and known[option].accepts(value)}

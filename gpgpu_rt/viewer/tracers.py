@@ -1,4 +1,4 @@
-"""Tracers of one scene: a cache, because the viewer needs several tracers, and some repeatedly."""
+"""Tracers of one scene: a cache of the tracers that the viewer needs, some of them repeatedly."""
 from __future__ import annotations
 
 from collections import OrderedDict
@@ -11,15 +11,15 @@ from ..render.integrators import DEFAULT
 from ..scene.scene import Scene
 from ..tracer import Tracer
 
-KEPT = 3
-PROOF = (8, 8)      # size of the test picture in pixels: small, but it runs every program
+KEPT = 3            # number of tracers in the cache
+PROOF = (8, 8)      # size of the test picture in pixels; even so small, it runs every program
 
 
 class Tracers:
-    """The last few tracers of a scene, made at their first use.
+    """The last few tracers of a scene. They are made at their first use.
 
-    Each new tracer draws a test picture. Errors in a method's programs are thus found before the
-    viewer drops its present tracer.
+    Each new tracer draws a test picture, so that errors in a method's programs are found before
+    the viewer drops its present tracer.
 
     Attributes
     ----------
@@ -63,7 +63,8 @@ class Tracers:
         return self._tracers[key]
 
     def in_passes(self, method: str, options: Mapping[str, Any], single: bool = False) -> Tracer:
-        """Return a tracer under a schedule of many passes; ``single``: one step per pass."""
+        """Return a tracer under a schedule of many passes. With ``single``, a pass runs one step.
+        """
         return self.get(method, find_method(method).in_passes(options, single))
 
     def release(self) -> None:

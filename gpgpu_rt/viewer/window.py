@@ -28,9 +28,9 @@ from .selection import Selection
 TURN = 0.008            # radians per pixel of dragging
 FLY = 0.35              # speed of flight in extents of the scene per second
 CLICK = 4               # largest movement of the mouse in pixels during a click
-QUIET = 0.5             # the window draws less often after so many seconds without an event
-PAUSE = 0.04
-MOST_BOXES = 80         # number of boxes drawn of a ray's path, the last ones
+QUIET = 0.5             # seconds without an event after which the window draws less often
+PAUSE = 0.04            # seconds of sleep between two frames while the window draws less often
+MOST_BOXES = 80         # largest number of boxes that are drawn; they are the path's last boxes
 RAY_COLOUR, BOX_COLOUR, LAST_COLOUR = (imgui.IM_COL32(*rgba) for rgba in (
     (255, 60, 60, 255), (90, 200, 255, 110), (255, 230, 80, 255)))
 
@@ -48,8 +48,8 @@ def run(selection: Selection, size: tuple[int, int], folder: str = ".",
 
     Returns
     -------
-    measurements of the session: pictures while the camera moved, updates per second, and seconds
-    from the last move to full resolution
+    measurements of the time that the window was open: pictures while the camera moved, updates per
+    second, and seconds from the last move to full resolution
     """
     load_scene(selection.scene)       # report a wrong scene before the window opens
 
@@ -74,7 +74,7 @@ def run(selection: Selection, size: tuple[int, int], folder: str = ".",
 
 
 def _stay(config: Window) -> None:
-    """Run the loop of moderngl_window; an error in an event, also of the window library, is shown
+    """Run the loop of moderngl_window. An error in an event, even of the window library, is shown
     as a message and does not end the loop."""
     window = config.wnd
     config.timer.start()
@@ -118,8 +118,8 @@ class Window(moderngl_window.WindowConfig):
         self._held: set[int] = set()        # the flight keys that are down
         self._mouse = (0, 0)
         self._press: Press | None = None
-        # Handle dropped files here: moderngl_window gets them from pyglet, which loses them on
-        # X11.
+        # Handle dropped files here, because moderngl_window gets them from pyglet, which loses
+        # them on X11.
         glfw.set_drop_callback(self.wnd._window, self._dropped)
         self._last_event = time.perf_counter()
         self._shown = -1            # version of the uploaded picture
@@ -176,7 +176,7 @@ class Window(moderngl_window.WindowConfig):
         path = self.viewer.path
         if path is None:
             return
-        # Seen from its own origin the ray is a point; it becomes visible when the camera moves.
+        # Seen from its own origin, the ray is a point. It becomes visible when the camera moves.
         pen, camera, size = imgui.get_background_draw_list(), self.viewer.camera, self.wnd.size
         edges = path.edges()[-MOST_BOXES:]
         for segments, colour in ((edges[:-1], BOX_COLOUR), (edges[-1:], LAST_COLOUR),
@@ -203,7 +203,7 @@ class Window(moderngl_window.WindowConfig):
             self._settled.append(self.viewer.settled_after)
 
     def measured(self) -> dict[str, Any]:
-        """Return the measurements of the session."""
+        """Return the measurements of the time that the window was open."""
         return {"frames": self._frames, "message": self.viewer.message,
                 "pictures_while_moving": len(self._updates),
                 "updates_per_second": 1 / median(self._updates) if self._updates else None,
@@ -261,8 +261,8 @@ class Window(moderngl_window.WindowConfig):
             self._press.dy += dy
 
     def _follow_mouse(self) -> None:
-        """Apply the mouse's movement since the last frame. ImGui knows only after the frame has
-        begun whether a button was pressed over a panel."""
+        """Apply the mouse's movement since the last frame. Call this after the frame has begun,
+        because ImGui only then knows whether a button was pressed over a panel."""
         press = self._press
         if press is None:
             return
@@ -305,8 +305,8 @@ class Window(moderngl_window.WindowConfig):
         self.link.key(key, action != self.wnd.keys.ACTION_RELEASE, modifiers)
 
     def _follow_keys(self) -> None:
-        """Run the actions of keys that do not go to a panel, which is known only after the frame
-        has begun: in a slow frame, a click into a field and the typed text arrive together."""
+        """Run the actions of keys that do not go to a panel. Call this after the frame has begun:
+        in a slow frame, a click into a field and the typed text arrive together."""
         keys, link, viewer = self.wnd.keys, self.link, self.viewer
         self._held = set()
         if link.io.key_ctrl:

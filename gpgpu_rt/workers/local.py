@@ -1,4 +1,4 @@
-"""Local cluster: a Dask cluster of processes on this machine, closed to other machines."""
+"""Local cluster: a Dask cluster of processes on this machine. Other machines cannot reach it."""
 from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
@@ -8,8 +8,8 @@ from ..interrupts import left_to_this_process
 from . import logs
 
 LOOPBACK = "127.0.0.1"
-# How long Dask waits for a killed local process to restart before it gives the process up. On a
-# busy machine the restart can take longer than Dask's default of 15 s.
+# The time that Dask waits for a killed local process to restart, before it gives up the process.
+# On a busy machine, the restart can take longer than Dask's default of 15 s.
 LOST = "30 days"
 
 
@@ -24,10 +24,10 @@ def local_cluster(count: int | None, threads: int | None) -> Any:
     """
     import dask
     dask.config.set({"distributed.deploy.lost-worker-timeout": LOST})
-    # A separate thread creates the cluster. The processes that this thread starts, also later for
-    # a killed worker, do not receive Ctrl-C, while the calling thread still does.
+    # A separate thread creates the cluster. The processes that this thread starts, now or later to
+    # replace a killed worker, do not receive Ctrl-C. The calling thread still receives Ctrl-C.
     with dask.config.set({
-            # No time limit on a silent worker: a pass may take minutes.
+            # Set no time limit on a silent worker, because a pass may take minutes.
             "distributed.scheduler.worker-ttl": None,
             "distributed.scheduler.http.routes": [], "distributed.worker.http.routes": []}
     ), ThreadPoolExecutor(1) as maker:

@@ -1,6 +1,7 @@
 """Logs: silence Dask's log while workers are in use.
 
-We print our own message when workers are interrupted or lost; a traceback of Dask would follow it.
+When workers are interrupted or lost, this program prints its own message. Without this module, a
+traceback of Dask would follow.
 """
 from __future__ import annotations
 

@@ -1,4 +1,8 @@
-"""Machine lock: shared and exclusive locks of this machine, so that timings run undisturbed."""
+"""Machine lock: a shared and an exclusive lock of this machine, so that timings run undisturbed.
+
+Work holds the shared lock. A timing holds the exclusive lock, and so waits until other processes
+have finished their work.
+"""
 from __future__ import annotations
 
 import contextlib
@@ -15,25 +19,25 @@ from ..disk.own_folder import open_lock, own_folder
 
 Processes = Callable[[], Iterable[int]]     # returns the present process ids
 
-_turn = threading.RLock()      # the threads of this process use the machine lock in turn
+_turn = threading.RLock()      # only one thread of this process at a time uses the machine lock
 _held: list[IO[bytes]] = []    # the lock file, while this process has locked it
 _alone: list[IO[bytes]] = []   # the lock file, while this process has locked it exclusively
 _told: list[Callable[[], object]] = []    # the function to call before waiting for the lock
-_helpers: list[Processes] = []     # helpers of this process, stopped during an exclusive lock
+_helpers: list[Processes] = []     # functions that return the helpers of this process
 
 
 @contextlib.contextmanager
 def taken(waiting: Callable[[], object] = lambda: None) -> Iterator[None]:
     """Return a context that holds the shared lock of this machine.
 
-    Several processes can hold the shared lock at once; the threads of a process hold it in turn.
-    While another process holds the exclusive lock, call ``waiting`` and wait. Within the context,
+    Several processes can hold the shared lock at once, but only one thread of each process. If
+    another process holds the exclusive lock, call ``waiting`` once and wait. Within the context,
     `alone` also calls ``waiting`` before it waits.
 
     Notes
     -----
-    The lock is an operating system lock on a file of this user. It is released when its process
-    ends for any reason.
+    The lock is an operating system lock on a file of this user. When its process ends for any
+    reason, the lock is released.
     """
     with _turn:
         if _held:
@@ -62,9 +66,9 @@ def _lock(file: IO[bytes], how: int, waiting: Callable[[], object]) -> None:
 def alone() -> Iterator[None]:
     """Return a context that holds the exclusive lock of this machine, for timings.
 
-    Within `taken`, the shared lock is released while this process waits for the exclusive lock, so
-    other processes may get the exclusive lock first. Helpers of this process, and the processes
-    that they started, are stopped within the context.
+    If this process holds the shared lock (`taken`), it releases the shared lock while it waits for
+    the exclusive lock. Other processes may therefore get the exclusive lock first. Within the
+    context, the helpers of this process, and the processes that they started, are stopped.
     """
     with taken():
         if _alone:
@@ -85,7 +89,7 @@ def helped(by: Processes) -> Iterator[None]:
     """Return a context in which other processes of this machine work for this process.
 
     While this process holds the exclusive lock (`alone`), the helpers are stopped in the middle of
-    their work. They need no lock themselves.
+    their work. Helpers need no lock themselves.
 
     Parameters
     ----------
@@ -93,9 +97,9 @@ def helped(by: Processes) -> Iterator[None]:
 
     Notes
     -----
-    This suits work on the CPU only: a graphics card would continue with the work it already has.
-    A stopped helper must not hold a lock that the timed work waits for. Mesa's single-file shader
-    cache has such a lock, so helpers need ``MESA_DISK_CACHE_MULTI_FILE=1``.
+    This is only for work on the CPU, because a graphics card would continue with the work that it
+    already has. A stopped helper must not hold a lock for which the timed work waits. Mesa's
+    single-file shader cache has such a lock, so helpers need ``MESA_DISK_CACHE_MULTI_FILE=1``.
     """
     _helpers.append(by)
     try:
@@ -109,7 +113,8 @@ def _helpers_stopped() -> Iterator[None]:
     stopped: list[int] = []
     try:
         for by in _helpers:
-            for process in by():    # stop the helper first, so that it starts no more processes
+            for process in by():
+                # Stop the helper first, so that it starts no more processes.
                 stopped.append(process)
                 _signal([process], signal.SIGSTOP)
                 begun = _started_by(process)
@@ -121,7 +126,7 @@ def _helpers_stopped() -> Iterator[None]:
 
 
 def _started_by(process: int) -> list[int]:
-    import psutil  # installed with Dask, which all helpers use
+    import psutil  # Dask, which all helpers use, installs psutil
     try:
         return [child.pid for child in psutil.Process(process).children(recursive=True)]
     except psutil.NoSuchProcess:

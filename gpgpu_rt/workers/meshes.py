@@ -1,4 +1,4 @@
-"""Meshes: send the files of a named scene to machines that lack them or have other files."""
+"""Meshes: send the files of a named scene to machines that lack these files or have others."""
 from __future__ import annotations
 
 import os
@@ -29,7 +29,7 @@ def mesh_files(scene: str) -> Files:
 
 
 def take_mesh(scene: str, files: Files) -> None:
-    """Store the files on this machine, so that loading the scene by name finds them."""
+    """Store the files of a named scene on this machine, where `load_scene` finds them."""
     if not files or files == mesh_files(scene):
         return
     folder = own_folder("meshes") / digest(dict(files))

@@ -24,15 +24,16 @@ MOST_TRACERS = 2
 Options = tuple[tuple[str, Any], ...]
 Structures = Mapping[str, bytes]     # cache files by name; a name is the digest of the content
 
-# The threads of a worker use its tracers in turn, because they share one OpenGL context.
+# Only one thread of a worker at a time uses its tracers, because the tracers share one OpenGL
+# context.
 _turn = threading.RLock()
 # Each tracer, with the cache files that it was built from.
 _tracers: OrderedDict[tuple[str, str, Options], tuple[Tracer, list[Path]]] = OrderedDict()
 
 
 def received(value: Any) -> Any:
-    """Return a scene or a motion that was sent to this worker; its future is the input of other
-    tasks."""
+    """Return a scene or a motion that was sent to this worker. The future of this task is the
+    input of other tasks, so the value is sent only once."""
     return value
 
 
@@ -70,7 +71,7 @@ def tracer_of(scene: Scene, built: Structures, digest: str, method: str,
 
 def trace(scene: Scene, built: Structures, digest: str, method: str, options: Options,
           rays: Mapping[str, Any], any_hit: bool) -> Hits | np.ndarray:
-    """Return the hits of some rays; ``rays`` holds the arguments of ``Tracer.trace``."""
+    """Return the hits of some rays. ``rays`` holds the arguments of ``Tracer.trace``."""
     with tracer_of(scene, built, digest, method, options) as tracer:
         return tracer.occluded(**rays) if any_hit else tracer.trace(**rays)
 
@@ -88,8 +89,8 @@ def draw(scene: Scene, built: Structures, digest: str, method: str, options: Opt
 def draw_frame(scene: Scene, built: Structures, digest: str, method: str, options: Options,
                motion: Callable[[int], np.ndarray], drawing: Mapping[str, Any],
                frame: int) -> np.ndarray:
-    """Return the picture of a frame, (height, width, 3) uint8, by a tracer whose triangles are
-    updated to the frame."""
+    """Return the picture of a frame, (height, width, 3) uint8. The tracer's triangles are first
+    moved to this frame."""
     with tracer_of(scene, built, f"{digest}, moving", method, options) as tracer:
         tracer.update(motion(frame))
         return np.asarray(tracer.render(**drawing))

@@ -2,6 +2,8 @@
 from __future__ import annotations
 
 import contextlib
+import os
+import signal
 import uuid
 from collections import OrderedDict
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -27,10 +29,10 @@ from .local import local_cluster
 LOCAL = "local"
 MOST_KEPT = 16      # number of scenes and structures that stay in the workers' memory
 PART = 1 << 16      # smallest number of rays in a part, approximately
-# A part holds a multiple of this number of image rows. Packets are tiles of the image, and are the
-# same in a part as in the whole image if their height divides this number.
+# The number of image rows in a part is a multiple of this number. Packets are tiles of the image.
+# If a packet's height divides this number, a part has the same packets as the whole image.
 ROWS = 8
-PATIENCE = "10s"    # how long to wait for a scheduler to answer, and for its first worker
+PATIENCE = "10s"    # time to wait for a scheduler's answer, and for its first worker
 TILE = 128          # side in pixels of the tiles that workers draw
 
 Progress = Callable[[int, int], None]     # called with the number of finished parts and of all
@@ -43,7 +45,7 @@ class Workers:
     ----------
     scheduler : "local" for processes of this machine; or the address of a Dask scheduler, such as
         ``tcp://host:8786``, whose workers have this package installed
-    count : number of local processes; None for one per core
+    count : number of local processes; None for a process on each core
     threads : number of threads of the software renderer in a local process (``LP_NUM_THREADS``);
         None keeps the renderer's default
 
@@ -57,8 +59,8 @@ class Workers:
 
     Notes
     -----
-    A scene is sent once. A structure is built once and sent as cache files. Both are identified by
-    digests of their content. If a worker is killed, its tasks run again on other workers. Local
+    A scene is sent once. A structure is built once and sent as cache files. Workers recognise both
+    by digests of the content. If a worker is killed, its tasks run again on other workers. Local
     processes start by "spawn", so a script that opens them needs ``if __name__ == "__main__":``.
     Opening local processes sets Dask's ``distributed.deploy.lost-worker-timeout`` in this process.
     """
@@ -114,14 +116,14 @@ class Workers:
 
     @property
     def client(self) -> Any:
-        """Dask's client; raises Error if these workers were closed."""
+        """Dask's client. Raises Error if these workers were closed."""
         if self._client.status == "closed":
             raise Error("these workers were closed, for example by the end of their `with` block; "
                         "open new workers")
         return self._client
 
     def processes(self) -> list[int]:
-        """Return the present ids of the local processes; a killed process restarts with a new
+        """Return the present ids of the local processes. A killed process restarts with a new
         id."""
         nannies = self._cluster.workers.values() if self._cluster is not None else ()
         return [nanny.pid for nanny in nannies if nanny.pid]
@@ -138,8 +140,8 @@ class Workers:
         Raises
         ------
         Error
-            if the workers of a part died repeatedly, the scheduler ended, or workers lack a
-            module. Errors of ``function`` are raised here, too
+            if workers died repeatedly at the same part, the scheduler ended, or workers lack a
+            module. Errors of ``function`` are also raised
         """
         import distributed
         futures = [self.client.submit(function, *part, pure=False) for part in parts]
@@ -156,7 +158,7 @@ class Workers:
                 yield at, result
                 if progress is not None:
                     progress(done, count)
-        finally:    # cancel the rest if the caller stops early
+        finally:    # if the caller stops early, cancel the parts that are not finished
             with _in_a_line():
                 self.client.cancel([future for _, future in waiting.values()])
 
@@ -258,12 +260,12 @@ class Workers:
 
         Parameters
         ----------
-        animation : Animation, or the name of a moving scene
-        frames : numbers of the frames
-        method, options : as for ``trace``
-        progress : called with the number of finished frames and of all frames
-        drawing : arguments of ``Tracer.render``; without a camera, a moving camera of the
-            animation is followed
+        animation : An Animation, or the name of a moving scene.
+        frames : Numbers of the frames.
+        method, options : As for ``trace``.
+        progress : Called with the number of finished frames and of all frames.
+        drawing : Arguments of ``Tracer.render``. Without a camera, the moving camera of the
+            animation is followed.
         """
         animation = load_animation(animation) if isinstance(animation, str) else animation
         shared = *self.shared(animation.scene, method, options), self.sent(animation.vertices)
@@ -327,14 +329,14 @@ class Workers:
         return sent, built, content, method, chosen
 
     def sent(self, value: Any, content: str | None = None) -> Any:
-        """Send a value once and return its future; ``content`` is the digest of the value."""
+        """Send a value once and return its future. ``content`` is the digest of the value."""
         content = content or digest(value)
         # Use a task, not scattered data: Dask runs a task again if its worker dies.
         return self._kept((content,), lambda: self.client.submit(
             tasks.received, value, key=f"sent-{content}-{uuid.uuid4().hex}"))
 
     def _kept(self, key: tuple[Any, ...], submit: Callable[[], Any]) -> Any:
-        """Return the future of a key, submitted again if it failed; drop the oldest futures."""
+        """Return the future of a key. If it is missing or failed, submit it. Drop old futures."""
         if key not in self._futures or self._futures[key].status not in ("pending", "finished"):
             self._futures[key] = submit()
         self._futures.move_to_end(key)
@@ -343,13 +345,19 @@ class Workers:
         return self._futures[key]
 
     def close(self) -> None:
-        """End the local processes; the workers of another scheduler keep running."""
+        """End the local processes. Workers of a scheduler at an address keep running."""
         self._client.close()
         self._close_cluster()
 
     def _close_cluster(self) -> None:
         if self._cluster is not None:
-            self._cluster.close()
+            processes = self.processes()
+            try:
+                self._cluster.close()
+            except TimeoutError:    # on a busy machine a process can end later than Dask waits
+                for process in processes:
+                    with contextlib.suppress(ProcessLookupError):
+                        os.kill(process, getattr(signal, "SIGKILL", signal.SIGTERM))
         self._silence.close()
 
     def __enter__(self) -> Workers:
@@ -371,7 +379,7 @@ def check_parts(drawing: Mapping[str, Any]) -> None:
 
 @contextlib.contextmanager
 def _in_a_line() -> Iterator[None]:
-    """Return a context that turns Dask's own exceptions into an Error with a message in one
+    """Return a context that turns Dask's own exceptions into an Error whose message is a single
     line."""
     import distributed
     try:

@@ -1,4 +1,4 @@
-"""Cache: a file is read back only for the same build of the same triangles."""
+"""Cache of built structures: a file is read only for the same builder, options and triangles."""
 from __future__ import annotations
 
 import importlib

@@ -1,4 +1,4 @@
-"""Clipped bounds against polygons that are cut plane by plane, as Havran and Bittner do."""
+"""Clipped bounds equal those of polygons that are cut plane by plane, as Havran and Bittner do."""
 from __future__ import annotations
 
 import numpy as np
@@ -8,7 +8,7 @@ from gpgpu_rt.accel.clip import clip_bounds
 
 
 def cut(triangle: np.ndarray, lo: np.ndarray, hi: np.ndarray) -> np.ndarray:
-    """Return (n, 3) corners of the triangle's part in the box; n is 0 if the box is missed."""
+    """Return (n, 3) corners of the triangle's part in the box; n is 0 if no part is inside."""
     corners = list(triangle)
     for axis in range(3):
         for sign, plane in ((1, lo[axis]), (-1, hi[axis])):
@@ -28,7 +28,8 @@ def cut(triangle: np.ndarray, lo: np.ndarray, hi: np.ndarray) -> np.ndarray:
 def test_bounds_are_those_of_the_cut_polygon(size: float, seed: int) -> None:
     """Triangles are smaller or larger than their boxes.
 
-    The edges of a box pierce most of the largest triangles, whose corners lie outside the box.
+    All corners of the largest triangles lie outside the box. If such a triangle meets the box,
+    mostly edges of the box pierce the triangle.
     """
     rng = np.random.default_rng(seed)
     count = 500

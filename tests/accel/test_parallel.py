@@ -168,7 +168,10 @@ def test_no_room_in_shared_memory_is_one_clear_line(monkeypatch) -> None:
 @pytest.mark.parametrize("guard, right", [("", False), ("if __name__ == '__main__': ", True)],
                          ids=["unguarded", "guarded"])
 def test_scripts(tmp_path, guard: str, right: bool) -> None:
-    """A spawned worker imports the calling script; an unguarded script gets a helpful error."""
+    """A spawned worker imports the calling script and would build again without end.
+
+    A script without the guard `if __name__ == '__main__'` gets an error that names the guard.
+    """
     script = tmp_path / "build.py"
     script.write_text(SCRIPT.format(guard=guard))
     answer = subprocess.run([sys.executable, str(script)], capture_output=True, text=True,
@@ -189,7 +192,8 @@ def test_numbers_of_workers_that_are_none(workers) -> None:
 def test_threads_build_the_same(build: Callable, options: dict, seed: int, monkeypatch) -> None:
     """The tree does not depend on which thread finishes first.
 
-    The scene looks the same along all axes, so all axes cost the same and the first must win.
+    The scene looks the same along all axes, so splits cost the same along all axes. The builder
+    must then split along the first axis.
     """
     random = np.random.default_rng(seed)
     some = (random.random((1000, 1, 3)) + 0.1 * random.random((1000, 3, 3))).astype(np.float32)

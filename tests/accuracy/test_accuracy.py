@@ -1,4 +1,5 @@
-"""Tests of known rays, their scores, the reference picture and `gpgpu-rt accuracy`."""
+"""Tests of rays with known float64 hits (`KnownRays`), of their scores, of the reference picture
+and of `gpgpu-rt accuracy`."""
 from __future__ import annotations
 
 import copy
@@ -72,8 +73,11 @@ def test_a_miss_inside_a_closed_mesh_is_a_leak(known, kind: str) -> None:
 
 
 def test_a_leak_to_what_lies_behind(ball) -> None:
-    """A ray from outside that leaks through an edge hits the back and counts as wrong. No single
-    triangle is certainly missed there, but all rays around the ray hit the front."""
+    """A ray from outside that leaks through an edge of the front hits the back of the mesh.
+
+    This hit counts as wrong. Float32's error bounds would excuse a miss of each front triangle,
+    but all rays in a ring around the ray hit the front.
+    """
     rng = np.random.default_rng(3)
     known = KnownRays(ball, 400, 3, ["edges"])
     known.origins[:] = np.float32((1.3, 1.3, 9.0)) + rng.uniform(-1, 1, (400, 3)).astype("f4")
@@ -96,8 +100,8 @@ def test_a_leak_to_what_lies_behind(ball) -> None:
 
 
 def test_the_rim_of_an_open_mesh_may_be_missed() -> None:
-    """A miss at the rim is not wrong, because a ring of rays around the ray also passes the rim. A
-    miss at the diagonal is a leak."""
+    """A miss at the rim of the square is not wrong: rays in a ring around the ray miss the square
+    too. A miss at the diagonal between the two triangles is a leak."""
     corners = np.array([[0, 0, 0], [3, 0, 0.5], [3, 3, 1], [0, 3, 0.5]])
     square = rt.Scene.from_arrays(corners, [[0, 1, 2], [0, 2, 3]], name="square")
     known = KnownRays(square, 600, 3, ["edges"])
@@ -205,7 +209,7 @@ def test_accuracy_command(capsys, tmp_path) -> None:
     assert [r["options"]["octants"] for r in result["rows"]] == [True, True]
     assert cli.main(arguments) == 0
     out = capsys.readouterr().out
-    assert "0.012" in out and "wrong" in out  # no wrong ray of 256 proves at most 0.012
+    assert "0.012" in out and "wrong" in out  # 0 wrong rays of 256 prove at most 0.012
     path.unlink()
     for more, message in ((["--precisions", "fp12"], "no precision"), (["--rays", "0"], "rays"),
                           (["-m", "gird"], "did you mean grid"),

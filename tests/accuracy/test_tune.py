@@ -1,4 +1,7 @@
-"""Tuning: confidence bounds, promises, and a check of each promise on new rays."""
+"""Tuning: confidence bounds, promises, and a check of each promise on new rays.
+
+A promise states the error bounds that the chosen settings must keep.
+"""
 from __future__ import annotations
 
 import json
@@ -124,8 +127,8 @@ def test_knobs_come_from_the_option_tables(method: str) -> None:
 
 @pytest.fixture
 def few_rays(monkeypatch) -> None:
-    """Makes the stages use fewer rays. Chance then decides which candidate is fastest, but each
-    choice still keeps its promise."""
+    """Makes each stage of the tuner use fewer rays. Chance then decides which candidate is
+    fastest, but each choice still keeps its promise."""
     for name, value in (("PROBE", 256), ("SCREEN", 1024), ("FIELD", 1024), ("RUNS", 1)):
         monkeypatch.setattr(tuning, name, value)
 
@@ -163,8 +166,9 @@ def test_the_chosen_keeps_its_promise(ball, few_rays, seed: int, method: str) ->
 
 
 def test_what_is_traced_keeps_the_promise(ball, few_rays) -> None:
-    """The promise holds for a tracer that picks between the two choices, not only for each choice
-    alone. The test traces each kind of rays separately, without vertices and edges."""
+    """A tracer that picks between the choices for coherent and for incoherent rays keeps the
+    promise. The test traces eye rays and random rays separately, and no rays at vertices or
+    edges."""
     found = tune(ball, Promise(**LOOSE), names=["bvh-threaded", "bvh-packet"], budget=0)
     with rt.Tracer(ball, found.settings.choices) as tracer:
         for kind, rays in (("eye", COHERENT), ("random", INCOHERENT)):
@@ -215,8 +219,8 @@ def test_proof_and_confirmation_decide(ball) -> None:
                                              (("vertices",), None)])
 def test_a_rate_is_of_neither_the_first_run_nor_an_odd_one(ball, few_rays, monkeypatch,
                                                            kinds: tuple, timed_on: str) -> None:
-    """A rate leaves out the first two runs on each kind of rays: the first compiles for 100 s, and
-    the second is a slow outlier."""
+    """A rate leaves out slow runs on each kind of rays. The first run takes 100 s, as if it
+    compiled; the second takes 50 s, as an outlier; all others take 1 s."""
     trace, ahead = KnownRays.trace, {}
 
     def timed(self, tracer, part=slice(None)):
@@ -267,7 +271,7 @@ def test_tune_command(few_rays, capsys, tmp_path, monkeypatch) -> None:
     # candidate.
     assert cli.main([*arguments, "--max-t-error", "1e-12", "--json"]) == 1
     out, error = capsys.readouterr()
-    search, = json.loads(out)["searches"]  # one failed search makes the second useless
+    search, = json.loads(out)["searches"]  # after a failed search, no second one
     assert search["chosen"] is None and not path.exists()
     last = error.splitlines()[-1]
     assert "for coherent rays; the closest is bvh-threaded" in last
@@ -282,7 +286,8 @@ def test_tune_command(few_rays, capsys, tmp_path, monkeypatch) -> None:
 @pytest.mark.full
 @pytest.mark.once
 def test_a_promise_of_1e_5_holds_on_20_seeds() -> None:
-    """The chosen settings keep bounds of 1e-5 on as many rays from 20 other seeds."""
+    """The chosen settings keep bounds of 1e-5 on new rays from 20 other seeds. Each seed gives as
+    many rays as the tuner used."""
     scene = rt.load_scene("bunny")
     found = tune(scene, Promise(1e-5, 1e-5), seed=0)
     for search in found.searches:

@@ -1,5 +1,5 @@
-"""The bench checks that engines agree with us before it times them. Ratios and verdicts follow
-from the timed rounds."""
+"""`gpgpu-rt bench`: the other engines return our hits, and ratios and verdicts follow from the
+timed rounds."""
 from __future__ import annotations
 
 import functools
@@ -27,7 +27,7 @@ from gpgpu_rt.hardware.compiler import not_countable
 from gpgpu_rt.methods.settings import SAFE_DEFAULT
 
 SIZE = 24
-# `bench.race` itself names the function
+# `gpgpu_rt.bench.race` is the function, so import its module by the full name.
 race_module = importlib.import_module("gpgpu_rt.bench.race")
 
 
@@ -39,9 +39,9 @@ def test_engines_answer_the_same_question(engine, kind: str) -> None:
     scene = rt.load_scene("cornell")
     rays = workload("cornell", RAY_SETS[kind], SIZE).compact(engine.most)
     if rays.t_max is not None and not engine.ends:
-        pytest.skip("made for rays without an end")
+        pytest.skip("this engine supports only rays without an end")
     if engine.name == "trimesh's own" and kind not in ("eye", "random"):
-        pytest.skip("finds the surface that a ray leaves")
+        pytest.skip("this engine hits the surface that a ray leaves")
     found = engine.prepare(scene, rays)()
     with rt.Tracer(scene) as tracer:
         if rays.any_hit:
@@ -61,7 +61,7 @@ def test_compact_rays_are_those_of_pixels_with_one() -> None:
     assert found.origins[:, 0].tolist() == [0, 2, 3] and found.ends.tolist() == [1, 3, 4]
     assert rays.compact(2).origins[:, 0].tolist() == [0, 3]
     assert found.live == 3 and found.any_hit
-    rays.directions[0, 1], rays.directions[2] = nan, 0  # NaN or zero directions are no rays either
+    rays.directions[0, 1], rays.directions[2] = nan, 0  # pixels with a NaN or zero direction
     again = replace(rays)
     assert again.live == again.compact().live == 1
     with rt.Tracer("cornell") as tracer:
@@ -87,7 +87,7 @@ def test_a_race_takes_ratios_turn_by_turn() -> None:
                    SIZE, 2, [one for one in ENGINES if one.name == EMBREE])
     assert [entry.name for entry in entries][:2] == ["grid", "bvh-threaded"]
     assert all(len(entry.seconds) == 2 and entry.rays == SIZE ** 2 for entry in entries)
-    assert entries[0].bytes_a_triangle > 48  # a triangle's corners alone need 48
+    assert entries[0].bytes_a_triangle > 48  # the texels of a triangle's corners need 48
     if len(entries) == 3:
         ours, theirs = entries[0], entries[2]
         assert ours.over == pytest.approx([b / a for a, b in zip(ours.seconds, theirs.seconds)])
@@ -151,7 +151,8 @@ def test_the_chart_says_what_the_table_does(apart: list[Entry], tmp_path) -> Non
     assert {"box, mirror rays of 64 x 64 pixels", "llvmpipe, on 2 threads"} <= set(texts)
     assert any(text.startswith("no verdict: the slowest run") for text in texts)
     assert any(text.startswith("no verdict: embreex did not run") for text in texts)
-    assert "million rays per second (over embreex on one thread)" in texts
+    assert ("million rays per second; in brackets, divided by the rate of embreex on one thread"
+            in texts)
     assert "million rays per second" in texts and any("1e-05 (1)" in text for text in texts)
 
 
@@ -173,8 +174,8 @@ def test_shares_are_of_the_peaks() -> None:
 
 @pytest.mark.parametrize("size", [8, 64])
 def test_brute_force_works_for_a_ray_as_its_triangles_ask(size: int, countable) -> None:
-    """Brute force fetches three texels per triangle, and a few per ray. The test fills all pixels
-    with rays, or every other pixel."""
+    """Brute force fetches three texels per triangle, and a few per ray. First every pixel has a
+    ray, then every other pixel."""
     rays, triangles = workload("cornell", RAY_SETS["eye"], size), len(rt.load_scene("cornell"))
     half = rays.origins.copy()
     half[::2] = np.nan
@@ -183,7 +184,7 @@ def test_brute_force_works_for_a_ray_as_its_triangles_ask(size: int, countable) 
         assert not found.unknown and 0 <= found.texels - 3 * triangles <= 16
         assert found.instructions > 20 * triangles
         sparse = work_of(tracer, Workload(half, rays.directions, size))
-        # the texels that pixels without a ray read
+        # Pixels without a ray also read a few texels.
         assert found.texels < sparse.texels < found.texels + 16
         assert "no ray" in work_of(tracer, Workload(half * np.nan, rays.directions, size)).unknown
 

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 HANG = 60  # seconds after which an interrupted process counts as hung
-STARTS = 2.0  # seconds within which the interrupt comes
+STARTS = 2.0  # the interrupt comes within these first seconds of a command
 
 COMMANDS = {
     "render": "-m gpgpu_rt render bunny --size 256x256 -o {folder}/picture.png",
@@ -27,7 +27,7 @@ COMMANDS = {
     "figures": "-m gpgpu_rt.figures --only fig12 --data {folder}/data --out {folder}/out",
     "shared": "-m gpgpu_rt render cornell --scheduler local -o {folder}/picture.png"}
 
-# Words of a traceback, and of an exception that Python could only print.
+# Text that Python prints with a traceback, or with an exception that it cannot pass on.
 NOISE = ("Traceback", "Exception ignored", "KeyboardInterrupt", 'File "')
 ROOT = Path(__file__).parents[2]
 OURS = tuple(f'File "{ROOT / name}/' for name in ("gpgpu_rt", "figures"))
@@ -35,16 +35,16 @@ OURS = tuple(f'File "{ROOT / name}/' for name in ("gpgpu_rt", "figures"))
 
 @pytest.fixture(autouse=True)
 def heard() -> Iterator[None]:
-    """Makes this process and its children react to Ctrl-C. A shell's background job ignores
-    Ctrl-C, and so do its children."""
+    """Makes this process and its children react to Ctrl-C. Without this fixture, tests in a
+    shell's background job would ignore Ctrl-C, and so would their children."""
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
     yield
     signal.signal(signal.SIGINT, before)
 
 
 def interrupted(words: list[str], after: float, folder: Path) -> tuple[int, str, str]:
-    """Returns status, stdout and stderr of ``python WORDS``. After ``after`` seconds the process
-    and all its children are interrupted, like by a terminal."""
+    """Returns status, stdout and stderr of ``python WORDS``. After ``after`` seconds, the process
+    and all its children receive SIGINT, as a terminal sends it on Ctrl-C."""
     process = subprocess.Popen([sys.executable, *words], cwd=folder, text=True,
                                start_new_session=True, stdout=subprocess.PIPE,
                                stderr=subprocess.PIPE)
@@ -73,8 +73,8 @@ def check(command: str, after: float, folder: Path) -> None:
     if before_our_code(err):
         return
     said = f"{command}, interrupted after {after:.3f} s: status {status}\n{out}{err}"
-    # Status 0: the command had finished. Status -SIGINT, which a shell reports as 130: Python did
-    # not handle signals yet, or no longer handled them.
+    # The status is 0 if the command had already finished. It is -SIGINT, which a shell reports as
+    # 130, if Python did not handle signals yet, or no longer handled them.
     assert status in (0, 130, -signal.SIGINT), said
     assert not any(word in out + err for word in NOISE), said
     assert not [*folder.glob(".writing-*")], said

@@ -1,4 +1,4 @@
-"""``gpgpu-rt scenes --fetch`` puts scenes where `load_scene` finds them, or leaves nothing."""
+"""``gpgpu-rt scenes --fetch`` puts scenes where `load_scene` finds them, or leaves no files."""
 from __future__ import annotations
 
 import hashlib
@@ -29,8 +29,8 @@ def _file(scene: str, path: str, content: bytes) -> SourceFile:
 
 @pytest.fixture
 def folder(tmp_path, monkeypatch) -> Path:
-    """A user's folder, with small originals of two scenes in ``copy``: the bunny in an archive,
-    the robots in files that stay, two of which are equal."""
+    """A user's folder, with small originals of two scenes in ``copy``. The bunny is in an archive.
+    The robots are in files that are kept, two of which are equal."""
     monkeypatch.setenv("GPGPU_RT_SCENES", "")
     monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path / "data"))
     monkeypatch.chdir(tmp_path)
@@ -75,8 +75,9 @@ def test_scenes_are_found_by_their_names(folder: Path, capsys) -> None:
         camera = json.loads((data / "cameras.json").read_text())[name]
         assert scene.stand_in is None and list(scene.camera.eye) == camera["eye"]
         np.testing.assert_array_equal(scene.triangles, BOX.triangles.astype(np.float32))
-    assert fetch("bunny", "robots") == 0        # nothing is left to do
-    assert "bunny is there" in capsys.readouterr().err
+    assert fetch("bunny,robots-moving") == 0        # nothing is left to do
+    err = capsys.readouterr().err
+    assert "bunny is there" in err and "robots is there" in err
 
 
 def test_the_users_folder_comes_first_and_keeps_its_files(folder: Path, monkeypatch) -> None:
@@ -96,9 +97,12 @@ def test_the_users_folder_comes_first_and_keeps_its_files(folder: Path, monkeypa
 
 @pytest.mark.parametrize("words, message", [
     (["fairyforest"], "cannot be fetched: https://www.sci.utah.edu/~wald/animrep/"),
-    (["tenk"], "tenk cannot be fetched: built in"),
+    (["tenk"], "tenk is built in, so there is nothing to fetch"),
+    (["fairy-forst"], "did you mean fairyforest"),
     (["buny"], "did you mean bunny"),
-    (["bunny", "--from", "nowhere"], "nowhere has no file meshes/bunny.zip"),
+    (["bunny", "--from", "nowhere"], "--from nowhere: there is no such folder; check the path"),
+    (["bunny", "--from", "localhost:8000"], "did you mean http://localhost:8000?"),
+    (["bunny", "--from", "copy/meshes"], "the folder has none of meshes"),
     (["bunny", "--from", "http://127.0.0.1:9"], "cannot reach")])
 def test_mistakes_are_one_line_and_leave_nothing(folder: Path, words: list, message: str,
                                                  capsys) -> None:
@@ -119,11 +123,41 @@ def test_a_damaged_file_leaves_the_finished_scenes(folder: Path, capsys) -> None
     assert fetch("bunny", "robots") == 0 and "robots.ply" in files_of(data)
 
 
+@pytest.mark.parametrize("step", ["download", "convert", "_add_camera", "_convert"])
+@pytest.mark.parametrize("number", [1, 2])
+@pytest.mark.parametrize("before", [False, True], ids=["after", "before"])
+def test_an_interrupted_fetch_ends_the_same(folder: Path, monkeypatch, capsys, step: str,
+                                            number: int, before: bool) -> None:
+    """The user interrupts before or after a call of a step; the same command then continues."""
+    done, calls = getattr(module, step), 0
+
+    def interrupted(*given):
+        nonlocal calls
+        calls += 1
+        if before and calls == number:
+            raise KeyboardInterrupt
+        result = done(*given)
+        if calls == number:
+            raise KeyboardInterrupt
+        return result
+
+    with monkeypatch.context() as patch:
+        patch.setattr(module, step, interrupted)
+        assert fetch("bunny", "robots") == 130
+    assert "interrupted" in capsys.readouterr().err
+    assert fetch("bunny", "robots") == 0
+    data = folder / "data/gpgpu_rt/scenes"
+    assert files_of(data) == ["bunny.ply", "cameras.json", "originals/meshes/aff/arm.ply",
+                              "originals/meshes/aff/leg.ply", "originals/meshes/aff/top.ply",
+                              "robots.ply"]
+    assert set(json.loads((data / "cameras.json").read_text())) == {"bunny", "robots"}
+    assert not (data / ".fetching").exists()
+
+
 def test_what_a_killed_run_left_is_removed(folder: Path) -> None:
     data = folder / "data/gpgpu_rt/scenes"
     (data / ".fetching/unpacked/bunny").mkdir(parents=True)
     (data / ".fetching/unpacked/bunny/old.ply").write_text("half")
-    (data / ".writing-x.ply").write_text("half")
     assert fetch("bunny") == 0
     assert files_of(data) == ["bunny.ply", "cameras.json"] and not (data / ".fetching").exists()
 
@@ -154,6 +188,10 @@ def test_every_scene_has_a_source_or_a_page() -> None:
 
 
 ORIGINALS_FOLDER = os.environ.get("GPGPU_RT_ORIGINALS")
+# The beginning of the SHA-256 of each scene's triangles, (n, 3, 3) float32.
+DIGESTS = {"bunny": "6b43d979b823ec6d", "conference": "b0aa5e61551c000e",
+           "cornell": "9c55162aee16d84b", "kitchen": "c9a80d31113513e2",
+           "robots": "77e556aee7a6f557", "teapot": "68274553c11df5f9"}
 
 
 @pytest.mark.parametrize("name", [
@@ -168,3 +206,5 @@ def test_the_published_files(name: str, tmp_path, monkeypatch) -> None:
     assert main(["scenes", "--fetch", name, "--from", ORIGINALS_FOLDER, "--yes"]) == 0
     scene = rt.load_scene(name)
     assert len(scene) == ORIGINALS[name].triangles and scene.stand_in is None
+    digest = hashlib.sha256(np.ascontiguousarray(scene.triangles, "<f4").tobytes()).hexdigest()
+    assert digest[:16] == DIGESTS[name]

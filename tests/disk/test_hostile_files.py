@@ -42,7 +42,7 @@ def within_seconds(seconds: float, run: Callable[[], object]) -> object:
     thread = threading.Thread(target=catch, daemon=True)
     thread.start()
     thread.join(seconds)
-    assert found, "it hangs"
+    assert found, "the call hangs"
     return found[0]
 
 
@@ -107,8 +107,8 @@ def test_a_material_file_that_cannot_be_read_is_noted(library: str | None, note:
 # trimesh's logger -------------------------------------------------------------------------------
 
 def test_a_broken_normal_is_no_traceback(tmp_path: Path) -> None:
-    """A broken normal logs no traceback. The test needs a separate process, because pytest
-    captures log messages."""
+    """A mesh file with a broken normal loads, and trimesh prints no traceback. The test needs a
+    separate process, because pytest captures log messages."""
     content = trimesh.creation.box().export(file_type="stl_ascii").replace(
         "facet normal ", "facet normal x", 1)
     (tmp_path / "m.stl").write_text(content)
@@ -217,7 +217,7 @@ def test_a_large_image_is_refused_by_its_header(tmp_path: Path) -> None:
 
 
 def test_the_texels_of_an_image_are_as_they_were() -> None:
-    """The lookup table for byte values gives the results of the float64 formula."""
+    """The lookup table from bytes to linear values equals the sRGB formula in float64."""
     image = Image.fromarray(np.random.default_rng(3).integers(0, 256, (9, 7, 3)).astype(np.uint8))
     bytes_ = np.asarray(image).astype(np.float64) / 255
     expected = np.where(bytes_ <= 0.04045, bytes_ / 12.92, ((bytes_ + 0.055) / 1.055) ** 2.4)
@@ -235,7 +235,7 @@ def test_an_archive_that_inflates_is_refused(tmp_path: Path, monkeypatch) -> Non
         read_npz(tmp_path / "r.npz", "rays")
     assert read_npz(tmp_path / "r.npz", "rays", names=("directions",)) == {}
     np.savez(tmp_path / "r.npz", origins=np.zeros((10 ** 6, 3)))
-    assert len(read_npz(tmp_path / "r.npz", "rays")) == 1  # uncompressed, and as large as its file
+    assert len(read_npz(tmp_path / "r.npz", "rays")) == 1  # uncompressed: no larger than its file
 
 
 @pytest.mark.parametrize("shape", [(10 ** 9, 3), (10 ** 18, 10 ** 18), (-1, 3)])
@@ -354,7 +354,7 @@ def test_a_device_is_not_replaced(tmp_path: Path) -> None:
     ["render", "cloth", "--frames", "1", "-o", "{}/x.gif"]], ids=lambda words: words[0])
 def test_a_full_disk_names_the_file(command: list[str], tmp_path: Path, capsys) -> None:
     resource = pytest.importorskip("resource")
-    rt.Tracer("cornell", "grid").release()  # write the cache before the limit
+    rt.Tracer("cornell", "grid").release()  # write the cache before the size of files is limited
     before = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (64, before[1]))
     try:

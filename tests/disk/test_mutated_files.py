@@ -1,5 +1,5 @@
-"""Reading a mutated file either succeeds or fails with a single line. The quick suite tries a
-sample of each kind, and the full suite thousands."""
+"""Reading a mutated file either succeeds or fails with an error of one line. The quick suite
+tries at most 30 files of each kind, and the full suite 10,000."""
 from __future__ import annotations
 
 import importlib

@@ -1,5 +1,5 @@
-"""A numpy mirror of the watertight test in `triangle.glsl`, operation by operation in float32. A
-second form contracts its products into fused multiply-adds."""
+"""A numpy copy ("mirror") of the watertight test in `triangle.glsl`, operation by operation in
+float32. With ``contract``, the mirror contracts products into fused multiply-adds."""
 from __future__ import annotations
 
 from collections.abc import Iterator
@@ -12,8 +12,9 @@ Array = np.ndarray
 
 
 def fused(a: Array, b: Array, c: Array) -> Array:
-    """Returns float32(a b + c). The product of two float32 values is exact in float64; the sum is
-    rounded at most twice. The result differs from a true fused multiply-add once in 2^29."""
+    """Returns float32(a b + c). The product of two float32 values is exact in float64, but the sum
+    is rounded twice. The result therefore differs from a true fused multiply-add about once in
+    2^29 cases."""
     return (a.astype(np.float64) * b + c).astype(np.float32)
 
 
@@ -90,8 +91,8 @@ def hits_a_ray(triangles: Array, origins: Array, directions: Array) -> Array:
 
 def _tables(triangles: Array, origins: Array, directions: Array,
             contract: bool) -> Iterator[tuple[int, Array, Array, Array]]:
-    """Yields blocks of rays: the block's first ray, then t, u and v, (r, m) each. Rejected pairs
-    have infinite t."""
+    """Yields for each block of r rays the index of its first ray, then t, u and v, (r, m) each,
+    for m triangles. Rejected pairs have infinite t."""
     n, m = len(origins), len(triangles)
     rows = max(1, (1 << 18) // m)
     for first in range(0, n, rows):

@@ -1,4 +1,5 @@
-"""Rows 24 to 36: hard cases of each family of accelerators, checked in the traversal states."""
+"""Rows 24 to 40 of the catalogue (`figures/experiments/extreme_cases.py`): hard cases of each
+family of accelerators. Many tests read the traversal states after each step."""
 from __future__ import annotations
 
 import numpy as np
@@ -64,8 +65,9 @@ def test_rows_24_and_25_rays_from_split_planes(exact_renderer, method: str, seed
     assert not hits.status.any()
     leaves = int((tree.axis == 3).sum())
     assert hits.leaves_visited.max() <= leaves
-    # For each leaf, a ray walks at most from the root to the leaf and back. Each leaf adds its
-    # list. A packet also walks to empty leaves, and passes them without a visit.
+    # For each leaf, a ray walks at most from the root to the leaf and back. The steps that test
+    # the leaf's triangles are subtracted. A packet also walks to empty leaves, and passes them
+    # without a visit.
     walks = leaves if ROWS[method].packet else hits.leaves_visited
     assert (hits.steps - hits.triangles_tested <= walks * (2 * tree.depth + 2) + 1).all()
     with rt.Tracer(case.scene, "brute-force") as tracer:
@@ -75,9 +77,11 @@ def test_rows_24_and_25_rays_from_split_planes(exact_renderer, method: str, seed
 @pytest.mark.parametrize("seed", [3], ids="seed{}".format)
 @pytest.mark.parametrize("method", KD)
 def test_row_25_triangles_in_split_planes(exact_renderer, method: str, seed: int) -> None:
-    """Triangles in split planes are hit as by brute force. The flat triangles lie in the split
-    planes of a first tree. Many of these planes also split the tree that contains the flat
-    triangles."""
+    """Hits on triangles that lie in split planes equal those of brute force.
+
+    The test builds a tree and adds flat triangles in its split planes. Many of these planes are
+    also split planes of the second tree, which contains the flat triangles.
+    """
     rng = np.random.default_rng(seed)
     triangles = soup(400, seed, 0.05)
     with rt.Tracer(Case(triangles, [[0, 0, 0]], [[1, 0, 0]]).scene, method) as tracer:
@@ -100,8 +104,8 @@ def test_row_25_triangles_in_split_planes(exact_renderer, method: str, seed: int
 
 def cells_crossed(grid: Grid, origins: np.ndarray, directions: np.ndarray, end: np.ndarray,
                   shortest: float) -> np.ndarray:
-    """Returns, in float64, the keys ray * cells + cell of all cells that each ray crosses over
-    more than ``shortest``."""
+    """Returns the keys, ray * cells + cell, of all cells in which the ray's segment is longer than
+    ``shortest``, computed in float64."""
     origins, directions = origins.astype(np.float64), directions.astype(np.float64)
     lo, size = grid.lo.astype(np.float64), grid.cell_size.astype(np.float64)
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -118,7 +122,8 @@ def cells_crossed(grid: Grid, origins: np.ndarray, directions: np.ndarray, end: 
 
 
 def keys(grid: Grid, cell: np.ndarray) -> np.ndarray:
-    """Maps cells, (n, ..., 3), to keys, (n, ...). Each ray has its own range of keys."""
+    """Maps the cells of n rays, (n, ..., 3), to keys, (n, ...). Each ray has its own range of
+    keys."""
     rx, ry, rz = (int(r) for r in grid.resolution)
     ray = np.arange(len(cell)).reshape(-1, *[1] * (cell.ndim - 2))
     return (ray * rz + cell[..., 2]) * rx * ry + cell[..., 1] * rx + cell[..., 0]
@@ -141,8 +146,9 @@ def cells_visited(tracer: rt.Tracer, origins: np.ndarray,
 def test_grids_visit_the_exact_cells(method: str, name: str, row: int, share: float) -> None:
     """A grid visits the cells that a ray crosses.
 
-    Row 28: it visits all cells that the ray crosses over more than the padding of boxes. Row 29:
-    at most 1.7 % of the rays miss any cell, however short the crossing.
+    Row 28: it visits each cell in which the ray's segment is longer than twice the padding of
+    boxes. Row 29: it visits each crossed cell, however short the segment, for all but 1.7 % of the
+    rays.
     """
     case = make_case(name, 300, 5)
     with rt.Tracer(case.scene, method, schedule="step", **case.options[method]) as tracer:
@@ -162,12 +168,12 @@ def test_grids_visit_the_exact_cells(method: str, name: str, row: int, share: fl
 @pytest.mark.parametrize("far", [False, True], ids=["near", "moved-1e4"])
 @pytest.mark.parametrize("method, options", [
     pytest.param(name, options, id="-".join([name, *map(str, options.values())]))
-    for name in BVH if not ROWS[name].single  # each ray has its own node at every step
+    for name in BVH if not ROWS[name].single  # the rays of a packet share their nodes
     for options in variants(name) if set(options) <= {"quantise_nodes"}])
 def test_rows_31_and_32_nodes_visited_contain_the_exact_ones(method: str, options: dict, far: bool,
                                                              seed: int) -> None:
-    """A ray aimed at the corners of boxes enters every box that it meets in exact arithmetic. This
-    also holds where a node stores a wider box in few bits."""
+    """A ray aimed at the corners of boxes visits every node whose box it meets in float64. This
+    also holds for quantised nodes, which store a wider box in few bits."""
     case = make_case("box-corners", 300, seed)
     if far:  # the moved corners are exact in float32
         step = np.float32(2.0**-9)
@@ -184,7 +190,7 @@ def test_rows_31_and_32_nodes_visited_contain_the_exact_ones(method: str, option
         hits = tracer.trace(case.origins, case.directions)
     visited = np.zeros((300, len(bvh.escape) + 1), bool)
     for nodes in seen:
-        visited[np.arange(300), nodes] = True  # the end of a walk, -1, is the last column
+        visited[np.arange(300), nodes] = True  # node -1, the end of a walk, is the last column
     o, d = (a.astype(np.float64)[:, None] for a in (case.origins, case.directions))
     with np.errstate(divide="ignore", invalid="ignore"):
         t0, t1 = (bvh.lo - o) / d, (bvh.hi - o) / d
@@ -209,7 +215,7 @@ def test_row_34_the_deepest_trees(exact_renderer, method: str, build: str) -> No
                                       for o in ROWS[method].options) else {}
     with rt.Tracer(case.scene, method, **options) as tracer:
         hits = tracer.trace(case.origins, case.directions)
-    assert not hits.status.any(), "an overflow is flagged, and here is none"
+    assert not hits.status.any(), "a stack overflowed"
     with rt.Tracer(case.scene, "brute-force") as tracer:
         assert_same_bits(hits, tracer.trace(case.origins, case.directions))
 
@@ -272,7 +278,7 @@ def test_row_40_rays_at_the_cap_are_flagged(method: str, schedule: str) -> None:
 
 @pytest.mark.parametrize("method", [name for name, row in ROWS.items() if "loop" in row.schedules])
 def test_row_36_more_iterations_than_a_loop_runs(method: str) -> None:
-    """llvmpipe silently ends a loop after 65,535 iterations; later passes do the remaining
+    """llvmpipe silently ends a loop after 65,535 iterations, so later passes must do the remaining
     steps."""
     case = long_way(70_000 if method == "brute-force" else 40_000, 3, 9)
     with rt.Tracer(case.scene, method, statistics=True) as tracer:

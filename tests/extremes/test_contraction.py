@@ -46,7 +46,8 @@ def test_row_6_double_hits(seed: int, record_property) -> None:
 
 
 def test_precise_stands_before_every_product_of_the_watertight_test() -> None:
-    """Each value that a product enters is declared `precise`, which forbids contraction."""
+    """Each variable that is computed from a product is declared `precise`, which forbids
+    contraction."""
     text = (ROOT / "core/triangle.glsl").read_text()
     body = text.split("#ifdef INTERSECTION_WOOP_WATERTIGHT")[1].split("#endif")[0]
     declared = re.findall(r"^\s*(PRECISE )?(?:float|vec[23]) (\w+) =(.*)$", body, re.M)

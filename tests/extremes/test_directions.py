@@ -1,5 +1,5 @@
-"""Rows 16 to 19 and 28: rays along axes and through corners of a lattice, compared with exact
-rationals."""
+"""Rows 16 to 19 of the catalogue of extreme cases: rays along axes and in planes of a lattice.
+The hits are compared with hits in exact rational arithmetic."""
 from __future__ import annotations
 
 import functools
@@ -17,7 +17,7 @@ CELLS = 4  # cells of the lattice, which has 96 triangles
 
 
 def small_case(name: str, n: int, seed: int) -> Case:
-    """Returns a case on a lattice of 4 cells. The usual 8 cells make exact rationals slow."""
+    """Returns a case on a lattice of 4 cells. With the usual 8 cells, exact arithmetic is slow."""
     case = make_case(name, n, seed)
     return Case(lattice(CELLS), case.origins, case.directions)
 

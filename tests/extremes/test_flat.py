@@ -1,8 +1,9 @@
-"""Row 41: all methods trace flat scenes across an axis, with rays that start on or near the plane.
+"""Row 41 of the catalogue of extreme cases: scenes that are flat along an axis, and rays that
+start on or near the plane of the scene.
 
-All hits equal brute force's to the bit. This also holds for a search that begins and ends at the t
-of a hit, so a method must visit every box that contains a hit. Brute force's hits are within its
-derived bounds.
+All hits equal those of brute force to the bit. This also holds for a search that begins and ends
+at the t of a hit, so a method must visit every box that contains a hit. The hits of brute force
+are within the derived error bounds.
 """
 from __future__ import annotations
 
@@ -19,7 +20,7 @@ from gpgpu_rt.figures.experiments.flat_cases import FLATS, Flat
 from gpgpu_rt.methods import find_method
 
 QUICK = [Flat(0, 0.0), Flat(1, 0.0, count=2)]
-SLOW_TO_INSERT = 100  # triangles; more are slow to insert singly
+SLOW_TO_INSERT = 100  # with more triangles, a builder that inserts them singly is slow
 MILLION = 10**6
 
 
@@ -30,7 +31,7 @@ def name_of(flat: Flat) -> str:
 
 @functools.lru_cache(maxsize=len(FLATS) * 4)
 def traced(flat: Flat, rays: int, seed: int, together: bool = False) -> tuple[Case, rt.Hits]:
-    """Returns a case and brute force's answer."""
+    """Returns a case and the hits of brute force."""
     case = flat.case(rays, seed, together)
     with rt.Tracer(case.scene, "brute-force") as tracer:
         return case, tracer.trace(case.origins, case.directions, case.t_min)
@@ -55,8 +56,8 @@ def check(flat: Flat, rays: int, seed: int, method: str, **options) -> int:
 @pytest.mark.parametrize("seed", [1], ids="seed{}".format)
 @pytest.mark.parametrize("flat", [QUICK[0], *FLATS[::23]], ids=name_of)
 def test_brute_force_is_right(flat: Flat, seed: int) -> None:
-    """Brute force answers within its derived bounds. Near the plane t may have the wrong sign, but
-    only within its bound."""
+    """The hits of brute force are within the derived error bounds. For rays that start near the
+    plane, t may have the wrong sign, but the error of t is within its bound."""
     for together in (False, True):
         case, hits = traced(flat, 1000, seed, together)
         verdict = judge(case.triangles, case.origins, case.directions, hits, case.t_min)
@@ -99,8 +100,8 @@ def settings() -> list:
 @pytest.mark.parametrize("seed", [11], ids="seed{}".format)
 @pytest.mark.parametrize("method, options", settings())
 def test_a_million_rays(exact_renderer, method: str, options: dict, seed: int) -> None:
-    """Each method traces rays in all flat scenes. With options it uses every seventh scene, so
-    each kind of scene occurs."""
+    """Each method traces a million rays in all flat scenes. With options, a method traces only
+    every seventh scene; these scenes include each kind."""
     flats = FLATS if not options else FLATS[::7]
     rays = -(-MILLION // (2 * len(flats)))
     if options.get("build") == "goldsmith-salmon":

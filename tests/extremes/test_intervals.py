@@ -20,8 +20,8 @@ EMPTY = {"ends-before-0": (0.0, -1.0), "ends-first": (3.0, 2.0), "both-before-0"
 
 
 def rays_in_the_plane(n: int, seed: int, length: float) -> tuple[rt.Scene, np.ndarray, np.ndarray]:
-    """Returns a square in y = 0 and rays that start on the square. The rays are steep, so t is 0
-    at every hit."""
+    """Returns a square in y = 0 and rays that start on the square, so t is 0 at every hit. No ray
+    runs in the plane of the square."""
     rng = np.random.default_rng(seed)
     scene = Flat(1, 0.0, count=2).case(1, seed).scene
     origins = np.zeros((n, 3))
@@ -49,7 +49,7 @@ def test_an_empty_interval_is_a_miss(method: str, length: float) -> None:
                                            (1e-30, 1e-30)])
 @pytest.mark.parametrize("method", METHODS)
 def test_a_start_behind_the_origin_stays_there(method: str, length: float, t_min: float) -> None:
-    """The hits have t = 0. An interval that begins after 0 or ends before 0 has no hit."""
+    """All hits have t = 0, so an interval that begins after 0 or ends before 0 has no hit."""
     scene, *rays = rays_in_the_plane(40, 3, length)
     with rt.Tracer(scene, method) as tracer:
         assert not tracer.trace(*rays, t_min=t_min).hit.any()
@@ -61,7 +61,8 @@ def test_a_start_behind_the_origin_stays_there(method: str, length: float, t_min
 @pytest.mark.parametrize("size", [1.0, 1e-8, 1e-14])
 def test_the_ray_engines_host_flushes_as_its_passes_do(exact_renderer, size: float,
                                                        seed: int) -> None:
-    """Host and passes agree for origins, directions, corners and products below 2^-126."""
+    """The ray engine's host and its passes return the same hits, although origins, directions,
+    corners and products are below 2^-126."""
     rng = np.random.default_rng(seed)
     case = Flat(1, 0.0).case(800, seed)
     tiny = 10 ** rng.uniform(-45, -30, (800, 3)) * rng.choice([-1, 1], (800, 3))

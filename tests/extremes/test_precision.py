@@ -1,5 +1,5 @@
-"""Row 26: methods at low precision end within their cap, flag the rays that they stop, and report
-no false hit.
+"""Row 26 of the catalogue of extreme cases: methods at low precision end within their step cap,
+flag the rays that they stop, and report no false hit.
 
 The tests use the precisions, roundings and interval policies of the option tables.
 """
@@ -32,8 +32,8 @@ def case_of(name: str, seed: int) -> Case:
 
 
 def arithmetic(name: str, rounding: str) -> Arithmetic:
-    """Returns the error bounds of a format. Directed rounding doubles the unit of nearest
-    rounding."""
+    """Returns the error bounds of a format. The unit roundoff of directed rounding is twice that
+    of rounding to nearest."""
     form = FORMATS[name]
     return Arithmetic(form.unit * (1 if rounding == "nearest" else 2), form.smallest,
                       form.largest)
@@ -42,8 +42,9 @@ def arithmetic(name: str, rounding: str) -> Arithmetic:
 def wrong(case: Case, hits: rt.Hits, chosen: Precision) -> np.ndarray:
     """Returns (n,) bool: which hits are false.
 
-    The bounds of the format's arithmetic on the stored values decide. A hit is also false if t is
-    outside its bound while 1 / det is in range.
+    A hit is false if no hit is possible within the error bounds of the format's arithmetic on the
+    stored values. A hit is also false if its t is outside the bound of t. If 1 / det overflows the
+    format, t is not checked.
     """
     at = np.flatnonzero(hits.hit)
     corners = chosen.stored(case.triangles[hits.triangle[at]])
@@ -68,17 +69,17 @@ def check(case: Case, method: str, ends: bool, **options) -> None:
         hits = tracer.trace(case.origins, case.directions)
         cap, chosen = tracer.step_cap, tracer.precision
     assert np.isin(hits.status, (0, 2)).all() and hits.steps.max() <= cap
-    assert not ends or not hits.status.any(), f"{(hits.status == 2).sum()} rays went round"
+    assert not ends or not hits.status.any(), f"{(hits.status == 2).sum()} rays looped"
     for values in (hits.t[hits.hit], hits.u, hits.v):
         assert np.isfinite(values).all()
     bad = wrong(case, hits, chosen)
-    assert not bad.any(), f"{bad.sum()} hits are not there, first {np.flatnonzero(bad)[:5]}"
+    assert not bad.any(), f"{bad.sum()} hits are false, first {np.flatnonzero(bad)[:5]}"
 
 
 def low_precisions() -> list:
-    """Returns every case with every method in every setting. With fewer bits in storage than in
-    arithmetic, rays in kd-trees may loop. The quick suite runs the most sensitive cases and
-    settings."""
+    """Returns every case with every method in every setting. The quick suite runs only the most
+    sensitive combinations. In some of them, storage has fewer bits than arithmetic, so rays in
+    kd-trees may loop."""
     combinations = []
     for name, method, options in itertools.product(CASES, ROWS, SETTINGS):
         quick = name == "degenerate" and (
@@ -93,8 +94,9 @@ def low_precisions() -> list:
 @pytest.mark.parametrize("seed", [1], ids="seed{}".format)
 @pytest.mark.parametrize("name, method, options", low_precisions())
 def test_row_26_low_precision_ends(name: str, method: str, options: dict, seed: int) -> None:
-    """No ray reaches its cap when storage rounds up, because t_min of a kd-tree then always
-    increases. With other roundings, rays may loop until the cap stops and flags them."""
+    """If storage rounds up, the t_min of a ray in a kd-tree always increases, so no ray reaches
+    the step cap. With other roundings, rays in kd-trees may loop until the cap stops and flags
+    them."""
     ends = options["rounding"] == "up" or not method.startswith("kd-")
     cap = {} if ends else {"step_cap": 2000}
     check(case_of(name, seed), method, ends, **options, **cap)
@@ -104,9 +106,9 @@ def test_row_26_low_precision_ends(name: str, method: str, options: dict, seed: 
 @pytest.mark.parametrize("method", [name for name in ROWS if name in ("kd-restart",
                                                                       "kd-backtrack")])
 def test_row_26_how_it_fails(method: str, seed: int) -> None:
-    """With nearest rounding, the stored t_min may fall before the split plane that it came from.
-    Many rays then loop until the cap stops and flags them. The figure `extremes` shows the
-    shares."""
+    """If storage rounds to nearest or chops, the stored t_min may lie before the split plane from
+    which it was computed. Many rays then loop until the cap stops and flags them. The figure
+    `extremes` shows their shares."""
     case = case_of("spanning", seed)
     shares = {}
     for rounding in ("nearest", "chop", "up"):

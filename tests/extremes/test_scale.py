@@ -1,5 +1,8 @@
-"""Rows 8, 10 and 20: exact symmetries. Scaling a scene by a power of two, permuting or mirroring
-its axes, and lengthening directions change no hit except t. They change t exactly."""
+"""Rows 8, 10 and 20 of the catalogue of extreme cases: exact symmetries.
+
+If a test scales a scene or its directions by a power of two, or permutes or mirrors the axes, each
+ray still hits the same triangle. Its t changes by exactly the factor.
+"""
 from __future__ import annotations
 
 import itertools
@@ -39,7 +42,7 @@ def test_row_8_scaled_scenes(exact_renderer, method: str, exponent: int) -> None
     1e-12, 7e3, 1e12, *(pytest.param(scale, marks=pytest.mark.full) for scale in (1e-6, 1e6))])
 @pytest.mark.parametrize("method", METHODS)
 def test_row_8_scaled_by_other_factors(method: str, scale: float) -> None:
-    """Scaling by a factor that rounds changes the mesh, but the mesh stays closed and no ray leaks
+    """Scaling by other factors rounds the corners, but the mesh stays closed and no ray leaks
     from it."""
     case = make_case("sphere-edges", 1000, 2)
     triangles = (case.triangles.astype(np.float64) * scale).astype(np.float32)
@@ -51,8 +54,8 @@ def test_row_8_scaled_by_other_factors(method: str, scale: float) -> None:
 @pytest.mark.parametrize("size", [1e-8, 1e12])
 @pytest.mark.parametrize("method", METHODS)
 def test_row_8_small_triangles_at_the_stated_limits(method: str, size: float) -> None:
-    """Triangles of a thousandth of their scene's size, seen across the scene, keep the digits of
-    t. For scenes of size 1e-12, t is 0."""
+    """At the limits that docs/extremes.md states for the size of a scene, t keeps all digits. The
+    triangles have a thousandth of the scene's size, and the rays cross the scene."""
     rng = np.random.default_rng(5)
     middles, origins = rng.uniform(-0.5, 0.5, (2, 300, 3))
     triangles = middles[:, None] + 1e-3 * rng.normal(size=(300, 3, 3))
@@ -67,10 +70,10 @@ def test_row_8_small_triangles_at_the_stated_limits(method: str, size: float) ->
 
 @pytest.mark.parametrize("exponent", [-140, -130, 127])
 def test_row_20_t_past_float32(exact_renderer, exponent: int) -> None:
-    """Directions of any length give the same hit, except for t: t is infinite, or rounded to a
-    denormal."""
+    """Directions of any length give the same hits, except for t, which may overflow to infinity or
+    be rounded to a denormal."""
     rng = np.random.default_rng(6)
-    # exact also when scaled to denormals
+    # Multiples of 1/256 stay exact when they are scaled to denormals.
     directions = rng.integers(-256, 257, (500, 3)) / np.float32(256)
     case = Case(bumpy_sphere(1), 0.2 * rng.normal(size=(500, 3)), directions)
     plain = trace(case, "bvh-threaded")
@@ -85,8 +88,8 @@ def test_row_20_t_past_float32(exact_renderer, exponent: int) -> None:
 
 @pytest.mark.parametrize("method", METHODS)
 def test_row_10_permuted_and_mirrored(exact_renderer, method: str) -> None:
-    """The hits agree under ten of the 48 symmetries of the axes. Rays with two dominant axes are
-    left out, because the choice between the axes need not be symmetric."""
+    """The hits agree under ten of the 48 symmetries of the axes. No ray has two equal dominant
+    components, because the choice between two such axes need not be symmetric."""
     rng = np.random.default_rng(3)
     triangles = bumpy_sphere(1)
     origins = (rng.normal(size=(600, 3)) * 0.5).astype(np.float32)
@@ -105,8 +108,8 @@ def test_row_10_permuted_and_mirrored(exact_renderer, method: str) -> None:
     -110, 11, 100, *(pytest.param(power, marks=pytest.mark.full) for power in (-50, 50))])
 @pytest.mark.parametrize("method", METHODS)
 def test_row_20_lengths_of_directions(exact_renderer, method: str, exponent: int) -> None:
-    """A longer direction divides t exactly. The lengths are powers of two from below 1e-15 to
-    above 1e15."""
+    """If a direction is scaled by a power of two, t is divided exactly by this power. The powers
+    range from below 1e-15 to above 1e15."""
     case = make_case("from-afar", 500, 4)
     plain = trace(case, method)
     case.directions = np.ldexp(case.directions, exponent)

@@ -1,5 +1,7 @@
-"""State textures after every pass hold no NaN and only sentinel infinities. Row 23: a finished
-ray's state never changes."""
+"""After every pass, the state textures hold no NaN, and infinity only where it means "no end".
+
+Row 23 of the catalogue of extreme cases: the state of a finished ray never changes.
+"""
 from __future__ import annotations
 
 import numpy as np
@@ -57,15 +59,15 @@ def test_no_nan_in_any_state(name: str, method: str, schedule: str, seed: int) -
         hits = tracer.trace(origins, directions, invalid="miss")
         tracer.occluded(origins, directions, 2.0, invalid="miss")
     assert hits.status.tolist().count(1) == 3 and len(passes) >= 2
-    # A method with a driver of its own also draws other kinds of passes.
+    # A method with its own driver may draw fewer of these passes, but also passes of other kinds.
     assert len(passes) > 4 or schedule == "loop" or schedule in METHODS[method].drivers
 
 
 @pytest.mark.parametrize("scale", [2.0**-20, 1.0, 2.0**20])
 @pytest.mark.parametrize("method", METHODS)
 def test_no_nan_in_a_picture(method: str, scale: float) -> None:
-    """Ray, shading and colour textures are finite, with zero-area triangles and the eye inside the
-    scene."""
+    """The ray, shading and colour textures of a picture are finite. The scene has triangles
+    without area, and the eye is inside the scene."""
     case = make_case("degenerate", 1, 2)
     case.triangles *= np.float32(scale)
     scene = case.scene

@@ -1,5 +1,5 @@
-"""Row 35: indices around 2^11, 2^17 and 2^24 survive a round trip through a texture, also at odd
-widths."""
+"""Row 35 of the catalogue of extreme cases: indices around 2^11, 2^17 and 2^24 survive a round
+trip through a texture. Images of rays with odd widths give the same hits."""
 from __future__ import annotations
 
 import numpy as np
@@ -31,9 +31,9 @@ def indices(exponent: int) -> list[int]:
 
 @pytest.mark.parametrize("exponent", [11, 17, pytest.param(23, marks=pytest.mark.full)])
 def test_row_35_indices_round_trip(gpu: Gpu, exponent: int, tmp_path) -> None:
-    """Every index up to the largest fetches its own entry. A row computed with a rounded
-    reciprocal would be wrong at row ends. Table entries reach 2^24, because an entry also holds
-    twice its index."""
+    """Every index up to the largest fetches its own entry. A shader that computed the texture row
+    with a rounded reciprocal would fail at row ends. An entry also holds twice its index, so the
+    entries of the table reach 2^24."""
     count = indices(exponent)[-1] + 1
     size = (1024, -(-count // 1024))
     asked = np.minimum(np.arange(size[0] * size[1]), count - 1)

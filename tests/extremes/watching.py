@@ -22,7 +22,8 @@ def watching(tracer: rt.Tracer, look: Callable[[Fields, Fields], None]) -> Itera
     are cleared first, because fresh textures may hold anything.
 
     ``hit`` is empty for a pass over packets. If a driver keeps no states between passes, ``look``
-    sees each draw of hits, or the result of the whole run.
+    is called after each draw of states or hits. Without such a draw, ``look`` is called once with
+    the result of the whole run.
     """
     driver, names = tracer.session.driver, (tracer.method.state.name, HIT.name)
     run, seen = driver.run, []

@@ -1,4 +1,4 @@
-"""Faked cells: the files of measured cells, written with chosen numbers."""
+"""Faked cells: files like those of measured cells, with numbers that a test chooses."""
 from __future__ import annotations
 
 import json
@@ -10,7 +10,7 @@ from gpgpu_rt.figures.framework.cell import Cell
 
 
 def write_cell(cell: Cell, folder: Path, **more: Any) -> None:
-    """Writes a cell's file like a measured file. ``more`` replaces its numbers."""
+    """Writes a cell's file as if the cell had been measured. ``more`` adds or replaces entries."""
     (folder / cell.name).write_text(json.dumps({
         "settings": results.settings(cell), "gpu": {"renderer": "llvmpipe X", "backend": "egl"},
         "commit": "abc1234", "date": "2020-01-01", "rays": cell.size ** 2,

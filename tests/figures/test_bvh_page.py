@@ -65,7 +65,7 @@ def test_every_method_of_the_family_is_there() -> None:
 @pytest.mark.parametrize("size, row", [(4096, 0), (1 << 14, 1), (1 << 15, 2), (1 << 16, 3),
                                        (1 << 22, 4)])
 def test_streams_are_as_the_page_says(size: int, row: int) -> None:
-    """The page's table of stream sizes and its stream lengths per level equal measured numbers."""
+    """The page's table of stream sizes and its stream lengths by level equal measured numbers."""
     if catalogue.mesh_path("bunny") is None:
         pytest.skip("the page is about the mesh of bunny; name its folder in GPGPU_RT_SCENES")
     text = PAGE.read_text()

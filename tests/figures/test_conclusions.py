@@ -1,5 +1,5 @@
-"""Figure 26, Table 1, the CPU page, Figure 2, verdicts and the index show the JSON files'
-numbers."""
+"""The pages of Figures 2 and 26, Table 1 and the CPU, the verdicts and the index show the numbers
+of the JSON files."""
 from __future__ import annotations
 
 import csv
@@ -76,7 +76,7 @@ def test_the_survey_s_own_scaling() -> None:
 
 
 def _regions(turns: int) -> dict[str, Any]:
-    """Returns a cell's work: a loop of 30 instructions that a fragment runs ``turns`` times."""
+    """Returns the work of a cell whose fragments run a loop of 30 instructions ``turns`` times."""
     runs = {str(w): 480 // w for w in (1, 2, 32)}
     return {"rays": 480, "pixels": 480, "fragments": 480, "texel_bytes": {}, "written_bytes": 0,
             "regions": [
@@ -87,7 +87,11 @@ def _regions(turns: int) -> dict[str, Any]:
 
 
 def _conclusions(folder: Path) -> dict[str, float]:
-    """Writes Figure 26's files; returns the published times in ns (1000 for the Ray Engine)."""
+    """Writes the files of Figure 26's cells, and returns each method's time in ns.
+
+    A time is 1000 ns divided by the published speed relative to the Ray Engine. Methods without a
+    published speed get another speed each.
+    """
     times = {}
     for at, entry in enumerate(surveyed.entries()):
         speed = surveyed.published_speed(entry.source) or 2.0 + at
@@ -110,7 +114,7 @@ def _conclusions(folder: Path) -> dict[str, float]:
 
 def test_figure_26_and_table_1_hold_what_the_data_say(tmp_path: Path, monkeypatch) -> None:
     times = _conclusions(tmp_path)
-    fig26.draw(tmp_path, tmp_path, False)  # the card's constant is unknown
+    fig26.draw(tmp_path, tmp_path, False)  # without a fitted constant of the card
     assert {row["predicted_ns"] for row in _rows(tmp_path / "fig26.csv")} == {""}
     assert set(period.cells(False, "G80")) < set(fig26.cells(False)) < set(table1.cells(False))
     monkeypatch.setattr(fig26, "fitted", lambda data: period.Fit(0.5, 7, False))
@@ -153,8 +157,8 @@ def test_figure_26_and_table_1_hold_what_the_data_say(tmp_path: Path, monkeypatc
 
 @pytest.mark.parametrize("full", [False, True], ids=["quick", "full"])
 def test_all_methods_of_a_column_trace_the_same_rays(full: bool) -> None:
-    """All methods of Figure 26 and Table 1 trace one number of rays in a column, which the pages
-    name."""
+    """All methods in a column of Figure 26 and Table 1 trace the same number of rays, and the
+    pages name this number."""
     for cells in ([entry.measured(full) for entry in surveyed.entries()],
                   [entry.counted() for entry in surveyed.entries()]):
         size, = {cell.size for cell in cells}
@@ -313,7 +317,7 @@ def test_seconds_spent_are_those_of_all_cells(tmp_path: Path) -> None:
 
 
 def test_pages_drawn_before_stay_what_they_were(tmp_path: Path, monkeypatch) -> None:
-    """Drawing a page keeps older pages, and the index shows each page with its own size."""
+    """Drawing a page keeps other pages, and the index shows each page with its own size."""
     sizes = {False: 8, True: 12}
     small = replace(
         fig12.FIGURE, panels=(Panel("cornell"),), remarks=lambda results: [],
@@ -331,7 +335,7 @@ def test_pages_drawn_before_stay_what_they_were(tmp_path: Path, monkeypatch) -> 
             for name in ("fig12", "fig13")] == [12, 8]
     index = (out / "index.md").read_text()
     assert json.loads(before)["verdict"]["why"] in index
-    assert "Size: the papers', but quick for fig13." in index
+    assert "Size of the measurements: the papers', but quick for fig13." in index
 
 
 def test_provenance_of_what_is_not_measured(tmp_path: Path) -> None:

@@ -1,4 +1,4 @@
-"""The diagrams draw the walk of a real ray. Geometry alone predicts the same walk."""
+"""The diagrams draw the walk of a traced ray. A test predicts the same walk by geometry alone."""
 from __future__ import annotations
 
 import csv
@@ -285,8 +285,8 @@ def test_figure_19_miss_links_lead_past_the_subtree() -> None:
 
 
 def test_figure_19_visits_are_those_of_geometry() -> None:
-    """The visited nodes are the nodes that geometry predicts. The prediction tests boxes by
-    float64 slabs and triangles by the float64 reference, without a stack."""
+    """The visited nodes are the nodes that geometry predicts. The prediction tests boxes by slabs
+    in float64, and triangles by the float64 reference, without a stack."""
     found, ray = hierarchy(), walk(fig19.METHOD)
     origin, direction = SMALL.origin.astype(float), SMALL.direction.astype(float)
     node, nearest, expected = 0, np.inf, []

@@ -1,4 +1,4 @@
-"""The verdicts of the figures that make claims, on cells with chosen numbers."""
+"""The verdicts of the figures that make claims, from cells with numbers that the test chooses."""
 from __future__ import annotations
 
 from pathlib import Path
@@ -34,8 +34,9 @@ def test_the_stadium_s_verdict(grid: tuple, word: str, tmp_path: Path) -> None:
 def _mirrors(scene: str, last: float, shared: float, folder: Path) -> None:
     """Writes Figure 14's cells on a scene.
 
-    ``last`` is the gain of packets at the last bounce, and ``shared`` how many times the nodes of
-    one ray a packet visits there.
+    ``last`` is the rate of packets divided by the rate of single rays at the last bounce.
+    ``shared`` is the number of nodes that a packet visits, divided by the number that one of its
+    rays visits.
     """
     for bounces in fig14.BOUNCES:
         gain = 2 + (last - 2) * bounces / 5
@@ -57,7 +58,7 @@ def test_mirrors_verdict(last: float, word: str, tmp_path: Path) -> None:
 
 
 def test_a_scene_whose_packets_stay_together_is_named_as_an_exception(tmp_path: Path) -> None:
-    """Packets gain on cornell, which decides nothing, because their rays have not parted."""
+    """Packets are faster on cornell. This decides nothing, because their rays stay together."""
     for scene, last, shared in (("cornell", 3.0, 1.1), ("robots", 0.5, 2.0),
                                 ("kitchen", 0.5, 1.3)):
         _mirrors(scene, last, shared, tmp_path)
@@ -98,7 +99,7 @@ def test_proximity_clouds_are_judged_only_beyond_the_spread(plain: float, holds:
 @pytest.mark.parametrize("pairs, bounds", [(10, True), (1000, False)])
 def test_transfers_are_judged_on_the_bus_of_the_time(pairs: int, bounds: bool,
                                                      tmp_path: Path) -> None:
-    """A ray's bytes need 1.25 microseconds. The seconds of the renderer do not count."""
+    """A ray's bytes take 1.25 microseconds on the bus. The renderer's seconds do not count."""
     for scene in ("bunny", "kitchen"):
         cell = fig05.cell(scene, fig05.AS_IT_IS, False)
         rays = cell.size ** 2

@@ -15,6 +15,8 @@ from gpgpu_rt.figures.framework import results
 from gpgpu_rt.methods.bvh.build import build_bvh
 from gpgpu_rt.methods.bvh.refit import Refitter
 from gpgpu_rt.methods.quality import sah_cost
+from gpgpu_rt.scene import catalogue
+from gpgpu_rt.text_format import number
 
 PAGE = Path(__file__).parents[2] / "docs" / "moving-and-large.md"
 
@@ -27,14 +29,16 @@ def test_columns_come_from_the_table() -> None:
     assert refitted == {label.removesuffix(" refitted") for label in labels
                         if label.endswith(" refitted")}
     assert any("sah" in label for label in labels) and "bih rebuilt" in labels
+    assert labels.index(frames.OVERLAPPED) == labels.index(frames.IN_TURN) + 1
     assert any(method.startswith("kd-") for _, method, _ in columns)
 
 
 @pytest.mark.parametrize("method, options, rebuilt", [
-    ("bvh-threaded", {}, 0), ("bvh-threaded", {"rebuild_ratio": 0.0}, 2), ("bih", {}, 2)])
+    ("bvh-threaded", {}, 0), ("bvh-threaded", {"rebuild_ratio": 0.0}, 2), ("bih", {}, 2),
+    ("kd-stack", {}, 2), ("kd-stack", dict([frame_times.AHEAD]), 2)])
 def test_a_measured_cell(method: str, options: dict, rebuilt: int, monkeypatch) -> None:
-    """A measured cell of a small cloth has both times per frame. All distances equal the distances
-    in a newly built tree."""
+    """A measured cell of a small cloth has the times of updating and of tracing for each frame.
+    All distances equal those in a newly built tree."""
     monkeypatch.setattr("gpgpu_rt.scene.procedural.animations.CLOTH_CELLS", 20)
     for cached in (frame_times._start, frame_times._vertices, frame_times._distances):
         cached.cache_clear()
@@ -45,9 +49,49 @@ def test_a_measured_cell(method: str, options: dict, rebuilt: int, monkeypatch) 
         cached.cache_clear()
 
 
+@pytest.mark.parametrize("found", [False, True])
+def test_scenes_of_files_are_measured_where_they_are(found: bool, tmp_path, monkeypatch) -> None:
+    """Without its file, a scene has no cells, and the page says how to get it."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("GPGPU_RT_SCENES", str(tmp_path))
+    names = {"robots-moving", "kitchen-moving"}
+    for name in names if found else ():
+        file = tmp_path / catalogue.ROWS[name].file
+        file.parent.mkdir(parents=True)
+        file.write_text("")
+    scenes = {cell.scene for cell in frames.cells(True)}
+    assert scenes == {*frames.SCENES} - (set() if found else names)
+    assert not {cell.scene for cell in frames.cells(False)} & names
+    frames.draw(tmp_path, tmp_path, True)
+    page = (tmp_path / "frames.md").read_text()
+    assert ("run `gpgpu-rt scenes --fetch robots`" in page) != found
+
+
+def test_a_scene_is_measured_from_its_first_frame(tmp_path, monkeypatch) -> None:
+    """The scene starts at the frame where its motion begins, seen by the camera of this frame."""
+    file = tmp_path / catalogue.ROWS["kitchen-moving"].file
+    file.parent.mkdir(parents=True)
+    keys, view = ("".join(f"{time} {x} 0 {z} 0 0 0 " for time, x in (
+        (0, 0), (0, 0), (100, 100), (101, 101))) for z in (0, 9))
+    file.write_text("v from 0 0 9 at 0 0 0 up 0 1 0 angle 40 hither 1 resolution 9 9\n"
+                    "a 0 100 1001 p 3 -9 -9 0 9 -9 0 0 9 0 x car { p 3 0 0 1 1 0 1 0 1 1 }"
+                    f"k car {{ transl 4 {keys} }} k camera {{ transl 4 {view} }}")
+    monkeypatch.setenv("GPGPU_RT_SCENES", str(tmp_path))
+    caches = frame_times._animation, frame_times._start, frame_times._vertices
+    for cached in (*caches, frame_times._distances):
+        cached.cache_clear()
+    start = frame_times._start("kitchen-moving")
+    x = start.triangles[1, 0, 0]
+    assert 10 < x < 30 and start.camera.eye == pytest.approx((x, 0, 9))
+    found = frame_times.measure("kitchen-moving", "bvh-threaded", {}, 16, 2)
+    assert len(found["update"]) == 2 and found["differing"] == 0
+    for cached in (*caches, frame_times._distances):
+        cached.cache_clear()
+
+
 def test_pages_hold_the_measured_numbers(tmp_path) -> None:
     expected = {}
-    for scene in frames.SCENES:
+    for scene in filter(frames.is_there, frames.SCENES):
         for at, (label, method, options) in enumerate(frames.columns()):
             cell = frames.cell(scene, method, options, False)
             seconds = 0.01 * (at + 1)
@@ -65,6 +109,12 @@ def test_pages_hold_the_measured_numbers(tmp_path) -> None:
     assert float(rows[0]["frames_a_second"]) == pytest.approx(3 / (5.02 + 0.003))
     page = (tmp_path / "frames.md").read_text()
     assert "stand-in for a thing" in page and "nothing moves" in page and "1 of 3" in page
+    turn, ahead = (expected["cloth", label] for label in (frames.IN_TURN, frames.OVERLAPPED))
+    rates = [3e3 / (2 * ms + 5003) for ms in (ahead, turn)]
+    assert (f"cloth, kd-stack: {number(rates[0])} frames a second with the overlap and "
+            f"{number(rates[1])} in turn") in page
+    assert f"would give {number((turn + 1) / turn)} times as many" in page
+    assert "Budge et al. 2008" in page
     assert (tmp_path / "frames.png").stat().st_size > 10_000
 
 

@@ -19,7 +19,7 @@ BY_PASSES = ("hybrid, gpu",)  # builders whose trees differ from numpy's
 
 
 def _numbers() -> dict[tuple[str, str], dict[str, float]]:
-    """Returns the page's table: (build, counter) -> scene -> number."""
+    """Returns the table of the page: (build, counter) -> scene -> number."""
     lines = [line.strip("|").split("|") for line in PAGE.read_text().splitlines()
              if line.startswith("| ") and ": " in line]
     return {tuple(name.strip().split(": ")): dict(zip(SCENES, map(float, values)))

@@ -21,8 +21,8 @@ COUNTED = [name for name in FIGURES
 
 @pytest.fixture
 def here(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Measures cells and draws pages in this process, because only this process has the fixture's
-    Mesa."""
+    """Measures cells and draws pages in this process. Other processes would use another Mesa than
+    the fixtures set here."""
     for module in (measure, pages):
         monkeypatch.setattr(module, "worth_workers", lambda parts: False)
 
@@ -34,8 +34,8 @@ def test_the_figures_that_need_counts_are_known() -> None:
 @pytest.mark.parametrize("name", COUNTED)
 def test_a_page_without_counts_says_why(name: str, uncountable: str, here, tmp_path: Path,
                                         capsys) -> None:
-    """A page without counts says which cells are left out, and why. The test requests only cells
-    that need counts."""
+    """A page says how many cells are left out, and why. The test measures only cells that need
+    counts."""
     cells = figure_of(name).cells(False)
     counted = [cell for cell in dict.fromkeys(cells) if works.work_of(cell).counted][:3]
     measure.measure(counted, tmp_path)
@@ -79,8 +79,8 @@ def cell_of(cell: Cell) -> Cell:
 
 def test_a_cell_that_was_left_out_is_tried_again(here, tmp_path: Path, monkeypatch,
                                                  countable) -> None:
-    """A cell without counts is measured again in a later run. A later run may have another Mesa,
-    and a killed process may have caused the failure."""
+    """A later run measures a cell again that was left out, because that run may have another Mesa,
+    or a killed process may have caused the failure."""
     cell = Cell("cornell", "kd-restart", (), 64, gap_work.DONE + "eye rays", 1)
     with monkeypatch.context() as within:
         def refuses() -> None:

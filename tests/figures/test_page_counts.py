@@ -1,7 +1,7 @@
-"""Every judged page is held to its cells: the counts that it prints are counted again from them.
+"""The counts on every judged page are right: this test counts them again from the page's cells.
 
-Cells are written instead of measured. All times contradict the survey, so a figure that is not
-called contradicted owes it to the counts alone.
+Cells are written instead of measured, with times that all contradict the survey. A figure that is
+not called contradicted therefore has too few scenes or pairs.
 """
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from gpgpu_rt.figures.framework.cell import Cell
 from gpgpu_rt.figures.survey import fig14_mirrors as fig14
 
 JUDGED = [name for name in FIGURES if of_survey(name) and hasattr(figure_of(name), "judge")]
-TABLES = ("fig12", "fig13", "fig16", "fig20", "fig22")     # tables of times, with published ones
+TABLES = ("fig12", "fig13", "fig16", "fig20", "fig22")     # tables of measured, published times
 BUILT_IN = ("cornell", "tenk", *(f"stadium:{ratio:g}" for ratio in (1, 0.1, 0.01, 0.001, 1e-4)))
 MESHES = ("bunny", "robots", "kitchen", "conference")
 PUBLISHED = Path(pages.__file__).parents[1] / "published"
@@ -45,7 +45,7 @@ def _options(method: str, options: dict[str, Any]) -> str:
 
 
 def _row(figure: str, settings: dict[str, Any]) -> dict[str, str] | None:
-    """Returns the row of published.csv that a cell of a table of times stands beside."""
+    """Returns the row of published.csv with the published number of a cell."""
     rays = {EYE: ("primary",), SHADOW: ("shadow",),
             "picture": ("rendered image", "primary+secondary", "primary+shadow")}[settings["work"]]
     options = dict(settings["options"])
@@ -59,7 +59,7 @@ def _row(figure: str, settings: dict[str, Any]) -> dict[str, str] | None:
 
 
 def _write(cell: Cell, figure: str, folder: Path, real: tuple[str, ...]) -> None:
-    """Writes a cell's file like a measured file, with numbers that contradict the survey."""
+    """Writes a cell's file as if it had been measured, with numbers that contradict the survey."""
     rays = max(cell.size, 1) ** 2
     row = _row(figure, asdict(cell)) if figure in TABLES else None
     ns = 50.0
@@ -69,9 +69,10 @@ def _write(cell: Cell, figure: str, folder: Path, real: tuple[str, ...]) -> None
     if figure == "fig08" and cell.method != "grid" or cell.method == fig14.SINGLE:
         ns = 500.0
     after = int(cell.work.rpartition(" ")[2]) if cell.work.startswith("mirror") else 0
-    if cell.method == "kd-packet" and figure == "fig14":     # packets gain more by each mirror
+    if cell.method == "kd-packet" and figure == "fig14":     # packets gain more after each mirror
         ns /= 1 + after
-    # A packet of four rays visits their nodes once before mirrors, and thrice after five.
+    # A packet of four rays visits as many nodes as one ray before mirrors, and three times as many
+    # after five mirrors.
     shared = 1 + (2 * after / 5 if cell.scene != "cornell" else 0)
     nodes = 100 * (shared / 4 if "packet" in cell.method else 1)
     split = {"traversal_seconds": 1.0, "transfer_seconds": 1.0, "intersection_seconds": 1.0,
@@ -108,7 +109,7 @@ def _pairs(values: list[float]) -> int:
 
 
 def _counts(figure: str, cells: list[dict[str, Any]]) -> Counts:
-    """Returns what a verdict on these cells rests on."""
+    """Returns the scenes and pairs that a verdict on these cells rests on."""
     settings = [cell["settings"] for cell in cells]
     scenes = sorted({one["scene"] for one in settings})
     if figure in TABLES:
@@ -145,7 +146,7 @@ def _printed(text: str, thing: str) -> Counts:
 
 
 def _check(figure: str, data: Path, out: Path) -> None:
-    """Counts again from the cells, and compares with the JSON file, the page and the index."""
+    """Counts scenes and pairs again, and compares them with the JSON file, page and index."""
     held = json.loads((out / f"{figure}.json").read_text())
     cells = [json.loads((data / cell["file"]).read_text()) for cell in held["cells"]]
     said = held["verdict"]
@@ -190,8 +191,9 @@ def test_the_counts_on_a_page_are_those_of_its_cells(figure: str, drawn) -> None
 
 
 def test_no_figure_is_contradicted_by_too_little(drawn) -> None:
-    """All faked times contradict the survey. Figure 10's claim is about the printed pseudocode,
-    and Table 1's are about the methods, so no scene can change them."""
+    """All faked times contradict the survey, but only figures with enough scenes and pairs are
+    called contradicted. No scene can change the claims of Figure 10, which are about the printed
+    pseudocode, and of Table 1, which are about the methods."""
     meshes, _, out = drawn
     words = {name: json.loads((out / f"{name}.json").read_text())["verdict"]
              for name in JUDGED}
@@ -235,8 +237,8 @@ def test_the_index_opens_with_ten_sentences_from_the_verdicts(drawn) -> None:
     def of(word: str) -> list[str]:
         return [FIGURES[name].partition(":")[0] for name in JUDGED if said[name]["word"] == word]
     made, holds, part, fails, order, few, lacking, aside, never, _ = opening
-    assert f"13 of the survey's 27 figures and tables again, from {len(list(data.iterdir()))} " in (
-        made)
+    cells = len(list(data.iterdir()))
+    assert f"13 of the survey's 27 figures and tables again, from {cells} measurements" in made
     for line, word in ((holds, verdicts.REPRODUCED), (part, verdicts.MOSTLY),
                        (fails, verdicts.CONTRADICTED), (few, verdicts.TOO_LITTLE)):
         assert re.findall(r"(?:Figure|Table) \d+", line) == of(word)

@@ -1,4 +1,4 @@
-"""Figures 6 and 23 draw logged passes. The measure of ray coherence counts the nodes that rays
+"""Figures 6 and 23 draw logged passes, and ray coherence is measured by the nodes that rays
 need."""
 from __future__ import annotations
 

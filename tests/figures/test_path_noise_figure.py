@@ -1,4 +1,4 @@
-"""The figure of path tracing's noise: the measured noise shrinks, and the page says so."""
+"""The figure on path tracing's noise: the noise shrinks with more samples, as the page shows."""
 from __future__ import annotations
 
 import numpy as np

@@ -16,7 +16,7 @@ TURNS = {"kd-restart": 100, "packets": 40, "+ push-down": 30, "+ short stack": 2
 
 def _write(data: Path) -> period.Experiment:
     """Writes the cells of Figure 13 on cornell with primary rays. A fragment runs a loop of 50
-    instructions, as often as TURNS says."""
+    instructions TURNS times."""
     one = next(e for e in period.EXPERIMENTS if e.figure.name == "fig13")
     for panel, column in one.pairs():
         if (panel.scene, panel.rays) != ("cornell", "primary"):
@@ -51,8 +51,7 @@ def test_the_page_holds_what_the_data_say(tmp_path: Path) -> None:
         assert float(row["published_ns"]) == pytest.approx(1e3 / published[name])
         assert float(row["utilisation"]) == pytest.approx(1.0)
     page = (tmp_path / "period.md").read_text()
-    # Plain restart and packets have the opposite order here. The last two columns tie in the
-    # paper.
+    # kd-restart and packets have the opposite order here. The last two columns tie in the paper.
     assert "cornell, primary: tau-b 0.55 of 4 methods" in page
     assert (tmp_path / "period.png").stat().st_size > 10_000
 

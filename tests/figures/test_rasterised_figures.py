@@ -1,4 +1,4 @@
-"""Figures on the approximations of rasterisation: their scenes, and their pages from small
+"""Figures on approximations by rasterisation: their scenes, and their pages from small
 measurements."""
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The trade-off figure draws the front and shows the measured numbers."""
+"""The trade-off figure draws the Pareto front and shows the measured numbers."""
 from __future__ import annotations
 
 import csv

@@ -1,4 +1,4 @@
-"""Verdicts: the rules, the least that they rest on, and what stands beside them on pages."""
+"""Verdicts: their rules, the smallest numbers of scenes and pairs, and their words on pages."""
 from __future__ import annotations
 
 import json
@@ -8,13 +8,13 @@ from pathlib import Path
 import pytest
 
 from gpgpu_rt.figures.framework import provenance, verdicts
-from gpgpu_rt.figures.framework.verdicts import Claim, Group, Pair, Verdict
+from gpgpu_rt.figures.framework.verdicts import Claim, MethodTimes, Pair, Verdict
 
-TIMES = (1.0, 2.0, 4.0)      # three pairs a group
+TIMES = (1.0, 2.0, 4.0)      # times of three methods, so three pairs in a group
 
 
-def _groups(ours: tuple, *scenes: str, stand_in: bool = False) -> list[Group]:
-    return [Group(scene, scene, ours, TIMES, stand_in) for scene in scenes]
+def _groups(ours: tuple, *scenes: str, stand_in: bool = False) -> list[MethodTimes]:
+    return [MethodTimes(scene, scene, ours, TIMES, stand_in) for scene in scenes]
 
 
 @pytest.mark.parametrize("ours, word, agreed", [
@@ -39,13 +39,14 @@ def test_one_scene_is_too_little(ours: tuple) -> None:
 
 @pytest.mark.parametrize("scenes, word", [(3, verdicts.TOO_LITTLE), (4, verdicts.CONTRADICTED)])
 def test_three_pairs_are_too_little(scenes: int, word: str) -> None:
-    said = verdicts.of_groups([Group(f"s{at}", f"s{at}", (2, 1), (1, 2)) for at in range(scenes)])
+    said = verdicts.of_groups(
+        [MethodTimes(f"s{at}", f"s{at}", (2, 1), (1, 2)) for at in range(scenes)])
     assert (said.word, said.pairs) == (word, scenes)
 
 
 def test_published_times_that_tie_are_no_pairs() -> None:
     """A scene on which all published times tie is not a scored scene."""
-    tied = Group("conference", "conference, primary", (344, 179), (16.0, 16.7))
+    tied = MethodTimes("conference", "conference, primary", (344, 179), (16.0, 16.7))
     said = verdicts.of_groups([tied, *_groups(TIMES, "bunny")])
     assert (said.word, said.scenes, said.pairs) == (verdicts.TOO_LITTLE, ("bunny",), 3)
     assert "conference, primary tie" in said.why
@@ -72,7 +73,8 @@ def test_stand_ins_are_reported_but_never_scored() -> None:
 
 def test_nothing_measured() -> None:
     assert verdicts.of_groups([]).word == verdicts.UNMEASURED
-    assert verdicts.of_groups([Group("bunny", "bunny", (1,), (1,))]).word == verdicts.UNMEASURED
+    single = MethodTimes("bunny", "bunny", (1,), (1,))
+    assert verdicts.of_groups([single]).word == verdicts.UNMEASURED
     assert verdicts.of_claims([]).word == verdicts.UNMEASURED
 
 
@@ -141,7 +143,7 @@ def test_a_verdict_comes_back_from_its_file(tmp_path: Path) -> None:
     assert held is not None and held["left_out"] == {"no counts": 3}
     assert Verdict.from_json(held["verdict"]) == said
     assert set(held["verdict"]) == set(asdict(said)) and held["verdict"]["pairs"] == 3
-    # A page of a version whose verdicts had no counts is not shown until it is drawn again.
+    # A page by an older version, whose verdicts had no counts, is not shown until drawn again.
     held["verdict"] = {"word": verdicts.CONTRADICTED, "why": "one scene"}
     (tmp_path / "fig12.json").write_text(json.dumps(held))
     assert provenance.held("fig12", tmp_path) is None

@@ -12,7 +12,8 @@ from gpgpu_rt.gl.algorithms.scan import scan
 from gpgpu_rt.gl.algorithms.sort import flips, sort
 from gpgpu_rt.gl.algorithms.streams import Stream, StreamRoom, span
 
-# A single element; full blocks and rows, and their lengths plus and minus one; several rows.
+# Lengths of a single element, of full blocks and texture rows, of one element fewer and more, and
+# of several rows.
 LENGTHS = (1, 2, 7, 8, 9, 64, 65, 100, 4095, 4096, 4097, 8192, 20_001)
 some_lengths = pytest.mark.parametrize("length", LENGTHS)
 
@@ -80,7 +81,7 @@ def test_sort(gpu, keys: str, length: int) -> None:
 def test_sort_puts_zeros_before_ones(length: int) -> None:
     """A network of comparisons that sorts all words of zeros and ones sorts any input.
 
-    The inputs are all words in descending order, and random words.
+    The test sorts all descending words of the length, and 500 random words.
     """
     rng = np.random.default_rng(length)
     words = np.concatenate([np.tri(length + 1, length, -1), rng.random((500, length)) < 0.5])

@@ -10,7 +10,8 @@ from gpgpu_rt.gl.algorithms.streams import StreamRoom
 from gpgpu_rt.methods.ray_hierarchy.records import CHILDREN, PAIR
 
 BLOCKED = 4 * BLOCK
-# A single element; full texels, blocks and rows, and lengths around them; several rows.
+# Lengths of a single element, of full texels, blocks and texture rows, of a few elements fewer and
+# more, and of several rows.
 LENGTHS = (0, 1, 3, 4, 5, BLOCKED - 1, BLOCKED, BLOCKED + 1, 4095, 4096, 4097, 16_384, 16_385,
            70_001)
 PATTERNS = ("none", "all", "first", "last", "thirds", "blocks", "sparse", "half", "dense")
@@ -42,7 +43,8 @@ def test_what_is_kept_stands_in_order(gpu, name: str, seed: int) -> None:
 
 @pytest.mark.parametrize("seed", range(20), ids="seed{}".format)
 def test_rows_end_anywhere_in_a_block(gpu, seed: int) -> None:
-    """Densities vary at random, so blocks of all sizes end at, before and after a row's end."""
+    """The share of kept elements varies along the stream, so blocks keep different numbers of
+    elements. These end before, at and after the end of a texture row."""
     rng = np.random.default_rng(seed)
     length = int(rng.integers(9_000, 30_000))
     kept = rng.random(length) < np.repeat(rng.random(length // 50 + 1), 50)[:length]

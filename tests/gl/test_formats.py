@@ -1,4 +1,5 @@
-"""Period number formats: both implementations round alike, and results keep their guarantees."""
+"""Number formats of the cards of 2002-2007: GLSL and numpy round alike, and rounded values, boxes
+and hits keep their guarantees."""
 from __future__ import annotations
 
 import numpy as np
@@ -11,8 +12,8 @@ import gpgpu_rt as rt
 from gpgpu_rt.accel.quantise import decode, quantise
 from gpgpu_rt.gl.context import open_gpu
 from gpgpu_rt.gl.full_screen import FullScreenPass
+from gpgpu_rt.gl.packed_record import PackedRecord
 from gpgpu_rt.gl.precision import FORMATS, ROUNDINGS, Precision
-from gpgpu_rt.gl.record import PackedRecord
 from gpgpu_rt.gl.textures import make_texture, read_texture, table_textures
 
 METHODS = [row.name for row in rt.methods()]
@@ -68,7 +69,7 @@ def test_rounding_keeps_order_and_direction(name: str) -> None:
     for rounding, result in rounded.items():
         assert (np.diff(result[np.isfinite(result)]) >= 0).all(), rounding
         assert (FORMATS[name].round(result, rounding) == result).all(), rounding
-        assert (np.isinf(result) == np.isinf(values)).all()   # only "no end" is infinite
+        assert (np.isinf(result) == np.isinf(values)).all()   # no finite value overflows
     inside = np.abs(values) <= FORMATS[name].largest
     assert (rounded["up"] >= values)[inside].all()
     assert (np.abs(rounded["chop"]) <= np.abs(values)).all()
@@ -82,8 +83,8 @@ def test_fp32_programs_hold_no_trace_of_rounding() -> None:
 
 LOWER = {"fp16-stored": {"storage": "fp16"}, "fp24-computed": {"arithmetic": "fp24"},
          "fp16-up": {"precision": "fp16", "rounding": "up"}}
-# Each case compiles its own programs. The quick suite therefore runs every schedule and every
-# format once; it runs `kernels`, which has the most programs, with a method of each family.
+# Each case compiles its own programs. The quick suite therefore runs each step schedule with only
+# one format. It runs `kernels`, which has the most programs, only with a method of three families.
 QUICK = {("fp16-stored", "step1"), ("fp24-computed", "step16")}
 FAMILIES = ("grid", "kd-backtrack", "bvh-threaded")
 IN_PASSES = [pytest.param(row.name, lower, name, id=f"{lower}-{name}-{row.name}",
@@ -145,7 +146,7 @@ def test_quantised_boxes_hold_the_boxes(seed: int, bits: int, scale: int) -> Non
     quantum, (q_lo, q_hi) = quantise(lo, hi, base, top, bits)
     assert (decode(q_lo, base, quantum) <= lo).all() and (decode(q_hi, base, quantum) >= hi).all()
     assert min(q_lo.min(), q_hi.min()) >= 0 and max(q_lo.max(), q_hi.max()) < 1 << bits
-    assert (decode(q_lo + 2, base, quantum) >= lo).all()   # no larger than necessary
+    assert (decode(q_lo + 2, base, quantum) >= lo).all()   # at most 2 quanta too low
 
 
 @pytest.mark.parametrize("octants", [False, True])
@@ -162,7 +163,8 @@ def test_quantised_nodes_are_smaller(bits: int, least: float, octants: bool) -> 
 
 @pytest.mark.parametrize("bits", [16, 8])
 def test_quantised_octants_hit_the_same(bits: int) -> None:
-    """Rounding makes flat boxes thick, so rays meet their bounds in order; hits stay the same."""
+    """Quantising moves the bounds of a flat box apart. An octant copy exchanges the bounds after
+    quantising, so a ray meets its near bound first. The hits stay the same."""
     scene = rt.load_scene("cornell")
     rays = RAY_SETS["random"](scene, 400, 3)
     answers = []

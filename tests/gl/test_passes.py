@@ -1,4 +1,5 @@
-"""Guarantees of every pass, and the release of its parts."""
+"""Passes: uniforms, missing inputs, observation, fragment counts, and the release of GL
+objects."""
 from __future__ import annotations
 
 from pathlib import Path
@@ -97,7 +98,9 @@ def test_release_takes_whatever_parts_are_kept_in(gpu: Gpu) -> None:
 
 def test_arrays_that_fragments_write_are_tried_before_they_are_trusted(gpu: Gpu,
                                                                        monkeypatch) -> None:
-    """llvmpipe keeps such arrays and softpipe does not; methods without such arrays still run."""
+    """llvmpipe keeps arrays in which each fragment writes at an index of its own; softpipe mixes
+    them up. If a renderer mixes up such arrays, a method that needs them is refused; other methods
+    run."""
     assert _kept(gpu) == ("softpipe" not in gpu.renderer)
     monkeypatch.setattr(gpu, "keeps_own_arrays", False)
     for method, options in (("kd-stack", {}), ("bvh-stack", {}), ("bih", {"stack_size": 4})):
@@ -109,7 +112,8 @@ def test_arrays_that_fragments_write_are_tried_before_they_are_trusted(gpu: Gpu,
 
 
 def test_a_tracer_that_cannot_be_made_frees_its_tables(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The next choice that is tried needs the memory."""
+    """A tracer that cannot be made frees its textures, because the caller may try another method,
+    which needs the memory."""
     held = []
 
     def fails(setup: Setup) -> Driver:

@@ -1,4 +1,5 @@
-"""Shaders: includes, errors with file and line, and the period's rules for every file."""
+"""Shaders: includes, and errors with file and line. Every GLSL file keeps the rules of OpenGL 3.3
+and of the programs of 2002-2007: no compute shaders, storage buffers, image stores or doubles."""
 from __future__ import annotations
 
 import re
@@ -36,8 +37,9 @@ def test_only_what_the_platform_has(path) -> None:
         assert not re.search(r"texelFetch\([^)]*\*", code)
 
 
+# A method of a user's own has an absolute path. Its header need not name a paper.
 @pytest.mark.parametrize("method", [row.name for row in rt.methods()
-                                    if not Path(row.glsl).is_absolute()])   # no foreign folders
+                                    if not Path(row.glsl).is_absolute()])
 def test_headers_name_their_paper(method: str) -> None:
     header = (ROOT / find_method(method).glsl).read_text().split("\n\n")[0]
     assert header.startswith("//") and re.search(r"\b(19|20)\d\d\b", header)
@@ -106,7 +108,8 @@ def test_compile_error_names_file_line_and_defines(tmp_path) -> None:
 
 
 def test_programs_that_nobody_has_are_let_go(tmp_path, monkeypatch, gpu: Gpu) -> None:
-    """Programs in use stay; the unused programs that were requested longest ago go."""
+    """The cache keeps all programs in use. It drops the unused programs that were requested
+    longest ago."""
     monkeypatch.setattr(shader, "MOST_PROGRAMS", 10)
     monkeypatch.setattr(gpu, "programs", {})    # leave out the programs of other tests
     (tmp_path / "number.frag").write_text(

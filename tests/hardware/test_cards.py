@@ -1,4 +1,4 @@
-"""The figures of graphics cards, and times predicted from these figures."""
+"""The data of graphics cards (rates and limits), and times predicted from these data."""
 from __future__ import annotations
 
 import json
@@ -59,14 +59,14 @@ def _region(vector: int, parent: int, loop: bool, runs: dict[int, int]) -> dict:
 
 
 def test_a_side_of_a_branch_is_skipped_where_that_spares_something() -> None:
-    # The regions: a program that a group of 32 runs, a loop of 10 iterations, a branch side that
-    # no lane needs, and a branch side that few lanes need.
+    # The regions are a program that a group of 32 lanes runs, a loop of 10 iterations, a branch
+    # side that no lane needs, and a branch side that few lanes need.
     work = {"fragments": 32, "written_bytes": 16, "texel_bytes": {}, "regions": [
         _region(10, -1, False, {1: 32, 32: 1}), _region(7, 0, True, {1: 200, 32: 10}),
         _region(40, 1, False, {1: 0, 32: 0}), _region(2, 1, False, {1: 5, 32: 3})]}
     card = find_card("G80")
     found, branch = loop_work(card, work), card.branch_cost
-    skipped = 32 * 10 * branch  # cheaper than running the side for 80
+    skipped = 32 * 10 * branch  # a branch costs less than the side's 80 instructions
     taken = min(4 * 32 * 3 + 32 * 10 * branch, 4 * 32 * 10)
     assert found.instructions == 20 * 32 + 14 * 320 + skipped + taken
     assert found.texels == 32 + 200 + 5 and found.streamed == 32 * 16

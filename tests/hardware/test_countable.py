@@ -31,7 +31,8 @@ def test_the_form_of_mesa_22_3_is_read() -> None:
     assert program.flattened(1).vector == 10
 
 
-# Forms of Mesa 23 to 25, and damaged texts. None may pass as a program with other counts.
+# Texts in the formats of Mesa 23 to 25, and damaged texts. The parser must refuse each text rather
+# than return wrong counts.
 OTHERS = {
     "Mesa 25.0": TEXTS["mesa-25.0"],
     "values without ssa": KNOWN.replace("ssa_", "%"),
@@ -69,7 +70,8 @@ def test_a_driver_that_prints_nothing_is_the_same_condition(said, monkeypatch) -
 
 
 def test_a_text_that_is_misread_is_noticed(monkeypatch) -> None:
-    """A text that parses, but differs from the small test program, is reported as misread."""
+    """A text that parses, but gives other counts than the known test program has, is reported as
+    misread."""
     other = KNOWN.replace("txf", "fneg")
     monkeypatch.setattr(compiler, "_ask", lambda line: (
         f"{compiler._MARK}\nshader: MESA_SHADER_FRAGMENT\n{other}" * len(json.loads(line)), True))
@@ -84,7 +86,7 @@ def test_mesa_22_3_can_be_counted(gpu) -> None:
     """Mesa 22.3 is countable. Otherwise every test that needs counts would be skipped
     unnoticed."""
     if "Mesa 22.3" not in gpu.version:
-        pytest.skip(f"this is {gpu.version}")
+        pytest.skip(f"needs Mesa 22.3, this is {gpu.version}")
     assert not_countable() == ""
 
 

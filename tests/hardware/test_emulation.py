@@ -39,7 +39,7 @@ CASES = [_case(*one, []) for one in MANY] + [_case(*one, [pytest.mark.full]) for
 
 
 def _rays(scene: rt.Scene) -> tuple[np.ndarray, np.ndarray]:
-    """Returns two tiles of rays with separate origins, so origins are in a texture."""
+    """Returns two tiles of rays. Each ray has its own origin, so the origins are in a texture."""
     pixels = tile_pixels(64, TILE, (2, 1))
     origins, directions = (a.reshape(-1, 3)[pixels] for a in scene.camera.rays((64, 64)))
     aside = np.random.default_rng(5).normal(scale=1e-3, size=origins.shape)
@@ -115,7 +115,7 @@ def test_the_log_of_passes_counts_what_ran(schedule: str) -> None:
         cost, log = tracer.statistics, tracer.pass_log
         steps = cost.counters["steps"] * len(hits)
     assert sum(one["draws"] for one in cost.pass_log) == cost.draw_calls
-    assert cost.uploaded_bytes >= 32 * len(hits)  # and the vertices of the draws
+    assert cost.uploaded_bytes >= 32 * len(hits)  # the rays, and the draws' vertices
     assert log is not None and log.queries == cost.queries
     ran = {one["name"]: one for one in cost.pass_log}
     if schedule == "kernels":
@@ -142,7 +142,8 @@ def test_passes_have_operations_and_fetches() -> None:
 
 PAIRS = [(row.name, schedule) for row in rt.methods() for schedule in row.schedules]
 SOME = (("bvh-packet", "loop"), ("ray-tiles", "kernels"))
-# a vertex program places these lines; loops in vertex programs are not emulated
+# Not counted: a vertex program with a loop places the lines of this pass, and loops in vertex
+# programs are not emulated.
 UNSEEN = {"algorithms/segments.frag"}
 
 
@@ -163,7 +164,7 @@ def test_every_pass_of_every_method_is_counted(method: str, schedule: str) -> No
     for one in passes:
         assert one["fragments"] >= 0 and one["written"] >= 0
         assert set(one["once"]["fetches"]) <= set(one["texel_bytes"])
-        if "wanted" in one:  # at most the count with both branch sides
+        if "wanted" in one:  # at most the fetches of a run through both sides of all branches
             assert all(count <= one["total"]["fetches"][name]
                        for name, count in one["wanted"].items())
     if schedule != "loop" or method == "geometry-image":
@@ -172,7 +173,8 @@ def test_every_pass_of_every_method_is_counted(method: str, schedule: str) -> No
         hits = tracer.trace(origins, directions)
         side = tracer.options.get("packet", (1, 1)) if tracer.method.packet else (1, 1)
     fetched = sum(one["wanted"].get("triangle_table", 0) for one in passes if "wanted" in one)
-    # Each ray of a packet stores the packet's counters, which count each ray's test.
+    # Each of the k rays of a packet stores the packet's counters, which count a fetched triangle k
+    # times. The sum over all rays is therefore divided by k^2.
     tested = hits.triangles_tested.sum() / (side[0] * side[1]) ** 2
     assert fetched == pytest.approx(3 * tested, rel=0.02)
 

@@ -1,4 +1,4 @@
-"""Machines with ray tracing units, and the misses of a software cache."""
+"""Predicted times of machines with ray tracing units, and the misses of a software cache."""
 from __future__ import annotations
 
 import numpy as np
@@ -43,8 +43,8 @@ def test_every_fetch_of_an_emulation_is_seen_ray_after_ray(countable) -> None:
 
 
 def _work(runs_of: dict[str, dict[int, int]]) -> dict:
-    """Returns the record of work of 32 rays: ten instructions outside the loops, 20 per step with
-    a fetch, and 50 per test with three fetches."""
+    """Returns a record of the work of 32 rays. A ray needs 10 instructions outside the loops, 20
+    instructions and a fetch per step, and 50 instructions and three fetches per triangle test."""
     def region(cost: int, fetches: dict, parent: int, loop: bool, name: str) -> dict:
         return {"vector": cost, "scalar": 2 * cost, "fetches": fetches, "parent": parent,
                 "loop": loop, "runs": {str(w): n for w, n in runs_of[name].items()}}

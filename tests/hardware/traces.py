@@ -1,6 +1,6 @@
-"""Records the kernel of each ray at each step, from a renderer that draws one step per pass. The
-records give the cost of a traversal in one loop by a static model, which tests compare with the
-emulation."""
+"""Records which kernel each ray runs at each step, under the schedule `step` with one step per
+pass. From these records, a static model computes the cost of the same traversal in one loop. Tests
+compare this cost with the cost that the emulation counts."""
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -31,9 +31,9 @@ class Traces:
 
     @property
     def turns(self) -> int:
-        """Returns the total number of outer-loop iterations of all rays. In an iteration each
-        kernel runs, in order, while the ray needs the kernel. A ray needs another iteration when
-        it returns to an earlier kernel."""
+        """Returns the total number of iterations of the outer loop, summed over all rays. An
+        iteration runs the kernels in their order, each as long as the ray needs it. A ray that
+        returns to an earlier kernel needs another iteration."""
         now, then = self.kernels[:-1], self.kernels[1:]
         return self.kernels.shape[1] + int(np.count_nonzero((then < now) & (then > 0)))
 

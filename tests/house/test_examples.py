@@ -1,4 +1,4 @@
-"""The examples run like a user runs them, and the tools announce each action."""
+"""The examples run as a user runs them, and a tool that is asked for help only prints help."""
 from __future__ import annotations
 
 import json

@@ -25,7 +25,7 @@ def sources() -> Iterator[tuple[Path, tuple[str, ...]]]:
 
 def imported(path: Path, module: tuple[str, ...]) -> Iterator[tuple[tuple[str, ...], bool]]:
     """Yields each module of the package that a file imports, and whether a function contains the
-    import. Imports for type checkers only are left out."""
+    import. Imports that only type checkers see are left out."""
     def visit(node: ast.AST, late: bool) -> Iterator[tuple[tuple[str, ...], bool]]:
         for child in ast.iter_child_nodes(node):
             if isinstance(child, ast.If) and "TYPE_CHECKING" in ast.dump(child.test):

@@ -85,7 +85,7 @@ def test_no_context_is_one_clear_line() -> None:
 def test_an_existing_context_is_taken() -> None:
     gpu = open_gpu()
     with rt.Tracer("cornell", context=gpu.context) as tracer:
-        assert tracer.gpu is gpu  # two objects on one context would mix their logs
+        assert tracer.gpu is gpu  # two Gpu objects on one context would mix their logs
         assert tracer.trace([[0.0, 0, 1e4]], [[0, 0, -1.0]]) is not None
 
 
@@ -146,8 +146,8 @@ def test_tables(capsys) -> None:
 
 
 def test_options_and_files_of_methods(capsys) -> None:
-    """Lists a method's options. `info` has its own test, because `info` makes OSMesa's context
-    current beside the fixture's context."""
+    """`gpgpu-rt methods NAME` lists the options of the named methods with their defaults and
+    choices."""
     status, out, _ = run(capsys, "methods", "bvh-packet", "brute-force")
     told = [line.split()[:2] for line in out.splitlines()]
     assert status == 0 and ["--packet", "2x2"] in told and ["--octants", "no"] in told
@@ -266,6 +266,7 @@ BOUNDS = ["--max-wrong", "1e-3", "--max-t-error", "1e-3"]
      "give one number or three"),
     (["bench", "cornell", "--size", "8", "--runs", "0"], "give 1 or more"),
     (["render", "cornell", "-o", "{}/x.png", "--size", "0x3"], "not a size"),
+    (["render", "cornell", "-o", "{}/x.png", "--size", "12x"], "not a size"),
     (["render", "cornell", "-o", "{}/x.png", "--size", "999999x2"], "fewer rays"),
     (["render", "cornell"], "-o/--output"),
     (["trace", "cornell", "{}/gone.npz", "-o", "{}/h.npz"], "cannot read rays"),
@@ -311,7 +312,7 @@ def test_mistakes_are_one_line(capsys, tmp_path, arguments: list[str], message: 
     np.save(tmp_path / "one.npy", np.zeros(3))
     np.savez_compressed(tmp_path / "torn.npz", origins=np.random.default_rng(1).random((99, 3)))
     whole = bytearray((tmp_path / "torn.npz").read_bytes())
-    whole[99:120] = bytes(21)  # in the stream: zlib finds the damage
+    whole[99:120] = bytes(21)  # damage the compressed data, which zlib notices
     (tmp_path / "torn.npz").write_bytes(whole)
     np.savez(tmp_path / "nan.npz", origins=[[0, 0, 0], [np.nan, 0, 0]], directions=np.ones((2, 3)))
     before = sorted(tmp_path.iterdir())

@@ -44,7 +44,7 @@ DESCRIBED = {name: thing for name, thing in public() if callable(thing)
 def undescribed(name: str, thing: Any) -> list[str]:
     """Returns the parts that the docstring does not describe: the object itself, or parameters."""
     text = inspect.getdoc(thing)
-    # the generated text of a dataclass
+    # Python gives a dataclass without a docstring a text that begins in this way.
     if not text or text.startswith(f"{name.rpartition('.')[2]}("):
         return ["what it is"]
     if not inspect.isfunction(thing):

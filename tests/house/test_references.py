@@ -62,7 +62,11 @@ def test_every_work_is_cited() -> None:
     assert set(works()) - found == {"survey"}
 
 
-@pytest.mark.parametrize("row", rt.methods(), ids=lambda row: row.name)
+# Methods of other folders, whose files have absolute paths, may have works of their own.
+OWN = [row for row in rt.methods() if not Path(row.glsl).is_absolute()]
+
+
+@pytest.mark.parametrize("row", OWN, ids=lambda row: row.name)
 def test_every_method_s_paper_is_one_work_of_the_survey(row: rt.Method) -> None:
     """A row's citation names one work, which the survey discusses in sections that it has. The
     GLSL of the method cites no other section for this work alone."""

@@ -1,4 +1,5 @@
-"""Time travel: the observed states of any pass lead to the hits that a trace finds."""
+"""Time travel, the view of all rays after each pass: the states observed after any pass lead to
+the hits that a trace finds."""
 from __future__ import annotations
 
 import json
@@ -45,7 +46,7 @@ def test_the_last_state_is_what_a_trace_finds(method: str, schedule: str) -> Non
         expected = tracer.trace(*rays)
         passes, hits = passes_of(tracer, *rays)
         names = set(phase_names(tracer).values())
-        # A few passes concern all rays at once.
+        # At most two passes draw no states of rays.
         assert abs(tracer.statistics.passes - len(passes)) <= 2
     batch = RayBatch(*rays, bounds=scene.bounds)
     last = decode(batch, passes[-1])
@@ -71,7 +72,7 @@ def test_what_is_pushed_is_popped(method: str) -> None:
         passes, _ = passes_of(tracer, *rays)
     counts = [sum(one.served.get(kernel, 0) for one in passes) for kernel in ("push", "pop")]
     assert counts[0] == counts[1] > 0
-    assert all(all(one.served.values()) for one in passes), "none is served by nothing"
+    assert all(all(one.served.values()) for one in passes), "a kernel ran for no ray"
 
 
 def test_a_tracer_of_two_choices_is_watched_by_the_one_it_takes() -> None:
@@ -219,7 +220,7 @@ def test_the_commands(tmp_path, capsys) -> None:
 
 
 def test_heat_is_what_rays_cost() -> None:
-    """With one step per pass, a ray's passes equal its steps; heat maps share a scale."""
+    """With one step per pass, a ray has as many passes as steps. Heat maps share a scale."""
     with rt.Tracer("cornell", "kd-restart", schedule="step", statistics=True) as tracer:
         steps, passes = (heat(tracer, what, (20, 10)) for what in ("steps", "passes"))
     assert (steps.values == passes.values).all() and steps.values.shape == (10, 20)

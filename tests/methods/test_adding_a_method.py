@@ -1,4 +1,5 @@
-"""CONTRIBUTING.md carried out: every command and test finds a method in a user's own folder."""
+"""The instructions of CONTRIBUTING.md work: every command and every test finds a method in a
+user's own folder."""
 from __future__ import annotations
 
 import os
@@ -62,7 +63,7 @@ def test_the_commands_run_as_they_stand(folder: Path, tmp_path: Path) -> None:
 
 
 def test_a_file_written_for_the_former_modules_loads(folder: Path) -> None:
-    """Users' files import modules that existed in version 0.1."""
+    """A user's file may import modules by the names that they had in version 0.1."""
     path = folder / "sweep.py"
     lines = [line for line in path.read_text().splitlines()
              if not line.startswith("from gpgpu_rt")]
@@ -93,7 +94,7 @@ def test_the_tests_know_it(exact_renderer, folder: Path, checks: list[str]) -> N
 @pytest.mark.full
 @pytest.mark.once
 def test_those_tests_find_what_is_wrong(exact_renderer, folder: Path) -> None:
-    """The changed search ends before it reaches the nearest hit."""
+    """The tests notice a changed search that ends before it reaches the nearest hit."""
     glsl = folder / "sweep.glsl"
     assert "> hit.t)" in glsl.read_text()
     glsl.write_text(glsl.read_text().replace("> hit.t)", "> 0.5 * hit.t)"))

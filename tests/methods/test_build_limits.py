@@ -1,4 +1,5 @@
-"""Limits: builds of degenerate input end, wrong options are refused, sizes stay in bounds."""
+"""Limits of builders: builds of degenerate input end, wrong options are refused, and sizes stay
+within bounds."""
 from __future__ import annotations
 
 import numpy as np
@@ -60,7 +61,8 @@ def test_max_depth_is_kept(depth: int) -> None:
 
 
 def test_a_larger_bonus_still_leaves_a_tree() -> None:
-    """A bonus for slices of any thickness would spend the whole depth on cutting slivers off."""
+    """A larger `empty_bonus` keeps leaves small. If the bonus also applied to thin empty slices,
+    the builder would spend the whole depth on cutting such slices off."""
     triangles = random_soup(3000, 35, size=0.02)
     usual = quality(build_kdtree(triangles))
     eager = quality(build_kdtree(triangles, empty_bonus=0.5))

@@ -23,7 +23,7 @@ ROWS = {f"`{build}`" + (", gpu" if device == "gpu" else ""): (build, device)
 
 
 def tables() -> list[dict[str, dict[str, str]]]:
-    """Return the page's tables: first cell of a row -> scene -> number."""
+    """Return the page's tables. A table maps the first cell of each row to a number per scene."""
     found: list[dict[str, dict[str, str]]] = []
     for line in PAGE.read_text().splitlines():
         name, *values = (cell.strip() for cell in line.strip("|").split("|"))
@@ -35,7 +35,7 @@ def tables() -> list[dict[str, dict[str, str]]]:
 
 
 def reinserted() -> dict[tuple[int, str, str], float]:
-    """Return the page's SAH costs by rounds, build and scene."""
+    """Return the page's SAH costs after reinsertion, by rounds of reinsertion, build and scene."""
     rows = re.findall(r"^\| (\d+), (\S+) \| (.*) \|$", PAGE.read_text(), re.MULTILINE)
     return {(int(rounds), build, scene): float(cost) for rounds, build, costs in rows
             for scene, cost in zip(SCENES, costs.split(" | "))}

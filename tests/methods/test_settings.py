@@ -171,7 +171,7 @@ def test_auto(scene, found, tmp_path, monkeypatch) -> None:
     path = settings.store(found)
     assert chosen() == ("kd-restart", found) == chosen(statistics=True)
     with pytest.warns(UserWarning, match="octants=False: the settings file fixed all options"):
-        assert chosen(octants=False) == safe       # the settings were measured with octants
+        assert chosen(octants=False) == safe
     with pytest.warns(UserWarning, match="entry_points=4: the settings file fixed all options"):
         assert chosen(entry_points=4) == ("bvh-threaded", None)
     settings.store(replace(found, renderer="GeForce 6800"))

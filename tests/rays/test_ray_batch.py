@@ -91,14 +91,15 @@ def test_a_shared_start_is_that_of_all(blocks, count: int, other: int | None) ->
 @pytest.mark.parametrize("fault", [
     None, "another", "far", "far, as far on both sides", "NaN", "inf", "t_min", "exponent"])
 def test_a_start_is_laid_out_where_it_is_asked_for(blocks, fault: str | None) -> None:
-    """Texels and samples equal those of rays laid out one by one, with and without a start."""
+    """Texels and samples equal those of rays laid out one by one, with and without a shared
+    start."""
     origins, directions, _ = _rays(1000, seed=8)
     origins[:] = origins[0]
     t_min = np.full(1000, 0.25, np.float32)
     origins[600] = {"another": 0.5, "NaN": np.nan, "inf": np.inf}.get(str(fault), origins[0])
     if str(fault).startswith("far"):
         origins[:] = (0, 0, 100) if "both" in str(fault) else 100
-    if "both" in str(fault):    # all rays advance equally but start at two points
+    if "both" in str(fault):    # all rays advance by the same t, to two different points
         directions[:] = [0.25, 0.125, -0.75]
         directions[::2, 0] *= -1
     t_min[600] = 0.5 if fault == "t_min" else 0.25
@@ -142,7 +143,8 @@ def test_invalid_rays_leave_the_others_alone(blocks, share: float, seed: int) ->
 
 
 def test_padding_is_never_live() -> None:
-    """This also holds if all rays start farther behind their origin than an empty ray ends."""
+    """Texels after the last ray hold empty rays. They stay empty even if all rays start farther
+    behind their origin than an empty ray ends."""
     count = ray_batch.ROW + 5
     batch = RayBatch(np.zeros((count, 3)), np.full((count, 3), 0.5), t_min=-2.0)
     width, height = batch.size

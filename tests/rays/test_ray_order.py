@@ -1,4 +1,5 @@
-"""Ray order: blocks are sorted alone if they start in different places, else all together."""
+"""Ray order: if blocks of rays start in different places, each block is sorted separately.
+Otherwise all rays are sorted together."""
 from __future__ import annotations
 
 import numpy as np
@@ -12,7 +13,8 @@ BOUNDS = (np.zeros(3), np.ones(3))
 
 
 def planes(origins: np.ndarray, empty: np.ndarray, seed: int) -> list[np.ndarray]:
-    """Return the (n, 4) planes of RAY_TEXELS, with random directions; ``empty`` rays are empty."""
+    """Return the (n, 4) planes of RAY_TEXELS. Directions are random, and the rays in the mask
+    ``empty`` have an empty interval."""
     rng = np.random.default_rng(seed)
     fields = {"origin": np.float32(origins), "t_min": np.zeros(len(origins), np.float32),
               "direction": np.float32(rng.uniform(-1, 1, origins.shape)),

@@ -1,4 +1,5 @@
-"""Rays from one point: programs read the shared values as a uniform, which changes no hit."""
+"""Rays with one origin and one t_min: programs read these values from a uniform, which changes no
+hit."""
 from __future__ import annotations
 
 import numpy as np
@@ -15,9 +16,10 @@ CASES = [("bvh-packet", {"interval_test": True, "octants": octants, "quantise_no
 @pytest.mark.parametrize("t_min", [0.0, -2.0, [0.0, 1.0] * 128])
 @pytest.mark.parametrize("method", ["kd-restart", "bvh-packet"])
 def test_rays_from_one_point(method: str, t_min) -> None:
-    """Programs read the shared values as a uniform, and hits stay the same after other rays.
+    """Programs read the uniform only if all rays share origin and t_min.
 
-    Invalid rays and the padding after the last ray stay misses.
+    The hits are also right after a call with other rays. Invalid rays and the padding after the
+    last ray stay misses.
     """
     scene = rt.load_scene("cornell")
     origins, directions = (a.reshape(-1, 3) for a in scene.camera.rays((16, 16)))

@@ -33,7 +33,7 @@ def aimed_pairs(kind: str, count: int, seed: int) -> tuple[np.ndarray, np.ndarra
         in_plane = (rng.dirichlet((1, 1, 1), count)[:, :, None] * triangles).sum(axis=1)
         origins = aim + 4 * (in_plane - aim) + 1e-6 * rng.normal(size=(count, 3))
     elif kind == "axis":
-        zeros = rng.integers(1, 3, count)  # zero components of each direction
+        zeros = rng.integers(1, 3, count)  # how many components of each direction are 0
         for k, axis in enumerate(rng.permuted(np.tile((0, 1, 2), (count, 1)), axis=1).T[:2]):
             some = np.flatnonzero(zeros > k)
             origins[some, axis[some]] = aim[some, axis[some]]

@@ -83,8 +83,8 @@ def test_seeded_faults(case) -> None:
 
 
 def test_a_triangle_behind_is_wrong(case) -> None:
-    """The second hit counts as wrong. A traversal that stops late or skips a node would return the
-    second hit."""
+    """The second hit along a ray counts as wrong. A traversal that skips a node would return this
+    hit."""
     scene, origins, directions, hits = case
     behind = rt.reference.trace(scene, origins, directions, t_min=hits.t * np.float32(1.001))
     some = behind.hit & (behind.triangle != hits.triangle)
@@ -142,8 +142,8 @@ def test_neighbours_are_excused_and_leaks_told(at: str, seed: int) -> None:
 
 @pytest.mark.parametrize("seed", SEEDS)
 def test_a_miss_through_an_edge_leaks_at_what_is_behind(seed: int) -> None:
-    """A miss through an edge is judged by the hit behind the edge. The reference's own triangle
-    cannot decide such a ray, so the judge searches the tree."""
+    """A ray that passes the front of a ball at an edge must hit the back, so a miss is a leak. The
+    front triangle is no certain hit, so the judge searches the tree for a certain hit."""
     rng = np.random.default_rng(seed)
     ball = rt.load_scene(trimesh.creation.icosphere(subdivisions=3))
     corner = rng.integers(len(ball.triangles), size=500)

@@ -1,5 +1,5 @@
-"""Tests of the oracle with known answers: edges, ties, flat triangles, intervals, rounding and
-batches."""
+"""The oracle, the float64 reference, gives known answers: edges, ties, flat triangles, intervals,
+rounding and batches."""
 from __future__ import annotations
 
 import itertools
@@ -45,8 +45,8 @@ def test_edges_and_vertices_belong_to_the_triangle(way: str, axis: int, mirror: 
 @pytest.mark.parametrize("way", WAYS)
 @pytest.mark.parametrize("seed", [1, 2])
 def test_collinear_triangles_are_never_hit(way: str, seed: int) -> None:
-    """Rays never hit a triangle with exactly collinear corners, in spite of the test's own
-    rounding."""
+    """Rays never hit a triangle with exactly collinear corners, in spite of rounding in the
+    triangle test."""
     rng = np.random.default_rng(seed)
     start, step = rng.integers(-9, 9, (2, 2000, 1, 3)) / 8
     triangles = start + step * np.array((0, 2, 1))[:, None]
@@ -109,8 +109,8 @@ def test_bad_arguments(bad: dict) -> None:
 
 @pytest.mark.parametrize("seed", [7])
 def test_a_speck_far_from_the_ray_is_not_hit(seed: int) -> None:
-    """A ray far from a tiny triangle misses the triangle. The edge functions hold only rounding
-    errors, because the triangle is tiny beside the origin's coordinates."""
+    """A ray far from a tiny triangle misses the triangle. The edge functions consist of rounding
+    errors only, because the triangle is tiny compared with the coordinates of the origin."""
     rng = np.random.default_rng(seed)
     specks = (10 ** rng.uniform(-17, -15, (400, 1, 1)) * rng.normal(size=(400, 3, 3)))
     # the rays pass the specks at a great distance
@@ -121,8 +121,8 @@ def test_a_speck_far_from_the_ray_is_not_hit(seed: int) -> None:
 
 @pytest.mark.parametrize("seed", [8, 9])
 def test_settle_agrees_with_rationals(seed: int) -> None:
-    """`settle` finds the hits of exact rationals for rays through edges, vertices and ties.
-    Vertices have whole coordinates."""
+    """`settle` corrects float64 hits to the hits of exact rational arithmetic. The rays pass
+    through edges and vertices, many at equal distances. Vertices have whole coordinates."""
     rng = np.random.default_rng(seed)
     triangles = np.concatenate((square(4), square(4)[:, ::-1], square(2) * (2, 2, 1)))
     triangles = triangles @ np.array(((1, 0, 1), (0, 1, -1), (0, 0, 1)))  # tilted

@@ -1,4 +1,5 @@
-"""The oracle agrees with exact rationals, with its own tree, and with known answers."""
+"""The oracle, the float64 reference, agrees with exact rationals, with its own search by a tree,
+and with known answers."""
 from __future__ import annotations
 
 import numpy as np

@@ -1,5 +1,5 @@
-"""Row 37 of the catalogue: rays that leave a hit do not hit the same surface again. The tests
-cover spawned rays and shadow rays."""
+"""Row 37 of the catalogue of extreme cases: rays that leave a hit do not hit the same surface
+again. The tests cover spawned rays and shadow rays."""
 from __future__ import annotations
 
 import numpy as np
@@ -21,7 +21,7 @@ KINDS = ("coordinates", "sizes", "slivers", "ball")
 
 def triangles_of(kind: str, count: int, rng: np.random.Generator) -> np.ndarray:
     """Returns triangles, (count, 3, 3) float32. Either each coordinate or each triangle's size
-    varies from 1e-8 to 1e8."""
+    varies from 1e-8 to 1e8, except in the ball."""
     if kind == "coordinates":
         size = 10 ** rng.uniform(-8, 8, (count, 3, 3))
         return (rng.choice((-1, 1), (count, 3, 3)) * size).astype(np.float32)
@@ -117,8 +117,8 @@ def test_misses_spawn_nothing() -> None:
 
 
 def shadow_rays(tracer: rt.Tracer, size: tuple[int, int]) -> tuple[Hits, np.ndarray, np.ndarray]:
-    """Returns the hits of the scene's camera, and the two texels of each hit's shadow ray, (n, 4)
-    each."""
+    """Returns the hits of the camera's rays, and the two texels of the shadow ray of each hit,
+    (n, 4) each."""
     tracer.render(size=size)
     batch = RayBatch(*tracer.scene.camera.rays(size))
     with tracer.gpu:

@@ -1,4 +1,4 @@
-"""GLSL functions called on arrays: a full-screen pass evaluates an expression."""
+"""Calls GLSL functions on arrays: a full-screen pass evaluates an expression for every row."""
 from __future__ import annotations
 
 import tempfile

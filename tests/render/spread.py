@@ -5,7 +5,10 @@ import numpy as np
 
 
 def chi_square(counts: np.ndarray) -> float:
-    """Return the chi-square of equally likely cells, less its mean, in standard deviations."""
+    """Return by how many standard deviations the chi-square statistic exceeds its mean.
+
+    The cells are equally likely.
+    """
     expected = counts.sum() / counts.size
     cells = counts.size - 1
     return float((((counts - expected) ** 2).sum() / expected - cells) / np.sqrt(2 * cells))

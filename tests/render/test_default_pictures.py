@@ -27,7 +27,8 @@ def places(camera: rt.Camera, triangles: np.ndarray, size: tuple[int, int] = (1,
 
 @pytest.mark.parametrize("name", OBJECTS)
 def test_built_in_objects_are_whole_in_the_picture(name: str) -> None:
-    """The margin is 2 % of the picture: cameras that figures measure with must not move."""
+    """The margin is at least 2 % of the picture. A larger margin would move the cameras with which
+    figures were measured."""
     built = catalogue.ROWS[name].make()
     assert np.abs(places(built.camera, built.triangles)).max() < 0.96
 
@@ -64,7 +65,8 @@ def test_a_mesh_file_of_an_object_fills_its_picture(tmp_path) -> None:
 
 @pytest.mark.parametrize("integrator, options", [("whitted", {}), ("path", {"samples": 4})])
 def test_a_room_in_a_file_is_lit_as_by_name(tmp_path, integrator: str, options: dict) -> None:
-    """A light beside the camera would lie above the ceiling."""
+    """The light must lie below the ceiling. At its usual place beside the camera, it would lie
+    above."""
     built = catalogue.ROWS["kitchen"].make()
     named = rt.Scene("kitchen", built.triangles, built.colours, rt.PointLight(built.light),
                      built.camera)

@@ -1,4 +1,5 @@
-"""Materials, lights and corner attributes: kept as given, or refused with a one-line error."""
+"""Materials, lights and corner attributes are kept as given, or refused with an error of one
+line."""
 from __future__ import annotations
 
 import numpy as np

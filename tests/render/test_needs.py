@@ -1,4 +1,5 @@
-"""A renderer does only what its scene needs, and draws the picture that all features draw."""
+"""A renderer does only what its scene needs. Its picture equals the picture that a renderer with
+all features draws."""
 from __future__ import annotations
 
 import numpy as np
@@ -66,7 +67,8 @@ def test_the_plain_scene_takes_next_to_nothing() -> None:
 
 
 def test_every_property_is_tested_alone() -> None:
-    """A new row of PROPERTIES needs a row here; test_path.py tests the properties of paths."""
+    """A new row of PROPERTIES needs a row in ADDS. The properties of paths are tested in
+    test_path.py."""
     found = {define for defines, _, _ in ADDS.values() for define in defines} | {"SKY"}
     assert found == {define for p in PROPERTIES if not p.of_paths
                      for define in p.defines}
@@ -74,7 +76,8 @@ def test_every_property_is_tested_alone() -> None:
 
 @pytest.mark.parametrize("name", [*ALONE, "everything"])
 def test_the_picture_of_all_features_is_the_same(exact_renderer, name: str) -> None:
-    """All features together need at least as many passes, fetches and bytes."""
+    """With all features, the picture is the same, and it costs at least as many passes, fetches
+    and bytes."""
     scene = everything() if name == "everything" else ALONE[name](plain())
     options = {"bounces": 2, "light_samples": 3}
     with rt.Tracer(scene, "bvh-threaded") as tracer:

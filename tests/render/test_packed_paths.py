@@ -1,4 +1,5 @@
-"""Packed paths: the same picture to the bit from fewer texels, and the cost of packing."""
+"""Packed paths: live paths move into smaller textures, which changes no bit of the picture.
+Further tests check what packing adds to the plan."""
 from __future__ import annotations
 
 import numpy as np
@@ -39,7 +40,7 @@ def pictures(scene: rt.Scene, method: str, ways: tuple[object, ...], tracer_opti
 
 def check_same_bits(scene: rt.Scene, method: str, tracer_options: dict, **options: object
                     ) -> dict[str, int]:
-    """Check that packing changes no bit; return the passes drawn with paths packed at a half."""
+    """Check that packing changes no bit; return the passes drawn under ``compact=0.5``."""
     ways = ("off", 0.5, "on", "off")
     (expected, whole), *others = pictures(scene, method, ways, tracer_options, **options)
     assert "pack paths" not in whole and "path live" not in whole and expected.any()
@@ -92,7 +93,8 @@ def test_the_same_bits_of_several_waves(exact_renderer, small, monkeypatch, samp
 
 
 def test_paths_are_counted_vertex_by_vertex(exact_renderer, small) -> None:
-    """Packing keeps the live counts; the texels are the smallest packed size that holds them."""
+    """Packing does not change the number of live paths. Each vertex is drawn at the smallest
+    packed size that holds the live paths."""
     counts = {}
     with rt.Tracer(path_scenes.everything()) as tracer:
         for share in (0.25, 0.75):
@@ -112,9 +114,9 @@ def test_paths_are_counted_vertex_by_vertex(exact_renderer, small) -> None:
 
 
 def test_live_paths_are_those_that_the_light_is_from(small) -> None:
-    """A path stays live where its eye ray hits the white ball.
+    """A path stays live if its eye ray hits the white ball.
 
-    No path that leaves the convex ball meets a second vertex.
+    After the ball, no path is live, because a ray that leaves a convex ball hits nothing.
     """
     scene, _ = path_scenes.white_ball()
     with rt.Tracer(scene) as tracer:

@@ -1,4 +1,5 @@
-"""The path integrator against formulas, its float64 twin, and itself under other settings."""
+"""The path integrator is compared with formulas, with the float64 path tracer ("twin"), and with
+itself under other settings."""
 from __future__ import annotations
 
 import dataclasses
@@ -37,7 +38,8 @@ def radiance(scene: rt.Scene, size: tuple[int, int], samples: int, method: str =
 @pytest.mark.parametrize("name, sampler", [*((name, "sobol") for name in SCENES),
                                            ("everything", "random")])
 def test_as_its_float64_twin(name: str, sampler: str) -> None:
-    """Both trace the same paths, except for the few paths that rounding sends elsewhere."""
+    """The shaders and the float64 path tracer trace the same paths, except for a few paths that
+    rounding changes."""
     scene = SCENES[name]()
     found = radiance(scene, (16, 16), 32, seed=2, sampler=sampler)
     truth = path_picture(scene, (16, 16), 32, PathSettings(seed=2, sampler=sampler))
@@ -53,7 +55,7 @@ def test_cornell_box_within_its_noise(seed: int) -> None:
     found = radiance(scene, (16, 16), 128, seed=seed)
     truth = path_picture(scene, (16, 16), 128, PathSettings(seed=seed + 1))
     off = np.abs(found - truth.mean)
-    assert off.mean() < 2 * truth.error.mean()      # two noises give sqrt(2), and tails give more
+    assert off.mean() < 2 * truth.error.mean()      # sqrt(2) for two noises, and more for tails
     total = np.sqrt(2 * (truth.error ** 2).sum(axis=(0, 1)))
     assert (np.abs((found - truth.mean).sum(axis=(0, 1))) < 4 * total).all()
 
@@ -77,7 +79,8 @@ def test_cornell_box_at_4096_samples() -> None:
 
 @pytest.mark.parametrize("seed", [12])
 def test_cornell_box_as_by_another_renderer(seed: int) -> None:
-    """The mean of each quarter agrees in each channel; a few samples suffice for these means."""
+    """In each channel, the mean of each quarter of the picture agrees with that of an independent
+    renderer. A few samples suffice for these means."""
     truth = cornell_truth()[0]
     found = radiance(path_scenes.cornell_lit(), (64, 64), 16, seed=seed)
     for rows, columns in ((slice(0, 32), slice(0, 32)), (slice(0, 32), slice(32, 64)),

@@ -10,9 +10,10 @@ from gpgpu_rt.reference.random_numbers import random_bits, random_numbers
 
 
 def streams() -> dict[str, np.ndarray]:
-    """Return (n, k) consecutive numbers along pixels, samples, bounces, blocks and seeds.
+    """Return the numbers of each stream, (n, k).
 
-    A picture uses the numbers of each stream together.
+    A stream runs along the pixels, samples, bounces, blocks or seeds of a picture. A picture uses
+    the numbers of a stream together.
     """
     count = np.arange(1 << 16)
     line, column = count >> 8, count & 255
@@ -64,10 +65,10 @@ def test_no_two_counters_share_their_numbers() -> None:
 
 @pytest.mark.parametrize("name", list(streams()))
 def test_numbers_are_uniform_and_independent(name: str) -> None:
-    """Test channels alone, in pairs within a block, and with their successors.
+    """Each channel is tested alone, in pairs with other channels, and in pairs with later numbers.
 
-    The tests are chi-square over 256 cells alone or 16 x 16 cells in pairs, and the correlation of
-    each pair. The spectrum of a stream must have no peak.
+    A chi-square test has 256 cells for a channel, or 16 x 16 cells for a pair. Pairs must also be
+    uncorrelated, and the spectrum of a channel must have no peak.
     """
     numbers = streams()[name]
     n = len(numbers)

@@ -1,4 +1,4 @@
-"""The float64 path tracer against formulas, so that other tests can rely on it."""
+"""The float64 path tracer is compared with formulas, so that other tests can rely on it."""
 from __future__ import annotations
 
 import dataclasses
@@ -77,7 +77,8 @@ def test_an_even_image_hides_a_white_ball(seed: int) -> None:
 
 @pytest.mark.parametrize("seed", [10])
 def test_direct_light_of_a_bright_texel(seed: int, monkeypatch) -> None:
-    """The mean follows from the irradiance; sampling the texel directly lowers the noise a lot."""
+    """The mean follows from the irradiance, whether or not paths sample the bright texel directly.
+    Direct sampling lowers the noise to less than a fifth."""
     scene, expected = path_scenes.image_lit_floor()
     settings = PathSettings(seed=seed, sampler="random")
     asked = path_picture(scene, (4, 4), 1000, settings)
@@ -91,7 +92,8 @@ def test_direct_light_of_a_bright_texel(seed: int, monkeypatch) -> None:
 @pytest.mark.parametrize("name", ["sky", "image"])
 @pytest.mark.parametrize("seed", [11])
 def test_asking_surroundings_changes_the_noise_alone(seed: int, name: str, monkeypatch) -> None:
-    """Only the window lights a room with all kinds of surface."""
+    """Direct sampling of the surroundings changes only the noise. The surroundings alone light a
+    room with all kinds of surface, through its window."""
     scene = path_scenes.everything() if name == "sky" else path_scenes.everything_under_an_image()
     dark = [dataclasses.replace(m, emission=(0, 0, 0)) for m in scene.materials]
     scene = dataclasses.replace(scene, materials=dark, lights=())
@@ -148,7 +150,8 @@ def test_directions_to_an_image_come_as_often_as_they_are_bright(seed: int) -> N
 
 @pytest.mark.parametrize("seed", [7])
 def test_asking_lights_changes_the_noise_alone(seed: int, monkeypatch) -> None:
-    """A lamp lights glossy and diffuse walls; paths sample the lamp or find it by chance."""
+    """Direct sampling of a lamp changes only the noise. The lamp lights glossy and diffuse walls;
+    without direct sampling, paths find the lamp by chance."""
     scene = path_scenes.closed_box(diffuse=(0.4, 0.4, 0.4), glossy=(0.4, 0.3, 0.2), roughness=0.4)
     lamp = np.array([[[-0.9, 0.9, -0.9], [-0.9, 0.9, 0.9], [0.9, 0.9, 0.9]]], np.float32)
     scene = rt.Scene.from_arrays(

@@ -1,4 +1,5 @@
-"""Several samples per pixel under whitted and direct: pixels show their covered share."""
+"""Several samples per pixel under whitted and direct: a pixel shows the share of its area that is
+covered."""
 from __future__ import annotations
 
 import numpy as np

@@ -1,4 +1,5 @@
-"""Sampling and Fresnel terms: GLSL against float64, and both against known sums and limits."""
+"""Sampling and Fresnel terms: GLSL is compared with float64, and both are compared with known sums
+and limits."""
 from __future__ import annotations
 
 import numpy as np
@@ -32,7 +33,8 @@ def test_cosine_directions() -> None:
     found = evaluate("sample", "result = vec4(sample_cosine(x.xy), 0.0);", np.float32(numbers))
     expected = sampling.sample_cosine(numbers)
     assert np.abs(found[:, :3] - expected).max() < 3 * ULP
-    # The relative error bounds grazing directions too: no cosine is lost to cancellation.
+    # The relative error of the cosine is small even for grazing directions: cancellation loses no
+    # digits.
     assert np.abs(found[:, 2] / expected[:, 2] - 1).max() < 4 * ULP
 
 
@@ -55,7 +57,7 @@ def test_lobe_density() -> None:
     found = evaluate("sample", "result = vec4(lobe_density(x.x, x.y), cosine_density(x.x), 0, 0);",
                      np.column_stack([cosine, exponents]))
     expected = sampling.lobe_density(cosine.astype(np.float64), exponents.astype(np.float64))
-    # exp of a product of size p loses p units. Below e^-80, the value can only be checked as tiny.
+    # exp(-p) loses about p units of precision. Of a value below 1e-30, only the size is checked.
     size = exponents * -np.log(np.clip(cosine, 1e-30, 1))
     small = (expected < 1e-30) | (cosine <= 0)
     assert (found[small, 0] < 1e-29).all()
@@ -107,12 +109,13 @@ def test_fresnel() -> None:
     c, n = cosine.astype(np.float64), ior.astype(np.float64)
     expected = sampling.fresnel(c, n)
     assert found.min() >= 0 and found.max() <= 1
-    # The change from rounding the cosine and ior by a unit; it is large near the critical angle.
+    # The change of the result if cosine and ior change by a unit of rounding. It is large near the
+    # critical angle.
     known = np.maximum.reduce([np.abs(sampling.fresnel(c * (1 + a), n * (1 + b)) - expected)
                                for a in (-ULP, 0, ULP) for b in (-ULP, 0, ULP)])
     assert (np.abs(found - expected) <= 16 * ULP * expected + 4 * known).all()
     ordinary = known < 1e-4 * expected
-    assert ordinary.mean() > 0.75           # not at 1.0003, where rounding dominates the result
+    assert ordinary.mean() > 0.75           # rounding dominates the result at 1.0003
     assert (np.abs(found - expected)[ordinary] < 1e-4).all()
     # Known textbook values.
     some = np.float32([[1, 1.5], [1, 1 / 1.5], [0.5, 1 / 1.5], [np.cos(np.arctan(1.5)), 1.5]])

@@ -21,7 +21,7 @@ from gpgpu_rt.reference.sobol import sobol_bits, sobol_numbers
 def test_glsl_draws_the_same_bits(seed: int, block: int) -> None:
     where = np.random.default_rng(seed).integers(0, 1 << 32, (8_000, 4), np.uint32)
     where[:4000] %= np.uint32([4096, 4096, 8192, 4096])
-    where[:, 3] = 1 + where[:, 3] % 60          # the events of a path
+    where[:, 3] = 1 + where[:, 3] % 60          # the vertices of a path
     found = evaluate("sobol", f"result = sobol_bits(x.xy, x.z, x.w, {block}u, 9u);", where)
     for bounce in np.unique(where[:, 3]):
         some = where[:, 3] == bounce
@@ -41,8 +41,8 @@ def test_numbers_are_cell_middles_and_their_range_is_refused() -> None:
 def test_pairs_are_nets(pixel: tuple[int, int], first: int) -> None:
     """Every box of area 2^-k holds exactly one of 2^k consecutive samples, for any box shape.
 
-    This holds for the numbers that pick and for the numbers that place. Each single number is
-    stratified too.
+    This holds for the pair of numbers for discrete choices, and for the pair for a position or
+    direction. Each single number is stratified too.
     """
     for bounce, k in itertools.product((0, 1, 7), range(11)):
         samples = first + np.arange(1 << k)
@@ -57,7 +57,8 @@ def test_pairs_are_nets(pixel: tuple[int, int], first: int) -> None:
 
 @pytest.mark.parametrize("bounce", [0, 2, 40])
 def test_a_direction_and_the_light_behind_it_are_one_net(bounce: int) -> None:
-    """Four-dimensional Sobol' points form a (3, k, 4)-net: a box of 8 / 2^k holds 8 points."""
+    """Four-dimensional Sobol' points form a (3, k, 4)-net: a box of volume 8 / 2^k holds 8 of 2^k
+    points."""
     samples = np.arange(1 << 10)
     place, light = (sobol_numbers(9, 4, samples, event, block)[:, 2:]
                     for event, block in ((bounce, 0), (bounce + 1, 1)))
@@ -68,7 +69,10 @@ def test_a_direction_and_the_light_behind_it_are_one_net(bounce: int) -> None:
 
 
 def streams() -> dict[str, np.ndarray]:
-    """Return (n, 8) numbers: two blocks that must be independent, of pixels, events or seeds."""
+    """Return (n, 8) numbers for each stream: two blocks of four that must be independent.
+
+    The blocks differ in the pixel, the vertex of the path, the choice, the seed or the sample.
+    """
     count = np.arange(1 << 14)
     line, column = count >> 7, count & 127
 
@@ -97,7 +101,8 @@ def test_what_is_not_one_net_is_independent(name: str) -> None:
 @pytest.mark.parametrize("seed", [3])
 @pytest.mark.parametrize("kind", ["smooth", "edge"])
 def test_means_converge_faster_than_random_ones(seed: int, kind: str) -> None:
-    """Integrals over a direction and a light, in 64 pixels, are unbiased with a smaller error."""
+    """Integrals over a direction and a light, in 64 pixels, are unbiased. Their error is smaller
+    than with random numbers."""
     pixel, sample = (a.ravel() for a in np.meshgrid(np.arange(64), np.arange(256)))
 
     def error(draw) -> np.ndarray:

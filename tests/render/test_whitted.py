@@ -1,4 +1,5 @@
-"""Whitted's ray tracing against optics, and against itself under every method."""
+"""Whitted's ray tracing is compared with the laws of optics, and with itself under every
+method."""
 from __future__ import annotations
 
 import numpy as np
@@ -14,7 +15,7 @@ DIM = rt.Environment.constant((0.25, 0.5, 0.75))
 
 
 def radiance(tracer: rt.Tracer, size: tuple[int, int], **options: object) -> np.ndarray:
-    """Return (height, width, 3) linear radiance of a picture that gathers."""
+    """Return the (height, width, 3) linear radiance of a picture that has a radiance texture."""
     tracer.render(size=size, **options)
     return stream(tracer, "radiance")[0][:, :, :3]
 
@@ -53,9 +54,10 @@ def fresnel(cosine: np.ndarray, ior: float) -> np.ndarray:
 
 @pytest.mark.parametrize("ior", [1.5, 1.1, 2.4, 1 / 1.5])
 def test_a_slab_of_glass_reflects_and_lets_through_by_fresnel(ior: float) -> None:
-    """Sum the weights of all paths of up to six turns; the sky differs before and behind the slab.
+    """The expected radiance is a sum over all paths that leave the slab after at most six turns.
 
-    Light that is then still inside the slab gets the radiance of the surroundings in the
+    A turn is a reflection or a refraction. The sky is brighter behind the slab than before it.
+    Light that is still inside after six turns gets the radiance of the surroundings in the
     directions in which it would go on.
     """
     camera = rt.Camera((0, 0, 3), (0.8, 0.5, 0), fov=70)
@@ -74,7 +76,7 @@ def test_a_slab_of_glass_reflects_and_lets_through_by_fresnel(ior: float) -> Non
         radiance_there = np.where(behind, 1.0, 0.25)
         expected += np.where(weight >= CUTOFF, weight * radiance_there, 0)
         sure &= np.abs(weight / CUTOFF - 1) > 1e-3
-    rest = (1 - f) * f ** 5     # the share inside, on its way back to the side of its origin
+    rest = (1 - f) * f ** 5     # the share still inside, on its way to the side of the camera
     for share, there in ((f, 1.0), (1 - f, 0.25)):
         weight = rest * share
         expected += np.where(weight >= CUTOFF, weight * there, 0)
@@ -119,7 +121,8 @@ def test_light_inside_glass_is_reflected_totally_past_the_critical_angle() -> No
 
 
 def test_a_square_lamp_lights_a_floor_as_its_form_factor_says() -> None:
-    """The mean error is small beside each pixel's noise; Lambert's formula is the closed form."""
+    """Lambert's formula gives the exact form factor. The mean error must be much smaller than the
+    noise of a pixel."""
     lamp = quad((-1, 2, -1), (1, 2, -1), (1, 2, 1), (-1, 2, 1))
     floor = quad((-9, 0, 9), (9, 0, 9), (9, 0, -9), (-9, 0, -9))
     materials = (rt.Material("floor", (0.5,) * 3), rt.Material("lamp", emission=(4,) * 3))
@@ -142,7 +145,8 @@ def test_a_square_lamp_lights_a_floor_as_its_form_factor_says() -> None:
 
 
 def test_smooth_normals_shade_a_ball_as_a_ball() -> None:
-    """A light behind a triangle must not shine through the triangle."""
+    """Smooth normals give the brightness of a round ball, except at its rim. There a light behind
+    a triangle must not shine through the triangle."""
     from gpgpu_rt.scene.attributes import smooth_normals
     from gpgpu_rt.scene.procedural.shapes import ball
     triangles = ball(320)

@@ -1,4 +1,4 @@
-"""Looks at a page in headless Chromium: requests, broken images, and errors of scripts."""
+"""Loads a page in headless Chromium and reports requests, broken images and errors of scripts."""
 from __future__ import annotations
 
 import json

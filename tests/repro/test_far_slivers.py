@@ -1,9 +1,9 @@
-"""The watertight test hit tiny triangles far from the ray, because all three edge functions
-rounded to zero.
+"""The watertight test used to report hits on tiny triangles far from the ray, because all three
+edge functions rounded to zero.
 
-Brute force did so for 4 of 196,608 rays on the robots and kitchen scenes. Accelerators hid the
-fault, because they never tested such a triangle. The test now also requires that a ray pass
-through the sheared triangle's bounding box.
+Brute force returned 4 such hits for 196,608 rays in the robots and kitchen scenes. Accelerators
+hid the fault, because they never tested such a triangle. The test now also requires that a ray
+pass through the bounding box of the sheared triangle.
 """
 from __future__ import annotations
 

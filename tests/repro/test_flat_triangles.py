@@ -1,9 +1,9 @@
-"""Rays hit triangles without area: shearing moves the third of three collinear corners off the
-line.
+"""Rays used to hit triangles without area, because shearing moves the third of three collinear
+corners off the line.
 
-The judge found the fault in kitchen moved by 10^4 extents, where float32 flattens 12,000
-triangles. There 41 of 40,000 rays aimed at vertices hit such a triangle. The package now shrinks
-triangles without area to a point before it uploads them.
+The fault was found in the kitchen scene, moved by 10^4 times its extent, where float32 flattens
+12,000 triangles. There 41 of 40,000 rays aimed at vertices hit such a triangle. The package now
+shrinks triangles without area to a point before it uploads them.
 """
 from __future__ import annotations
 

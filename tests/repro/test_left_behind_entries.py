@@ -1,7 +1,7 @@
 """Rays that a packet leaves unfinished continue as single rays from the root.
 
-The program for single rays failed to compile with entry points, because nothing built the entry
-lists of single rays.
+The program for single rays used to fail to compile with entry points, because nothing built entry
+lists for single rays.
 """
 from __future__ import annotations
 

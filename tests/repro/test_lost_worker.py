@@ -1,5 +1,5 @@
-"""Dask gave up a worker that was killed twice within 15 s. After the loss of the last worker, a
-sweep hung."""
+"""Dask used to give up a worker that was killed twice within 15 s. After the loss of the last
+worker, a sweep waited for ever."""
 from __future__ import annotations
 
 import os

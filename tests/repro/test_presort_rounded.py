@@ -1,5 +1,5 @@
-"""Presort left out rays with t_max < t_min, although rounding may make the two ends equal in
-textures. Such rays were traced without presort."""
+"""The option `presort` used to leave out rays with t_max < t_min. But rounding to textures may
+make the two ends equal, and without `presort` such rays were traced."""
 from __future__ import annotations
 
 import numpy as np

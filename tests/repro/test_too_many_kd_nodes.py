@@ -1,6 +1,6 @@
-"""The full figures stopped at Soda Hall: its kd-tree has 24 million nodes, but float32 holds exact
-integers only up to 2^24. A kd-tree's smallest subtrees now become leaves, as a BVH's do. The file
-tests/scene/test_large.py compares the hits."""
+"""The full figures used to stop at Soda Hall. Its kd-tree has 24 million nodes, but float32 is
+exact only for integers up to 2^24. The smallest subtrees of a kd-tree now become leaves, as those
+of a BVH do. The file tests/scene/test_large.py compares the hits."""
 from __future__ import annotations
 
 from conftest import random_soup

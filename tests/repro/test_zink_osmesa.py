@@ -1,5 +1,5 @@
-"""`gpgpu-rt info` crashed where the environment chose the driver zink, because OSMesa of Mesa 22.3
-crashes when it is asked for zink."""
+"""`gpgpu-rt info` used to crash if the environment chose the driver zink, because OSMesa of Mesa
+22.3 crashes when it is asked for zink."""
 from __future__ import annotations
 
 import os

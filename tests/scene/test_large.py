@@ -126,8 +126,8 @@ def test_a_lopsided_tree_shares_less(exact_renderer, monkeypatch) -> None:
 
 @pytest.mark.parametrize("most", [1, 2, 3, 40, 333, 10**6])
 def test_coarsened_kd_trees(most: int) -> None:
-    """A coarsened leaf holds each triangle of its former subtree once. The split planes above
-    stay."""
+    """A leaf that replaces a subtree lists each triangle of the subtree once. The split planes
+    above the leaf stay."""
     triangles = random_soup(200, 3)
     fine = build_kdtree(triangles)
     leaf, left = fine.axis == LEAF, fine.left.astype(np.int64)
@@ -192,7 +192,7 @@ with rt.Tracer(scene, **options) as tracer:
 with rt.Tracer(scene, "brute-force") as tracer:
     other = tracer.trace(*rays)
 found["wrong"] = int((hits.t != other.t).sum() + (hits.triangle != other.triangle).sum())
-# Not ru_maxrss, which begins at what the process held that started this one.
+# Do not use ru_maxrss: it begins at the memory of the parent process.
 with open("/proc/self/status") as status:
     found["peak"] = next(int(line.split()[1]) * 1024 for line in status if "VmHWM" in line)
 print(json.dumps(found))
@@ -204,8 +204,8 @@ print(json.dumps(found))
 @pytest.mark.parametrize("name, gibibytes", [("sodahall", 6), ("powerplant", 16)])
 @pytest.mark.parametrize("options", [{}, {"octants": True}], ids=["plain", "octants"])
 def test_large_scenes(exact_renderer, name: str, options: dict, gibibytes: float) -> None:
-    """Large scenes are built and rendered within their memory limit, and the hits equal a test of
-    every triangle. The test prints time and memory (-s)."""
+    """Large scenes are built and rendered within their memory limit, and the hits equal those of
+    brute force. ``pytest -s`` shows time and memory."""
     environment = {**os.environ, "GPGPU_RT_CACHE": "", "GPGPU_RT_SCENES": ""}
     answer = subprocess.run([sys.executable, "-c", LARGE, name, json.dumps(options)], check=True,
                             capture_output=True, text=True, env=environment)

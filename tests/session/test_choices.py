@@ -1,4 +1,5 @@
-"""The method "auto": the tracer picks the choice for coherent or incoherent rays by the rays."""
+"""The method "auto": for each call, the tracer picks the choice for coherent rays or the choice
+for incoherent rays, according to the rays of the call."""
 from __future__ import annotations
 
 import pickle
@@ -75,7 +76,7 @@ def test_what_all_rays_share_is_all(height: int, width: int) -> None:
 
 
 def test_what_makes_rays_unlike() -> None:
-    """Every other ray differs in a sign, the dominant axis or the origin alone."""
+    """Every other ray differs only in a sign, only in the dominant axis, or only in the origin."""
     origins, directions = np.zeros((1, 8, 3)), np.ones((1, 8, 3)) * (1, 2, 3)
     for change in ((-1, 2, 3), (1, 3, 2)):
         other = directions.copy()
@@ -261,7 +262,7 @@ def test_the_default_pair(scene) -> None:
                                     (INCOHERENT, random(scene), "bvh-threaded")):
             assert_same_bits(truth.trace(*given), tracer.trace(*given))
             assert took(tracer) == (rays, method, method) and tracer.options["octants"]
-    with rt.Tracer(scene, "auto", schedule="step") as tracer:     # drops the entry points
+    with rt.Tracer(scene, "auto", schedule="step") as tracer:     # without entry points
         tracer.trace(*eye(scene))
         assert took(tracer) == (COHERENT, "bvh-packet", "bvh-packet")
     with rt.Tracer(scene, "auto", entry_points=4) as tracer:      # packets do not accept 4

@@ -121,7 +121,8 @@ def test_the_ratio_decides(ratio: float, rebuilt: bool) -> None:
 
 
 def test_a_rebuilt_tree_is_the_new_measure() -> None:
-    """Larger triangles raise the cost of any tree; that is no reason to rebuild a tree twice."""
+    """Larger triangles raise the cost of any tree. After a rebuild, later costs are compared with
+    the cost of the new tree, so the tree is not rebuilt again."""
     triangles = random_soup(COUNT, 5, size=0.02)
     grown = triangles + 8 * (triangles - triangles.mean(axis=1, keepdims=True))
     with rt.Tracer(scene_of(triangles), "bvh-threaded") as tracer:

@@ -1,5 +1,5 @@
-"""Tests of a trace at the edges: interval ends, ties, invalid rays, degenerate scenes, step caps
-and counters."""
+"""Edge cases of a trace: interval ends, ties, invalid rays, degenerate scenes, step caps and
+counters."""
 from __future__ import annotations
 
 import numpy as np
@@ -171,7 +171,8 @@ def test_counters_do_not_depend_on_the_schedule(exact_renderer, method: str,
 
 
 def test_accelerators_save_tests() -> None:
-    """Each accelerator tests far fewer triangles than the scene holds, by its own counters."""
+    """According to its counters, each accelerator tests far fewer triangles than the scene
+    holds."""
     scene = soup_scene(2000, 15, size=0.03)
     origins, directions = np.random.default_rng(9).random((2, 500, 3)).astype(np.float32)
     for name in METHODS[1:]:

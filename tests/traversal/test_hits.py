@@ -121,8 +121,8 @@ def test_schedules_agree(exact_renderer, method: str, options: dict, schedule: d
 @pytest.mark.parametrize("method, options, schedule", schedule_cases(
     ("loop", "step1", "step16", "kernels"), ()))
 def test_any_hit_agrees_with_closest(method: str, options: dict, schedule: dict) -> None:
-    """Schedules agree with an infinite interval, with an end just before the nearest hit, and with
-    an end just behind this hit."""
+    """`occluded` agrees with the nearest hits. The intervals of the rays are infinite, end just
+    before the nearest hit, or end just behind it."""
     scene, (origins, directions), closest = oracle(150, 10, "random", 1000, 3)
     ends = np.concatenate([np.full(1000, np.inf), np.where(closest.hit, closest.t * 0.999, 1.0),
                            np.where(closest.hit, closest.t * 1.001, 1.0)])

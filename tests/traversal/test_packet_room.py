@@ -1,4 +1,5 @@
-"""Packets return the same hits to arrays as to the ray textures of later passes."""
+"""Packets write the same hits to the arrays that a caller gets as to the textures of single rays
+that later passes read."""
 from __future__ import annotations
 
 import numpy as np
@@ -15,8 +16,8 @@ PACKETS = [(1, 1), (2, 1), (2, 2), (4, 2), (4, 4)]
 @pytest.mark.parametrize("packet", PACKETS, ids="{0[0]}x{0[1]}".format)
 def test_arrays_and_passes_get_the_same_hits(exact_renderer, method: str, packet: tuple[int, int],
                                              size: tuple[int, int]) -> None:
-    """All hits equal brute force's, also where statistics write hits back to rays and where
-    packets do not divide the image."""
+    """All hits equal those of brute force. This also holds if statistics need the hits in the
+    textures of single rays, and if packets do not divide the image."""
     scene = soup_scene(500, 5)
     rays = scene.camera.rays(size)
     with rt.Tracer(scene, "brute-force") as tracer:

@@ -104,8 +104,9 @@ def test_no_hit_is_left_out(exact_renderer, method: str, packet: tuple[int, int]
 @pytest.mark.parametrize("part", [0.0, 0.5, 1.0], ids="live-{}".format)
 def test_each_packet_is_drawn_once(part: float, size: tuple[int, int], packet: tuple[int, int],
                                    tile: int | None) -> None:
-    """Points cover all packets, so the query finds no packet missing and no packet is drawn again.
-    If every tile has live rays, one draw covers the image."""
+    """Packets are drawn as points. The points cover each packet once, so the query finds no packet
+    missing, and no packet is drawn again. If every tile has live rays, one draw covers the
+    image."""
     scene, origins, directions = seen(size, 4)
     directions = directions * np.float32([0.02, 0.02, 1])  # aim at the middle of the triangles
     t_max = np.where(np.arange(size[0]) < part * size[0], np.inf, -1.0)

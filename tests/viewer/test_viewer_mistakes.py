@@ -42,12 +42,12 @@ def test_errors_are_said_and_the_picture_stays(viewer: Viewer, user_method: str,
                                            options={"level": 10 ** 6}))]
     for number, attempt in enumerate(tries):
         attempt()
-        assert viewer.busy and not viewer.step(), "a window says first what comes"
+        assert viewer.busy and not viewer.step(), "the work was not announced first"
         viewer.step()
         assert viewer.message and "\n" not in viewer.message, number
         assert viewer.selection == before and viewer.image is image, viewer.message
         viewer.camera = moves.orbit(viewer.camera, 0.2, 0.0)
-        assert viewer.step(), "it goes on"
+        assert viewer.step(), "the viewer no longer draws"
         viewer.reset_camera()
         settle(viewer)
         assert (viewer.image == image).all()

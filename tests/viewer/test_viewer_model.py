@@ -125,7 +125,7 @@ def test_moving_is_coarse_and_rest_is_fine(viewer: Viewer, clock: Clock) -> None
     viewer.pace.measured(1, 1.0)  # as if a full picture took a second
     viewer.camera = moves.orbit(viewer.camera, 0.1, 0.0)
     assert viewer.step() and viewer.image.shape[0] < VIEW[1] / 2
-    assert not viewer.step(), "nothing moved since"
+    assert not viewer.step(), "drawn again although nothing moved"
     viewer.camera = moves.orbit(viewer.camera, -0.1, 0.0)
     viewer.reset_camera()
     settle(viewer)
@@ -154,7 +154,7 @@ def test_moves(seed: int) -> None:
     assert np.allclose(back.eye, camera.eye) and np.allclose(back.target, camera.target)
     near = moves.approach(camera, 0.5)
     assert np.isclose(np.linalg.norm(np.subtract(near.target, near.eye)), distance / 2)
-    # A pan by the image's height moves the lower edge's points to the upper edge.
+    # A pan by the image's height of 100 pixels moves the target from y = 50 to y = 150.
     up = moves.pan(camera, 0.0, 1.0)
     (x, y), = projected(up, (200, 100), np.array([[camera.target, camera.target]]))[:, 0]
     assert np.isclose(x, 100) and np.isclose(y, 150)

@@ -82,7 +82,7 @@ def test_heat_of_two_methods_has_one_scale(viewer: Viewer) -> None:
     with rt.Tracer(viewer.scene, "bvh-threaded", statistics=True) as tracer:
         hits = tracer.trace(*viewer.camera.rays(VIEW))
     assert (one.values.ravel() == hits.triangles_tested).all()
-    for wipe, map_shown in ((0.0, two), (1.0, one)):  # the share of the image before the other map
+    for wipe, map_shown in ((0.0, two), (1.0, one)):  # the share of the image that shows map one
         viewer.change_heat(wipe=wipe)
         assert (viewer.image == colours.ramp(map_shown.values / viewer.heat.top)).all()
     assert (one.values != two.values).any()
@@ -145,13 +145,13 @@ def test_scrubbing_shows_each_pass(viewer: Viewer) -> None:
     viewer.look_at("passes")
     settle(viewer)
     live = [one.live for one in viewer.journey.kept]
-    assert 0.25 < live[viewer.index] / live[0] < 0.75, "it opens where there is something to see"
+    assert 0.25 < live[viewer.index] / live[0] < 0.75, "not about half the rays are live"
     opened = viewer.image
     viewer.go_to(0)
     assert (viewer.image != opened).any()
     viewer.camera = moves.orbit(viewer.camera, 0.01, 0.0)
     settle(viewer)
-    assert viewer.index == 0, "another camera moves what one has chosen"
+    assert viewer.index == 0, "another camera changes the chosen pass"
     viewer.go_to(10 ** 9)
     assert viewer.index == len(viewer.journey.kept) - 1
     assert dict(viewer.ray_of((5, 5)))["phase"].endswith("(done)")
@@ -193,8 +193,8 @@ def test_a_heat_map_that_fails_leaves_none_of_another_method(viewer: Viewer,
 
 
 def followed() -> list[tuple[str, dict]]:
-    """Returns the methods whose state names the box of a ray, each without options and with
-    octants if the method has octants."""
+    """Returns the methods whose state names the box of a ray. Each method comes without options
+    and, if it has these options, with octants and with shared subtrees."""
     tried = [(row, options) for row in rt.methods() if "step" in row.schedules
              for options in ({}, {"octants": True}, {"octants": True, "shared_subtrees": 8})
              if set(options) <= {option.name for option in row.options}]
@@ -232,13 +232,13 @@ def test_a_clicked_ray_goes_through_its_boxes_to_its_hit(soup: str, method: str,
 
 def test_a_click_is_followed_and_survives_a_move(viewer: Viewer) -> None:
     settle(viewer)
-    viewer.follow((10 ** 6, -5))  # outside: the nearest pixel
+    viewer.follow((10 ** 6, -5))  # outside the picture: the nearest pixel is followed
     assert viewer.busy and not viewer.finished
     settle(viewer)
     assert viewer.path.pixel == (VIEW[0] - 1, 0) and not viewer.message
     viewer.camera = moves.orbit(viewer.camera, 0.3, 0.0)
     settle(viewer)
-    assert viewer.path is not None, "to be seen from elsewhere"
+    assert viewer.path is not None, "a move of the camera drops the path"
     viewer.choose(viewer.selection.with_option("octants", True))
     settle(viewer)
     assert viewer.path is None

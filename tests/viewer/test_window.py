@@ -117,7 +117,7 @@ class Person:
         """
         began, last, same = time.monotonic(), self.screen(size), 0
         while same < 3:
-            assert time.monotonic() - began < PATIENCE, "it never comes to rest"
+            assert time.monotonic() - began < PATIENCE, "the picture never settles"
             time.sleep(0.5)
             title = self.xdotool("getwindowname", self.window).strip()
             if title.endswith("(coarse)"):
@@ -178,7 +178,7 @@ def test_looking_around_and_the_line_that_shows_the_same(person, tmp_path: Path)
     shown = one.settled()
     found = one.quit()
     assert found["settings"]["method"] == "kd-backtrack" and found["pictures_while_moving"] > 0
-    assert found["seconds_to_full_quality"], "it came to rest after the drag"
+    assert found["seconds_to_full_quality"], "the picture did not settle"
     again = tmp_path / "again.png"
     words = shlex.split(found["settings"]["command"])
     assert main([*words[1:-1], f"--output={again}"]) == 0
@@ -208,7 +208,7 @@ def test_passes_heat_and_the_path_of_a_ray(person) -> None:
             assert (a != b).any(axis=2).mean() > 0.01
     found = one.quit()
     assert not found["message"] and found["settings"]["mode"] == "picture"
-    assert not found["seconds_to_full_quality"], "the camera never moved"
+    assert not found["seconds_to_full_quality"], "timed although the camera stood still"
 
 
 def test_the_lists_of_the_panel(person) -> None:
@@ -235,7 +235,8 @@ def test_keys_typed_into_a_busy_window_are_no_shortcuts(person, tmp_path: Path) 
     one.process.send_signal(signal.SIGCONT)
     one.settled()
     found = one.quit()
-    assert found["settings"]["method"] == "bvh-threaded", "M was taken for the next method"
+    assert found["settings"]["method"] == "bvh-threaded", (
+        "the typed m acted as the shortcut for the next method")
     assert found["settings"]["mode"] == "picture" and not list(tmp_path.glob("*.png"))
 
 
@@ -266,9 +267,9 @@ def test_a_broken_file_dropped_is_an_error_on_the_screen(person, tmp_path: Path,
     before = one.settled()
     one.desktop("drop", str(tmp_path / file))
     said = one.settled()
-    assert (said[:40, 320:] != before[:40, 320:]).any(), "nothing is said"
+    assert (said[:40, 320:] != before[:40, 320:]).any(), "no error is shown"
     one.drag((450, 250), (60, 24))
-    assert (one.settled()[60:400, 300:] != before[60:400, 300:]).any(), "it does not go on"
+    assert (one.settled()[60:400, 300:] != before[60:400, 300:]).any(), "it no longer draws"
     found = one.quit()
     assert file.partition(".")[0] in found["message"]
     assert found["settings"]["scene"] == "cornell"
@@ -307,7 +308,7 @@ def test_resizing_hiding_and_a_broken_shader_do_not_end_it(person, tmp_path: Pat
     one.key("shift+m")
     one.settled()
     one.key("Escape")
-    assert (one.settled() == before).all(), "the picture and its method stay"
+    assert (one.settled() == before).all(), "the picture changed"
     for size in ((900, 600), (60, 40), (330, 700)):
         one.xdotool("windowsize", one.window, *map(str, size))
         time.sleep(2)

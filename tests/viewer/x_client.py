@@ -1,6 +1,7 @@
 """Acts on a window like a desktop: drops files (XDND protocol) and requests a close.
 
-``python x_client.py drop WINDOW PATH`` and ``python x_client.py close WINDOW``, on ``DISPLAY``.
+Run ``python x_client.py drop WINDOW PATH`` or ``python x_client.py close WINDOW``. The environment
+variable ``DISPLAY`` names the X server.
 """
 from __future__ import annotations
 
@@ -53,7 +54,7 @@ class Client:
         self.tell("XdndEnter", self.own, VERSION << 24 | 1, uri)  # 1: the list has all types
         self.tell("XdndPosition", self.own, 0, x << 16 | y, 0, self.atom("XdndActionCopy"))
         status = self._until("XdndStatus")
-        assert status.data.l[1] & 1, "the window does not want it"
+        assert status.data.l[1] & 1, "the window refuses the file"
         self.tell("XdndDrop", self.own, 0, 0)
         self._until("XdndFinished", (Path(path).as_uri() + "\r\n").encode())
 

@@ -1,5 +1,5 @@
-"""Helpers measure untimed cells beside the main process. They stop while the main process times a
-cell, and no cell is lost."""
+"""Helpers are worker processes that measure untimed cells (measurements of figures) beside the
+main process. They stop while the main process times a cell, and no cell is lost."""
 from __future__ import annotations
 
 import functools
@@ -51,7 +51,7 @@ def test_each_cell_comes_once(workers: Workers) -> None:
     found = [*beside.done(), *beside.done(wait=True)]
     assert sorted(TREES, key=str) == sorted([*mine, *(cell for cell, _ in found)], key=str)
     assert os.getpid() not in {result["pid"] for _, result in found}
-    assert not list(beside.done(wait=True)), "asked again, it waits for nobody"
+    assert not list(beside.done(wait=True)), "the second call waited for results"
 
 
 def test_a_killed_helper_loses_nothing(workers: Workers, tmp_path) -> None:
@@ -107,8 +107,8 @@ def test_what_a_helper_started_stands_still_too() -> None:
         started = int(helper.stdout.readline())
 
         def stand_still(those: int) -> bool:
-            """Returns whether ``those`` of the two processes are stopped within 10 s. A signal
-            needs a moment."""
+            """Returns whether, within 10 s, exactly ``those`` of the two processes are stopped. A
+            signal takes a moment to arrive."""
             until = time.monotonic() + 10
             while time.monotonic() < until:
                 states = [psutil.Process(pid).status() for pid in (helper.pid, started)]
@@ -155,7 +155,8 @@ def test_who_waits_for_the_machine_says_so(tmp_path, monkeypatch) -> None:
 
 
 def test_figures_measure_untimed_cells_aside(tmp_path, monkeypatch) -> None:
-    """Helpers find the results of a single process. Only this process measures timed cells."""
+    """Helpers return the same results as a single process. Only this process measures timed
+    cells."""
     monkeypatch.setattr(aside, "WORTH", 2)
     monkeypatch.setattr(os, "sched_getaffinity", lambda process: {0, 1}, raising=False)
     asked: list[Cell] = []

@@ -10,6 +10,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -61,7 +62,8 @@ def test_tiles_make_up_the_picture_of_one_process(integrator: str, picture: dict
 
 
 def moving(path: Path, frames: int = 6) -> rt.Animation:
-    """Writes an animation of triangles that move far, so methods rebuild their trees."""
+    """Writes and returns an animation of triangles that move far, so methods rebuild their
+    trees."""
     vertices = np.random.default_rng(1).random((frames, 300, 3))
     np.savez(path, vertices=vertices, faces=np.arange(300).reshape(-1, 3))
     return rt.load_animation(path)
@@ -85,6 +87,21 @@ def test_frames_whatever_happens_to_a_worker(method: str, workers: Workers, tmp_
             tracer.update(animation.vertices(frame))
             assert (found[frame] == np.asarray(tracer.render(**drawing))).all(), frame
     assert any((found[frame] != found[0]).any() for frame in found)
+
+
+def test_frames_follow_a_moving_camera(workers: Workers, tmp_path, exact_renderer) -> None:
+    animation = moving(tmp_path / "soup.npz", 3)
+    animation = replace(animation, camera=lambda frame: rt.Camera((frame, 0, 3), (0, 0, 0)))
+    held = {"size": (16, 16), "camera": rt.Camera((0, 0, 3), (0, 0, 0))}
+    followed = dict(workers.frames(animation, range(3), drawing={"size": (16, 16)}))
+    still = dict(workers.frames(animation, range(3), drawing=held))
+    with rt.Tracer(animation.scene) as tracer:
+        for frame in range(3):
+            tracer.update(animation.vertices(frame))
+            for found, camera in ((followed, animation.camera(frame)), (still, held["camera"])):
+                alone = tracer.render(camera, (16, 16))
+                assert (found[frame] == np.asarray(alone)).all()
+    assert (followed[2] != still[2]).any()
 
 
 def test_a_tracer_that_moved_traces_no_scene_that_stands(workers: Workers, tmp_path) -> None:

@@ -1,5 +1,5 @@
-"""Sweeps: cells by workers equal the cells of a single process, and a timed cell has its machine
-to itself."""
+"""Sweeps measure cells (measurements of figures) with workers. The results equal those of a single
+process, and a timed cell has its machine to itself."""
 from __future__ import annotations
 
 import functools
@@ -25,7 +25,7 @@ pytest.importorskip("distributed")
 
 TREES = [Cell("cornell", "kd-restart", (("max_depth", depth),), work="tree")
          for depth in range(4, 10)]
-# A scene whose name sorts last.
+# The name of this scene sorts after the scene of TREES.
 TIMED = [Cell("shirley6", method, size=16, runs=1) for method in ("grid", "kd-restart")]
 NOT_THE_CELLS = ("processor_seconds", "date")  # facts of the measurement, not of the cell
 
@@ -46,7 +46,7 @@ def _killing(flag: Path, cell: Cell) -> dict[str, Any]:
 
 def test_a_sweep_is_that_of_one_process(workers: Workers, tmp_path, monkeypatch) -> None:
     """Workers measure the same cells as a single process, even if a worker is killed."""
-    for cell in TREES:  # a single cell is worth no process
+    for cell in TREES:  # a single cell is measured without helpers
         measure.measure([cell], tmp_path / "alone")
     flag = tmp_path / "killed"
     monkeypatch.setattr(measure, "measured", functools.partial(_killing, flag))
@@ -81,8 +81,8 @@ def test_an_interrupted_sweep_keeps_what_came_in(workers: Workers, tmp_path, mon
 def _when(folder: Path, cell: Cell) -> dict[str, Any]:
     """Returns the cell's settings and the times of its run.
 
-    An untimed cell waits for a second process with untimed cells, because a restarted worker needs
-    a while.
+    An untimed cell waits until a second process also runs untimed cells, because a restarted
+    worker takes a while to start.
     """
     began = time.monotonic()
     if cell in TIMED:
@@ -112,8 +112,8 @@ def test_what_is_timed_has_the_machine_to_itself(workers: Workers, tmp_path) -> 
     when.update({("before", cell): found[cell]["before"] for cell in TIMED})
     for timed in TIMED:
         assert not [cell for cell in when if meet(timed, cell)]
-        assert all(when[timed][0] >= when[cell][1] for cell in TREES), "timed ones come last"
-    assert any(meet(a, b) for a in TREES for b in TREES), "the others run side by side"
+        assert all(when[timed][0] >= when[cell][1] for cell in TREES), "a timed cell came first"
+    assert any(meet(a, b) for a in TREES for b in TREES), "no cells ran side by side"
 
 
 def _other_renderer(cell: Cell) -> dict[str, Any]:

@@ -30,7 +30,7 @@ from gpgpu_rt.rays import ray_sets as rays
 
 from .mutations import Rng, mutated, mutated_arrays, mutated_json
 
-RENDERED = 20       # one of so many loaded scenes is also drawn
+RENDERED = 20       # one of 20 loaded scenes is also drawn
 
 
 def write_case(kind: str, seed: int, folder: Path) -> None:
@@ -59,6 +59,27 @@ OBJ = ("mtllib m.mtl\n" + "".join(f"v {x} {y} {z}\n" for x in (0, 1) for y in (0
        ).encode()
 MTL = (b"newmtl a\nKd 0.5 0.2 0.1\nmap_Kd a.png\nNs 20\nillum 2\nKs 0.2 0.2 0.2\nnewmtl b\n"
        b"Kd 0 1 0\nKe 1 1 1\nmap_Ke a.png\nnewmtl c\nNi 1.5\nillum 7\n")
+AFF = b"""v from 0 1 5 at 0 0 0 up 0 1 0 angle 40 hither 1 resolution 64 64
+b 0.1 0.1 0.2
+am 1 1 1
+l 0 5 5 0.5 0.5 0.5
+a 0 1 3
+i 0 paint.aff
+x arm { xs 1 2 1 0 0 1 30 0 1 0 {
+m vertices 4 0 0 0 1 0 0 1 1 0 0 1 0 normals 1 0 0 1
+texturecoords 3 a.png 0 0 1 0 1 1
+triangles 2 0 1 2 0 0 0 0 1 2 2 3 0 0 0 0 0 1 2 }
+p 4 0 0 1 1 0 1 1 1 1 0 1 1 # a square
+tt a.png 0 0 2 0 0 1 0 2 1 0 0 1 2 0 1
+pp 3 0 0 3 0 0 1 1 0 3 0 0 1 0 1 3 0 0 1 }
+tpa 2 0 0 0 4 0 0 1 1 0 4 0 0 1 0 1 4 0 0 1 1 0 0 5 0 0 1 1 0 5 0 0 1 0 1 5 0 0 1
+s 0 0 0 0.5
+c 0 0 0 1 0 0 1 0.5
+i 0 paint.aff
+k arm { transl 4 -1 0 0 0 0 0 0 0 0 0 0 0.5 0 0 1 1 0 0 0 0.5 0 2 1 0 0 0 0 0
+rot 4 -1 0 1 0 0 0 0 0 0 0 1 0 45 0 0 0 1 0 1 0 90 0 0 0 2 0 1 0 90 0 0 0 visibility 1 0.5 1 }
+"""
+PAINT = b"fm 0.1 0.1 0.1 0.5 0.2 0.1 0.3 0.3 0.3 20 0 0\n% f\xe4rg\n"
 SCENE: dict[str, Any] = {
     "name": "s", "meshes": [
         {"file": "m.obj", "material": "red", "scale": 2, "rotate": [0, 30, 0],
@@ -87,7 +108,7 @@ def picture(kind: str) -> bytes:
 @functools.cache
 def meshes() -> dict[str, bytes]:
     """Return the contents of mesh files by name."""
-    found = {"m.obj": OBJ}
+    found = {"m.obj": OBJ, "m.aff": AFF}
     for name, kind, more in (("a.ply", "ply", {"encoding": "ascii"}), ("b.ply", "ply", {}),
                              ("a.stl", "stl_ascii", {}), ("b.stl", "stl", {}),
                              ("m.glb", "glb", {}), ("m.off", "off", {})):
@@ -103,7 +124,7 @@ def meshes() -> dict[str, bytes]:
 
 
 def look_at(scene: rt.Scene, seed: int) -> None:
-    """Draw some of the scenes that load."""
+    """Draw the scene if the seed is a multiple of RENDERED."""
     if seed % RENDERED == 0:
         with rt.Tracer(scene, "bvh-threaded") as tracer:
             tracer.render(size=(8, 8))
@@ -114,7 +135,8 @@ def look_at(scene: rt.Scene, seed: int) -> None:
 def _mesh(folder: Path, rng: Rng) -> None:
     name = sorted(meshes())[int(rng.integers(len(meshes())))]
     change = mutated_json if name.endswith(".gltf") else mutated
-    _put(folder, {"m.mtl": MTL, "a.png": picture("PNG"), name: change(meshes()[name], rng)})
+    _put(folder, {"m.mtl": MTL, "a.png": picture("PNG"), "paint.aff": PAINT,
+                  name: change(meshes()[name], rng)})
 
 
 def _load_mesh(folder: Path, seed: int) -> None:
@@ -196,14 +218,20 @@ def _load_settings(folder: Path, seed: int) -> None:
 
 
 def _animation(folder: Path, rng: Rng) -> None:
+    if rng.random() < 0.5:
+        files = {"a.png": picture("PNG"), "paint.aff": PAINT, "a.aff": AFF}
+        name = ("paint.aff", "a.aff")[int(rng.integers(2))]
+        return _put(folder, {**files, name: mutated(files[name], rng)})
     frames = np.stack([ball().vertices * (1 + k / 10) for k in range(3)])
     _put(folder, {"a.npz": _archive({"vertices": frames, "faces": ball().faces}, rng)})
 
 
 def _animate(folder: Path, seed: int) -> None:
-    animation = rt.load_animation(folder / "a.npz")
-    for frame in range(animation.frames or 1):
+    animation = rt.load_animation(next(path for path in folder.iterdir() if path.stem == "a"
+                                       and path.suffix != ".png"))
+    for frame in range(min(animation.frames or 1, 20)):
         animation.scene.moved(animation.vertices(frame))
+        animation.drawing(frame, {})
 
 
 def _cameras(folder: Path, rng: Rng) -> None:

@@ -4,12 +4,13 @@
 //
 // The paper keeps a stack. A fragment program of 2006 has no stack. As in Foley and Sugerman's
 // kd-backtrack, a ray therefore climbs, one parent a step. On the way it enters each far child whose box it
-// meets. This box is the part of the scene's box that the planes of the ancestors leave. The t of a plane
-// always comes from the same expression, so the interval is the interval that a stack would have kept.
+// meets. This box is the part of the scene's box that the planes of the node's ancestors leave. The t of a
+// plane always comes from the same expression, so the ray's interval in this box equals the interval that a
+// stack would have kept.
 //
-// With STACK_SIZE far children wait in a local array. The array lives as long as one pass, and a push onto
-// a full array drops the lowest entry. A ray whose stack is empty after it lost an entry climbs from then
-// on. So no stack is too small, and every schedule gives the same hits.
+// With STACK_SIZE above 0 far children wait in a stack, which is a local array. The array lives for one
+// pass only, and a push onto a full stack drops the lowest entry. If a ray's stack is empty and entries
+// were lost, the ray climbs. So every stack is large enough, and every schedule gives the same hits.
 //
 // Planes are widened as boxes are (core/slack.glsl). A plane that ends a child is measured from hi_origin.
 // A plane that begins a child is measured from lo_origin.

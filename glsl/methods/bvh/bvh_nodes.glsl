@@ -1,11 +1,11 @@
-// Reads the nodes of a threaded BVH, from float texels or quantised texels. Kernels use the same functions
-// for both.
+// Reads the nodes of a threaded BVH. Nodes are float texels or quantised texels, and kernels read the two
+// kinds by the same functions.
 //
 // The field `first` is the first triangle of a leaf, -1 at an inner node, and less than -1 at a portal. A
 // portal leads to a subtree that octant copies share (shared_subtrees.glsl).
 
-// Encode the first node below a portal as the portal's field `first`, or decode it. The function is its own
-// inverse.
+// Encode the number of the first node below a portal as the portal's field `first`, or decode this field.
+// The function is its own inverse.
 int portal_code(int node) {
     return -2 - node;
 }

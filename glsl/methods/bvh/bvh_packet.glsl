@@ -5,10 +5,11 @@
 // other child.
 //
 // Departures: in the paper a warp traces the packet, and votes are reductions in shared memory. Here one
-// fragment traces the packet, and votes are sums. Rays of a turn walk together (packet_common.glsl), and a
-// walk pauses (core/lockstep.glsl). Options choose the files behind <box_tests> and <entry>. With
-// `interval_test` the packet tests a box as if it were one ray (drivers/boxes_by_interval.glsl). With
-// `entry_points` the packet begins where a beam entered the tree (methods/bvh/entry_stack.glsl).
+// fragment traces the packet, and votes are sums. A packet walks once for each group of rays that agree in
+// direction, called a turn (drivers/packet_turns.glsl). A long walk pauses (core/lockstep.glsl). Options
+// choose the files behind <box_tests> and <entry>. With `interval_test` one test of a box by interval
+// arithmetic serves all rays of the packet (drivers/boxes_by_interval.glsl). With `entry_points` the packet
+// begins where a beam entered the tree (methods/bvh/entry_stack.glsl).
 
 #include "methods/bvh/packet_common.glsl"
 #include "methods/bvh/bvh_pairs.glsl"
@@ -70,7 +71,8 @@ int visit() {
 
 bool on;   // the walk goes on
 
-// Walk down to a leaf, from `node` or from the top of the stack. Stop after `most` pairs of boxes.
+// Walk from `node` to the next leaf, and pop a node from the stack where the walk is at a dead end. Stop
+// after `most` pairs of boxes.
 void walk_on(int most) {
     on = true;
     int pause = min(step_limit, steps + most);
@@ -91,8 +93,8 @@ void walk_on(int most) {
     through = !on;
 }
 
-// Test the triangles of a leaf, pop the next node, and walk on towards the next leaf. False when the rays
-// of the turn have finished, or the steps ran out.
+// Test the triangles of a leaf, pop the next node, and walk on towards the next leaf. Return false when the
+// rays of the turn have finished, or when the packet has reached the step limit.
 bool step_packet() {
     on = on && steps < step_limit;
     if (on && is_leaf(node)) {

@@ -1,7 +1,7 @@
 // bvh-packet with `octants`: a packet walks along escape indices and needs no stack. The packet walks the
 // copy of the tree that is threaded front to back for the direction octant of its turn (Thrane and Simonsen
-// 2005; survey, section 3.5, Figure 19). A packet enters an inner node if any ray is in the node's box,
-// else follows the node's escape index.
+// 2005; survey, section 3.5, Figure 19). A packet enters an inner node if any ray is in the node's box.
+// Otherwise it follows the node's escape index.
 //
 // Options choose the files behind <box_tests> (packet_common.glsl), <entry> and <subtrees>. With
 // `entry_points` the packet begins where a beam entered the tree and jumps over nodes that the beam misses
@@ -65,8 +65,9 @@ void walk_on(int most) {
     through = leaf < 0 && node < 0;
 }
 
-// Test the triangles of a leaf, then walk on towards the next leaf. In this order the first iteration has
-// triangles to test. False when the rays of the turn have finished, or the steps ran out.
+// Test the triangles of a leaf, then walk on towards the next leaf. `begin_turn` has already walked to a
+// leaf, so the first call has triangles to test. Return false when the rays of the turn have finished, or
+// when the packet has reached the step limit.
 bool step_packet() {
     bool on = steps < step_limit;
     if (on && leaf >= 0) {

@@ -1,7 +1,7 @@
 // bvh-threaded: Thrane and Simonsen, "A Comparison of Acceleration Structures for GPU Assisted Ray
 // Tracing", master's thesis, Aarhus 2005 (survey, section 3.5, Figure 19). Nodes lie in depth-first order.
-// A ray that enters an inner node goes on to the next node. A ray that misses the node, or has tested a
-// leaf, follows the node's escape index. So a ray needs no stack.
+// A ray that enters an inner node goes on to the next node. A ray that misses the node, or has tested the
+// triangles of a leaf, follows the node's escape index. So a ray needs no stack.
 //
 // Departures: a leaf holds a run of triangles; in the thesis a leaf holds one triangle. With OCTANTS the
 // tree is stored eight times, threaded so that the child nearer to rays of a direction octant comes first;

@@ -1,6 +1,6 @@
-// The links of a packet's entry in a walk along escape indices. They describe two jumps over nodes that the
-// beam misses. The walk jumps from link_1, where the beam leaves the subtree that it entered, to link_2,
-// and from link_3 to link_4.
+// The links of a packet's entry, in a walk along escape indices. The links are two jumps over nodes that
+// the beam misses. link_1 is the first node after the first subtree that the beam entered. From link_1 the
+// walk jumps to link_2, the root of the next such subtree, and from link_3 it jumps to link_4.
 
 #include "drivers/packet_entry.glsl"
 

@@ -1,5 +1,5 @@
 // A threaded BVH that stores each octant copy in full and shares no subtree. The counterpart of
-// shared_subtrees.glsl. A compiler removes the unused `after`.
+// shared_subtrees.glsl. These functions do not use `after`, so the compiler removes it.
 
 int no_way_out;
 

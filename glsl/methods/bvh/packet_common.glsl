@@ -1,6 +1,6 @@
-// The shared part of all packet walks through a BVH: the turns of the rays, and the tests of a leaf's
-// triangles. The walks are in bvh_packet.glsl (with a stack) and bvh_packet_threads.glsl (along escape
-// indices).
+// The shared part of all packet walks through a BVH: the turns of the rays (drivers/packet_turns.glsl), and
+// the tests of a leaf's triangles. The walks are in bvh_packet.glsl (with a stack) and
+// bvh_packet_threads.glsl (along escape indices).
 //
 // Options choose the files behind <triangle_tests> (triangle by ray, or by shared axes), <box_tests> (box
 // by ray, or by interval) and <culling>. A walk defines `start_walk`, `walk_on` and `step_packet`.
@@ -45,7 +45,7 @@ void take_turn(int r) {
 void start_walk();
 void walk_on(int most);
 
-// Walk from the root to the first leaf.
+// Begin the turn's walk: go from the start node to the first leaf.
 void begin_turn() {
     find_neighbourhood();
     EACH(take_turn)
@@ -58,13 +58,14 @@ void begin_turn() {
 
 // Leaves -----------------------------------------------------------------------------------------
 
-// Settle a ray that needs any hit and has a hit.
+// Settle a shadow ray that has a hit.
 void leave_ray(int r) {
     rays[r].t_min = search_over(hits[r]) ? NEVER : rays[r].t_min;
     any_left = any_left || rays[r].t_min < NEVER;
 }
 
-// Test the triangles of a leaf. False when all rays are settled, or the steps ran out.
+// Test the triangles of a leaf. Return false when all rays are settled, or when the packet has reached the
+// step limit.
 bool intersect(int first) {
     COUNT(leaves_visited);
     int next = first;

@@ -1,6 +1,7 @@
-// The entry of packets in a threaded BVH, after Reshetov, Soupikov, Hurley, "Multi-Level Ray Tracing
-// Algorithm", SIGGRAPH 2005 (see stages/packet_entries.frag). The entry is the first node, in the order of
-// the rays' octant, where rays of the beam enter the tree. It also holds jumps to the next two such nodes.
+// Finds the entry of packets in a threaded BVH, after Reshetov, Soupikov, Hurley, "Multi-Level Ray Tracing
+// Algorithm", SIGGRAPH 2005 (see stages/packet_entries.frag). A beam bounds the rays of a tile. The entry
+// starts at the first node, in the order of the rays' octant, at which rays of the beam enter the tree. The
+// entry also holds jumps to the next two such nodes.
 
 #include "methods/bvh/beam_step.glsl"
 
@@ -28,7 +29,7 @@ void enter(Tile_beam beam, inout Packet_entry entry) {
 #ifdef BOUNDED
     entry.met = found > 0 || node != -1 ? 1 : 0;
 #endif
-    // If the beam meets no node, start at a node that the rays miss: one visit ends the walk.
+    // If the beam meets no node, start at a node that the rays miss, so that one visit ends the walk.
     entry.start = found > 0 || last == -1 ? entry.start : node == -1 ? last : node;
     entry.link_2 = found == 1 ? node : entry.link_2;
     entry.link_4 = found == 2 ? node : entry.link_4;

@@ -6,8 +6,9 @@
 //   `leave_leaf` continues after the last triangle of a leaf.
 //   The kernels are `traverse`, which visits a node, and others of its own.
 //
-// The field `turns` has a bit for each octant whose rays still wait. Departure: with INTERVAL_TEST all rays
-// of an octant walk at once. To separate the rays that begin near one another would need more state.
+// The field `turns` has a bit for each octant whose rays still wait. Departure from
+// drivers/boxes_by_interval.glsl: with INTERVAL_TEST all rays of an octant walk at once, even rays that
+// begin far from one another. Separating them would need more state.
 
 void clear_place();
 void load_place();

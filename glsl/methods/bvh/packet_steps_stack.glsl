@@ -1,6 +1,6 @@
-// A packet's step under the schedule `step` in a walk with a stack. The stack lies in the tiles of an atlas
-// (drivers/push.frag), and PUSH and POP are phases of their own. The header of packet_steps.glsl describes
-// each function.
+// A packet's step under the schedule `step`, in a walk with a stack. The stack lies in the tiles of an
+// atlas (drivers/push.frag), and PUSH and POP are phases of their own. The header of packet_steps.glsl
+// describes each function.
 
 #include "core/tiles.glsl"
 #include "methods/bvh/packet_steps.glsl"
@@ -27,7 +27,8 @@ void go_on() {
     }
 }
 
-// A root that is a leaf has no parent whose visit would test its box: go on without a visit.
+// A visit of an inner node tests the boxes of its children. If the root is a leaf, skip the visit and go on
+// to the leaf's triangles.
 void traverse() {
     packet.far = NOTHING;
     if (!is_leaf(node)) {

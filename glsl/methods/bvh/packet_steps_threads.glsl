@@ -1,4 +1,4 @@
-// A packet's step under the schedule `step` in a walk along escape indices. The header of
+// A packet's step under the schedule `step`, in a walk along escape indices. The header of
 // packet_steps.glsl describes each function.
 
 #include "methods/bvh/packet_steps.glsl"

@@ -1,13 +1,13 @@
 // Ray streams: I. Wald, C. Gribble, S. Boulos, A. Kensler, "SIMD Ray Stream Tracing - SIMD Ray Traversal
-// with Generalized Ray Packets and On-the-fly Re-Ordering", Utah UUSCI-2007-012 (survey, section 4.3). Rays
-// do not wait for one another, as the rays of a packet do. Each node filters a stream of rays, and the rays
-// that pass the filter are compacted.
+// with Generalized Ray Packets and On-the-fly Re-Ordering", Utah UUSCI-2007-012 (survey, section 4.3). The
+// rays of a packet wait for one another; the rays of a stream do not. Each node filters a stream of rays,
+// and the rays that pass the filter are compacted.
 //
 // Departures: in the paper the SIMD units of a CPU filter the stream of one node at a time, and a stack
 // holds streams. Here a stream element is a ray with its current node, so that one pass filters the streams
-// of all nodes. The element also holds the t at which the ray enters the node, so that a nearer hit drops
-// the element. A ray goes to its nearer child first. In the paper all rays of a stream go to the same child
-// first.
+// of all nodes. The element also holds the t at which the ray enters the node. If the ray has a nearer hit,
+// the element is dropped. Each ray goes to its nearer child first, whereas in the paper all rays of a
+// stream go to the same child first.
 
 #include "core/quantised.glsl"
 #include "methods/bvh/bvh_pairs.glsl"

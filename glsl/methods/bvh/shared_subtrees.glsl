@@ -1,7 +1,7 @@
 // Subtrees that the eight octant copies of a threaded BVH share. A shared subtree is stored once, behind
-// the copies, in the tree's own order. In each copy a portal stands for the subtree. A walk that enters a
-// portal continues in the shared nodes, and returns to the node behind the portal at the end of the shared
-// nodes.
+// the copies, in the order of the original tree. In each copy a portal stands for the subtree. A walk that
+// enters a portal continues in the shared nodes, and returns to the node behind the portal at the end of
+// the shared nodes.
 //
 // A walk keeps the node behind the portal in `after`, which is -1 outside shared subtrees.
 
@@ -20,12 +20,12 @@ int behind(int escape, int after) {
     return escape < 0 ? after : escape;
 }
 
-// The first node below an inner node or a portal, by the field `first`.
+// The first node below an inner node or a portal. `first` is the node's field.
 int below(int node, int first) {
     return is_portal(first) ? portal_code(first) : node + 1;
 }
 
-// The new `after` of a walk that leaves a node: into the node's subtree if `down`, else to `past`.
+// The new `after` of a walk that goes from a node into the node's subtree if `down`, else to `past`.
 int way_out(int first, int escape, int past, bool down, int after) {
     int inside = is_portal(first) ? past : after;
     int outside = escape < 0 ? -1 : after;

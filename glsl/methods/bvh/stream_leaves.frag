@@ -1,6 +1,6 @@
 #version 330 core
-// The elements of a ray stream that are at leaves: each ray tests the triangles of its leaf. Builders limit
-// the number of triangles in a leaf, so the loop is short.
+// Processes the elements of a ray stream that are at leaves: each ray tests the triangles of its leaf.
+// Builders limit the number of triangles in a leaf, so the loop is short.
 
 #include "core/precision.glsl"
 #include "core/stream.glsl"

@@ -1,7 +1,7 @@
 #version 330 core
-// State, hit and counters of the rays in a call by streams. START: before the stream begins. TALLIED: after
-// the stream has ended, with the counted work of each ray, which tells whether the step cap stopped the
-// ray. Without either define: after the stream has ended, without counts.
+// Writes the state, hit and counters of rays that are traced by streams. With START the pass runs before
+// the stream begins. Otherwise it runs after the stream has ended. With TALLIED the work of each ray was
+// counted; the count shows whether the step cap stopped the ray. Without TALLIED nothing was counted.
 
 #include "core/precision.glsl"
 #include "core/fetch.glsl"

@@ -1,5 +1,5 @@
 #version 330 core
-// The work of one element of a stream.
+// Writes the work of one element of a stream (see stream_tally.vert).
 
 #include <records>
 

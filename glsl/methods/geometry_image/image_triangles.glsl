@@ -1,6 +1,6 @@
 // The current triangle of a geometry image. The method fetches the four corners of a cell once, makes two
-// triangles of them, and calls `test_triangle` for each. These functions replace the accessors of the
-// triangle table.
+// triangles of the corners, and calls `test_triangle` for each triangle. The functions below replace the
+// accessors of the triangle table.
 
 vec3 image_v0;
 vec3 image_v1;

@@ -1,5 +1,5 @@
 #version 330 core
-// A level of the min and max pyramids of a geometry image (Carr et al. 2006; see
+// Computes a level of the min and max pyramids of a geometry image (Carr et al. 2006; see
 // methods/geometry_image/geometry_image.glsl). A fragment computes the box of a node from the boxes of the
 // node's children, at most four, on the level below. With CELLS, on the finest level, the box bounds the
 // four texels of the node's cell; adjacent cells share a row or column of texels. With COPY the box is

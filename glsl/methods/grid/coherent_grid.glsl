@@ -4,11 +4,12 @@
 // of all cells in the rectangle, except triangles outside the packet's frustum (vertex_culling.glsl; only
 // the watertight test supports this frustum).
 //
-// Departures: each slice computes the rectangle from the intervals that the rays still search. The paper
-// moves four planes on by four additions. Here arithmetic costs less than visits of cells. Rays that have
-// hit, or that begin in a later slice, do not widen the rectangle. There are no mailboxes: a triangle in
-// several cells is tested in each cell, with the same result. Rays with another dominant axis, or another
-// sign along it, wait for their turn.
+// Departures: the paper moves four bounding planes from slice to slice by four additions. Here each slice
+// computes its rectangle anew from the intervals that the rays still search, because this arithmetic costs
+// less than visits of unneeded cells. Rays that have a hit, or that begin in a later slice, do not widen
+// the rectangle. There are no mailboxes: a triangle in several cells is tested in each cell, with the same
+// result. Rays with another dominant axis, or another sign along this axis, wait for a later turn
+// (drivers/packet_turns.glsl).
 
 #include "drivers/packet_turns.glsl"
 
@@ -28,7 +29,7 @@ ivec3 resolution;
 ivec3 strides;
 
 int slice;
-ivec2 first_cell;       // of the rectangle in the current slice
+ivec2 first_cell;       // the first and the last cell of the current slice's rectangle
 ivec2 last_cell;
 ivec2 cell;             // the next cell to visit; below the last row when the rectangle is finished
 
@@ -61,7 +62,7 @@ void start_packet() {
     EACH(start_ray)
 }
 
-float start;            // the coordinate along the major axis where the first ray begins
+float start;            // coordinate along the major axis at which the first ray begins
 
 void take_turn(int r) {
     bool comes = octant[r] == turn;
@@ -138,7 +139,7 @@ bool enter_slice() {
     vec2 most = vec2(resolution.xy - 1);
     first_cell = ivec2(clamp(floor(R(R(lo - grid_lo.xy) / size.xy)), vec2(0.0), most));
     last_cell = ivec2(clamp(floor(R(R(hi - grid_lo.xy) / size.xy)), vec2(0.0), most));
-    last_cell.y = lo.x <= hi.x ? last_cell.y : -1;   // no ray is in the slice
+    last_cell.y = lo.x <= hi.x ? last_cell.y : -1;   // -1: no ray is in the slice
     cell = first_cell;
     return any_ahead && slice >= 0 && slice < resolution.z;
 }
@@ -147,14 +148,14 @@ bool enter_slice() {
 
 bool any_left;
 
-// Settle a ray that needs any hit and has a hit.
+// Settle a shadow ray that has a hit.
 void leave_ray(int r) {
     rays[r].t_min = search_over(hits[r]) ? NEVER : rays[r].t_min;
     any_left = any_left || rays[r].t_min < NEVER;
 }
 
 // Test the triangles of a cell, from entry `cursor` of the cell's list. Returns false when all rays are
-// settled, or when the steps ran out.
+// settled, or when the packet has reached the step limit.
 bool intersect(int cursor) {
     COUNT(leaves_visited);
     int next = reference_triangle(cursor);
@@ -184,7 +185,7 @@ bool intersect(int cursor) {
 }
 
 // Go to the next cell that lists triangles and test these triangles. Returns false when the rays of the
-// turn have finished, or when the steps ran out.
+// turn have finished, or when the packet has reached the step limit.
 bool step_packet() {
     int cursor = -1;
     bool on = true;

@@ -6,8 +6,8 @@
 // Hardware", master's thesis, Chalmers 2004. An empty cell stores the Chebyshev distance k to the nearest
 // occupied cell, and the ray jumps k - 1 cells at once.
 //
-// Departure: each step computes t_next from the integer cell. An increment added at each step gathers
-// rounding errors that miss cells on long walks.
+// Departure: the paper adds an increment to t_next in each step. The rounding errors of the additions grow,
+// so long walks miss cells. Here each step computes t_next from the integer cell instead.
 
 uniform ivec3 grid_resolution;
 uniform vec3 cell_size;
@@ -55,8 +55,9 @@ void init(Ray ray, out State state) {
     }
 }
 
-// Go to the next cell. The search ends if the current cell is the last cell, or if the ray has a hit before
-// the end of the cell. A hit beyond the end of the cell is kept, but the search continues.
+// Go to the next cell. The search ends if the current cell is the last cell, or if the ray has a hit inside
+// the cell. A hit beyond the end of the cell is kept, but the search continues because a nearer hit may
+// follow.
 void traverse(Ray ray, inout State state, inout Hit hit) {
 #ifdef PROXIMITY
     int clear = -state.cursor - 1;   // the number of next cells that are certainly empty

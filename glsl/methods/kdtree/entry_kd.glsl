@@ -1,11 +1,12 @@
-// Entry points of a kd-tree, after Reshetov, Soupikov, Hurley, "Multi-Level Ray Tracing Algorithm",
-// SIGGRAPH 2005 (see stages/entry_points.frag). The beam descends front to back. Two kinds of nodes become
-// entries: the leaves with triangles that the beam meets, and the nodes that about half of its rays miss.
-// Leaves without triangles are skipped; the paper builds its trees for this.
+// Finds the entry points of a tile of rays in a kd-tree, after Reshetov, Soupikov, Hurley, "Multi-Level Ray
+// Tracing Algorithm", SIGGRAPH 2005 (see stages/entry_points.frag). A beam bounds the rays of the tile and
+// descends front to back. Two kinds of nodes become entries: the leaves with triangles that the beam meets,
+// and the inner nodes that about half of its rays miss. Leaves without triangles are skipped. The paper
+// builds its trees so that they have large empty leaves to skip.
 //
-// Departure: a tile has a list of nodes in the order of the walk. The paper has one node. No ray visits the
-// space between the subtrees of the list. Each node on the stack reserves a place in the list, so the list
-// never overflows.
+// Departure: a tile has a list of nodes in the order of the walk, whereas a tile of the paper has one node.
+// Rays skip the space between the subtrees of the list. Each node on the stack reserves a place in the
+// list, so the list never overflows.
 
 #include "core/axis.glsl"
 
@@ -13,7 +14,7 @@ int stack[ENTRIES];
 int stacked = 0;
 
 void push(int node) {
-    for (int i = 0; i < ENTRIES; ++i) {   // see `emit` in stages/entry_points.frag
+    for (int i = 0; i < ENTRIES; ++i) {   // not stack[stacked]: see `emit` in stages/entry_points.frag
         stack[i] = i == stacked ? node : stack[i];
     }
     ++stacked;
@@ -24,7 +25,7 @@ void walk(Tile_beam beam, ivec2 tile) {
     if (scene.outer.x > scene.outer.y) {
         return;
     }
-    if (is_mixed(beam.signs)) {   // no single order suits all rays
+    if (is_mixed(beam.signs)) {   // no order of the children suits all rays
         emit(WHOLE_TREE);
         return;
     }

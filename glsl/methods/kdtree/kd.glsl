@@ -1,4 +1,5 @@
-// The t of rays at planes of a kd-tree. One expression serves splits and boxes, so both have equal t.
+// Computes the t at which rays cross planes of a kd-tree. One expression serves the planes of splits and
+// the faces of boxes, so equal planes have equal t.
 
 #include "core/axis.glsl"
 
@@ -12,6 +13,7 @@ vec3 planes_t(Ray ray, vec3 planes) {
     return R(R(planes - ray.origin) * ray.inv_dir);
 }
 
+// For each axis, whether the ray's coordinate decreases.
 bvec3 goes_down(Ray ray) {
     return lessThan(ray.inv_dir, vec3(0.0));
 }

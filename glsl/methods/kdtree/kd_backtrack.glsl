@@ -2,10 +2,10 @@
 // leaves a leaf without a hit climbs, one parent a step. It stops at the first ancestor whose box the rest
 // of its interval still crosses, and descends from this ancestor.
 //
-// Boxes end at planes of the tree, and one expression computes the exit from a box and the end of a leaf.
-// The two values compare as equal, so the climb stops at the ancestor whose far child is next. The interval
-// is clipped to the ancestor's box. Otherwise the last leaf in this box would claim the space beyond the
-// box.
+// The faces of boxes are planes of the tree, and one expression computes the t at which a ray leaves a box
+// or a leaf. If an ancestor's box ends where the leaf ended, the two values are equal. The climb therefore
+// stops exactly at the ancestor whose far child comes next. The ray's interval is clipped to the ancestor's
+// box. Without the clip, the interval of the last leaf in this box would extend beyond the box.
 
 #include "methods/kdtree/kd_common.glsl"
 
@@ -36,6 +36,6 @@ void climb(Ray ray, inout State state, inout Hit hit) {
         state.t_max = min(t_leave, state.t_exit);
         state.phase = DOWN;
     } else if (state.node == 0) {
-        state.phase = DONE;   // bounds stored in few bits may end before the scene's box
+        state.phase = DONE;   // bounds in a narrow number format may end before the scene's box
     }
 }

@@ -2,10 +2,10 @@
 // the leaf's triangles one by one, and leaves the leaf. Foley and Sugerman, "KD-Tree Acceleration
 // Structures for a GPU Raytracer", Graphics Hardware 2005 (survey, section 3.4, Figures 10 to 12).
 //
-// A method's own file defines four functions. `start_search` begins a search. `take_only_child` handles a
-// node that sends the ray to one child only. `pass_far_child` handles the far child of a node that sends
-// the ray to both children. `leave_leaf` continues behind a leaf. Options choose the files behind <entries>
-// (where a search begins) and <interval> (where a ray continues behind a leaf).
+// A method's own file defines four functions. `start_search` begins a search. `take_only_child` is called
+// at a node that sends the ray to one child only. `pass_far_child` is called at a node that sends the ray
+// to both children, for the far child. `leave_leaf` continues behind a leaf. Options choose the files
+// behind <entries> (where a search begins) and <interval> (where a ray continues behind a leaf).
 //
 // Departure: the survey's Figure 10 also enters the near child if t_split < 0. This is wrong for a ray that
 // starts beyond the plane.
@@ -34,7 +34,7 @@ void init(Ray ray, out State state) {
 }
 
 // The search ends at a hit before the leaf's end, or at the end of the ray's interval. (Without a hit,
-// hit.t is the ray's own end.)
+// hit.t is the ray's t_max.)
 bool is_settled(State state, Hit hit) {
     return hit.t < state.t_max || state.t_max >= state.t_exit;
 }

@@ -1,10 +1,14 @@
 // kd-packet: Horn, Sugerman, Houston, Hanrahan, "Interactive k-D Tree GPU Raytracing", I3D 2007 (survey,
 // section 3.4, Figures 13 and 14). The rays of a packet share the node and its fetch. Each ray keeps its
 // own interval. The packet enters a child if any ray needs the child. If the packet enters both children,
-// it pushes the far child. PUSH_DOWN works as in kd_push_down.glsl.
+// it pushes the far child. With PUSH_DOWN a restart begins where it begins in kd_push_down.glsl.
 //
-// Rays of another turn (packet_turns.glsl) wait, masked by an empty interval. Options choose the files
-// behind <triangle_tests> (triangle by ray, or by shared axes), <culling> and <short_stack>.
+// Addition: with SKIP_EMPTY_LEAVES a packet passes leaves without triangles without fetching them, because
+// their parent says that they are empty. The survey does not mention this for Horn et al.
+//
+// The rays of a turn agree in the signs of their directions (drivers/packet_turns.glsl). All other rays
+// wait, masked by an empty interval. Options choose the files behind <triangle_tests> (triangle by ray, or
+// by shared axes), <culling> and <short_stack>.
 
 #define PRESENT(r) (t_min[r] < t_exit[r])
 
@@ -37,7 +41,8 @@ void start_ray(int r) {
     vec2 interval = box_interval(ray, scene_lo, scene_hi);
     float start = max(interval.x, ray.t_min);
     t_exit[r] = min(max(box_exit(ray, scene_lo, scene_hi), start), ray.t_max);
-    // Widen an interval of one point: a ray is awake in a node where its interval has a length.
+    // A ray is awake in a node if its interval there has a length. Widen an interval of one point, so that
+    // its ray is awake.
     t_exit[r] = max(t_exit[r], start + abs(start) * (4.0 * ARITHMETIC_UNIT) + 1e-30);
     octant[r] = direction_octant(ray.inv_dir) + shared_axis(ray);
     t_turn[r] = start <= min(interval.y, ray.t_max) && ray.t_min <= ray.t_max ? start : NEVER;
@@ -73,10 +78,11 @@ float plane;
 int axis;
 int near;
 int far;
-bool near_is_empty;
+bool near_is_empty;     // only SKIP_EMPTY_LEAVES asks for this before a visit
 bool far_is_empty;
 
-// Split the interval of a ray at the plane. A ray passes through an empty leaf without a visit.
+// Split the interval of a ray at the plane. If a child is known to be an empty leaf, move t_min to the end
+// of the ray's interval in the leaf, so that the ray does not visit the leaf.
 void split_ray(int r) {
     t_split[r] = plane_t(rays[r], axis, plane);
     bool awake = t_min[r] < t_max[r];
@@ -93,17 +99,22 @@ void cut_ray(int r) {
     t_max[r] = smaller(t_split[r], t_max[r]);
 }
 
-// Order the children along the rays. `empty` says which children are leaves without triangles: 1 the left
-// child, 2 the right one, 3 both.
+// Order the children along the rays. `empty` says which children are leaves without triangles: 1 for the
+// left child, 2 for the right child, 3 for both.
 void order_children(int left, int empty) {
     int negative = (turn >> axis) & 1;
     near = left + negative;
     far = left + 1 - negative;
+#ifdef SKIP_EMPTY_LEAVES
     near_is_empty = (empty & (1 + negative)) != 0;
     far_is_empty = (empty & (2 - negative)) != 0;
+#else
+    near_is_empty = far_is_empty = false;
+#endif
 }
 
-// Move on to the near child if any ray needs it, else to the far child. False when no ray needs a child.
+// Move on to the near child if any ray needs it, else to the far child. Return false if no ray needs a
+// child.
 bool move_on() {
     node = any_near ? near : far;
     if (any_near) {
@@ -119,7 +130,7 @@ bool move_on() {
     return any_near || any_far;
 }
 
-// Visit an inner node and move on to a child. False when no ray needs a child.
+// Visit an inner node and move on to a child. Return false if no ray needs a child.
 bool enter(int left, int empty) {
     COUNT(nodes_visited);
     ++steps;
@@ -132,7 +143,8 @@ bool enter(int left, int empty) {
 
 // Leaves -----------------------------------------------------------------------------------------
 
-// A hit before the leaf's end settles a ray. The end of the ray's interval settles the ray too.
+// Settle a ray that has a hit before the leaf's end, or whose interval ends with the leaf. Every other ray
+// continues at the leaf's end.
 void leave_ray(int r) {
     bool awake = t_min[r] < t_max[r];
     t_min[r] = awake ? (hits[r].t < t_max[r] ? NEVER : t_max[r]) : t_min[r];
@@ -147,7 +159,8 @@ void restart_ray(int r) {
     t_max[r] = t_exit[r];
 }
 
-// Pop the next node behind a leaf, or restart. False when the rays of the turn have finished.
+// Pop the next node behind a leaf, or restart. Return false when the rays of the turn have
+// finished.
 bool leave_leaf() {
     any_left = false;
     EACH(leave_ray)
@@ -161,8 +174,8 @@ bool leave_leaf() {
     return any_left;
 }
 
-// Descend to a leaf, test its triangles, and go on to the next node. False when the rays of the turn have
-// finished, or the steps ran out.
+// Descend to a leaf, test its triangles, and go on to the next node. Return false when the rays of the turn
+// have finished, or when the packet has reached the step limit.
 bool step_packet() {
     axis = kd_node_axis(node);
     int left = kd_node_left(node);

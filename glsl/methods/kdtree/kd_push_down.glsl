@@ -2,8 +2,8 @@
 // section 3.4, Figure 13). As long as a descent needs one child only, this child contains the whole rest of
 // the interval. A restart begins at the last such child, not at the root.
 //
-// Departure: the first descent and also each restart look for such a child. The rest of the interval only
-// shrinks, so a node that contained the rest still contains it.
+// Departure: not only the first descent but also each restart looks for such a child. This is safe because
+// the rest of the interval only shrinks: a node that contained the rest still contains it.
 
 #include "methods/kdtree/kd_common.glsl"
 

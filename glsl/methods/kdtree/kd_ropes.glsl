@@ -1,12 +1,13 @@
 // kd-ropes: Popov, Günther, Seidel, Slusallek, "Stackless KD-Tree Traversal for High Performance GPU Ray
-// Tracing", Eurographics 2007 (survey, section 3.4, Figures 15 to 17). A leaf holds its box and, for each
-// face, a rope: a link to the smallest node behind the face that covers the whole face. A ray leaves the
-// leaf through the face that it meets first and descends from the rope's node.
+// Tracing", Eurographics 2007 (survey, section 3.4, Figures 15 to 17). A leaf holds its box and a rope for
+// each face. A rope is a link to the smallest node behind the face that covers the whole face. A ray leaves
+// the leaf through the face that it meets first and descends from the rope's node.
 //
-// Departures: the paper compares the entry point with the planes. Here the t of the entry is compared with
-// the t of the planes, which one expression computes for faces and splits. So a point on a plane belongs to
-// the side that the direction points to. A ray passes an edge or a corner face by face. The t of a ray
-// never decreases, so no two leaves can send a ray back and forth.
+// Departures: the paper compares the point of entry with the planes of the tree. Here the t of the entry is
+// compared with the t of the planes, which one expression computes for faces and splits. So a point on a
+// plane belongs to the side to which the direction points. A ray through an edge or a corner of a leaf
+// crosses one face after the other. The t of a ray never decreases, so no two leaves can send a ray back
+// and forth.
 
 #include "methods/kdtree/kd_common.glsl"
 #include "methods/kdtree/ropes.glsl"

@@ -1,15 +1,15 @@
 // kd-ropes-packet: Popov, Günther, Seidel, Slusallek, "Stackless KD-Tree Traversal for High Performance GPU
-// Ray Tracing", Eurographics 2007 (survey, section 3.4, Figure 16). The rays of a packet share the fetched
-// node. Each ray has its own node and its own t, and rays at other nodes wait. Ropes are not pushed down. A
-// leaf's rope therefore names the root of the sibling subtree, where rays that left through different
-// leaves meet again.
+// Ray Tracing", Eurographics 2007 (survey, section 3.4, Figure 16). Each ray of a packet has its own node
+// and its own t. The packet fetches one node at a time. The rays at this node share the fetch, and rays at
+// other nodes wait. Ropes are not pushed down into subtrees. A leaf's rope therefore names the root of the
+// sibling subtree, where rays from different leaves meet again.
 //
-// The packet goes on to the node of the ray that is furthest behind. Rays ahead of this ray wait, so a leaf
-// that several rays meet is fetched and tested for all of them at once.
+// The packet goes on to the node of the ray with the smallest t. Rays with a larger t wait, so a leaf that
+// several rays meet is fetched and tested for all of them at once.
 //
-// Departure: rays of another turn (packet_turns.glsl) wait, so the rays of a turn leave a box through the
-// same three planes. An option chooses the file behind <triangle_tests> (triangle by ray, or by shared
-// axes).
+// Departure: only rays that agree in the signs of their directions walk together, in one turn
+// (drivers/packet_turns.glsl). The rays of a turn therefore leave a box through the same three faces. An
+// option chooses the file behind <triangle_tests> (triangle by ray, or by shared axes).
 
 #define PRESENT(r) (ray_node[r] == node)
 
@@ -44,7 +44,7 @@ void take_turn(int r) {
     t_turn[r] = comes ? NEVER : t_turn[r];
 }
 
-float t_front;   // t_min of the ray that is furthest behind
+float t_front;   // the smallest t_min of the rays
 
 void find_front(int r) {
     t_front = ray_node[r] == SETTLED ? t_front : min(t_front, t_min[r]);
@@ -59,7 +59,7 @@ void find_t_front() {
     EACH(find_front)
 }
 
-// Choose the next node. False when all rays of the turn are settled.
+// Choose the next node. Return false when all rays of the turn are settled.
 bool next_node() {
     node = SETTLED;
     find_t_front();
@@ -113,14 +113,15 @@ void follow_rope(int r) {
     vec3 exits = planes_t(rays[r], faces);
     float t_leave = min_component(exits);
     int rope = rope_taken(exits, t_leave, ropes);
-    // Without a hit, hit.t is the ray's own end.
+    // Without a hit, hit.t is the ray's t_max.
     bool settled = hits[r].t < t_leave || rope < 0 || search_over(hits[r]);
     bool here = ray_node[r] == node;
     ray_node[r] = here ? (settled ? SETTLED : rope) : ray_node[r];
     t_min[r] = here ? max(t_min[r], t_leave) : t_min[r];
 }
 
-// Follow the ropes of the rays in the leaf. False when the rays of the turn have finished.
+// Follow the ropes of the rays in the leaf. Return false when the rays of the turn have
+// finished.
 bool leave_leaf() {
     int leaf = axis - LEAF;
     bvec3 down = notEqual(ivec3(turn) & ivec3(1, 2, 4), ivec3(0));
@@ -130,8 +131,8 @@ bool leave_leaf() {
     return next_node();
 }
 
-// Descend to a leaf, test its triangles, and follow the ropes of the rays in the leaf. False when the rays
-// of the turn have finished, or the steps ran out.
+// Descend to a leaf, test its triangles, and let the rays in the leaf follow their ropes. Return false when
+// the rays of the turn have finished, or when the packet has reached the step limit.
 bool step_packet() {
     axis = kd_node_axis(node);
     left = kd_node_left(node);

@@ -2,10 +2,11 @@
 // Garth, Joy, "A Hybrid CPU-GPU Implementation for Interactive Ray-Tracing of Dynamic Scenes", technical
 // report CSE-2008-9 of UC Davis, and Zhou, Hou, Wang, Guo, "Real-time KD-tree construction on graphics
 // hardware", SIGGRAPH Asia 2008 (survey, section 3.4). By default STACK_SIZE is at least the depth of the
-// tree, which no ray can exceed. With a smaller stack, a ray that overflows the stack stops and is flagged.
+// tree, so no ray overflows its stack. With a smaller stack, a ray that overflows the stack stops and is
+// flagged.
 //
-// The array lives as long as one pass. If the renderer's limit on loops sends a ray into a second pass, the
-// stack is empty there. The ray then restarts at the root with the rest of its interval.
+// The array lives for one pass only. If the renderer's limit on loops makes a second pass necessary, the
+// stack is empty in that pass. The ray then restarts at the root with the rest of its interval.
 
 #include "methods/kdtree/kd_common.glsl"
 

@@ -3,8 +3,8 @@
 // level. A fragment cannot choose where it writes. A push therefore draws all tiles and keeps the tile that
 // the ray's stack pointer names (drivers/push.frag). A pop is a dependent read.
 //
-// PUSH and POP are phases of their own. A ray that pushes a far child waits until the atlas is drawn. A ray
-// whose stack is full stops and is flagged.
+// PUSH and POP are separate phases. A ray that pushes a far child waits in PUSH until the atlas has been
+// drawn. A ray whose stack is full stops and is flagged.
 
 #include "core/tiles.glsl"
 #include "methods/kdtree/kd_common.glsl"
@@ -28,7 +28,7 @@ void leave_leaf(inout State state, Hit hit) {
     state.phase = is_settled(state, hit) ? DONE : POP;
 }
 
-// The atlas has been drawn and holds the entry: count the entry.
+// Finish a push: the atlas has been drawn and holds the entry, so count the entry.
 void push(Ray ray, inout State state, inout Hit hit) {
     ++state.stacked;
     state.phase = state.stacked > STACK_SIZE ? OVERFLOWN : DOWN;

@@ -1,5 +1,5 @@
 // The short stack of a kd packet: a few entries for far children. A push onto a full stack drops the lowest
-// entry. In each entry, each ray keeps the end of its own interval.
+// entry. Each entry holds, for each ray, the end of the ray's interval.
 
 int stacked;
 int stack_node[STACK_SIZE];
@@ -42,7 +42,7 @@ void pop() {
     EACH(pop_ray)
 }
 
-// Pop entries until a ray is awake in one.
+// Pop entries until a ray is awake in the popped node.
 void pop_awake() {
     if (any_left && stacked > 0) {
         do {

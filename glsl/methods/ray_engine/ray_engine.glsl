@@ -1,12 +1,13 @@
 // The Ray Engine: Carr, Hall, Hart, "The Ray Engine", Graphics Hardware 2002 (survey, section 3.1, Figures
 // 4 and 5). The host walks rays through a grid and queues the rays by cell. A batch of rays lies in a
-// texture. Each triangle is drawn as a quad over the rays of each queue whose cell lists the triangle. So
-// the rasteriser generates the pairs of rays and triangles, one fragment a pair.
+// texture. If a queue's cell lists a triangle, the triangle is drawn as a quad over the rays of the queue.
+// So the rasteriser generates the pairs of rays and triangles, one fragment for each pair.
 //
 // Departures: the tests of core/triangle.glsl decide pairs in float32, where the R200 used fixed point. MIN
-// blending on a float target keeps the nearest t, and a second MIN keeps the lowest index among the
-// triangles at this t. A depth buffer of 24 bits distinguishes too few distances; the option `nearest`
-// selects it. Triangles stay on the GPU, and a quad holds only the row of its triangle.
+// blending on a float target keeps the nearest t, and a second pass with MIN blending keeps the lowest
+// index among the triangles at this t. The paper uses the depth buffer, which distinguishes too few
+// distances with 24 bits; the option `nearest` can select it. Triangles stay on the GPU, and a quad holds
+// only the row of its triangle.
 
 // The triangle of the quad, equal at all corners of the quad.
 flat in int quad_triangle;

@@ -1,8 +1,8 @@
 #version 330 core
-// A ball around each triangle: centre and radius, in the hierarchy's units. If an angle has at least 90
-// degrees, the centre is the midpoint of the longest side, which gives the smallest ball. Otherwise the
-// centre is the circumcentre. The radius is measured from the rounded centre and then widened, so rounding
-// of the centre loses nothing.
+// Computes the smallest ball around each triangle: its centre and radius, in the hierarchy's units
+// (cone_units.glsl). If an angle has at least 90 degrees, the centre is the midpoint of the longest side.
+// Otherwise the centre is the circumcentre. The radius is measured from the rounded centre and then
+// widened, so rounding of the centre loses nothing.
 
 #include "core/precision.glsl"
 #include "core/stream.glsl"

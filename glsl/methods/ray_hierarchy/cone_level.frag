@@ -1,12 +1,13 @@
 #version 330 core
-// A level of a ray hierarchy from the level below, as in a mipmap: up to four nodes become one node.
+// Computes a level of a ray hierarchy from the level below, as in a mipmap: up to four nodes become one
+// node.
 
 #include "core/precision.glsl"
 #include <streams>
 #include "methods/ray_hierarchy/ray_hierarchy.glsl"
 
-uniform ivec2 fan;     // nodes of the level below that become one node, by axis; four in all
-uniform ivec2 below;   // nodes of the level below, by axis
+uniform ivec2 fan;     // nodes of the level below that become one node, along x and y; four in all
+uniform ivec2 below;   // number of nodes of the level below, along x and y
 
 void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);

@@ -1,5 +1,6 @@
 #version 330 core
-// The lowest level of a ray hierarchy: one node for each ray, and an empty node for a ray that has ended.
+// Writes the lowest level of a ray hierarchy: one node for each ray, and an empty node for a ray that has
+// ended.
 
 #include "core/precision.glsl"
 #include <streams>

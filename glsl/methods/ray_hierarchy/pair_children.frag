@@ -1,6 +1,7 @@
 #version 330 core
-// A level of the traversal of a ray hierarchy: the triangle of a pair is tested against the node's four
-// children. The results go to four targets. A result is empty if no ray of the child may hit the triangle.
+// Traverses one level of a ray hierarchy. A pair is a triangle and a node. The pass tests the pair's
+// triangle against the four children of the pair's node, and writes four pairs to four render targets. A
+// new pair is empty if no ray of the child can hit the triangle.
 
 #include "core/precision.glsl"
 #include <records>
@@ -8,8 +9,8 @@
 #include "methods/ray_hierarchy/ray_hierarchy.glsl"
 
 uniform int base;      // the first pair of this pass
-uniform ivec2 fan;     // children of a node, by axis; four in all
-uniform ivec2 below;   // nodes of the children's level, by axis
+uniform ivec2 fan;     // children of a node, along x and y; four in all
+uniform ivec2 below;   // number of nodes of the children's level, along x and y
 
 ivec3 child(Pair pair, vec4 ball, int k) {
     ivec2 node = fan * ivec2(pair.x, pair.y) + ivec2(k % fan.x, k / fan.x);

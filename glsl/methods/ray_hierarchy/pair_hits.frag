@@ -1,6 +1,6 @@
 #version 330 core
-// The end of the stream: the pair's ray tests the pair's triangle and accepts a hit that is nearer than its
-// hit so far.
+// Processes the pairs at the end of the traversal, whose nodes are single rays. The pair's ray tests the
+// pair's triangle, and the hit is kept if it is nearer than the ray's hit so far.
 
 #include "core/precision.glsl"
 #include "core/stream.glsl"

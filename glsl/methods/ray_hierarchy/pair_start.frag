@@ -1,5 +1,5 @@
 #version 330 core
-// The first pairs of a stream: some triangles, each with every node of the topmost level.
+// Writes the first pairs of a stream: each triangle of a batch with every node of the topmost level.
 
 #include <records>
 #include "core/stream.glsl"

@@ -1,5 +1,5 @@
 #version 330 core
-// Adds one visit to a node.
+// Adds one visit to the count of a node, by blending.
 
 #include <records>
 

@@ -5,7 +5,7 @@
 #include "core/fetch.glsl"
 
 uniform int base;
-uniform ivec2 size;   // nodes of the level, by axis
+uniform ivec2 size;   // number of nodes of the level, along x and y
 
 void main() {
     Pair pair = pair_load(table_texel(base + gl_VertexID));

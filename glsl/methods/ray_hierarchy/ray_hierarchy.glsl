@@ -2,11 +2,11 @@
 // using a Ray-Space Hierarchy on the GPU", EGSR 2007 (survey, section 3.6). A node is a sphere around its
 // rays' origins and a cone around their directions. The triangles need no structure.
 //
-// Departures: a node also holds how far its rays still search. This culls triangles behind nearer hits,
-// triangles behind the ends of shadow rays, and all triangles for rays that have ended. The hierarchy is
-// rebuilt after every batch of triangles. Instead of the cone's angle a node holds a chord: the largest
-// distance of a unit direction from the axis. Chords add up on a path through the tree without cosines. A
-// cosine would round the angle of a narrow cone to 0.
+// Departures: a node also holds how far its rays still search. This distance culls triangles behind nearer
+// hits, triangles behind the ends of shadow rays, and all triangles for rays that have ended. The hierarchy
+// is rebuilt after every batch of triangles. Instead of the cone's angle a node holds a chord: the largest
+// distance of a unit direction from the axis. The chord of a parent follows from the chords of its children
+// by sums, without cosines. A cosine would round the angle of a narrow cone to 0.
 
 #include "methods/ray_hierarchy/cone_units.glsl"
 
@@ -24,9 +24,10 @@ Cone cone_of_ray(vec3 origin, vec3 direction, float t_min, float t_end) {
     return Cone(unit * origin, 0.0, direction / size, t_min < 0.0 ? 2.0 : UNIT_ERROR, reach);
 }
 
-// A parent encloses its children's spheres around the middle of their common box. It encloses their
-// directions around the mean axis: |d - axis| <= |d - axis_i| + |axis_i - axis|. The stored centre and axis
-// are exact by definition. Differences and lengths have relative errors below 8 U, which WIDENED covers.
+// The sphere of a parent encloses its children's spheres; its centre is the middle of their common box. The
+// parent's cone encloses its children's directions around their mean axis: |d - axis| <= |d - axis_i| +
+// |axis_i - axis|. Rounding of the centre and the axis is harmless, because radius and chord are measured
+// from the rounded values. Differences and lengths have relative errors below 8 U, which WIDENED covers.
 Cone cone_over(Cone children[4]) {
     vec3 lo = vec3(3e38), hi = vec3(-3e38), axis = vec3(0.0);
     float reach = -1.0;
@@ -70,9 +71,9 @@ Cone cone_over(Cone children[4]) {
 //
 // Rounding: q has a relative error of U. The errors of h and w are at most UNIT_ERROR |q|, for an axis with
 // an error of UNIT_ERROR. The error of cos a is 2 U, and sin a has a relative error of 16 U below
-// ALL_DIRECTIONS. The triangle test itself errs by some units of the distance from origin to corners, which
-// is at most |q| + s. A box's slack covers the same errors (core/slack.glsl). SLACK is more than the sum of
-// these errors. If a value is NaN, the pair is kept.
+// ALL_DIRECTIONS. The triangle test itself has an error of some units of the distance from origin to
+// corners, which is at most |q| + s. The slack of boxes covers the same errors (core/slack.glsl). SLACK is
+// more than the sum of these errors. If a value is NaN, the pair is kept.
 const float SLACK = 64.0 * ARITHMETIC_UNIT + 64.0 * U;
 
 bool may_hit(vec4 ball, Cone cone) {

@@ -1,5 +1,6 @@
 #version 330 core
-// The rays after the last batch of triangles. All rays are done, and each ray gets the visits of its node.
+// Writes the final state of the rays, after the last batch of triangles. All rays are done. The counter of
+// visited nodes of a ray is the number of visits of its node.
 
 #include "core/precision.glsl"
 #include "core/fetch.glsl"

@@ -1,6 +1,6 @@
 #version 330 core
-// The rays after a batch of triangles. Blending has left each ray the nearest triangle of the batch. The
-// ray tests this triangle once more, for u and v.
+// Updates the rays after a batch of triangles. Blending has found the nearest triangle of the batch for
+// each ray. The ray tests this triangle once more to get u and v.
 
 #include "core/precision.glsl"
 #include "core/fetch.glsl"

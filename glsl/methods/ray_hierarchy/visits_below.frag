@@ -1,5 +1,5 @@
 #version 330 core
-// Passes the count of a node down to its children, where blending adds the count.
+// Passes the number of visits of a node down to its children, where blending adds it to their own visits.
 
 #include <records>
 

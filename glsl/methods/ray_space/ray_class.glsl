@@ -4,8 +4,8 @@
 // face.
 //
 // A ray from outside the scene's box starts where it enters the box. This changes no hit, because no
-// triangle lies before the box. If the origin is very far away, the entry point errs by more than the lists
-// allow. The ray then uses the list of its face, which holds all triangles.
+// triangle lies before the box. If the origin is very far away, the error of the entry point is larger than
+// the margin of the lists. The ray then uses the list of its face, which holds all triangles.
 
 uniform int origin_cells;
 uniform int direction_cells;
@@ -20,7 +20,8 @@ int face_of(Ray ray) {
     return 2 * axis + int(permute(ray, ray.direction).z < 0.0);
 }
 
-// The number of the ray's box. Numbers from box_count on are faces. -1 if the ray misses the scene.
+// The number of the ray's box. If the ray uses the list of a face, the number is box_count plus the face.
+// If the ray misses the scene, the number is -1.
 int box_of(Ray ray) {
     vec2 interval = box_interval(ray, scene_lo, scene_hi);
     float t = max(interval.x, ray.t_min);

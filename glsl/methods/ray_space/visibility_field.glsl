@@ -1,12 +1,13 @@
 // Visibility field: Mortensen, Khanna, Yu, Slater, "A Visibility Field for Ray Tracing", CGIV 2007 (survey,
 // section 5). A ray's direction and its crossing point with the scene's middle plane select the beam that
-// contains the ray. A binary search finds where the ray starts in the beam's list. Candidates follow in
-// order until a candidate begins behind the hit. A ray that crosses the plane beyond all tiles hits
-// nothing.
+// contains the ray. The beam has a list of candidate triangles in their order along the beam. A binary
+// search finds where the ray starts in the list. The ray tests candidates in this order until a candidate
+// begins behind the hit. A ray that crosses the plane beyond all tiles hits nothing.
 //
-// Departure: a beam holds all triangles that any direction of its cell may meet. A beam of the paper
-// samples one direction. If the origin is very far away, the crossing point errs by more than the beams
-// allow. The ray then uses the list of its axis, which holds all triangles.
+// Departure: a beam holds all triangles that a ray of any direction in its cell may meet, whereas a beam of
+// the paper holds what one sample direction meets. If the origin is very far away, the error of the
+// crossing point is larger than the margin of the beams. The ray then uses the list of its axis, which
+// holds all triangles.
 
 uniform int directions;
 uniform int tiles;
@@ -19,7 +20,8 @@ bool upward(Ray ray) {
     return permute(ray, ray.direction).z > 0.0;
 }
 
-// The number of the ray's beam. Numbers from beam_count on are axes. -1 if the ray misses the scene.
+// The number of the ray's beam. If the ray uses the list of an axis, the number is beam_count plus the
+// axis. If the ray misses the scene, the number is -1.
 int beam_of(Ray ray) {
     int axis = ray.dominant.x ? 0 : (ray.dominant.y ? 1 : 2);
     vec3 origin = permute(ray, R(ray.origin - scene_centre));
@@ -40,8 +42,8 @@ int beam_of(Ray ray) {
     return (beam * tiles + int(tile.y)) * tiles + int(tile.x);
 }
 
-// Bounds on the coordinate of the ray at t along its axis, with rounding included: the earlier and the
-// later bound.
+// Two bounds on the ray's coordinate along its axis at t, which include rounding. The true point at t lies
+// between the earlier and the later bound, in the direction of the ray.
 float earliest(Ray ray, float t) {
     float at = R(t * permute(ray, ray.direction).z);
     return R(permute(ray, upward(ray) ? ray.hi_origin : ray.lo_origin).z + at);

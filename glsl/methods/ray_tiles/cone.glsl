@@ -1,13 +1,13 @@
-// Spheres against cones around rays, the test of the hierarchical ray engine. Szecsi, "The Hierarchical Ray
-// Engine", WSCG 2006 (survey, section 3.6, Figure 23).
+// Tests spheres around triangles against cones around rays, as the hierarchical ray engine does. Szecsi,
+// "The Hierarchical Ray Engine", WSCG 2006 (survey, section 3.6, Figure 23).
 //
 // A cone holds rays o + t d, t >= 0, with |o - apex| <= radius and cos(d, axis) >= cosine. For a point p on
 // such a ray, p - (o - apex) lies in the cone of the rays that begin at the apex. So if a ray meets a
-// sphere, the sphere's centre lies within radius + sphere of this narrower cone. Let v = centre - apex, h
-// its part along the axis and s its part across the axis. The distance from the centre to the cone's side
-// is s cosine - h sine, negative inside the cone. For a centre behind the apex, the distance to the cone is
-// |v|. The paper's test is |P - H| <= h tan + r / cos. Multiplied by cosine, it becomes the test here,
-// which has no pole at a right angle.
+// sphere, the distance of the sphere's centre from this narrower cone is at most `radius` plus the sphere's
+// own radius. Let v be centre - apex, h its part along the axis and s its part across the axis. The
+// distance from the centre to the cone's side is s cosine - h sine, which is negative inside the cone. For
+// a centre behind the apex, the distance to the cone is |v|. The paper's test is |P - H| <= h tan + r /
+// cos. Multiplied by cosine, it becomes the test here, which has no pole at a right angle.
 //
 // Departures: a cone without cosine > 0 keeps every triangle. The value `reach` rejects spheres beyond the
 // ends of all rays. With `lines` the rays also extend backwards (t_min < 0), and the test uses |h|.
@@ -16,9 +16,9 @@
 // and nothing overflows. The error of v is at most 4u, and the axis is within 4u of unit length. So h and s
 // are within 16u. (s comes from a cross product, which does not cancel squares.) The sine is within 4u of
 // the sine that belongs to the cosine, because 1 - cosine is exact near 1. The products and the difference
-// err by less than 48u. The radii have relative errors below 8u. MARGIN is more than twice the sum. The
-// pass that made the cone has already lowered the cosine by the errors of the cosine and of the directions
-// (methods/ray_tiles/tile_cones.frag).
+// have errors below 48u. The radii have relative errors below 8u. MARGIN is more than twice the sum. The
+// errors of the cosine and of the directions need no further margin, because the pass that made the cone
+// has lowered the cosine by them (methods/ray_tiles/tile_cones.frag).
 
 const float MARGIN = 128.0 * 5.9604645e-8;
 const float TINY = 1e-30;   // below this length, squares of components underflow

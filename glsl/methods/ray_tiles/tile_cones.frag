@@ -1,7 +1,7 @@
 #version 330 core
-// The cone around a tile's rays (methods/ray_tiles/cone.glsl), the second of two passes. The radius
-// includes the slack that the boxes of every method have for the rounding of the triangle test
-// (core/slack.glsl), as a sphere around the slack's box.
+// Computes the cone around a tile's rays (methods/ray_tiles/cone.glsl). This is the second of two passes,
+// after tile_spans.frag. Other methods widen boxes by a slack, because the triangle test rounds
+// (core/slack.glsl). Here the radius grows instead, by the radius of the sphere around a box of this slack.
 
 #include "core/precision.glsl"
 #include <streams>
@@ -9,7 +9,7 @@
 #include "methods/ray_tiles/cone.glsl"
 #include "core/ray_tile.glsl"
 
-const float COSINE_MARGIN = 16.0 * 5.9604645e-8;   // two unit vectors and a dot product: below 12u
+const float COSINE_MARGIN = 16.0 * 5.9604645e-8;   // error of two unit vectors and their dot product: below 12u
 
 void main() {
     Tile_span span = tile_span_load(ivec2(gl_FragCoord.xy));

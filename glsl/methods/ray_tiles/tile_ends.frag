@@ -1,7 +1,8 @@
 #version 330 core
-// How far a tile's rays still search: to the farthest end of all rays. A ray ends at its nearest hit after
-// the batches of triangles so far. Under ANY_HIT a ray with a hit searches no more. If t is stored or
-// computed in a narrow format, the dropped bits may make t too short.
+// Computes how far the rays of a tile still search. This is the farthest end of all rays. A ray ends at its
+// nearest hit in the batches of triangles so far; under ANY_HIT a ray with a hit no longer searches. If t
+// is stored or computed in a narrow format, the dropped bits may make t too short, so LONGER and FURTHER
+// lengthen it.
 
 #include "core/precision.glsl"
 #include <streams>

@@ -1,6 +1,6 @@
 #version 330 core
-// The hit and the state of each ray. The ray tests the triangle that was found for it once more, for u and
-// v.
+// Writes the hit and the state of each ray. Each ray once more tests the triangle that the batches found
+// for it, to get u and v.
 
 #include "core/precision.glsl"
 #include "core/fetch.glsl"

@@ -1,10 +1,10 @@
 #version 330 core
 // A ray of a tile tests the triangle whose quad is drawn over the tile.
 //
-// MIN blending keeps the nearest t. The quads are then drawn again with `equal`: triangles at exactly this
-// t write their index, and MIN blending keeps the lowest index. One program serves both draws, so t cannot
-// differ between them. Under ANY_HIT the first draw is the only draw and writes an index. With COUNTING,
-// additive blending counts the quads.
+// In the first draw MIN blending keeps the nearest t. The quads are then drawn a second time with `equal`.
+// Triangles at exactly this t now write their index, and MIN blending keeps the lowest index. The same
+// program serves both draws, so t cannot differ between them. Under ANY_HIT there is only the first draw,
+// and it writes an index. With COUNTING, additive blending counts the quads.
 
 #include "core/precision.glsl"
 #include "core/fetch.glsl"

@@ -1,8 +1,9 @@
-"""Stream reduction by blocks: lines move each block's elements to their final positions.
+"""Stream reduction by blocks: removes elements from a stream and closes the gaps.
 
 D. Roger, U. Assarsson, N. Holzschuch, "Efficient Stream Reduction on the GPU", 2007 (survey,
-section 3.6). A block has a constant number s of elements. Each kept element finds its source in
-log s steps; `compact` takes log n steps for a stream of n elements. Only the blocks' totals are
+section 3.6). A block has a constant number s of elements. For each block a line of texels is drawn
+at the block's final position; each fragment of the line finds its source in the block in log s
+steps. `compact` takes log n steps for a stream of n elements. Here, only the blocks' totals are
 scanned.
 """
 from __future__ import annotations
@@ -25,7 +26,7 @@ def reduce_by_blocks(room: StreamRoom, stream: Stream, flags: Stream) -> Stream:
 
     Parameters
     ----------
-    flags : VALUES, as many as elements, 0 or 1 in the first channel
+    flags : a stream of VALUES with 0 or 1 in the first channel, one for each element
     """
     record = stream.record
     defines = {"LOAD": f"{record.name}_load", "STORE": f"{record.name}_store"}
@@ -38,12 +39,13 @@ def reduce_by_blocks(room: StreamRoom, stream: Stream, flags: Stream) -> Stream:
 
 def reduce_children(room: StreamRoom, children: Stream, count: int, pair: Record,
                     into: Stream | None = None) -> tuple[Stream, int]:
-    """Return the pairs in the first ``count`` elements of ``children``, and their number.
+    """Return a stream of the pairs in the first ``count`` elements of ``children``, and the number
+    of pairs.
 
     Parameters
     ----------
-    pair : the record of a pair; an element of ``children`` holds four pairs
-    into : a stream for the pairs, which is used if it is long enough and dropped otherwise
+    pair : the record of a pair; an element of ``children`` holds up to four pairs
+    into : a stream for the pairs. If it is too short, it is dropped and a new stream is made
     """
     defines = {"CHILDREN": True}
     ranks, starts, kept = _ranks(room, children, count, defines)
@@ -57,7 +59,8 @@ def reduce_children(room: StreamRoom, children: Stream, count: int, pair: Record
 
 def _ranks(room: StreamRoom, source: Stream, texels: int, defines: Mapping[str, object],
            **uniforms: object) -> tuple[Stream, Stream, int]:
-    """Return the ranks of elements in their blocks, the blocks' starts, and the number kept.
+    """Return the rank of each kept element in its block, the start of each block in the result,
+    and the number of kept elements.
 
     A texel of the ranks has four elements.
     """
@@ -76,7 +79,8 @@ def _ranks(room: StreamRoom, source: Stream, texels: int, defines: Mapping[str, 
 
 def _segments(room: StreamRoom, target: Stream, source: Stream, ranks: Stream, starts: Stream,
               defines: Mapping[str, object]) -> None:
-    """Draw each block's line, or two lines across the end of a row; drop ranks and starts."""
+    """Draw the line of each block, as two lines if it crosses the end of a texture row. Then drop
+    ranks and starts."""
     target.framebuffer.viewport = (0, 0, 2 * TABLE_WIDTH, rows_of(target.length))
     room.scatter("algorithms/segments", target, [source, ranks, starts], 4 * (starts.length - 1),
                  mode=moderngl.LINES, defines={"BLOCK": BLOCK, **defines}, texels=ranks.length)

@@ -9,11 +9,11 @@ from .streams import Stream, StreamRoom
 def compact(room: StreamRoom, stream: Stream, flags: Stream) -> Stream:
     """Return the elements of ``stream`` whose flag is 1 (D. Horn, GPU Gems 2, 2005).
 
-    The host reads back a single number: the number of kept elements, which are then drawn.
+    The host reads back a single number, the number of kept elements, to know how many to draw.
 
     Parameters
     ----------
-    flags : VALUES, as many as elements, 0 or 1 in the first channel
+    flags : a stream of VALUES with 0 or 1 in the first channel, one for each element
     """
     sums = scan(room, flags)
     sources = kept_sources(room, sums)

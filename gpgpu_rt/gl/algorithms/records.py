@@ -4,10 +4,10 @@ from __future__ import annotations
 from ..record import Record
 
 VALUES = Record("values", "value:vec4")
-"""Four numbers per element, to be reduced or scanned, or to serve as flags."""
+"""Four numbers per element, which are reduced, scanned or used as flags."""
 
 SORT_KEY = Record("sort_key", "hi:int lo:int index:int")
-"""A key of two numbers with up to 24 bits each, and an index. Sorted by hi, lo and index."""
+"""A sort key: two integers of up to 24 bits, and an index. Keys are sorted by hi, lo and index."""
 
 SOURCE = Record("source", "index:int")
 """The index of the element to copy."""

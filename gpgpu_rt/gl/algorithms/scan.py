@@ -9,9 +9,10 @@ from .streams import Stream, StreamRoom
 def scan(room: StreamRoom, values: Stream) -> Stream:
     """Return the exclusive prefix sums: n + 1 elements called "sums". The last is the total.
 
-    On the way up, each level holds the sums of blocks of the level below. On the way down, each
-    level adds the sum before a block, from the level above (G. Blelloch, "Prefix Sums and Their
-    Applications", 1990). Sums are exact if they are integers up to 2^24.
+    First make levels upwards: an element of a level is the sum of a block of the level below. Then
+    go down again: each level adds to its own sums the sum of all elements before the block, which
+    the level above has computed (G. Blelloch, "Prefix Sums and Their Applications", 1990). Sums
+    are exact if they are integers up to 2^24.
 
     Parameters
     ----------

@@ -23,7 +23,8 @@ def sort(room: StreamRoom, keys: Stream) -> Stream:
 
 
 def flips(length: int) -> list[int]:
-    """Return, for each step, the bits in which an element's index and its partner's differ."""
+    """Return for each step the bits in which the index of an element differs from the index of the
+    element that it is compared with."""
     merged, result = 1, []
     while merged < length:
         result.append(2 * merged - 1)          # mirror a block of two sorted halves

@@ -110,11 +110,12 @@ class StreamRoom:
     def draw(self, fragment: str, target: Target, reads: Sequence[Target] = (), *,
              first: int = 0, count: int | None = None,
              defines: Mapping[str, object] | None = None, **uniforms: object) -> None:
-        """Run a program once for each element first ... first + count - 1.
+        """Run a program once for each element from ``first`` to ``first`` + ``count`` - 1.
 
         Parameters
         ----------
-        reads : the streams that the program gathers from. The first stream of a name is read
+        reads : the streams that the program reads. If several have the same name, it reads the
+            first of them
         """
         count = target.length - first if count is None else count
         if count <= 0:
@@ -172,7 +173,8 @@ def rows_of(length: int) -> int:
 
 
 def span(first: int, count: int) -> np.ndarray:
-    """Return rectangles, at most three, (k, 4), over elements first ... first + count - 1."""
+    """Return (k, 4) rectangles, at most three, that cover the elements from ``first`` to ``first``
+    + ``count`` - 1."""
     (top, left), (bottom, right) = (divmod(i, TABLE_WIDTH) for i in (first, first + count))
     if top == bottom:
         parts = [(left, top, right, top + 1)]

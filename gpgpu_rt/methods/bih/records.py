@@ -4,14 +4,17 @@ from __future__ import annotations
 from ...gl.record import Record
 
 BIH_NODE = Record("bih_node", "left_hi right_lo axis:int child:int")
-"""A node: the end of its left child and the begin of its right child along `axis` (3 for a leaf).
+"""A node: the end of its left child and the start of its right child along `axis` (3 for a leaf).
 
-`child` is the left child (the right child follows it) or a leaf's first triangle."""
+`child` is the left child of an inner node, and the right child directly follows it. For a leaf,
+`child` is the leaf's first triangle."""
 
 BIH_BOUNDS = Record("bih_bounds", "lo:vec3 parent:int | hi:vec3 side:int")
 """The data that a ray needs to climb: a node's box, its parent, and its side.
 
-`side` is the parent's axis for a left child, this axis + 3 for a right child, 6 for the root."""
+`side` is the parent's axis for a left child, the parent's axis + 3 for a right child, and 6 for
+the root."""
 
 BIH_STATE = Record("state", "t_min t_max node:int cursor:int | phase:int steps:int")
-"""A ray's state: the current node, the ray's interval in it, and a cursor into its triangles."""
+"""A ray's state: the current node, the ray's interval in the node, and the position in the node's
+triangles."""

@@ -31,14 +31,15 @@ def _prepare(triangles: np.ndarray, options: Mapping[str, Any]) -> Accelerator:
                               "axis": bih.axis, "child": bih.child},
               BIH_BOUNDS.name: {"lo": lo, "hi": hi, "parent": bih.parents(), "side": side}}
     uniforms = {"scene_lo": tuple(bih.lo), "scene_hi": tuple(bih.hi), "node_count": nodes}
-    # A ray enters each node once and climbs from it once. With a stack it also pops it once.
+    # A ray enters each node at most once and climbs from each node at most once. With a stack, it
+    # also pops each node at most once.
     bound = (3 if options["stack_size"] else 2) * nodes + len(bih.order)
     return Accelerator(tables, uniforms, bound, bih, boxes=bih.boxes)
 
 
 ROWS = (Method(
     name="bih",
-    summary="traverses a tree with two planes per node, the end of the left and the begin of the "
+    summary="traverses a tree with two planes per node, the end of the left and the start of the "
             "right child; climbs the parents after each leaf",
     citation="Waechter and Keller 2006",
     glsl="methods/bih/bih.glsl",

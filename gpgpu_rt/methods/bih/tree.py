@@ -1,14 +1,15 @@
 """Bounding interval hierarchy: the tree, and its build by halving cells.
 
 C. Waechter, A. Keller, "Instant ray tracing: the bounding interval hierarchy", EGSR 2006. A node
-holds an axis and two planes: the end of its left child and the begin of its right child. The
+holds an axis and two planes: the end of its left child and the start of its right child. The
 cells of a regular grid over the scene give the split planes. The build halves a cell across its
 longest side and sorts triangles to the left or right by the centres of their boxes. If one half
 has no triangles, the build makes no node and halves the other half again. The build computes no
-cost and sorts nothing, and the tree's size is linear in the number of triangles.
+costs and does not sort. The tree's size is linear in the number of triangles.
 
-Departures: all nodes of a level are split at once, not one by one in place. If no plane separates
-the centres because they coincide, or at the depth cap, a node is halved by count.
+Departures: all nodes of a level are split at once, not one by one in place. A node is split into
+two halves of equally many triangles if the centres coincide, so that no plane separates them, and
+also near the depth cap.
 """
 from __future__ import annotations
 
@@ -23,7 +24,7 @@ from ...accel.runs import expand, owners, run_starts
 from ...accel.sound import alike, are_pairs, each_once, named
 
 LEAF = 3            # the axis of a leaf
-HALVINGS = 160      # per axis, between two nodes: from any float32 size to any other
+HALVINGS = 160      # most halvings of an axis between two nodes: enough between any float32 sizes
 
 
 @dataclass(frozen=True)
@@ -36,12 +37,12 @@ class Bih:
     ----------
     lo, hi : (3,) float32, the box of the triangles, world units
     axis : (n,) int8, 0, 1, 2, or 3 for a leaf
-    left_hi, right_lo : (n,) float32, the end of an inner node's left child and the begin of its
+    left_hi, right_lo : (n,) float32, the end of an inner node's left child and the start of its
         right child along the axis; 0 for a leaf
     child : (n,) int32, the left child of an inner node (the right child is child + 1), or a
         leaf's first triangle in `order`
     count : (n,) int32, the number of triangles of a leaf; 0 for an inner node
-    order : (m,) int32, the triangles of all leaves in turn, ascending in each leaf
+    order : (m,) int32, the triangles of one leaf after another, ascending in each leaf
     depth : int, the number of edges from the root to the deepest leaf
     """
 
@@ -94,8 +95,8 @@ def build_bih(triangles: np.ndarray, *, max_leaf: int = 4, max_depth: int = 64,
     ----------
     triangles : (n, 3, 3) float32, world units
     max_leaf : the most triangles of a leaf
-    max_depth : bound on the depth, raised to ceil(log2 n) if that is more. A node that could
-        exceed it is halved by count.
+    max_depth : bound on the depth, but at least ceil(log2 n). A node that could otherwise exceed
+        the bound is split into halves of equally many triangles.
 
     Raises
     ------
@@ -106,7 +107,7 @@ def build_bih(triangles: np.ndarray, *, max_leaf: int = 4, max_depth: int = 64,
     max_depth = in_range("max_depth", max_depth, 0, 1024, int)
     triangles = as_triangles(triangles)
     box_lo, box_hi = triangle_boxes(triangles)
-    # Scale by a power of two, which changes only exponents, so that box centres never overflow.
+    # Scale by a power of two, so that box centres never overflow. This changes only exponents.
     _, exponent = np.frexp(np.abs(triangles).max(initial=0))
     middle = np.ldexp(box_lo, -exponent) * np.float32(0.5)
     middle += np.ldexp(box_hi, -exponent) * np.float32(0.5)
@@ -159,8 +160,10 @@ def _planes(cell_lo: np.ndarray, cell_hi: np.ndarray, lowest: np.ndarray, highes
 
     Returns
     -------
-    axis (k,); plane (k,), NaN where no plane separates the centres; and the lower and upper
-    corners of the cells of all left children, then of all right children, (3, 2 k) each
+    axis : (k,)
+    plane : (k,), NaN where no plane separates the centres
+    corners : the lower and the upper corners, (3, 2 k) each, of the children's cells: first all
+        left children, then all right children
     """
     cell_lo, cell_hi = cell_lo.copy(), cell_hi.copy()
     axis, plane = np.zeros(cell_lo.shape[1], np.int64), np.full(cell_lo.shape[1], np.nan)
@@ -186,7 +189,7 @@ def _planes(cell_lo: np.ndarray, cell_hi: np.ndarray, lowest: np.ndarray, highes
 
 
 class _BihNodes:
-    """Collect the nodes level by level, then put them into their final order."""
+    """Collects the nodes level by level, then puts them into their final order."""
 
     def __init__(self, box_lo: np.ndarray, box_hi: np.ndarray) -> None:
         self.box_lo, self.box_hi = box_lo, box_hi

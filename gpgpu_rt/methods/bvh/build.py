@@ -1,4 +1,7 @@
-"""Build a bounding volume hierarchy by a builder, then optimise and thread it."""
+"""Build a bounding volume hierarchy by one of the builders, optimise it, and thread it.
+
+To thread a tree means to give each node an escape index; see `tree.py`.
+"""
 from __future__ import annotations
 
 import numpy as np
@@ -16,7 +19,7 @@ BUILDERS = {"sah": sah.build, "kay-kajiya": median.build, "goldsmith-salmon": in
 
 
 def node_limit(triangles: int, copies: float = 1) -> dict[str, int]:
-    """The argument ``most_nodes`` for `build_bvh`, or no argument if the tree needs no limit.
+    """The argument ``most_nodes`` for `build_bvh`. Without a need for it, the result is empty.
 
     A limit is needed if all ``copies`` of the tree together could have more nodes than a float can
     index exactly.
@@ -34,9 +37,9 @@ def build_bvh(triangles: np.ndarray, *, build: str = "sah", reinsertion: int = 0
     triangles : (n, 3, 3) float32, world units
     build : "sah", "kay-kajiya", "goldsmith-salmon", "lbvh" or "hybrid"
     reinsertion : number of rounds that move subtrees, down to single triangles, to places where
-        they cost less; see `reinsertion.py`. Leaves of several triangles form afterwards.
-    most_nodes : limit on the number of nodes; leaves grow until the tree is within it. None sets
-        no limit.
+        they cost less; see `reinsertion.py`. Leaves of several triangles are formed afterwards
+    most_nodes : limit on the number of nodes. Leaves are made larger until the tree is within this
+        limit. None sets no limit
     options : options of the builder: see `sah.build`, `median.build`, `insertion.build`,
         `lbvh.build`, `hybrid.build`
 

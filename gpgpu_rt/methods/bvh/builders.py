@@ -1,4 +1,4 @@
-"""The build options that all BVH methods share, and the build that they select."""
+"""The build options that all BVH methods share, and the function that builds by them."""
 from __future__ import annotations
 
 from collections.abc import Mapping
@@ -29,7 +29,7 @@ BUILD_OPTIONS = (
 
 
 def built_bvh(triangles: np.ndarray, options: Mapping[str, Any], **limit: int) -> Bvh:
-    """Build the tree that a method's options select; the cache may supply a tree from the CPU.
+    """Build the tree by a method's options. A tree built on the CPU may come from the cache.
 
     Parameters
     ----------

@@ -1,9 +1,10 @@
-"""Hybrid build: Morton codes for the upper levels, the surface area heuristic below.
+"""Hybrid build: the upper levels from Morton codes, the levels below by SAH.
 
 C. Lauterbach, M. Garland, S. Sengupta, D. Luebke, D. Manocha, "Fast BVH Construction on GPUs",
 Eurographics 2009. Triangles whose codes share the first few bits form a cluster. LBVH builds the
-tree over the clusters, and SAH splits each cluster. This skips the first levels of the SAH build,
-whose few nodes leave a GPU idle, and loses little quality.
+tree over the clusters, and the surface area heuristic (SAH) splits each cluster. This avoids the
+first levels of the SAH build, whose few nodes leave most of a GPU idle. The tree loses little
+quality.
 """
 from __future__ import annotations
 
@@ -23,7 +24,7 @@ def build(triangles: np.ndarray, *, morton_bits: int = CLUSTER_BITS,
     """Build clusters by Morton codes and split each cluster as `sah_bvh.build` does.
 
     morton_bits : bits per axis that the triangles of a cluster share
-    options : options of `sah_bvh.build`; `max_depth` counts from the clusters
+    options : options of `sah_bvh.build`; `max_depth` counts the levels below the clusters
     """
     morton_bits = in_range("morton_bits", morton_bits, 1, AXIS_BITS, int)
     split = sah_bvh.splitter(**options)

@@ -2,11 +2,11 @@
 
 J. Goldsmith, J. Salmon, "Automatic creation of object hierarchies for ray tracing", IEEE CG&A
 7(5), 1987. The tree is binary with one triangle per leaf, as Thrane and Simonsen (2005) used it.
-A triangle descends from the root into the child whose area grows least. It becomes the sibling of
-the node on this path that adds the least area to the tree. The added area is that of the new
-common parent and the growth of all its ancestors. The result depends on the order of insertion,
-so the triangles are shuffled. The method is sequential, so this builder alone loops over
-triangles.
+A triangle descends from the root, at each node into the child whose area grows least. It becomes
+the sibling of one node on this path: the node at which the insertion adds the least area to the
+tree. The added area is the area of the new common parent, plus the growth of all its ancestors.
+The result depends on the order of insertion, so the triangles are shuffled. The method is
+sequential. This is therefore the only builder that loops over triangles.
 """
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def build(triangles: np.ndarray, *, seed: int = 0, **unknown: object) -> LooseTr
     order = np.random.default_rng(seed).permutation(n)
     box = np.concatenate(triangle_boxes(triangles)).astype(np.float64)[:, order]
     left, right, root = _insert(box.T.tolist())
-    # Nodes 0 to n - 1 are leaves so far. Exchange node 0 and the root, as LooseTree requires.
+    # Nodes 0 to n - 1 are leaves so far. LooseTree requires the root to be node 0: exchange them.
     left, right = np.array(left, np.int64), np.array(right, np.int64)
     names = np.arange(len(left))
     names[[0, root]] = names[[root, 0]]
@@ -38,9 +38,9 @@ def build(triangles: np.ndarray, *, seed: int = 0, **unknown: object) -> LooseTr
 
 
 def _insert(boxes: list[list[float]]) -> tuple[list[int], list[int], int]:
-    """Insert the boxes: each node's left and right child, and the root.
+    """Insert the boxes. Return each node's left child, each node's right child, and the root.
 
-    Leaf i holds box i; the inner nodes follow the leaves.
+    Leaf i holds box i. The inner nodes follow the leaves.
     """
     n = len(boxes)
     lo_x, lo_y, lo_z, hi_x, hi_y, hi_z = (
@@ -75,7 +75,7 @@ def _insert(boxes: list[list[float]]) -> tuple[list[int], list[int], int]:
             one, two = left[node], right[node]
             grown_one, grown_two = joined(one), joined(two)
             growth_one, growth_two = grown_one - area[one], grown_two - area[two]
-            # On a tie (coincident triangles) descend into the child with fewer triangles.
+            # On a tie, as with coincident triangles, descend into the child with fewer triangles.
             if growth_one < growth_two or (growth_one == growth_two and size[one] <= size[two]):
                 node, grown = one, grown_one
             else:

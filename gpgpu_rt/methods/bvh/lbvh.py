@@ -1,12 +1,15 @@
 """LBVH: a bounding volume hierarchy from sorted Morton codes.
 
 C. Lauterbach, M. Garland, S. Sengupta, D. Luebke, D. Manocha, "Fast BVH Construction on GPUs",
-Eurographics 2009. Triangles are sorted along a space-filling curve; a triangle's place in this
-order is its slot. Each gap between neighbouring slots gives an inner node, and the first bit in
-which the two codes differ is the node's level. The paper sorts a list of splits by level. Here
-the tree is read off the sorted codes: a node spans all slots that share the bits before its
-level. The node's parent belongs to the gap at one of its two ends, the gap with the later bit.
-Triangles with equal codes are halved by the bits of their slot numbers.
+Eurographics 2009. Triangles are sorted by the codes, along a space-filling curve. A triangle's
+place in this order is its slot. Each gap between neighbouring slots gives an inner node. The first
+bit in which the two codes at the gap differ is the node's level. The paper sorts a list of splits
+by level.
+
+Here, the tree follows directly from the sorted codes. A node spans all slots around its gap whose
+codes share the bits before the node's level. At each end of this span is another gap. The node's
+parent is the node of that one of these two gaps whose codes share more bits. Triangles with equal
+codes are separated by the bits of their slot numbers.
 
 `methods/bvh/gpu_build/lbvh.py` builds the same tree by fragment passes, node for node.
 """
@@ -21,13 +24,13 @@ from ...accel.morton import morton_3d
 from ...accel.options import in_range, refuse_unknown
 from .tree import MAX_LEAF, LooseTree
 
-AXIS_BITS = 10          # bits per axis of a code, which has three times as many bits
+AXIS_BITS = 10          # bits of a code for each axis; a code has three times as many bits
 SLOT_BITS = 24          # bits of a slot number
 
 
 def build(triangles: np.ndarray, *, morton_bits: int = AXIS_BITS, max_leaf: int = MAX_LEAF,
           **unknown: object) -> LooseTree:
-    """Build by Morton codes; every node of at most `max_leaf` triangles becomes a leaf.
+    """Build by Morton codes. Every node of at most `max_leaf` triangles becomes a leaf.
 
     morton_bits : bits of the code per axis; the lattice has 2^morton_bits cells along each axis
     """
@@ -73,7 +76,10 @@ def morton_codes(triangles: np.ndarray, bits: int = AXIS_BITS) -> np.ndarray:
 
 
 def sorted_codes(triangles: np.ndarray, bits: int = AXIS_BITS) -> tuple[np.ndarray, np.ndarray]:
-    """The codes in ascending order, and their triangles; ties are in the order of triangles."""
+    """The codes in ascending order, and the triangle of each code.
+
+    Triangles with equal codes keep their order.
+    """
     code = morton_codes(triangles, bits)
     order = np.argsort(code, kind="stable")
     return code[order], order
@@ -81,12 +87,12 @@ def sorted_codes(triangles: np.ndarray, bits: int = AXIS_BITS) -> tuple[np.ndarr
 
 @dataclass
 class RadixTree:
-    """The binary tree over n sorted codes: an inner node for each gap between neighbours.
+    """The binary tree over n sorted codes, with an inner node for each gap between neighbours.
 
     Attributes
     ----------
-    first, last : (n - 1,) int64, the first and last slot that a gap's node spans
-    bits : (n - 1,) int64, the number of leading bits that all these slots share
+    first, last : (n - 1,) int64, the first and the last slot that a gap's node spans
+    bits : (n - 1,) int64, the number of leading bits that the codes of all these slots share
     """
 
     first: np.ndarray
@@ -97,7 +103,7 @@ class RadixTree:
     def of(code: np.ndarray) -> RadixTree:
         """Build the tree over (n,) ascending codes of 30 bits.
 
-        The bits of slot numbers separate slots with equal codes.
+        The bits of slot numbers separate the slots that have equal codes.
         """
         key = code << SLOT_BITS | np.arange(len(code))
         total = 3 * AXIS_BITS + SLOT_BITS
@@ -110,14 +116,17 @@ class RadixTree:
                          np.searchsorted(key, key[:-1] | below, side="right") - 1, bits)
 
     def parents(self, first: np.ndarray, last: np.ndarray) -> np.ndarray:
-        """The gap between each span of slots and its sibling; -1 for the span of all slots."""
+        """The parent of each span of slots: the gap between this span and its sibling.
+
+        The result is -1 for the span of all slots, which has no parent.
+        """
         bits = np.concatenate([[-1], self.bits, [-1]])
         before, after = bits[first], bits[last + 1]
         return np.where(np.maximum(before, after) < 0, -1,
                         np.where(after > before, last, first - 1))
 
     def cut(self, kept: np.ndarray, order: np.ndarray) -> LooseTree:
-        """The tree whose inner nodes are the kept gaps; the slots between them form leaves.
+        """The tree whose inner nodes are the kept gaps. The slots between these gaps form leaves.
 
         kept : (n - 1,) bool; the ancestors of a kept gap must be kept too
         order : (n,) int64, the triangle of each slot

@@ -1,4 +1,4 @@
-"""Median build: halve the triangles by centroid until each leaf holds a single triangle.
+"""Median build: halve the triangles, sorted by centroid, until each leaf has a single triangle.
 
 T. L. Kay, J. T. Kajiya, "Ray tracing complex scenes", SIGGRAPH 1986, section 4, as Thrane and
 Simonsen (2005) used it for binary trees of axis-aligned boxes. Kay and Kajiya cycle through
@@ -14,7 +14,7 @@ from .tree import LooseTree
 
 
 def build(triangles: np.ndarray, *, axis: str = "longest", **unknown: object) -> LooseTree:
-    """Build by median splits: n leaves of one triangle, ceil(log2 n) levels.
+    """Build by median splits. The tree has n leaves of one triangle, and ceil(log2 n) levels.
 
     axis : "longest" or "cycle"
     """

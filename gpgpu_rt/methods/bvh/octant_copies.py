@@ -1,4 +1,4 @@
-"""Octant copies: a tree in eight orders, each front to back for the rays of a direction octant."""
+"""Octant copies: a tree in eight orders. Each order is front to back for a direction octant."""
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -23,18 +23,18 @@ class OctantCopies:
 
     Copy o is for directions whose component a is negative if and only if bit a of o is set.
 
-    Small subtrees may be stored once for all eight copies, after them and in the tree's own order,
-    because near the leaves the order of children matters little. Each copy then holds only the
-    root of the subtree, which is called its portal.
+    Small subtrees may be stored once for all eight copies, because near the leaves the order of
+    children matters little. These shared subtrees follow the copies, in the tree's own order. Each
+    copy then holds only the root of a shared subtree. The root is called the subtree's portal.
 
     Attributes
     ----------
-    source : (8, n) int32, the tree's node of each copied node
+    source : (8, n) int32, for each node of a copy, the node of the tree that is copied
     escape : (8, n) int32, the first node after a node's subtree in its copy; n if there is none
     below : (8, n) int32, the first shared node below a portal; -1 if a node is no portal
-    shared : (m,) int32, the tree's node of each shared node
-    shared_escape : (m,) int32, the escape index of each shared node, in `shared`; m if it leads
-        out of the shared subtree
+    shared : (m,) int32, for each shared node, the node of the tree
+    shared_escape : (m,) int32, the escape index of each shared node, as an index of `shared`; m if
+        the next node is outside the shared subtree
     bvh : the tree
     """
 
@@ -50,13 +50,13 @@ class OctantCopies:
            ) -> OctantCopies:
         """The octant copies of a tree.
 
-        The order of two children follows from their centres along the axis on which the centres
-        are farthest apart.
+        Two children are ordered by their centres, along the axis on which the centres are farthest
+        apart.
 
         Parameters
         ----------
         met_anyway : drop an inner node if it is hit by more than this share of the rays that hit
-            the kept node above it. The dropped node's children move up. 1 drops no node.
+            the kept node above it. The children of the dropped node move up. 1 drops no node
         shared_subtrees : share subtrees of at most this many nodes; 0 shares none
 
         Raises
@@ -69,7 +69,7 @@ class OctantCopies:
         inner = tree_order.inner_levels(left, right) if len(left) else []
         size = tree_order.subtree_sizes(inner, left, right)
         small = (size <= shared_subtrees) & (left >= 0)
-        top = np.arange(len(left))      # the largest small subtree's root around each node
+        top = np.arange(len(left))      # for each node, the root of the largest small subtree
         for nodes in inner:
             for child in (left[nodes], right[nodes]):
                 top[child] = np.where(small[nodes], top[nodes], child)
@@ -87,10 +87,11 @@ class OctantCopies:
         escape = np.arange(len(left)) + size[order]
         source = upper[order]
         copied = kept[source]
-        before = np.pad(np.cumsum(copied, axis=1), ((0, 0), (1, 0)))    # kept nodes before each
+        # The number of kept nodes before each node of a copy.
+        before = np.pad(np.cumsum(copied, axis=1), ((0, 0), (1, 0)))
         escape = np.take_along_axis(before, escape, axis=1)
         source, escape = (values[copied].reshape(8, -1) for values in (source, escape))
-        # Shared nodes stay in the tree's own order, which is depth-first too.
+        # Shared nodes stay in the tree's own order, which is depth-first as well.
         shared = np.flatnonzero(kept & within)
         shared_before = np.append(0, np.cumsum(kept & within))
         below = np.where(portal, shared_before[1:], -1)
@@ -126,11 +127,11 @@ class OctantCopies:
 
 
 def times_stored(shared_subtrees: int | None) -> float:
-    """An approximate upper bound on how often a tree's nodes are stored, on average.
+    """An approximate upper bound on how many times each node of a tree is stored, on average.
 
-    Measured on the trees of bunny, robots, kitchen and conference: 2.1 times with subtrees of 16
-    nodes, 1.5 with 32 and 1.2 with 64. An unbalanced tree has fewer small subtrees to share and
-    may exceed the bound.
+    On the trees of bunny, robots, kitchen and conference, nodes were stored 2.1 times with shared
+    subtrees of up to 16 nodes, 1.5 times with 32, and 1.2 times with 64. An unbalanced tree has
+    fewer small subtrees to share and may exceed the bound.
     """
     return min(8.0, 1 + 32 / shared_subtrees) if shared_subtrees else 8.0
 
@@ -146,8 +147,8 @@ def _front_to_back(centre: np.ndarray, inner: list[np.ndarray], size: np.ndarray
     apart[nodes] = centre[right[nodes]] - centre[left[nodes]]
     axis = np.abs(apart).argmax(axis=1)
     apart = np.take_along_axis(apart, axis[:, None], 1)[:, 0]
-    # Where `apart` is positive the right child is farther along `axis`: rays with a negative
-    # direction reach it first.
+    # Where `apart` is positive, the right child is farther along `axis`. Rays with a negative
+    # direction along this axis reach it first.
     negative = (np.arange(8)[:, None] >> axis) & 1 == 1
     swapped = ((apart > 0) & negative) | ((apart < 0) & ~negative)
     return tree_order.depth_first(inner, size, np.where(swapped, right, left),
@@ -156,12 +157,14 @@ def _front_to_back(centre: np.ndarray, inner: list[np.ndarray], size: np.ndarray
 
 def _worth_a_test(bvh: Bvh, inner: list[np.ndarray], left: np.ndarray, right: np.ndarray,
                   always: np.ndarray, met_anyway: float) -> np.ndarray:
-    """Which nodes to keep, (n,) bool: leaves, ``always`` nodes, and inner nodes that prune enough.
+    """Whether to keep each node, (n,) bool.
 
-    The share of rays through a box that also hit a box inside it is the ratio of their areas.
+    Leaves and the nodes ``always`` are kept. Other nodes are kept if their boxes prune enough. A
+    ray through a box also hits a box inside it with a probability equal to the ratio of the areas.
     """
     area = half_area(bvh.lo.T.astype(np.float64), bvh.hi.T.astype(np.float64))
-    kept, around = np.ones(len(left), bool), area.copy()    # `around`: area of the kept parent
+    # `around` is the area of the nearest kept node at or above each node.
+    kept, around = np.ones(len(left), bool), area.copy()
     for nodes in inner:
         for child in (left[nodes], right[nodes]):
             needless = (left[child] >= 0) & ~always[child] & (

@@ -1,4 +1,4 @@
-"""Ray streams: pairs of ray and node, filtered by passes and compacted between passes."""
+"""Ray streams: passes filter a stream of pairs of ray and node, and compact the stream."""
 from __future__ import annotations
 
 import math
@@ -28,13 +28,15 @@ NEAR, FAR, LEAF = "xyz"   # channels of a filtered stream's flags
 class RayStreams(MethodDriver):
     """Runs `bvh-packet` with the option ``streams``; see ``Driver``.
 
-    All waiting elements form one stream, which is used as a stack. A pass pops the last
-    ``stream_size`` elements and tests both children of their nodes. It pushes the far children
-    first and then the near children, so near children come next. Elements at leaves test
-    triangles. If fewer than ``stream_size`` elements wait, further rays start.
+    An element is a pair of a ray and a node. All waiting elements form one stream, which is used
+    as a stack. A pass pops the last ``stream_size`` elements, and each ray tests both children of
+    its node. The pass pushes the far children first and then the near children, so near children
+    are popped first. At leaves, rays test triangles. If fewer than ``stream_size`` elements wait,
+    further rays start at the root.
 
-    Between two passes the stream holds at most ``stream_size`` elements per level of the tree:
-    pushed elements lie one level deeper than the popped elements, and leaves push nothing.
+    Between two passes, the stream holds at most ``stream_size`` elements for each level of the
+    tree, because pushed elements lie one level deeper than popped elements, and leaves push
+    nothing.
 
     Attributes
     ----------
@@ -54,7 +56,7 @@ class RayStreams(MethodDriver):
 
     def run(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
             any_hit: bool = False) -> tuple[Target, int]:
-        """Trace every ray: the buffer with the hits, and how many rays the step cap stopped."""
+        """Trace every ray. Return the hits and the number of rays that the step cap stopped."""
         context, drawn = self.gpu.context, self.room.draws
         context.enable_only(moderngl.NOTHING)
         context.blend_func = moderngl.ONE, moderngl.ONE
@@ -96,7 +98,10 @@ class RayStreams(MethodDriver):
 
     def _filter(self, rays: RayTextures, hits: Target, first: int, count: int,
                 any_hit: bool) -> int:
-        """Move ``count`` elements, from ``first`` on, one level down; the number pushed."""
+        """Move ``count`` elements, from ``first`` on, one level down the tree.
+
+        Return the number of pushed elements.
+        """
         self.lengths.append(count)
         tally = [TALLY] if self.tallied else []
         self._draw("stream_visit", ("visited", "values"),
@@ -119,7 +124,7 @@ class RayStreams(MethodDriver):
         return near + far
 
     def _gather(self, sums: Stream, flag: str, target: Stream, first: int, count: int) -> None:
-        """Copy the elements whose ``flag`` is set into ``target`` from ``first`` on."""
+        """Copy the elements whose ``flag`` is set into ``target``, from element ``first`` on."""
         self.room.draw("stream_take", target, [self._streams["visited"], sums],
                        first=first, count=count, defines={"FLAG": flag, "FAR": flag == FAR},
                        base=first, elements=sums.length - 1)
@@ -127,7 +132,7 @@ class RayStreams(MethodDriver):
     def _test_leaves(self, rays: RayTextures, hits: Target, count: int, any_hit: bool) -> None:
         """Test the triangles of leaves and keep each ray's nearest hit.
 
-        If several triangles have the same t, the triangle with the lowest index counts.
+        If several triangles have the same t, keep the triangle with the lowest index.
         """
         self._draw("stream_leaves", ("tested", "met"), [rays.record, hits.record, QUEUED],
                    {**rays.samplers(), **hits.samplers(),
@@ -182,7 +187,10 @@ class RayStreams(MethodDriver):
 
     def _over_rays(self, rays: RayTextures, hits: Target | None, target: Target,
                    any_hit: bool) -> None:
-        """The pass over all rays that starts them, if ``hits`` is None, or finishes them."""
+        """Draw a pass over all rays.
+
+        If ``hits`` is None, the pass starts the rays; otherwise, it writes their final hits.
+        """
         reads = [rays.record] if hits is None else [TALLY] if self.tallied else []
         layout = self.precision.layout
         writes = [layout(self.method.state), layout(HIT)]
@@ -234,7 +242,7 @@ class RayStreams(MethodDriver):
             self._streams[name] = self.room.stream(record, elements)
         images = [LEAST, LOWEST, *([TALLY] if self.tallied else [])]
         self._images = {record.name: Target(self.gpu, record, size) for record in images}
-        self._size = size       # set last, when every texture exists
+        self._size = size       # set only now, when every texture exists
         if self.tallied:
             self._images["tally"].clear()
 

@@ -3,24 +3,29 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from ...gl.record import PackedRecord, Record
+from ...gl.packed_record import PackedRecord
+from ...gl.record import Record
 from ...rays.records import COUNTERS
 from ...traversal.records import PACKET_STATE
 
 BVH_NODE = Record("bvh_node", "lo:vec3 escape:int | hi:vec3 first:int")
-"""A threaded node: its box, escape index (-1 ends the traversal) and a leaf's first triangle.
+"""A threaded node: its box, its escape index, and a leaf's first triangle.
 
-``first`` is -1 for an inner node. In octant copies without shared subtrees, ``lo`` is the corner
-that the rays of the octant reach first. In copies with shared subtrees, a portal's ``first`` is
--2 - s, where s is the first shared node below the portal. An escape index of -1 in a shared
-subtree leads to the node after the portal.
+The escape index is the node at which a ray goes on after the node's subtree; -1 ends the
+traversal. ``first`` is -1 for an inner node. In octant copies without shared subtrees, ``lo`` is
+the corner that the octant's rays reach first.
+
+A subtree that the octant copies share is stored once. In each copy, a portal stands for the
+subtree. A portal's ``first`` is -2 - s, where s is the first node of the shared subtree. In a
+shared subtree, the escape index -1 leads to the node after the portal.
 """
 
 BVH_PAIR = Record("bvh_pair", "left_lo:vec3 left:int | left_hi:vec3 | right_lo:vec3 right:int "
                               "| right_hi:vec3")
-"""An inner node with its children's boxes.
+"""An inner node with the boxes of its children.
 
-A child is the index of an inner node, or -1 - f for a leaf whose first triangle is f."""
+``left`` and ``right`` are indices of inner nodes, or -1 - f for a leaf whose first triangle is f.
+"""
 
 _LINK = "target:29 portal:1 last:1 leaf:1"
 
@@ -29,11 +34,12 @@ QUANTISED_NODE_16 = PackedRecord(
 
 QUANTISED_NODE_8 = PackedRecord(
     "quantised_node", "lo_x:8 hi_x:8 lo_y:8 hi_y:8 | lo_z:8 hi_z:8 | " + _LINK)
-"""A threaded node in one integer texel, with bounds in steps of the scene's box, rounded outward.
+"""A threaded node in one integer texel. Its bounds count equal steps of the scene's box, rounded
+outward.
 
-``target`` is a leaf's first triangle, a portal's first shared node, or another inner node's
-escape index. The escape index of leaves and portals is the next node. ``last`` marks a node
-without an escape index."""
+For an inner node, ``target`` is the escape index. For a leaf, ``target`` is the first triangle.
+For a portal, ``target`` is the first shared node. After leaves and portals, a ray always goes on
+to the next node. ``last`` marks a node whose escape index is -1."""
 
 _LINKS = "left:31 left_leaf:1 | right:31 right_leaf:1"
 
@@ -46,27 +52,33 @@ QUANTISED_PAIR_8 = PackedRecord(
     "quantised_pair", "left_lo_x:8 left_hi_x:8 left_lo_y:8 left_hi_y:8 "
                       "| right_lo_x:8 right_hi_x:8 right_lo_y:8 right_hi_y:8 "
                       "| left_lo_z:8 left_hi_z:8 right_lo_z:8 right_hi_z:8 | " + _LINKS)
-"""An inner node with its children's boxes in steps of the scene's box, rounded outward.
+"""An inner node with the boxes of its children. The bounds are rounded as in QUANTISED_NODE_8.
 
-A child is the index of an inner node, or a leaf's first triangle."""
+``left`` is the index of an inner node, or the first triangle of a leaf if ``left_leaf`` is set.
+``right`` and ``right_leaf`` are the same for the right child."""
 
 QUEUED = Record("queued", "child:int x:int y:int t_enter")
-"""A stream element: a ray's texel, a node (coded as the children of BVH_PAIR), and the entry t."""
+"""A stream element, a pair of ray and node: the node (coded as ``left`` of BVH_PAIR), the ray's
+texel, and the t at which the ray enters the node."""
 
 VISITED = Record("visited", "near:int near_t far:int far_t | x:int y:int")
-"""The result of a ray at a node: the children that it enters, with their entry t; its texel."""
+"""The result of a ray's visit to a node: the nearer and the farther child that the ray enters, the
+t at which it enters each child, and the ray's texel."""
 
 MET = Record("met", "u v tests:int")
-"""More data of a TESTED leaf: barycentric u, v of the nearest hit, and the number of tests."""
+"""Further results of a ray in a leaf, beside TESTED: barycentric u and v of the nearest hit, and
+the number of tested triangles."""
 
 TALLY = Record("tally", COUNTERS.layout)
 """A ray's counters so far, summed by blending."""
 
 SHARED_WAY_OUT = "after:int"
-"""The node after the shared subtree that the ray is in; -1 outside shared subtrees."""
+"""An additional field: the node at which a ray goes on after the shared subtree that it is in. The
+field is -1 outside shared subtrees."""
 
 PACKET_SHARED_STATE = replace(PACKET_STATE, layout=f"{PACKET_STATE.layout} {SHARED_WAY_OUT}")
 
 PACKET_STACK_STATE = replace(
     PACKET_STATE, layout=PACKET_STATE.layout + " far:int stacked:int | far_t_max")
-"""A packet's state with a stack: PACKET_STATE, and the stack fields of KD_TEXTURE_STACK_STATE."""
+"""The state of a packet with a stack: the fields of PACKET_STATE, the far child to push, and the
+stack pointer ``stacked``. Packets leave ``far_t_max`` at 0."""

@@ -4,11 +4,11 @@ I. Wald, S. Boulos, P. Shirley, "Ray tracing deformable scenes using dynamic bou
 hierarchies", ACM TOG 26(1), 2007. Refitting goes level by level from the leaves up and takes
 linear time. But the tree was built for other positions, so its boxes overlap more and more. The
 tracer therefore rebuilds the tree when its cost has grown too much. C. Lauterbach, S.-E. Yoon,
-D. Tuft, D. Manocha, "RT-DEFORM", 2006, rebuild at 40 % growth. We apply this limit to the cost by
-the surface area heuristic, relative to the cost at the last build.
+D. Tuft, D. Manocha, "RT-DEFORM", 2006, rebuild at 40 % growth. Here this limit applies to the
+growth of the cost by the surface area heuristic since the last build.
 
-The cost is relative to the root's area. If triangles fly apart, a new tree would cost less and
-less, but the ratio does not show this. A lower `rebuild_ratio` pays in such scenes.
+The cost is relative to the root's area. If triangles fly apart, the cost of the old tree may stay
+the same although a new tree would cost less and less. Then a lower `rebuild_ratio` pays.
 """
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ REBUILD_RATIO = 1.4
 
 @dataclass(frozen=True)
 class Refitter:
-    """Data for refitting a tree, computed once.
+    """The data for refitting a tree. They are computed once for each tree.
 
     Attributes
     ----------
@@ -47,7 +47,7 @@ class Refitter:
                    [(nodes, left[nodes], right[nodes]) for nodes in reversed(levels)])
 
     def refit(self, bvh: Bvh, triangles: np.ndarray) -> Bvh:
-        """The tree with exact boxes around (n, 3, 3) float32 triangles; n is as in the build."""
+        """The tree with exact boxes around moved (n, 3, 3) float32 triangles; n is as built."""
         if not len(self.leaves):
             return bvh
         box_lo, box_hi = triangle_boxes(triangles.take(bvh.order, axis=0))

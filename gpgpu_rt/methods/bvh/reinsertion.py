@@ -1,16 +1,17 @@
 """Reinsertion: remove subtrees of a finished tree and insert them where they cost least.
 
 D. Meister, J. Bittner, "Parallel Reinsertion for Bounding Volume Hierarchy Optimization", CGF
-37(2), 2018. All nodes search for their best place at once. A subtree moves there and becomes the
-sibling of the node at that place, unless a move with a greater gain conflicts. The cost of an
-inner node is its area, so the gain is the area saved, and the SAH cost of the tree falls.
+37(2), 2018. All nodes search for their best place at once. A place is a node: the subtree that
+moves there becomes the node's sibling, below a new common parent. A move is not made if another
+move with a greater gain conflicts. The cost of an inner node is its area. So the gain of a move is
+the area that it saves, and the SAH cost of the tree falls.
 
-Departures: the search goes from ancestor to ancestor as in the paper. From each ancestor it goes
+Departures: the search goes from ancestor to ancestor, as in the paper. From each ancestor, it goes
 down level by level, not depth first, because numpy processes many nodes at once. Subtrees whose
-move was in conflict search again in the same round; in the paper they wait for the next round.
-Two moves conflict if they change the same link, or if one moves into the subtree that the other
-moves. The paths of other moves may cross. If all moves together gain nothing, only the better
-half is made.
+move was in conflict search again in the same round, whereas in the paper they wait for the next
+round. Two moves conflict if they change the same link, or if one moves into the subtree that the
+other moves. The paths of moves without a conflict may cross. If all moves together gain nothing,
+only the better half of them is made.
 """
 from __future__ import annotations
 
@@ -23,18 +24,19 @@ from ...threads import threads
 from .tree import LooseTree
 
 AT_ONCE = 1 << 14   # nodes that search together; their data stays in a core's cache
-WORTH = 0.03        # end a round when a smaller share of the searching nodes moves
+WORTH = 0.03        # a round ends when a smaller share of the moves that were found is made
 
 
 def reinserted(tree: LooseTree, triangles: np.ndarray, rounds: int) -> LooseTree:
-    """A tree of the same leaves with a lower cost.
+    """A tree of the same leaves, with a lower cost if moves can lower it.
 
     Parameters
     ----------
     triangles : (n, 3, 3) float32, world units
-    rounds : number of rounds in which all nodes search; the first two bring most of the gain
+    rounds : number of rounds in which all nodes search; the first two rounds bring most of the
+        gain
     """
-    if not rounds or len(tree.left) < 5:     # no subtree of a smaller tree has two places
+    if not rounds or len(tree.left) < 5:     # in a smaller tree, no subtree can move elsewhere
         return tree
     tables = _Tables(tree, triangles)
     for _ in range(rounds):
@@ -51,7 +53,7 @@ class _Moves:
     Attributes
     ----------
     node : (m,) int32, roots of subtrees
-    place : (m,) int32, their new siblings
+    place : (m,) int32, the new sibling of each subtree
     above : (m,) int32, the lowest common ancestor of `node` and `place`
     gain : (m,) float32, the area that the move saves
     """
@@ -66,13 +68,14 @@ class _Moves:
 
 
 class _Tables:
-    """The tree during its optimisation; nodes keep their numbers.
+    """The tree during its optimisation. Nodes keep their numbers.
 
     Attributes
     ----------
-    left, right, parent : (n,) int32, -1 if there is none
-    box : (n, 6) float32, negated lower corners and upper corners, so that one maximum joins
-        boxes; relative to the scene's centre, in units of its largest side
+    left, right, parent : (n,) int32, the children and the parent of each node, or -1
+    box : (n, 6) float32, the negated lower corner and the upper corner of each node's box, so that
+        one maximum joins boxes. Coordinates are relative to the scene's centre, in units of its
+        largest side
     area : (n,) float32, half of each box's surface area
     """
 
@@ -88,7 +91,7 @@ class _Tables:
         self.parent[self.left[inner]] = self.parent[self.right[inner]] = inner
 
     def round(self) -> int:
-        """Let all nodes search for a better place and move; the number of moves."""
+        """Let all nodes search for a better place, and move them. Return the number of moves."""
         waiting, moved = np.arange(len(self.left), dtype=np.int32), 0
         while len(waiting):
             moves = self._found(waiting[self.parent[waiting] > 0])
@@ -102,7 +105,7 @@ class _Tables:
     # The search --------------------------------------------------------------------------------
 
     def _found(self, nodes: np.ndarray) -> _Moves:
-        """The best move of each subtree that gains by a move, in ascending order of gain."""
+        """The best move of each subtree, in ascending order of gain, if the move has a gain."""
         parts = np.split(nodes, range(AT_ONCE, len(nodes), AT_ONCE))
         found = list(threads(len(nodes))(self._search, parts))
         moves = _Moves(*(np.concatenate([getattr(part, field.name) for part in found])
@@ -113,21 +116,21 @@ class _Tables:
         parent, area, box = self.parent, self.area, self.box
         moves = _Moves(nodes, np.full(len(nodes), -1, np.int32), parent[nodes],
                        np.zeros(len(nodes), np.float32))
-        pivot = parent[nodes]           # an ancestor; search below its other child
+        pivot = parent[nodes]           # the present ancestor; search below its other child
         sibling = self._sibling(nodes)
         beside = box[sibling]           # the pivot's box without the subtree
-        freed = area[pivot]             # area saved by removing the subtree, up to the pivot
+        freed = area[pivot]             # area that the subtree's removal saves, up to the pivot
         on = np.arange(len(nodes))
         while len(on):
             self._search_below(moves, on, pivot, sibling[on], freed[on])
             on = on[pivot[on] > 0]
             # Without the subtree, its parent is superfluous. Each ancestor above the parent
-            # shrinks to the box of the nodes that remain below it.
+            # shrinks to the box of the nodes that remain below the ancestor.
             high = on[pivot[on] != parent[nodes[on]]]
             beside[high] = np.maximum(beside[high], box[sibling[high]])
             freed[high] += area[pivot[high]] - _half_area(beside[high])
-            # The pivot itself is a place too: a new parent joins the pivot and the subtree, and
-            # its box is the pivot's old box.
+            # The pivot itself is a place too: a new parent joins the pivot and the subtree. The
+            # new parent's box is the pivot's old box.
             self._store_better(moves, high, pivot[high], pivot, freed[high] - area[pivot[high]])
             sibling[on] = self._sibling(pivot[on])
             pivot[on] = parent[pivot[on]]
@@ -140,12 +143,13 @@ class _Tables:
         Parameters
         ----------
         which : (k,) int, indices of moves, ascending; an index may occur several times
-        pivot : (m,) int, the ancestor of each move
+        pivot : (m,) int, the present ancestor of each move
         place : (k,) int, a place for each entry of `which`
-        left_over : (k,) float32, the area saved, less the growth of the nodes above the place
+        left_over : (k,) float32, the area that the subtree's removal saves, minus the growth of
+            the nodes above the place
         """
         while True:
-            # Prune: the new parent's box is at least as large as the subtree's own box.
+            # Prune places that cannot gain: the new parent's area is at least the subtree's area.
             hope = np.flatnonzero(left_over - self.area[moves.node[which]] > moves.gain[which])
             if not len(hope):
                 return
@@ -171,18 +175,21 @@ class _Tables:
     # What moves --------------------------------------------------------------------------------
 
     def _without_conflict(self, moves: _Moves) -> np.ndarray:
-        """Which moves can be made together, (m,) bool; `moves` is in ascending order of gain."""
+        """Whether each move can be made together with all other marked moves, (m,) bool.
+
+        `moves` is in ascending order of gain.
+        """
         rank = np.arange(len(moves.node), dtype=np.int32)
         links = self._links(moves)
-        taken = np.full(len(self.left), -1, np.int32)       # highest rank that changes a node
+        taken = np.full(len(self.left), -1, np.int32)   # highest rank of the moves that change it
         for nodes in links:
             np.maximum.at(taken, nodes, rank)
         made = np.ones(len(rank), bool)
         for nodes in links:
             made &= taken[nodes] == rank
-        # Drop a move if a node between `above` and its place moves with a higher rank. This
-        # breaks every cycle of subtrees that move into each other, because ranks cannot rise all
-        # the way around a cycle.
+        # Drop a move if a node on the path from `above` down to its place moves with a higher
+        # rank. This breaks every cycle of subtrees that move into each other, because ranks cannot
+        # rise all the way around a cycle.
         taken[:] = -1
         taken[moves.node[made]] = rank[made]
         on, way = rank[made], moves.place[made]
@@ -193,20 +200,20 @@ class _Tables:
         return made
 
     def _links(self, moves: _Moves) -> tuple[np.ndarray, ...]:
-        """The nodes whose links a move changes.
+        """The nodes whose links each move changes.
 
-        These are the subtree's root, its parent, its sibling, its grandparent, the new sibling and
-        the parent of the new sibling.
+        These are the subtree's root, its parent, its sibling and its grandparent; and the new
+        sibling and the parent of the new sibling.
         """
         above = self.parent[moves.node]
         return (moves.node, above, self._sibling(moves.node), self.parent[above], moves.place,
                 self.parent[moves.place])
 
     def _make(self, moves: _Moves, made: np.ndarray) -> None:
-        """Make the moves marked by ``made``, (m,) bool.
+        """Make the moves that ``made``, (m,) bool, marks.
 
-        If together they do not lower the cost, undo them and try the better half, and so on.
-        ``made`` then marks the moves that were made.
+        If the moves together do not lower the cost, undo them and try the better half of them, and
+        so on. At the end, ``made`` marks the moves that were made.
         """
         before = [values.copy() for values in (self.left, self.right, self.parent)]
         cost = self.cost

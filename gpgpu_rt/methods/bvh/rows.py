@@ -3,6 +3,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -31,13 +32,13 @@ LayoutOf = Callable[[Options], type[Layout]]
 
 @dataclass
 class _Kept:
-    """The data of a tree's tables that stays valid when its boxes change.
+    """Data of a tree's tables that stay valid when the tree's boxes change.
 
     Attributes
     ----------
     layout : the arrangement of the nodes
     last : (m,) int32, 1 for the last triangle of each leaf
-    refitter : None until the first refit
+    refitter : the data for refitting the tree; None until the first refit
     """
 
     layout: Layout
@@ -54,7 +55,8 @@ def _built(triangles: np.ndarray, options: Options) -> Bvh:
     bvh = limited(times_stored(shared))
     if shared and 8 * len(bvh.escape) > EXACT_INTEGER and (
             OctantCopies.of(bvh, shared_subtrees=shared).records > EXACT_INTEGER):
-        return limited(8)       # an unbalanced tree, which shares fewer nodes than usual
+        # The tree is unbalanced and shares fewer nodes than usual: allow for eight whole copies.
+        return limited(8)
     return bvh
 
 
@@ -71,11 +73,11 @@ def _accelerator(bvh: Bvh, kept: _Kept, triangles: np.ndarray,
         # A packet needs at most as many steps as its rays would need one after another.
         step_bound=(len(bvh.escape) + len(bvh.order) + ends) * width * height, structure=bvh,
         defines=stack_defines(layout.stack_levels) if layout.stack_levels else {},
-        stack_levels=layout.stack_levels, kept=kept, boxes=lambda: layout.boxes(bvh))
+        stack_levels=layout.stack_levels, kept=kept, boxes=partial(layout.boxes, bvh))
 
 
 def _family(layout_of: LayoutOf) -> dict[str, Any]:
-    """The functions of rows whose tables have the layout ``layout_of(options)``, by field name."""
+    """Functions of a row, by field name, for tables of the layout ``layout_of(options)``."""
     def adopt(bvh: Bvh, triangles: np.ndarray, options: Options) -> Accelerator:
         kept = _Kept(layout_of(options)(bvh, options),
                      last_of_leaves(bvh.first, bvh.count, bvh.order))
@@ -118,7 +120,7 @@ _REBUILD = Option("rebuild_ratio", REBUILD_RATIO, "rebuild the tree of moved tri
                   "SAH cost of the refitted tree is this many times the cost of the last build; "
                   "0: always rebuild", float, minimum=0)
 
-# The files that options choose. The walk of a packet is the file ``glsl`` of its row.
+# The files that options choose. The walk of a packet itself is in the file ``glsl`` of the row.
 _SUBTREES = Part("subtrees", "shared_subtrees", "methods/bvh/own_subtrees.glsl",
                  {True: "methods/bvh/shared_subtrees.glsl"})
 _ENTRIES = Part("entries", "entry_points", "methods/bvh/threaded_root.glsl",
@@ -135,7 +137,10 @@ _RAY = "methods/bvh/packet_ray.glsl"
 
 
 def _stepwise(options: Options) -> Stepwise:
-    """State, kernels and GLSL of a packet under ``step``, with a stack or along escape indices."""
+    """The state, kernels and GLSL file of a packet under the schedule ``step``.
+
+    With ``octants``, a packet goes along escape indices; otherwise, it has a stack.
+    """
     if options.get("octants"):
         state = PACKET_SHARED_STATE if options.get("shared_subtrees") else PACKET_STATE
         return Stepwise(state, ("traverse", "intersect"),
@@ -145,16 +150,16 @@ def _stepwise(options: Options) -> Stepwise:
 
 
 def _own_array(options: Options) -> bool:
-    """Whether fragments hold a stack in an array of their own.
+    """Whether each fragment holds a stack in an array of its own.
 
-    Under ``step`` the stack lies in textures. With ``octants`` or ``streams`` there is no stack.
+    Under ``step``, the stack lies in textures. With ``octants`` or ``streams``, there is no stack.
     """
     return (options["schedule"] == "loop"
             and not options.get("octants") and not options.get("streams"))
 
 
 def _stack_row(name: str, summary: str, **more: Any) -> Method:
-    """A row of Günther's method. Its ``state`` is that of the single rays after the packets."""
+    """A row of Günther's method. Its ``state`` holds each ray's phase after the packets' pass."""
     return Method(
         name=name, summary=summary, citation="Günther et al. 2007",
         glsl=f"methods/bvh/{name.replace('-', '_')}.glsl", kernels=("step_packet",),
@@ -166,14 +171,18 @@ def _stack_row(name: str, summary: str, **more: Any) -> Method:
 
 
 def _threaded_form(row: Method, options: Options) -> Method:
-    """The row with the state for entry lists and shared subtrees, if these options are set."""
+    """The row, with additional fields of the state if entry points or shared subtrees are on."""
     row = with_entries(BVH_ENTERING)(row, options)
     shared = options["shared_subtrees"]
     return replace(row, state=row.state.extended(SHARED_WAY_OUT)) if shared else row
 
 
 def _packet_form(packets: Method, options: Options) -> Method:
-    """Packets with a stack or, with octants, along escape indices; or the stream of rays."""
+    """The row for these options.
+
+    With ``streams``, passes filter a stream of rays. With ``octants``, packets go along escape
+    indices. Otherwise, packets have a stack.
+    """
     if options["streams"]:
         return replace(packets, schedules=("kernels",), drivers={
             "kernels": RayStreams})

@@ -1,10 +1,10 @@
-"""SAH build: a bounding volume hierarchy by the surface area heuristic, binned.
+"""SAH build: a bounding volume hierarchy by the surface area heuristic (SAH), with bins.
 
-I. Wald, "On fast construction of SAH-based bounding volume hierarchies", 2007, uses equal bins
-between the outermost centroids. Nodes with few triangles are swept exactly, as in I. Wald,
-S. Boulos, P. Shirley, "Ray tracing deformable scenes using dynamic bounding volume
-hierarchies", 2007. The build tries all three axes. If the centroids coincide, or at the depth
-cap, it halves a node by index.
+As in I. Wald, "On fast construction of SAH-based bounding volume hierarchies", 2007, equal bins
+divide the range between the outermost centroids. Nodes with few triangles are swept: every split
+between two triangles is tried, as in I. Wald, S. Boulos, P. Shirley, "Ray tracing deformable
+scenes using dynamic bounding volume hierarchies", 2007. The build tries all three axes. If the
+centroids coincide, or at the depth cap, a node is split into two halves of equally many triangles.
 """
 from __future__ import annotations
 
@@ -18,22 +18,24 @@ from . import top_down
 from .top_down import TriangleLevel
 from .tree import MAX_LEAF, LooseTree
 
-FEW = 12                        # sweep nodes of at most this many triangles exactly
-FEW_SIZES = (2, 3, 4, 6, 8, FEW)    # nodes of similar size are swept together
+FEW = 12                        # nodes of at most this many triangles are swept
+# Nodes are swept in groups of nodes of similar size. Each number is the most triangles of a node
+# in a group.
+FEW_SIZES = (2, 3, 4, 6, 8, FEW)
 ITEM_CHUNK = 1 << 17            # triangles binned together
 
 
 def build(triangles: np.ndarray, *, bins: int = 32, max_leaf: int = MAX_LEAF,
           traversal_cost: float = 1.0, intersection_cost: float = 1.0, max_depth: int = 64,
           **unknown: object) -> LooseTree:
-    """Build by SAH splits; nodes of at most `max_leaf` triangles become leaves if no split pays.
+    """Build by SAH splits. A node of at most `max_leaf` triangles becomes a leaf if no split pays.
 
     Parameters
     ----------
     bins : number of bins along each axis
     traversal_cost, intersection_cost : cost of a node and of a triangle, in any common unit
-    max_depth : bound on the depth, raised to ceil(log2 n) if that is more. A node that could
-        exceed it is halved by count.
+    max_depth : bound on the depth, but at least ceil(log2 n). A node that could otherwise exceed
+        the bound is split into halves of equally many triangles.
     """
     refuse_unknown(build, unknown)
     return top_down.build(triangles, splitter(
@@ -46,7 +48,7 @@ def splitter(*, bins: int = 32, max_leaf: int = MAX_LEAF, traversal_cost: float 
              **unknown: object) -> top_down.Splitter:
     """A function that splits a level by SAH. Other builders use it to split clusters.
 
-    run : applies a function to the parts of a level, as `map` does
+    run : a function such as `map`, which applies a function to the parts of a level
     other parameters : as in `build`
     """
     refuse_unknown(splitter, unknown)
@@ -62,7 +64,7 @@ def splitter(*, bins: int = 32, max_leaf: int = MAX_LEAF, traversal_cost: float 
         halved = (taken == 0) | (level.depth + np.ceil(np.log2(count)) >= max_depth)
         axis = np.where(halved, level.extents().argmax(axis=0), axis)
         taken = np.where(halved, count // 2, taken)
-        # `cost` is relative to the node's area. It is 0 for a node that is a single point.
+        # `cost` is relative to the node's area, and 0 for a node whose box is a single point.
         leaf = (count <= max_leaf) & (intersection * count <= 2 * traversal + intersection * cost)
         return axis, np.where(leaf | (count < 2), 0, taken)
 
@@ -72,8 +74,9 @@ def splitter(*, bins: int = 32, max_leaf: int = MAX_LEAF, traversal_cost: float 
 def _best(level: TriangleLevel, bins: int, run: Run) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """The cheapest split of each node: its cost, axis and number of triangles on the left.
 
-    The cost is the sum of both sides' area times count, divided by the node's area. The number of
-    triangles is 0 if no split was found.
+    For each side of a split, the area is multiplied by the number of triangles. The cost is the
+    sum of these two products, divided by the node's area. The number of triangles is 0 if no split
+    was found.
     """
     nodes = len(level.count)
     cost = np.full(nodes, np.inf, np.float32)
@@ -85,7 +88,7 @@ def _best(level: TriangleLevel, bins: int, run: Run) -> tuple[np.ndarray, np.nda
         better = np.flatnonzero(new < cost[some])
         cost[some[better]], axis[some[better]], taken[some[better]] = new[better], a, left[better]
 
-    # Pairs of nodes and the most triangles of these nodes; 0 marks nodes to be binned.
+    # Each part is a pair: nodes, and the most triangles of a node, or 0 for nodes to be binned.
     parts = of_like_length(level.count, FEW_SIZES, above=1)
     large = np.flatnonzero(level.count > FEW)
     parts += [(large[part], 0) for part in chunks(level.count[large], ITEM_CHUNK)]
@@ -104,7 +107,7 @@ def _best(level: TriangleLevel, bins: int, run: Run) -> tuple[np.ndarray, np.nda
 
 def _cheapest(left: np.ndarray, right: np.ndarray, taken: np.ndarray,
               count: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The cheapest of the p candidate splits of each node: its cost and its `taken`, (k,) each.
+    """The cost and the `taken`, (k,) each, of the cheapest of the p candidate splits of each node.
 
     Parameters
     ----------
@@ -123,7 +126,7 @@ def _swept(level: TriangleLevel, a: int, starts: np.ndarray, count: np.ndarray,
            size: int) -> tuple[np.ndarray, np.ndarray]:
     """Try all splits between neighbours along axis `a`, for nodes of at most `size` triangles."""
     slot = np.arange(size)[:, None]
-    # Slots past the end of a node repeat its last triangle, which changes no box.
+    # Slots past the end of a node repeat the node's last triangle, which changes no box.
     triangle = level.order[a][starts + np.minimum(slot, count - 1)]
     lo, hi = level.lo[:, triangle], level.hi[:, triangle]
     left = half_area(np.minimum.accumulate(lo, axis=1), np.maximum.accumulate(hi, axis=1))

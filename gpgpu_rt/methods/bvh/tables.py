@@ -1,7 +1,8 @@
-"""The node tables of the BVH family: laid out once per tree, refilled when its boxes change.
+"""The node tables of the BVH family.
 
-``Threads`` holds nodes with escape indices, in one order or in eight. ``Pairs`` holds inner nodes
-with the boxes of both children.
+A table is laid out once for each tree. When the boxes change, it is only refilled. ``Threads`` has
+nodes with escape indices, in one order, or in eight orders for the direction octants. ``Pairs``
+has inner nodes with the boxes of both children.
 """
 from __future__ import annotations
 
@@ -12,7 +13,8 @@ import numpy as np
 
 from ...accel.quantise import quantise
 from ...gl.lazy_field import Column
-from ...gl.record import PackedRecord, Record
+from ...gl.packed_record import PackedRecord
+from ...gl.record import Record
 from .octant_copies import OctantCopies
 from .records import (
     BVH_NODE, BVH_PAIR, QUANTISED_NODE_8, QUANTISED_NODE_16, QUANTISED_PAIR_8, QUANTISED_PAIR_16
@@ -24,7 +26,7 @@ Fields = dict[str, np.ndarray | Column]
 
 
 class Layout(Protocol):
-    """The arrangement of a tree's nodes in a table. Its data does not depend on boxes."""
+    """The arrangement of a tree's nodes in a table. It does not depend on the nodes' boxes."""
 
     uniforms: dict[str, Any]
     stack_levels: int
@@ -37,20 +39,20 @@ class Layout(Protocol):
     def fields(self, bvh: Bvh, options: Options) -> tuple[Fields, dict[str, Any]]:
         """The table's fields, and the uniforms that depend on boxes.
 
-        ``bvh`` must be the tree of the constructor, but its boxes may differ.
+        ``bvh`` must be the tree of the constructor, but it may have other boxes.
         """
 
     def boxes(self, bvh: Bvh) -> tuple[np.ndarray, np.ndarray]:
-        """Lower and upper corners of each record's node, (n, 3) float32 each, world units."""
+        """Lower and upper corners of the node of each record, (n, 3) float32 each, world units."""
 
 
 class Threads:
-    """A table with one BVH_NODE record per node."""
+    """A table with a BVH_NODE record for each node, or for each node of each octant copy."""
 
     def __init__(self, bvh: Bvh, options: Options) -> None:
         nodes, self.stack_levels = len(bvh.escape), 0
-        # Each record's node in the tree, and the axes, (k, 3), along which `lo` and `hi` are
-        # exchanged because the octant's rays go in the negative direction.
+        # `source` is the tree's node of each record. `reversed`, (k, 3) bool, marks the axes along
+        # which the octant's rays go in the negative direction: `lo` and `hi` are exchanged there.
         self.source, self.reversed = np.arange(nodes, dtype=np.int32), None
         self.links = _links(bvh.escape, bvh.first, bvh.count, 0)
         if options["octants"]:
@@ -79,8 +81,8 @@ class Threads:
         if not options["quantise_nodes"]:
             return {**self.links, "lo": self._corner(bvh.lo, bvh.hi),
                     "hi": self._corner(bvh.hi, bvh.lo)}, {}
-        # Exchange the corners after quantising, because it rounds lower bounds down and upper
-        # bounds up, which gives thickness to a flat box.
+        # Quantising rounds lower bounds down and upper bounds up, and so gives thickness to a flat
+        # box. The corners must therefore be exchanged after quantising.
         quantum, (lo, hi) = quantise(bvh.lo, bvh.hi, *scene_box(bvh), options["quantise_nodes"])
         first, escape = self.links["first"], self.links["escape"]
         leaf, portal = first >= 0, first < -1
@@ -94,7 +96,10 @@ class Threads:
         return bvh.lo[self.source], bvh.hi[self.source]
 
     def _corner(self, met: np.ndarray, other: np.ndarray) -> Column:
-        """A corner of each record's box: ``met``, (n, 3), or ``other`` along exchanged axes."""
+        """A corner of each record's box.
+
+        The corner is ``met``, (n, 3), but ``other`` along the axes that ``reversed`` marks.
+        """
         def make(rows: slice) -> np.ndarray:
             source = self.source[rows]     # `take` is several times as fast as indexing
             found = met.take(source, axis=0)
@@ -105,7 +110,7 @@ class Threads:
 
 
 class Pairs:
-    """A table with one BVH_PAIR record per inner node."""
+    """A table with a BVH_PAIR record for each inner node."""
 
     def __init__(self, bvh: Bvh, options: Options) -> None:
         left, right = bvh.children()
@@ -160,9 +165,9 @@ def _portal_code(nodes: np.ndarray) -> np.ndarray:
 
 def _links(escape: np.ndarray, first: np.ndarray, count: np.ndarray,
            base: int) -> dict[str, np.ndarray]:
-    """Links of a tree whose nodes begin at ``base``.
+    """The fields ``escape`` and ``first`` of a tree whose nodes begin at ``base`` in the table.
 
-    An ``escape`` of -1 ends the traversal; a ``first`` of -1 marks an inner node.
+    An ``escape`` of -1 ends the traversal. A ``first`` of -1 marks an inner node.
     """
     return {"escape": np.where(escape < len(escape), escape + base, -1),
             "first": np.where(count > 0, first, -1)}
@@ -173,7 +178,7 @@ def _gathered(values: np.ndarray, index: np.ndarray) -> Column:
 
 
 def _by_axis(prefix: str, corner: Column) -> Fields:
-    """Split a corner into one field per axis."""
+    """Split a corner into a field for each axis."""
     def component(axis: int) -> Callable[[slice], np.ndarray]:
         return lambda rows: corner[rows][:, axis]
     return {f"{prefix}_{letter}": Column(len(corner), component(axis))

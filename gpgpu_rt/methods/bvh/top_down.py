@@ -1,8 +1,9 @@
-"""Top-down build: a binary tree over triangles, all nodes of a level split together.
+"""Top-down build of a binary tree over triangles. All nodes of a level are split together.
 
-The triangles are sorted once by centroid along each axis. A node is a run in each of these three
-orders. A split moves the first triangles of a run, in one of the orders, to the left child.
-Filtering an order by side keeps it sorted, so nothing is sorted again.
+The triangles are sorted once by centroid along each axis. In each of these three orders, the
+triangles of a node are a run. A split moves the first triangles of the run in one of the orders to
+the left child. Each order is then filtered by side. It stays sorted, so the build never sorts
+again.
 """
 from __future__ import annotations
 
@@ -22,7 +23,8 @@ class TriangleLevel:
 
     Attributes
     ----------
-    order : (3, m) int64, the triangles of all nodes in turn, sorted by centroid along each axis
+    order : (3, m) int64, for each axis, the triangles of one node after another; within a node,
+        they are sorted by centroid along the axis
     count : (k,) int64, the number of triangles of each node
     lo, hi, centroid : (3, n) float32, boxes and centroids of all triangles of the scene, in units
         of about the scene's size
@@ -44,7 +46,8 @@ class TriangleLevel:
                          - self.centroid[a][self.order[a, starts]] for a in range(3)])
 
 
-# Returns each node's split axis and the number of triangles that go left; 0 makes a leaf.
+# A splitter returns, for each node, the split axis and the number of triangles that go left. With
+# 0 triangles, the node becomes a leaf.
 Splitter = Callable[[TriangleLevel], tuple[np.ndarray, np.ndarray]]
 
 
@@ -52,12 +55,12 @@ def build(triangles: np.ndarray, splitter: Splitter,
           cluster: np.ndarray | None = None) -> LooseTree:
     """Split nodes until the splitter makes every node a leaf.
 
-    cluster : (n,) int, the first node of each triangle, from 0 up; no node may be empty. These
-        nodes come first in the result and are roots of separate trees. None: all triangles begin
-        in one root.
+    cluster : (n,) int, the number, from 0 up, of the cluster of each triangle. No cluster may be
+        empty. The clusters are the first nodes of the result, and roots of separate trees. If
+        None, all triangles begin in one root
     """
-    # Scale by a power of two, which changes only exponents. Otherwise areas of tiny or huge
-    # scenes under- or overflow.
+    # Scale by a power of two, because areas of tiny or huge scenes would underflow or overflow.
+    # This changes only exponents.
     _, exponent = np.frexp(np.abs(triangles).max(initial=0))
     lo, hi = (np.ldexp(corner, -exponent) for corner in triangle_boxes(triangles))
     centroid = lo * np.float32(0.5) + hi * np.float32(0.5)

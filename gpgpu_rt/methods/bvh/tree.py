@@ -1,8 +1,8 @@
 """Bounding volume hierarchy: the tree, threaded by escape indices.
 
-Nodes lie in depth-first order. A ray that enters node i goes on to node i + 1. A ray that misses
-node i, or has finished a leaf, goes on to escape[i]. Therefore traversal needs no stack
-(N. Thrane, L. O. Simonsen, "A comparison of acceleration structures for GPU assisted ray
+Nodes lie in depth-first order. A ray that enters inner node i goes on to node i + 1. A ray that
+misses node i, or has finished leaf i, goes on to node escape[i]. Therefore traversal needs no
+stack (N. Thrane, L. O. Simonsen, "A comparison of acceleration structures for GPU assisted ray
 tracing", 2005; B. Smits, "Efficiency issues for ray tracing", 1998).
 """
 from __future__ import annotations
@@ -30,8 +30,8 @@ class Bvh:
     ----------
     lo, hi : (n, 3) float32, the exact boxes, world units
     escape : (n,) int32, the first node after node i's subtree, or n if there is none
-    first, count : (n,) int32, a leaf's run in `order`; 0, 0 for an inner node
-    order : (m,) int32, the triangles of all leaves in turn, ascending in each leaf
+    first, count : (n,) int32, the start and length of a leaf's run in `order`; 0 for an inner node
+    order : (m,) int32, the triangles of one leaf after another, ascending in each leaf
     depth : int, the number of edges from the root to the deepest leaf
     """
 
@@ -85,7 +85,7 @@ class LooseTree:
     ----------
     left, right : (n,) int64, each node's children, -1 for a leaf; node 0 is the root
     count : (n,) int64, the number of triangles of a leaf
-    triangle : (m,) int, the triangles of all leaves in turn, the leaves in the order of nodes
+    triangle : (m,) int, the triangles of one leaf after another, in the order of the nodes
     """
 
     left: np.ndarray
@@ -94,9 +94,9 @@ class LooseTree:
     triangle: np.ndarray
 
     def coarsened(self, most_nodes: int) -> LooseTree:
-        """A tree of at most `most_nodes` nodes: the smallest subtrees become leaves.
+        """A tree of at most `most_nodes` nodes.
 
-        All subtrees up to a common number of triangles become leaves.
+        If the tree is larger, all subtrees up to a common number of triangles become leaves.
         """
         if len(self.left) <= most_nodes:
             return self
@@ -105,9 +105,9 @@ class LooseTree:
                                                       most_nodes))
 
     def with_leaves(self, triangles: np.ndarray, max_leaf: int) -> LooseTree:
-        """A tree in which subtrees become leaves if that does not raise the SAH cost.
+        """A tree in which subtrees became leaves wherever this does not raise the SAH cost.
 
-        Each such subtree has at most `max_leaf` triangles. A node and a triangle both cost 1.
+        Each of these subtrees has at most `max_leaf` triangles. A node and a triangle both cost 1.
         """
         inner = tree_order.inner_levels(self.left, self.right) if len(self.left) else []
         if not inner:
@@ -127,7 +127,7 @@ class LooseTree:
         return self._cut(inner, kept)
 
     def _cut(self, inner: list[np.ndarray], kept: np.ndarray) -> LooseTree:
-        """The tree of the nodes ``kept``, (n,) bool.
+        """The tree of only the nodes that ``kept``, (n,) bool, marks.
 
         A kept node without kept children becomes a leaf of all triangles below it.
         """

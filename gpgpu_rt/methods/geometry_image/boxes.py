@@ -1,7 +1,8 @@
-"""Image boxes: an image tree's boxes on the host, and front-to-back links from these boxes.
+"""Image boxes: an image tree's boxes on the host, and front-to-back links made from these boxes.
 
-Traversal does not use these boxes; fragment passes compute its boxes. The order of children only
-affects the length of a search, so the links stay valid when positions change.
+Traversal does not read these boxes, because fragment passes compute the boxes that it reads. The
+order of children only affects the length of a search. So the links stay valid when positions
+change.
 """
 from __future__ import annotations
 
@@ -13,7 +14,10 @@ from .tree import ImageTree
 
 
 def image_boxes(tree: ImageTree, positions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The lower and upper corner of every node, (m, 3) float32 each, for (texels, 3) positions."""
+    """The lower and the upper corners of every node's box, (m, 3) float32 each.
+
+    ``positions`` is (texels, 3).
+    """
     lo, hi = (np.empty((len(tree.miss), 3), np.float32) for _ in range(2))
     for height, (begin, end) in enumerate(pairwise(tree.levels)):
         first, last = tree.first[begin:end], tree.last[begin:end]
@@ -29,14 +33,15 @@ def image_boxes(tree: ImageTree, positions: np.ndarray) -> tuple[np.ndarray, np.
 
 def octant_links(tree: ImageTree, positions: np.ndarray
                  ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Links for the rays of each direction octant.
+    """The links for the rays of each direction octant.
 
     Component a of a direction is negative if and only if bit a of its octant is set.
 
     Returns
     -------
-    miss, hit : (8, m) int32, as in ImageTree, with children ordered by the depth of their centres
-    roots : (8,) int32, the first root of each octant
+    miss, hit : (8, m) int32, as in ImageTree, but with the children ordered by the depth of their
+        centres along the octant's diagonal
+    roots : (8,) int32, the root at which the rays of each octant begin
     """
     lo, hi = image_boxes(tree, positions)
     signs = 1 - 2 * (np.arange(8)[:, None] >> np.arange(3) & 1)

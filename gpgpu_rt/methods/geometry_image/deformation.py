@@ -29,14 +29,15 @@ class Deformation:
 
     Parameters
     ----------
-    tracer : a tracer of the method geometry-image. Its present positions are the rest positions
-    program : "wave" or "twist", a file, or GLSL that defines ``vec3 deform(vec3 rest, float
-        time)`` in world units. Texels with equal positions move alike, so seams stay closed
+    tracer : a tracer of the method geometry-image. Its present positions become the rest positions
+    program : "wave", "twist", the path of a GLSL file, or GLSL text. The GLSL defines ``vec3
+        deform(vec3 rest, float time)`` in world units. Texels with equal positions move alike, so
+        seams stay closed
 
     Raises
     ------
     OptionError
-        for a tracer of another method, or with two choices of methods
+        for a tracer of another method, or of two methods
     ShaderError
         for a program that cannot be read or does not compile
     """
@@ -77,9 +78,9 @@ class Deformation:
         Parameters
         ----------
         time : the argument ``time`` of the program
-        read_back : whether to read back the positions for `tracer.scene` and the surfaces of
-            pictures. Without a readback only rays meet the moved triangles, and triangles are not
-            tested again for zero area
+        read_back : whether to read back the positions. `tracer.scene` and the shading of pictures
+            need the moved positions on the host. Without a readback, rays still meet the moved
+            triangles, but triangles are not tested again for zero area
 
         Raises
         ------
@@ -106,14 +107,15 @@ class Deformation:
 
     def _read_back(self, structure: Structure) -> tuple[
             Accelerator, tuple[np.ndarray, np.ndarray], tuple[Scene, np.ndarray]]:
-        """Read back positions: the accelerator, the bounds, and (scene, stored triangles)."""
+        """Read back positions. Return the accelerator, the bounds, and (scene, stored triangles).
+        """
         tree = structure.accelerator.structure
         at = read_texture(self._table).reshape(-1, self._table.components)
         triangles = at[:tree.texels, :3][tree.faces]
         scene = replace(structure.scene, triangles=triangles)
         stored = structure.builder.stored(scene)
         accelerator = structure.builder.refit(structure.accelerator, stored)
-        # Passes have already written this table.
+        # The passes have already written the table of positions, so it needs no upload.
         structure.tables.written[POSITION.name] = accelerator.tables[POSITION.name]
         return accelerator, scene.bounds, (scene, stored)
 
@@ -130,7 +132,7 @@ class Deformation:
 
 
 def _text(program: str | Path) -> str:
-    """Return the text or the file of ``#include <deformation>``."""
+    """Return what ``#include <deformation>`` includes: GLSL text, or the name of a file."""
     if program in BUILT_IN:
         return f"file:methods/geometry_image/{program}.glsl"
     if isinstance(program, Path) or "(" not in program:

@@ -1,8 +1,9 @@
 """Pyramid: compute the boxes of a geometry image's quadtrees by a fragment pass per level.
 
-A level is made from the level below it, so the two levels must lie in different textures. Levels
-are drawn alternately into the tables and into a scratch copy, and a last pass copies the levels of
-the scratch copy into the tables. A colour mask protects the links in the tables' fourth channels.
+A level is computed from the level below it, and a pass cannot read the texture that it writes.
+Levels are therefore drawn alternately into the tables and into scratch textures of the same size.
+A last pass copies the levels of the scratch textures into the tables. A colour mask protects the
+links in the tables' fourth channels.
 """
 from __future__ import annotations
 
@@ -28,8 +29,8 @@ class Pyramid:
 
     Parameters
     ----------
-    levels : (k + 1,), the first node of each level, the finest level first; the last entry is the
-        number of nodes
+    levels : (k + 1,), the first node of each level, beginning with the finest level; the last
+        entry is the number of nodes
     precision : the number formats of the tables
     """
 
@@ -39,7 +40,7 @@ class Pyramid:
         self._sides: list[moderngl.Framebuffer] = []
 
     def run(self, gpu: Gpu, samplers: Mapping[str, moderngl.Texture]) -> None:
-        """Compute every box; ``samplers`` holds the tables' textures by sampler name."""
+        """Compute every box. ``samplers`` has the textures of the tables by sampler name."""
         if len(self.levels) < 2:
             return
         if self._gpu is None:

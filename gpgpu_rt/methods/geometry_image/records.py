@@ -9,20 +9,24 @@ POSITION = Record("position", "at:vec3")
 IMAGE_CELL = Record("image_cell", "corner:int across:int down:int face:int")
 """A quad of a geometry image: the texel of its first corner, and the first of its two faces.
 
-``across`` and ``down`` are the distances in texels to the corner beside and the corner below.
-``across`` is negative if the upper triangle has no area, ``down`` if the lower has no area."""
+``across`` is the distance in texels from the first corner to the corner beside it, and ``down``
+the distance to the corner below it. The signs are marks: ``across`` is negative if the quad's
+first triangle has no area, and ``down`` is negative if its second triangle has no area."""
 
 MIN_PYRAMID = Record("min_pyramid", "lo:vec3 miss:int")
-"""A node of a geometry image's quadtrees: lower corner, and the node after its subtree or -1."""
+"""A node of a geometry image's quadtrees: the lower corner of its box, and the node after its
+subtree, or -1 at the end."""
 
 MAX_PYRAMID = Record("max_pyramid", "hi:vec3 hit:int")
-"""A node's upper corner, and its first child, or -1 - cell for a leaf."""
+"""The other half of a node: the upper corner of its box, and its first child. For a leaf, ``hit``
+is -1 - cell."""
 
 PYRAMID_LINK = Record("pyramid_link", "miss:int hit:int")
-"""Both links of a node for the rays of a direction octant; the octants follow each other."""
+"""The two links of a node for the rays of a direction octant. The table holds all nodes for octant
+0, then all nodes for octant 1, and so on."""
 
 PYRAMID_SOURCE = Record("pyramid_source", "first:int last:int")
-"""The sources of a node's box: its first and last child.
+"""The sources of a node's box: the node's first and last child.
 
-For a node of the finest level, they are the first and last texel of its cell, which are diagonal
-corners."""
+A node of the finest level has no children. Its sources are the first and the last texel of its
+cell, which are diagonal corners."""

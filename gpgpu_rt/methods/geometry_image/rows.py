@@ -43,7 +43,7 @@ def _prepare(triangles: np.ndarray, options: Mapping[str, Any]) -> Accelerator:
 
 def _refit(accelerator: Accelerator, triangles: np.ndarray,
            options: Mapping[str, Any]) -> Accelerator:
-    """Write new positions into the same image; links stay, and the finisher remakes the boxes."""
+    """Write new positions into the same image. Links stay; the finisher recomputes the boxes."""
     return _with_positions(accelerator, triangles, options["level"])
 
 
@@ -56,14 +56,15 @@ def _with_positions(accelerator: Accelerator, triangles: np.ndarray, level: int)
         shown[tree.face], shown[tree.face + 1] = halves[::2], halves[1::2]
     else:
         shown = triangles
-    # A cell of a single triangle has no second half; a flat triangle there has three equal texels.
+    # Only charts need marks for halves without area. In an image of single triangles, programs
+    # skip the second half, and a triangle without area already has three equal corners.
     flat = tree.without_area(shown) if tree.charts else np.zeros(len(shown) + 1, bool)
     signs = [np.where(flat[tree.face + half], -1, 1) for half in (0, 1)]
     cells = {"corner": tree.corner, "across": tree.across * signs[0],
              "down": tree.down * signs[1], "face": tree.face}
     written = accelerator.tables.get(IMAGE_CELL.name)
     if written and all(np.array_equal(cells[name], written[name]) for name in cells):
-        cells = written     # an identical table object is not uploaded again
+        cells = written     # the same object is not uploaded again
     lo, hi = ([float(pick(at[:, axis])) if len(at) else 0.0 for axis in range(3)]
               for pick in (np.min, np.max))
     return replace(

@@ -1,10 +1,11 @@
-"""Image tree: the quadtrees over a geometry image's cells, threaded (Carr et al. 2006).
+"""Image tree: quadtrees over the cells of a geometry image, with links (Carr et al. 2006).
 
-The tree depends only on the charts' sizes. If positions change, only boxes change, and fragment
-passes compute the boxes (gpgpu_rt/methods/geometry_image/pyramid.py).
+A cell is a quad between 2 x 2 neighbouring texels. The tree depends only on the sizes of the
+charts, not on the positions in their texels. If positions change, only the boxes change, and
+fragment passes compute the boxes (gpgpu_rt/methods/geometry_image/pyramid.py).
 
-A mesh that is no geometry image becomes an image of unconnected cells along a Morton curve, each
-with a single triangle. A quadtree over the curve is then a hierarchy over space.
+A mesh that is no geometry image becomes an image of unconnected cells along a Morton curve. Each
+cell then holds a single triangle, and a quadtree over the curve is a hierarchy over space.
 """
 from __future__ import annotations
 
@@ -22,21 +23,23 @@ from ...errors import SceneError
 
 @dataclass(frozen=True)
 class ImageTree:
-    """A forest of quadtrees, one per chart; nodes are stored level by level, the cells first.
+    """A forest with a quadtree for each chart. Nodes are stored level by level, the cells first.
 
     Attributes
     ----------
-    charts : (rows, columns) of texels of each chart; empty for single triangles
-    faces : (n, 3) int64, the texels of each of the scene's triangles
-    texels : int, the number of texels
-    first, last : (m,) int32, a node's first and last child, or a cell's first and last texel
-    miss : (m,) int32, the node after a node's subtree; a root leads to the next root, and the
-        last root to -1
-    hit : (m,) int32, a node's first child, or -1 - leaf
-    levels : (k + 1,) int64, the first node of each level; the last entry is the number of nodes
-    corner, across, down, face : (leaves,) int32, the quads at the level where rays stop: first
-        texel, distance in texels to the next corner in its row and in its column, first face
-    root : int, the first chart's root, or -1
+    charts : Rows and columns of texels of each chart. Empty for single triangles.
+    faces : The texels of the corners of each of the scene's triangles, (n, 3) int64.
+    texels : Number of texels.
+    first, last : A node's first and last child, or a cell's first and last texel, (m,) int32.
+    miss : The node after a node's subtree, (m,) int32. The entry of a root is the next root, and
+        -1 for the last root.
+    hit : A node's first child, or -1 - leaf for a node at which rays stop, (m,) int32.
+    levels : The first node of each level, then the number of nodes, (k + 1,) int64.
+    corner : The first texel of each quad at the level where rays stop, (leaves,) int32.
+    across, down : Distance in texels from this texel to the next corner in its row, and to the
+        next corner in its column, (leaves,) int32.
+    face : The first face of each of these quads, (leaves,) int32.
+    root : The root of the first chart, or -1 without charts.
     """
 
     charts: tuple[tuple[int, int], ...]
@@ -88,12 +91,12 @@ class ImageTree:
         return at
 
     def without_area(self, triangles: np.ndarray) -> np.ndarray:
-        """Which triangles have no area, (n,) bool; they must come from `shrink_flat`."""
+        """Whether each triangle has no area, (n,) bool. The triangles must be of `shrink_flat`."""
         v0, v1, v2 = triangles.transpose(1, 2, 0)    # faster one axis at a time
         return np.logical_and.reduce([v0[a] == v[a] for v in (v1, v2) for a in range(3)])
 
     def halves(self, positions: np.ndarray) -> np.ndarray:
-        """Both triangles of each quad at the level where rays stop, (leaves, 2, 3, 3)."""
+        """The two triangles of each quad at the level where rays stop, (leaves, 2, 3, 3)."""
         a, d = positions[self.corner], positions[self.corner + self.down]
         b = positions[self.corner + self.across]
         c = positions[self.corner + self.across + self.down]
@@ -102,7 +105,7 @@ class ImageTree:
 
 @dataclass(frozen=True)
 class _Cells:
-    """A chart's cells along the curve of its quadtree.
+    """The cells of a chart, in the order of the Morton curve of its quadtree.
 
     Attributes
     ----------
@@ -110,8 +113,8 @@ class _Cells:
     corner : (c,), the first texel of each cell
     width : the distance in texels between rows
     face : (c,), the first face of each cell
-    rows_left, columns_left : (c,), the number of cells from each cell, included, to the chart's
-        end
+    rows_left, columns_left : (c,), the number of cells from each cell to the end of the chart,
+        with the cell itself, down its column and along its row
     """
 
     code: np.ndarray
@@ -145,7 +148,7 @@ def build_triangle_image(triangles: np.ndarray) -> ImageTree:
     """Build the quadtree over (n, 3, 3) triangles, each a cell, along a Morton curve.
 
     Each cell has three texels in a row. The second texel serves as two corners of the quad v0 v1
-    v2 v1, so the quad's second triangle has no area.
+    v2 v1, so the quad's two halves are the same triangle. Programs test only the first half.
     """
     lo, hi = triangle_boxes(triangles)
     order = morton_order((lo * np.float32(0.5) + hi * np.float32(0.5)).T)
@@ -186,7 +189,7 @@ def _forest(charts: tuple[tuple[int, int], ...], cells: list[_Cells], faces: np.
             miss[lower] = np.arange(below + 1, lower.stop + 1)
             miss[last[inner]] = miss[inner]
         source = np.arange(len(chart.code))
-        for h in range(1, bottom + 1):     # each quad's first cell
+        for h in range(1, bottom + 1):     # find the first cell of each quad
             source = source[tree[h]]
         quads = slice(starts[bottom, k], starts[bottom, k] + len(source))
         hit[quads] = -1 - leaf - np.arange(len(source))
@@ -204,9 +207,10 @@ def _forest(charts: tuple[tuple[int, int], ...], cells: list[_Cells], faces: np.
 
 
 def _tree(code: np.ndarray) -> list[np.ndarray]:
-    """For each level, from the cells up to a single node: the first child of every node.
+    """The first child of every node, level by level, from the cells up to a single node.
 
-    Children are numbered within their own level. The first entry numbers the cells.
+    Children are numbered within their own level. The first level's entry numbers the cells
+    themselves.
     """
     tree = [np.arange(len(code))]
     while len(code) > 1:

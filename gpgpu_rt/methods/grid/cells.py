@@ -1,11 +1,12 @@
 """Uniform grid: the structure and its build.
 
 T. J. Purcell, I. Buck, W. R. Mark, P. Hanrahan, "Ray tracing on programmable graphics
-hardware", SIGGRAPH 2002. A cell lists only triangles that overlap the cell itself; an overlap
-with the triangle's box is not enough. The build uses separating axes (T. Akenine-Moeller, "Fast
-3D triangle-box overlap testing", 2001). It first tests the triangle's plane, column by column
-along its dominant axis, and then its edges in the three projections. Cells are widened by
-`bounds.PADDING` of the scene's size, and the tests are in float64.
+hardware", SIGGRAPH 2002. A cell lists only triangles that overlap the cell; that a triangle's box
+overlaps the cell is not enough. The build tests overlap by separating axes (T. Akenine-Moeller,
+"Fast 3D triangle-box overlap testing", 2001). A column is a row of cells along the dominant axis
+of the triangle's normal. For each column, the build first computes the cells that the triangle's
+plane crosses. It then tests the triangle's edges in the three projections along the axes. Cells
+are widened by `bounds.PADDING` of the scene's size, and the tests are in float64.
 """
 from __future__ import annotations
 
@@ -22,8 +23,11 @@ from ...errors import LimitError, OptionError
 
 MOST_CELLS_AN_AXIS = 512
 MOST_REFERENCES = 1 << 27           # 0.5 GiB of int32
-USUAL_REFERENCES = 64               # average per triangle; above it, halve an automatic resolution
-FINEST_CELL = 8                     # in paddings; triangles fill the neighbours of smaller cells
+# An automatic resolution is halved while the mean number of references per triangle is larger.
+USUAL_REFERENCES = 64
+# Smallest side of a cell, in units of the padding. In smaller cells, the padding would list
+# triangles in many neighbouring cells that they do not overlap.
+FINEST_CELL = 8
 CHUNK = 1 << 18                     # columns or cells processed together
 
 
@@ -88,7 +92,7 @@ def build_grid(triangles: np.ndarray, *, resolution: int | Sequence[int] | None 
         resolution = _resolution(triangles, hi.astype(np.float64) - lo, density)
         usual = USUAL_REFERENCES * len(triangles) + 4096
         while (keys := _keys(triangles, lo, hi, resolution, usual)) is None:
-            resolution = np.maximum(resolution // 2, 1)    # one cell is always within it
+            resolution = np.maximum(resolution // 2, 1)    # a single cell never exceeds `usual`
     cell_size = ((hi.astype(np.float64) - lo) / resolution).astype(np.float32)
     cells = int(np.prod(resolution.astype(np.int64)))
     key = np.concatenate(keys)
@@ -103,7 +107,10 @@ def build_grid(triangles: np.ndarray, *, resolution: int | Sequence[int] | None 
 
 def _keys(triangles: np.ndarray, lo: np.ndarray, hi: np.ndarray, resolution: np.ndarray,
           most: int) -> list[np.ndarray] | None:
-    """Keys ``cell << 32 | triangle`` of all overlaps, in pieces; None for more than ``most``."""
+    """Keys ``cell << 32 | triangle`` of all overlaps, as a list of arrays.
+
+    Return None if there are more than ``most`` overlaps.
+    """
     keys = [np.zeros(0, np.int64)]
     total = 0
     for triangle, cell in _overlaps(triangles, lo, hi, resolution):
@@ -124,10 +131,10 @@ def _given_resolution(resolution: int | Sequence[int]) -> np.ndarray:
 
 
 def _resolution(triangles: np.ndarray, size: np.ndarray, density: float) -> np.ndarray:
-    """The resolution n_i = L_i (density n / V)^(1/3).
+    """The resolution n_i = L_i (density n / V)^(1/3) of each axis i, for a box of sides L_i.
 
-    An axis for which the formula gives less than one cell gets one cell. The formula without this
-    axis then gives the other resolutions.
+    An axis for which the formula gives less than one cell gets one cell. The formula is then
+    applied to the remaining axes alone.
     """
     if len(triangles) == 0:
         return np.ones(3, np.int64)
@@ -146,7 +153,7 @@ def _resolution(triangles: np.ndarray, size: np.ndarray, density: float) -> np.n
 
 def _overlaps(triangles: np.ndarray, lo: np.ndarray, hi: np.ndarray,
               resolution: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-    """Yield all overlapping pairs in chunks: triangles, (m,) int64, and cells, (m, 3) int64."""
+    """Yield chunks of all overlapping pairs: triangles, (m,) int64, and cells, (m, 3) int64."""
     shape = Shapes(triangles, lo, hi, resolution)
     columns = np.take_along_axis(shape.cell_count, shape.across, 1).prod(axis=1)
     for part in chunks(columns, CHUNK):
@@ -183,7 +190,7 @@ class Shapes:
         self.across = (self.axis[:, None] + [1, 2]) % 3
 
     def column(self, triangle: np.ndarray, rank: np.ndarray) -> np.ndarray:
-        """The first cell, along the dominant axis, of a triangle's column number `rank`."""
+        """The first cell, along the dominant axis, of column number `rank` of each triangle."""
         cell = self.first[triangle]
         u, v = self.across[triangle].T
         across_u = self.cell_count[triangle, u]
@@ -194,11 +201,11 @@ class Shapes:
 
     def plane_range(self, triangle: np.ndarray,
                     cell: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """The first cell and the number of cells that the triangle's plane crosses in a column."""
+        """The cells of a column that the triangle's plane crosses: the first, and how many."""
         normal, axis, row = self.normal[triangle], self.axis[triangle], np.arange(len(triangle))
         first, count = self.first[triangle, axis], self.cell_count[triangle, axis]
         along = normal[row, axis]
-        flat = along == 0                   # a triangle without area: the whole column
+        flat = along == 0                   # a triangle without area gets the whole column
         slope = normal / np.where(flat, 1, along)[:, None]
         slope[row, axis] = 0
         offset = self.vertex[triangle, 0] - (cell + 0.5) * self.cell_size
@@ -213,7 +220,7 @@ class Shapes:
         return low, np.maximum(high - low + 1, 0)
 
     def overlap(self, triangle: np.ndarray, cell: np.ndarray) -> np.ndarray:
-        """Whether triangles, (m,), overlap cells, (m, 3); their boxes must overlap already."""
+        """Whether triangles, (m,), overlap cells, (m, 3), given that their boxes overlap them."""
         low, height = self.plane_range(triangle, cell)
         up = cell[np.arange(len(cell)), self.axis[triangle]]
         found = (up >= low) & (up < low + height)

@@ -2,8 +2,8 @@
 
 F. Karlsson, C. J. Ljungstedt, "Ray tracing fully implemented on programmable graphics
 hardware", Chalmers, 2004, after D. Cohen, Z. Sheffer, "Proximity clouds", The Visual Computer
-11, 1994. The distance is the largest of the three coordinate differences (Chebyshev distance).
-Therefore a cube of cells around the cell is empty.
+11, 1994. The distance is the largest of the three coordinate differences (Chebyshev distance). So
+all cells of a cube around the cell, out to this distance, are empty.
 """
 from __future__ import annotations
 
@@ -17,14 +17,16 @@ def proximity_cloud(grid: Grid) -> np.ndarray:
 
     Returns
     -------
-    (cells,) int32; 0 for a cell with references, and the largest resolution if all cells are empty
+    (cells,) int32, 0 for a cell with references. If all cells are empty, every entry is the
+    largest of the grid's three resolutions
     """
     rx, ry, rz = (int(r) for r in grid.resolution)
     far = np.int32(max(rx, ry, rz))
     occupied = np.diff(grid.cell_start) > 0
     distance = np.where(occupied, np.int32(0), far).reshape(rz, ry, rx)
-    # Make distances exact along x, then in x and y, then in all axes. A Chebyshev step along the
-    # new axis may also move one cell along each earlier axis at no cost.
+    # Propagate distances along x, then along y, then along z. After each axis, the distances are
+    # exact for paths along the axes so far. In the Chebyshev distance, a step along one axis may
+    # also move one cell along each other axis at no cost.
     for axis in (2, 1, 0):
         older = [other for other in range(axis + 1, 3)]
         before = distance.copy()
@@ -41,7 +43,7 @@ def _sweep(distance: np.ndarray, axis: int, older: list[int]) -> None:
     for i in range(1, len(slices)):
         carried = slices[i - 1]
         for other in older:
-            # The slice has lost `axis`, so the index of each later axis falls by one.
+            # A slice has no `axis`, so the index of each later axis is lower by one.
             carried = _least_of_neighbours(carried, other - 1)
         np.minimum(slices[i], carried + 1, out=slices[i])
 

@@ -19,7 +19,7 @@ from .cells import build_grid
 from .proximity import proximity_cloud
 from .records import GRID_CELL, GRID_STATE
 
-SENTINEL = -1   # ends a cell's list
+SENTINEL = -1   # the entry that ends a cell's list
 
 
 def _prepare(triangles: np.ndarray, options: Mapping[str, Any], proximity: bool) -> Accelerator:
@@ -27,7 +27,7 @@ def _prepare(triangles: np.ndarray, options: Mapping[str, Any], proximity: bool)
                   density=options["density"])
     counts = np.diff(grid.cell_start)
     occupied = counts > 0
-    # A sentinel makes the list of each occupied cell longer by one entry.
+    # The sentinel makes the list of each occupied cell longer by one entry.
     first = grid.cell_start[:-1] + np.cumsum(occupied) - occupied
     references = np.insert(grid.references, grid.cell_start[1:][occupied], SENTINEL)
     empty = -proximity_cloud(grid) if proximity else np.full(len(counts), -1)
@@ -37,7 +37,8 @@ def _prepare(triangles: np.ndarray, options: Mapping[str, Any], proximity: bool)
     uniforms = {"scene_lo": tuple(grid.lo), "scene_hi": tuple(grid.hi),
                 "grid_resolution": tuple(int(r) for r in grid.resolution),
                 "cell_size": tuple(grid.cell_size)}
-    # A ray visits no cell twice: at most one cell per plane of the grid, and each list once.
+    # A ray enters a new cell at each plane of the grid at most once, and reads each list at most
+    # once.
     bound = int(grid.resolution.sum()) + len(references) + 3
     return Accelerator(tables, uniforms, bound, grid)
 
@@ -53,7 +54,7 @@ _GRID_OPTIONS = (
 _PACKET = replace(PACKET, default=(1, 1), help="rays per fragment; several rays walk the grid "
                   "together, slice by slice (Wald et al. 2006)")
 _CULLING = replace(CULLING, option="intersection", files={
-    "woop-watertight": "drivers/vertex_culling.glsl"})    # no other test has a frustum to rely on
+    "woop-watertight": "drivers/vertex_culling.glsl"})    # culling is exact only for this test
 
 
 def _prepare_packets(triangles: np.ndarray, options: Mapping[str, Any]) -> Accelerator:
@@ -78,7 +79,7 @@ def _row(name: str, summary: str, citation: str, proximity: bool, **more: Any) -
 
 
 def _form(single: Method, options: Mapping[str, Any]) -> Method:
-    """The row as Purcell's single rays or, for larger packets, as Wald's packet traversal."""
+    """The row for these options: Purcell's single rays, or Wald's packets if they are larger."""
     if options["packet"] == (1, 1):
         return single
     return replace(

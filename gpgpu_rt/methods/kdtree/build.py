@@ -27,5 +27,6 @@ def build_kdtree(triangles: np.ndarray, *, build: str = "sah", **options: object
     """
     builder = BUILDERS[choose("build", build, BUILDERS)]
     triangles = as_triangles(triangles)
-    tree = builder(triangles, **options).coarsened(EXACT_INTEGER)    # float indices are exact
+    # Textures store indices as floats, which are exact only up to EXACT_INTEGER.
+    tree = builder(triangles, **options).coarsened(EXACT_INTEGER)
     return tree.finish(*scene_box(triangles))

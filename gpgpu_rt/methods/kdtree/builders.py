@@ -1,4 +1,4 @@
-"""The build options that all kd-tree methods share, and the build that they select."""
+"""The build options that all kd-tree methods share, and the function that builds by them."""
 from __future__ import annotations
 
 import functools
@@ -41,7 +41,7 @@ BUILD_OPTIONS = (
 
 
 def built_kdtree(triangles: np.ndarray, options: Mapping[str, Any]) -> KdTree:
-    """Build the tree that a method's options select; the cache may supply a tree from the CPU.
+    """Build the tree by a method's options. A tree built on the CPU may come from the cache.
 
     Parameters
     ----------
@@ -63,7 +63,7 @@ def built_kdtree(triangles: np.ndarray, options: Mapping[str, Any]) -> KdTree:
         return build_kdtree_by_passes(open_gpu(options["context"]), triangles, **chosen)
     if "workers" not in chosen:
         return cached(build_kdtree, triangles, **chosen)
-    # The number of workers does not change the tree, so it is no part of the cache's key.
+    # The number of workers does not change the tree, so the cache's key does not contain it.
     parallel = functools.update_wrapper(
         functools.partial(build_kdtree, workers=chosen.pop("workers")), build_kdtree)
     return cached(parallel, triangles, **chosen)

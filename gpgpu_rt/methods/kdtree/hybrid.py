@@ -1,13 +1,14 @@
-"""Hybrid build: the upper levels of a kd-tree by Morton codes, all at once, and SAH below.
+"""Hybrid build of a kd-tree: the upper levels from Morton codes, the levels below by SAH.
 
 C. Lauterbach et al., "Fast BVH construction on GPUs", Eurographics 2009, build a bounding volume
-hierarchy in this way. Hachisuka's survey proposes it for kd-trees (section 5). In the upper
-levels SAH would count many references for each split; Morton codes give these levels at once. SAH
-keeps the quality below them.
+hierarchy in this way. Hachisuka's survey proposes the same for kd-trees (section 5). In the upper
+levels, the surface area heuristic (SAH) would count many references for each split. Morton codes
+give all these levels at once. SAH in the levels below keeps the quality of the tree.
 
-In the paper a triangle has one code. Here every cell of a coarse lattice lists the triangles that
-overlap it, and the cells are sorted by code. A node of the upper levels is a prefix of codes. It
-halves its part of the lattice along x, y and z in turn. A prefix that no cell has is an empty
+In the paper, each triangle has a code. Here, every cell of a coarse lattice has a code, and lists
+the triangles that overlap it. The cells are sorted by code. A node of the upper levels is a prefix
+of codes: the part of the lattice whose codes begin with these bits. From level to level, nodes are
+halved along x, y and z in turn. A prefix with which no occupied cell's code begins is an empty
 leaf.
 """
 from __future__ import annotations
@@ -33,11 +34,11 @@ def build(triangles: np.ndarray, *, morton_bits: int = MORTON_BITS, split: str =
           intersection_cost: float = Costs.intersection,
           empty_bonus: float = Costs.empty_bonus, max_depth: int | None = None,
           **unknown: object) -> LooseKdTree:
-    """Build by codes, then by the surface area heuristic.
+    """Build the upper levels by codes, and the levels below by the surface area heuristic.
 
     Parameters
     ----------
-    morton_bits : bits of a code per axis; at most a third of `max_depth`
+    morton_bits : bits of a code per axis; a third of `max_depth` if this is less
     split, bins, traversal_cost, intersection_cost, empty_bonus, max_depth : as in
         `sah_build.build`
     """
@@ -58,9 +59,9 @@ def build(triangles: np.ndarray, *, morton_bits: int = MORTON_BITS, split: str =
 
 
 def lattice(triangles: np.ndarray, bits: int) -> np.ndarray:
-    """The lattice's planes along each axis, with the faces of the scene's box.
+    """The coordinates of the lattice's planes across each axis, (2^bits + 1, 3) float32.
 
-    The result is (2^bits + 1, 3) float32, world units.
+    The outermost planes are the faces of the scene's box.
     """
     lo, hi = scene_box(triangles)
     step = (hi.astype(np.float64) - lo) / (1 << bits)
@@ -71,7 +72,7 @@ def lattice(triangles: np.ndarray, bits: int) -> np.ndarray:
 
 def cells_in_order(triangles: np.ndarray, vertices: np.ndarray, planes: np.ndarray, bits: int,
                    pad: np.float32) -> tuple[KdLevel, np.ndarray]:
-    """The occupied cells as a level, in the order of their codes, and the codes.
+    """The occupied cells, in the order of their codes, as a level of nodes; and the codes.
 
     planes : see `lattice`
     """
@@ -98,9 +99,10 @@ def cells_in_order(triangles: np.ndarray, vertices: np.ndarray, planes: np.ndarr
 
 
 def upper_levels(codes: np.ndarray, bits: int, planes: np.ndarray) -> LooseKdTree:
-    """The tree over ascending codes.
+    """The tree of the upper levels, over ascending codes.
 
-    Its children that are cells have numbers from the tree's number of nodes on, in order.
+    The cells are children of nodes of this tree, but not nodes of it. If the tree has n nodes,
+    cell k has the number n + k.
     """
     prefixes = [np.unique(codes >> 3 * bits - depth) for depth in range(3 * bits + 1)]
     inner = sum(map(len, prefixes[:-1]))
@@ -128,7 +130,7 @@ def upper_levels(codes: np.ndarray, bits: int, planes: np.ndarray) -> LooseKdTre
 
 
 def middle_of(prefix: np.ndarray, depth: int, bits: int) -> np.ndarray:
-    """The index of the lattice plane that halves each node along the axis of its depth."""
+    """The index of the lattice plane that halves each node, across the axis of its depth."""
     coordinate = np.zeros_like(prefix)
     for bit in range(depth % 3, depth, 3):
         coordinate = coordinate << 1 | prefix >> depth - 1 - bit & 1

@@ -1,9 +1,9 @@
-"""Ropes: for each face of a kd-tree's leaf, the node behind the face.
+"""Ropes: links from each face of a kd-tree's leaf to the node behind the face.
 
-After S. Popov, J. Günther, H.-P. Seidel, P. Slusallek, "Stackless KD-Tree Traversal for High
-Performance GPU Ray Tracing", Eurographics 2007. The construction starts at the root, whose ropes
-are nil, and goes down. Across the split plane, the ropes of two siblings point to each other. On
-all other faces, a child inherits its parent's ropes.
+The method is that of S. Popov, J. Günther, H.-P. Seidel, P. Slusallek, "Stackless KD-Tree
+Traversal for High Performance GPU Ray Tracing", Eurographics 2007. The construction starts at the
+root, whose ropes are nil, and goes down. Across the split plane, the ropes of two siblings point
+to each other. On all other faces, a child inherits its parent's ropes.
 """
 from __future__ import annotations
 
@@ -23,9 +23,10 @@ class Ropes:
 
     Attributes
     ----------
-    node : (m,) int32, the leaf's node
-    lo, hi : (m, 3) float32, the leaf's box, world units
-    rope_lo, rope_hi : (m, 3) int32, the node behind the lower and upper face of each axis, or NIL
+    node : (m,) int32, each leaf's node
+    lo, hi : (m, 3) float32, each leaf's box, world units
+    rope_lo, rope_hi : (m, 3) int32, the node behind the lower and the upper face across each axis,
+        or NIL
     """
 
     node: np.ndarray
@@ -45,11 +46,12 @@ def build_ropes(tree: KdTree, push_down: bool = True) -> Ropes:
 
     Parameters
     ----------
-    push_down : move each rope to the smallest node that touches the whole face. Without it, a rope
-        points to the root of the sibling subtree, where the rays of a packet meet again.
+    push_down : whether each rope points to the smallest node that touches the whole face. If
+        False, a rope points to the root of the sibling subtree, where the rays of a packet meet
+        again.
     """
     lo, hi = tree.boxes()
-    ropes = np.full((2, len(tree.axis), 3), NIL, np.int32)   # lower and upper faces, by axis
+    ropes = np.full((2, len(tree.axis), 3), NIL, np.int32)   # (lower or upper face, node, axis)
     inner = tree.axis != LEAF
     first, second = np.where(inner, tree.left, -1), np.where(inner, tree.left + 1, -1)
     for nodes in tree_order.inner_levels(first, second):
@@ -68,9 +70,9 @@ def build_ropes(tree: KdTree, push_down: bool = True) -> Ropes:
 
 def _pushed_down(tree: KdTree, rope: np.ndarray, lo: np.ndarray, hi: np.ndarray, face: int,
                  upper: bool) -> np.ndarray:
-    """Move the ropes of the leaves' faces across axis ``face`` down.
+    """Move ropes down the tree, for the leaves' lower or upper faces across the axis ``face``.
 
-    A rope moves into a child of its node while this child touches the whole face.
+    A rope moves into a child of its node as long as this child touches the whole face.
     """
     rope = rope.copy()
     moving = np.flatnonzero(rope != NIL)

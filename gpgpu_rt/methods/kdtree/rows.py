@@ -36,6 +36,9 @@ _OPTIONS = (*BUILD_OPTIONS, Option(
     choices=("exact", *_NOT_EXACT), relaxed=_NOT_EXACT))
 _PUSH_DOWN = Option("push_down", True, "restart at the last node that contains the whole rest of "
                     "the interval, instead of the root", bool, define="PUSH_DOWN")
+_SKIP_EMPTY_LEAVES = Option("skip_empty_leaves", True, "pass leaves without triangles without "
+                            "visiting them, by marks in their parent", bool,
+                            define="SKIP_EMPTY_LEAVES")
 _PARTS = (
     Part("entries", "entry_points", "methods/kdtree/kd_root.glsl",
          {True: "methods/kdtree/kd_entries.glsl"}),
@@ -66,7 +69,8 @@ def _prepare(triangles: np.ndarray, options: Mapping[str, Any]) -> Accelerator:
     check_culling(options)
     tree = built_kdtree(triangles, options)
     leaf = tree.axis == KD_LEAF_AXIS
-    # An inner node's count tells which children are empty leaves: 1 the left, 2 the right child.
+    # An inner node's count tells which children are empty leaves: bit 0 is for the left child,
+    # bit 1 for the right child.
     empty = np.append(leaf & (tree.count == 0), False)
     child = np.where(leaf, 0, tree.left)
     count = np.where(leaf, tree.count, empty[child] + 2 * empty[child + 1])
@@ -75,7 +79,8 @@ def _prepare(triangles: np.ndarray, options: Mapping[str, Any]) -> Accelerator:
                              "axis": np.where(leaf, 3 + np.cumsum(leaf) - 1, tree.axis)},
               REFERENCE.name: {"triangle": tree.references}}
     uniforms = {"scene_lo": tuple(tree.lo), "scene_hi": tuple(tree.hi)}
-    # A ray enters each leaf at most once, after a descent from the root and a climb to the root.
+    # A ray enters each leaf at most once. Between two leaves, it climbs at most to the root and
+    # descends again.
     bound = int(leaf.sum()) * (2 * tree.depth + 3) + len(tree.references)
     return Accelerator(tables, uniforms, bound, tree, boxes=tree.boxes)
 
@@ -89,10 +94,10 @@ def _prepare_bounds(triangles: np.ndarray, options: Mapping[str, Any]) -> Accele
 
 
 def _with_boxes(prepare: Callable[..., Accelerator]) -> Callable[..., Accelerator]:
-    """A ``prepare`` that adds the boxes of all nodes if rays begin at listed nodes.
+    """A ``prepare`` that adds the boxes of all nodes if the option ``entry_points`` is given.
 
-    In these boxes, faces on the scene's box are moved to infinity. The scene's box itself clips
-    the rays, so the precision of these bounds does not matter there.
+    If a face of a node's box lies on the scene's box, it is moved to infinity. The scene's box
+    itself already clips the rays there, so the rounding of the node's face does not matter.
     """
     def prepare_boxes(triangles: np.ndarray, options: Mapping[str, Any]) -> Accelerator:
         prepared = prepare(triangles, options)
@@ -144,8 +149,8 @@ def _packet_row(name: str, summary: str, citation: str, single: str,
                 **more: Any) -> Method:
     """A row of a packet method.
 
-    ``states`` returns the states of a packet and of a ray under ``step``. Under ``loop``, the
-    row's ``state`` is that of the single rays after the packets.
+    ``states`` returns the states of a packet and of a ray under ``step``. Under ``loop``, packets
+    run in a single pass, and ``state`` holds each ray's phase after this pass.
     """
     glsl = f"methods/kdtree/{name.replace('-', '_')}"
 
@@ -168,7 +173,10 @@ def _row(name: str, summary: str, citation: str, kernels: tuple[str, ...] = (),
          state: Record = KD_STATE, tables: tuple[Record, ...] = (),
          options: tuple[Option, ...] = (),
          prepare: Callable[..., Accelerator] = _prepare, **more: Any) -> Method:
-    """A row of a single-ray method, from what it adds to the family's kernels, tables, options."""
+    """A row of a single-ray method.
+
+    The arguments are what the method adds to the kernels, tables and options of the family.
+    """
     return Method(
         name=name, summary=summary, citation=citation,
         glsl=f"methods/kdtree/{name.replace('-', '_')}.glsl",
@@ -213,8 +221,8 @@ ROWS = (
                 "Horn et al. 2007", "kd-short-stack", tables=_TABLES,
                 prepare=lambda triangles, options: _for_packets(_prepare(triangles, options),
                                                                 options),
-                options=(*BUILD_OPTIONS, PACKET, VERTEX_CULLING, _PUSH_DOWN,
-                         _PACKET_STACK),
+                options=(*BUILD_OPTIONS, PACKET, VERTEX_CULLING, _PUSH_DOWN, _PACKET_STACK,
+                         _SKIP_EMPTY_LEAVES),
                 parts=(TRIANGLE_TESTS, CULLING, *_SHORT_STACK), stack=True,
                 states=_packet_states),
     _packet_row("kd-ropes-packet", "traverses a kd-tree by packets along ropes; the rays meet "

@@ -1,13 +1,17 @@
 """Surface area heuristic: the cheapest split plane of every kd-tree node of a level.
 
 J. D. MacDonald, K. S. Booth, "Heuristics for ray tracing using space subdivision", The Visual
-Computer 6, 1990. `exact` tries every face of every reference's box (I. Wald, V. Havran, "On
-building fast kd-trees for ray tracing, and on doing that in O(N log N)", 2006; we sort on every
-level instead of merging). `binned` counts minima and maxima in two histograms (M. Shevtsov, A.
-Soupikov, A. Kapustin, "Highly parallel fast kd-tree construction for interactive ray tracing of
+Computer 6, 1990. There are two kinds of candidate planes:
+
+`exact` tries every face of every reference's box (I. Wald, V. Havran, "On building fast kd-trees
+for ray tracing, and on doing that in O(N log N)", 2006). Here, references are sorted on every
+level, whereas the paper keeps them sorted by merging.
+
+`binned` tries the ends of bins, and counts lower and upper faces in two histograms (M. Shevtsov,
+A. Soupikov, A. Kapustin, "Highly parallel fast kd-tree construction for interactive ray tracing of
 dynamic scenes", Eurographics 2007). As in this paper, nodes with few references are searched
-exactly. The bins span the references, not the node, so that the candidates always include the
-planes that cut off empty space.
+exactly. The bins span the references, not the node. So the candidates always include the planes
+that cut off empty space.
 """
 from __future__ import annotations
 
@@ -20,9 +24,11 @@ import numpy as np
 from ...accel.runs import chunks, expand, of_like_length, owners, run_starts
 from ...threads import Run
 
-FEW = 16                # in nodes of at most this many references, try all faces of all boxes
-FEW_SIZES = (1, 2, 3, 4, 6, 8, 12, FEW)     # nodes of similar size are searched together
-WORTH_CUTTING = 0.2     # thinner slices of empty space, as a share of the node, get no bonus
+FEW = 16                # nodes of at most this many references are searched exactly
+# These nodes are searched in groups of nodes of similar size. Each number is the most references
+# of a node in a group.
+FEW_SIZES = (1, 2, 3, 4, 6, 8, 12, FEW)
+WORTH_CUTTING = 0.2     # a slice of empty space gets no bonus if it is a smaller share of the node
 
 
 @dataclass
@@ -46,7 +52,7 @@ class KdLevel:
 
 @dataclass
 class Splits:
-    """The best split of each node; the cost is relative to the node's area, inf for no split."""
+    """The best split of each node. The cost is relative to the node's area; inf means no split."""
 
     cost: np.ndarray
     axis: np.ndarray
@@ -69,8 +75,9 @@ class Costs:
     """The constants of the heuristic, in any common unit.
 
     A split that cuts off empty space costs (1 - empty_bonus) times its normal cost if the empty
-    space is at least `WORTH_CUTTING` of the node. Without this limit the bonus leads to sliver
-    after sliver until the depth cap: with a bonus of 0.4, the bunny's tree has 5,000 leaves.
+    space is at least the share `WORTH_CUTTING` of the node. Without this limit, the bonus would
+    make the build cut off sliver after sliver until the depth cap. With a bonus of 0.4, the
+    bunny's tree then has 5,000 leaves.
     """
 
     traversal: float = 1.0
@@ -86,21 +93,23 @@ class SplitCost:
 
     def __init__(self, costs: Costs, lo: np.ndarray, hi: np.ndarray, axis: int) -> None:
         size = hi - lo
-        size = size / size.max(axis=0)      # keeps areas from under- or overflowing
+        size = size / size.max(axis=0)      # so that areas neither underflow nor overflow
         width, b, c = size[axis], size[(axis + 1) % 3], size[(axis + 2) % 3]
         with np.errstate(divide="ignore", invalid="ignore"):
             scale = costs.intersection / (width * (b + c) + b * c)
             self.cap = scale * (b * c)                    # the two faces across the axis
-            self.rim = scale * (width * (b + c))          # the other faces, split by the plane
+            self.rim = scale * (width * (b + c))          # the four faces that the plane splits
             self.per_unit = 1 / (hi[axis] - lo[axis])
         self.lo, self.hi = lo[axis], hi[axis]
         self.traversal, self.bonus = np.float32(costs.traversal), costs.empty_bonus
 
     def at(self, plane: np.ndarray, left: np.ndarray, right: np.ndarray,
            node: np.ndarray | slice = slice(None)) -> np.ndarray:
-        """The cost of planes (..., k) with `left` and `right` references; inf outside the node.
+        """The cost of planes (..., k) with these numbers of references `left` and `right`.
 
-        node : the node of each plane; by default, the last axis of `plane` is the node
+        The cost is inf for a plane outside its node.
+
+        node : the node of each plane; by default, the last axis of `plane` numbers the nodes
         """
         with np.errstate(invalid="ignore", over="ignore"):
             share = (plane - self.lo[node]) * self.per_unit[node]
@@ -115,15 +124,15 @@ class SplitCost:
 
 
 def best_splits(level: KdLevel, costs: Costs, split: str, bins: int, run: Run = map) -> Splits:
-    """The best split of every node of the level; nodes without references get no split.
+    """The best split of every node of the level. Nodes without references get no split.
 
-    run : applies a function to parts of the small nodes and to the three axes of large nodes, as
-        `map` does
+    run : a function such as `map`. The nodes with few references are searched by groups, and the
+        other nodes by axes; `run` may do this on several threads
     """
     splits = Splits.none(len(level.count))
     starts = run_starts(level.count)
 
-    def search(part: tuple[np.ndarray, int]) -> None:    # no two parts share a node
+    def search(part: tuple[np.ndarray, int]) -> None:    # parts share no node, so threads may run
         nodes, size = part
         _few(level, nodes, starts[nodes], size, costs, splits)
 
@@ -148,7 +157,7 @@ def _parts(nodes: np.ndarray, starts: np.ndarray,
 
 def _few(level: KdLevel, nodes: np.ndarray, starts: np.ndarray, size: int, costs: Costs,
          splits: Splits) -> None:
-    """Search nodes of at most `size` references exactly: count every box against every face."""
+    """Search nodes of at most `size` references exactly: compare every box with every face."""
     slot = np.arange(size)[:, None]
     real = slot < level.count[nodes]
     index = np.where(real, starts + slot, 0)
@@ -202,21 +211,25 @@ def _binned(level: KdLevel, nodes: np.ndarray, index: np.ndarray, bins: int, cos
 
 def _sorted(level: KdLevel, nodes: np.ndarray, index: np.ndarray, costs: Costs,
             splits: Splits) -> None:
-    """Try all faces of all references, sorted by one integer key of node, coordinate and kind."""
+    """Try all faces of all references, sorted by an integer key.
+
+    The key consists of the node, the coordinate, and the kind of face, lower or upper.
+    """
     count = level.count[nodes]
     node = owners(count).astype(np.uint64) << np.uint64(33)
     starts = 2 * run_starts(count)
     owner = owners(2 * count)
     before = starts[owner]
     for axis in range(3):
-        # At equal coordinates upper faces come before lower faces: a plane there separates them.
+        # At equal coordinates, upper faces come before lower faces, because a plane there
+        # separates the boxes that end from the boxes that begin.
         keys = np.concatenate([
             node | (_ordered(level.box[axis].take(index)) << np.uint64(1)) | np.uint64(1),
             node | (_ordered(level.box[3 + axis].take(index)) << np.uint64(1))])
         keys.sort()
         is_lo = (keys & np.uint64(1)).astype(np.int64)
         plane = _unordered(keys >> np.uint64(1))
-        lows = np.cumsum(is_lo) - is_lo             # lower faces before this face
+        lows = np.cumsum(is_lo) - is_lo             # number of lower faces before each face
         left = lows - lows[before]
         ends = np.arange(1, len(keys) + 1) - before - (left + is_lo)
         right = count[owner] - ends

@@ -1,10 +1,10 @@
-"""SAH build: a kd-tree by the surface area heuristic, all nodes of a level split together.
+"""SAH build: a kd-tree by the surface area heuristic (SAH). All nodes of a level split together.
 
-After I. Wald, V. Havran, "On building fast kd-trees for ray tracing, and on doing that in
-O(N log N)", 2006: greedy SAH without look-ahead, references clipped to their node, and a bonus
-for empty space. The depth is at most 8 + 1.3 log2 n (V. Havran, thesis, 2000). Every triangle's
-box is widened by `bounds.PADDING` of the scene's size, so that a triangle in a split plane is on
-both sides.
+The method is that of I. Wald, V. Havran, "On building fast kd-trees for ray tracing, and on doing
+that in O(N log N)", 2006. The heuristic is greedy, without look-ahead. References are clipped to
+their node, and splits that cut off empty space get a bonus. The depth is at most 8 + 1.3 log2 n
+(V. Havran, thesis, 2000). Every triangle's box is widened by `bounds.PADDING` of the scene's size,
+so that a triangle in a split plane is on both sides.
 """
 from __future__ import annotations
 
@@ -31,14 +31,16 @@ def build(triangles: np.ndarray, *, split: str = "binned", bins: int = 32,
 
     Parameters
     ----------
-    split : "binned" (exact for nodes with few references) or "exact"
+    split : candidate planes: "exact" for the faces of all references' boxes, or "binned" for the
+        ends of bins; nodes with few references use all faces in both cases
     bins : number of bins along each axis of a node
     traversal_cost, intersection_cost : cost of a node and of a triangle, in any common unit
-    empty_bonus : share of its cost that a split saves if it cuts off a fifth or more of its node
-        as empty space
+    empty_bonus : share by which a split's cost is reduced if the split cuts off empty space that
+        is a fifth or more of the node
     max_depth : the most levels; None for 8 + 1.3 log2 n
-    clip : bound a reference by the triangle's part inside the node instead of the triangle's box
-    workers : number of processes that grow subtrees (see `shevtsov`); the tree is the same
+    clip : whether a reference is bounded by the triangle's part inside the node, instead of by the
+        triangle's box
+    workers : number of processes that grow subtrees (see `shevtsov`). It does not change the tree
     """
     refuse_unknown(build, unknown)
     rules = Rules(sah_costs(traversal_cost, intersection_cost, empty_bonus),

@@ -1,4 +1,4 @@
-"""SAH growth: grow a kd-tree level by level; all nodes of a level are split together."""
+"""SAH growth: grow a kd-tree level by level. All nodes of a level are split together."""
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ from .tree import LEAF, MOST_REFERENCES, LooseKdTree
 
 
 def sah_costs(traversal_cost: float, intersection_cost: float, empty_bonus: float) -> Costs:
-    """The constants of the heuristic, after a check of their ranges."""
+    """The constants of the surface area heuristic. Their ranges are checked first."""
     return Costs(in_range("traversal_cost", traversal_cost, 0, 1e6),
                  in_range("intersection_cost", intersection_cost, 1e-6, 1e6),
                  in_range("empty_bonus", empty_bonus, 0, 0.999))
@@ -44,8 +44,9 @@ def grow(level: KdLevel, depth: int, vertices: np.ndarray | None, rules: Rules,
     Parameters
     ----------
     depth : depth of the level
-    vertices : (3, 3, n) float32, vertex, axis, triangle; None bounds references by their boxes
-    enough : stop before the first level with at least this many nodes
+    vertices : (3, 3, n) float32: vertex, axis, triangle. References are clipped to their nodes. If
+        None, the references' boxes are cut instead
+    enough : stop before the first level with at least this many nodes; None never stops early
 
     Returns
     -------
@@ -81,7 +82,8 @@ def children(level: KdLevel, nodes: np.ndarray, axis: np.ndarray, plane: np.ndar
              vertices: np.ndarray | None, pad: np.float32, run: Run = map) -> KdLevel:
     """The children of the given nodes: all left children, then all right children.
 
-    Because of this order, filtering the references twice keeps them in the order of nodes.
+    With this order, the references of each side only need to be filtered: they remain in the order
+    of the nodes.
     """
     count = level.count[nodes]
     index = expand(run_starts(level.count)[nodes], count)
@@ -106,7 +108,8 @@ def _child(level: KdLevel, index: np.ndarray, owner: np.ndarray, across: np.ndar
            pad: np.float32) -> tuple[np.ndarray, ...]:
     """The children on one side of every split node, as the fields of a level.
 
-    across : the positions in `index` of references that lie on both sides and need clipping
+    across : the positions in `index` of the references that lie on both sides, and so need
+        clipping
     """
     triangle, node = level.triangle[index[across]], owner[across]
     box_lo, box_hi = lo[:, node], hi[:, node]
@@ -140,9 +143,9 @@ class GrownNodes:
 
     def add(self, level: KdLevel, inner: np.ndarray, axis: np.ndarray | None = None,
             plane: np.ndarray | None = None) -> None:
-        """Append a level; `axis` and `plane` are those of its inner nodes.
+        """Append a level. `axis` and `plane` are the splits of its `inner` nodes.
 
-        The next level must hold their left children and then their right children.
+        The next level must hold the left children of all inner nodes, and then the right children.
         """
         n, split_count = len(level.count), len(inner)
         axes, planes = np.full(n, LEAF, np.int8), np.zeros(n, np.float32)

@@ -2,14 +2,15 @@
 
 M. Shevtsov, A. Soupikov, A. Kapustin, "Highly parallel fast kd-tree construction for interactive
 ray tracing of dynamic scenes", Eurographics 2007 (survey, section 5), use min-max binning (see
-`sah`). All workers build the top levels together, then each worker builds subtrees, with exact SAH
-near the leaves.
+`sah`). In the paper, all workers build the top levels together. Then each worker builds subtrees,
+with exact SAH near the leaves.
 
-Here threads share the work on the top levels by axis and by side, not by triangle, because numpy
-releases the interpreter lock in its loops. Then processes grow the subtrees from arrays in shared
-memory; each process gets about the same number of references. A node's split depends on the node
-alone, so the tree equals that of a single worker, node for node. The limit `MOST_REFERENCES` is an
-exception: it applies to each group of subtrees separately.
+Here, threads share the work on the top levels. numpy releases the interpreter lock in its loops,
+so the threads run at the same time. They share the work by axis and by side, not by triangle. Then
+processes grow the subtrees from arrays in shared memory; each process gets about the same number
+of references. A node's split depends on the node alone, so several workers build the same tree as
+one worker, node for node. Only the limit `MOST_REFERENCES` can make a difference, because it
+applies to each group of subtrees separately.
 
 Processes are spawned, not forked, because a fork would inherit the OpenGL context.
 """
@@ -29,8 +30,8 @@ from .sah import KdLevel
 from .sah_growth import Rules, grow
 from .tree import LooseKdTree, join
 
-SUBTREES = 16       # per worker: enough for an even distribution
-GROUPS = 2          # tasks per worker: with smaller tasks, workers end at about the same time
+SUBTREES = 16       # fewest subtrees per worker: enough to distribute the references evenly
+GROUPS = 2          # groups of subtrees per worker: with two, workers end at about the same time
 
 
 def grow_on_processes(level: KdLevel, vertices: np.ndarray | None, rules: Rules,
@@ -45,7 +46,7 @@ def grow_on_processes(level: KdLevel, vertices: np.ndarray | None, rules: Rules,
     pool = ProcessPoolExecutor(workers, multiprocessing.get_context("spawn"))
     try:
         with left_to_this_process():
-            for _ in range(workers):        # workers start during the top levels
+            for _ in range(workers):        # let workers start while threads build the top levels
                 pool.submit(_awake)
         with ThreadPoolExecutor(workers) as threads:
             top, rest = grow(level, 0, vertices, rules, SUBTREES * workers, threads.map)
@@ -67,11 +68,12 @@ def grow_on_processes(level: KdLevel, vertices: np.ndarray | None, rules: Rules,
 
 
 def _awake() -> None:
-    """Do nothing: the first task of a worker, which makes it import this module."""
+    """Do nothing. This first task of a worker makes the worker import this module."""
 
 
 def _deal_out(count: np.ndarray, groups: int) -> list[np.ndarray]:
-    """Distribute nodes, the largest first, into groups of about equally many references."""
+    """Distribute nodes, beginning with the largest, to groups with about equally many references.
+    """
     dealt: list[list[int]] = [[] for _ in range(groups)]
     held = np.zeros(groups, np.int64)
     for node in np.argsort(-count, kind="stable").tolist():
@@ -82,7 +84,7 @@ def _deal_out(count: np.ndarray, groups: int) -> list[np.ndarray]:
 
 
 def _grow_group(shared: SharedArrays, nodes: np.ndarray, depth: int, rules: Rules) -> LooseKdTree:
-    """In a worker: grow the subtrees of the given nodes; their roots come first in the result."""
+    """Grow the subtrees of the given nodes, in a worker. The result begins with their roots."""
     with shared.open() as arrays:
         return _grow_some(arrays, nodes, depth, rules)
 

@@ -1,4 +1,4 @@
-"""Kd-tree: the finished tree, and the loose tree that builders return."""
+"""Kd-tree: the finished tree, and the loose tree, in any order of nodes, that builders return."""
 from __future__ import annotations
 
 import math
@@ -12,12 +12,12 @@ from ...accel.runs import expand, run_starts
 from ...accel.sound import alike, are_pairs, named, within
 
 LEAF = 3                # the axis of a leaf
-MOST_REFERENCES = 64    # average per triangle above which the tree stops growing
+MOST_REFERENCES = 64    # a tree stops growing at this mean number of references per triangle
 
 
 @dataclass(frozen=True)
 class KdTree:
-    """A kd-tree; siblings are neighbours, node 0 is the root.
+    """A kd-tree. Siblings are neighbours, and node 0 is the root.
 
     Attributes
     ----------
@@ -27,7 +27,7 @@ class KdTree:
     left : (n,) int32, the left child of an inner node (the right child is left + 1), or a leaf's
         first reference
     count : (n,) int32, the number of references of a leaf; 0 for an inner node
-    references : (m,) int32, the triangles of all leaves in turn, ascending in each leaf
+    references : (m,) int32, the triangles of one leaf after another, ascending in each leaf
     depth : int, the number of edges from the root to the deepest leaf
     """
 
@@ -70,13 +70,14 @@ class KdTree:
 
 @dataclass
 class LooseKdTree:
-    """The result of a builder: a kd-tree with nodes in any order; node 0 is the root.
+    """The result of a builder: a kd-tree with its nodes in any order. Node 0 is the root.
 
     Attributes
     ----------
     axis, split : (n,) as in `KdTree`
     first, second : (n,) int64, left and right child, -1 for a leaf
-    start, count : (n,) int64, a leaf's run in `references`; the count of an inner node is 0
+    start, count : (n,) int64, the start and the length of a leaf's run in `references`; the count
+        of an inner node is 0
     references : (m,) int32, triangles
     """
 
@@ -89,7 +90,7 @@ class LooseKdTree:
     references: np.ndarray
 
     def finish(self, lo: np.ndarray, hi: np.ndarray) -> KdTree:
-        """The finished tree: siblings side by side, subtrees in depth-first order.
+        """The finished tree, with siblings side by side and subtrees in depth-first order.
 
         This order keeps the nodes of a path close together in memory.
 
@@ -107,10 +108,10 @@ class LooseKdTree:
                       len(inner))
 
     def coarsened(self, most: int) -> LooseKdTree:
-        """A tree of at most `most` nodes and references; its smallest subtrees become leaves.
+        """A tree of at most `most` nodes and at most `most` references.
 
-        All subtrees up to a common number of references become leaves. A leaf lists a triangle
-        only once.
+        If the tree is larger, all subtrees up to a common number of references become leaves. Each
+        of these leaves lists a triangle only once.
         """
         tree, nodes = self, min(most, len(self.axis))
         while nodes and (len(tree.axis) > most or len(tree.references) > most):
@@ -137,8 +138,10 @@ def join(top: LooseKdTree, groups: list[np.ndarray], subtrees: list[LooseKdTree]
 
     Parameters
     ----------
-    top : the top levels; their children that are roots of subtrees have numbers from len(top) on
-    groups : for each entry of `subtrees`, the numbers, from 0, of the roots that it begins with
+    top : the top levels, of n nodes. The subtrees below them have roots 0, 1, ...; in `top`, root
+        k is the child with the number n + k
+    groups : for each entry of `subtrees`, the numbers k of its roots
+    subtrees : the subtrees. An entry may hold several subtrees; its first nodes are their roots
     """
     nodes_above = len(top.axis)
     parts, numbers = [top], [np.arange(nodes_above)]

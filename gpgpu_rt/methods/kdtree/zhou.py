@@ -5,20 +5,21 @@ Asia 2008 (survey, section 5). This numpy form defines the tree. The fragment pr
 `gpu_build/zhou.py` give the same tree, node for node. Therefore every value that decides a split
 is computed in float32, in the same order as in the programs.
 
-A large node has more than `small` references. If empty space on a side takes more than
-`empty_cut` of its extent, the node is split there. Otherwise it is split in the middle of its
-longest axis, and references on both sides are clipped.
+A large node has more than `small` references. If empty space on one side of the node is more than
+the share `empty_cut` of the node's extent, a split cuts off this empty space. Otherwise the node
+is split in the middle of its longest axis, and references on both sides are clipped.
 
-For a small node, the six faces of each reference's box are the candidate planes. Masks of 64 bits,
-made once per small root, tell which of the root's references lie left and right of each plane.
-Each node below the root is such a mask too.
+A small root is a small node whose parent is large. For small nodes, the six faces of each
+reference's box are the candidate planes. Masks of 64 bits are computed once for each small root.
+They tell which of the root's references lie left and right of each plane. Each node below the root
+is also stored as a mask of the root's references.
 
-Departures: a node loses empty space on one side per level, not on six sides. A reference is
-clipped by the split plane alone and cut to its old box, not to the six faces of the node. This
-clips three edges instead of a polygon. If all references of a node lie on both sides of the middle
-of its longest axis, the split uses another axis that separates references. After `FUTILE` levels
-without such an axis the node becomes a leaf of any size. Empty space in small nodes gets the bonus
-of `sah`.
+Departures from the paper: a split cuts off empty space on one side of a node, not on up to six
+sides. A reference is clipped by the split plane alone and cut to its old box, not to the six faces
+of the node. This clips three edges instead of a polygon. If all references of a node lie on both
+sides of the middle of its longest axis, the split uses another axis that separates references.
+After `FUTILE` levels without such an axis, the node becomes a leaf of any size. In small nodes,
+splits that cut off empty space get the bonus of `sah`.
 """
 from __future__ import annotations
 
@@ -36,10 +37,12 @@ from .zhou_small import SmallRoots, grow_small
 
 MASK_BITS = 64
 EMPTY_CUT = 0.25    # the value of Zhou et al. for ray tracing
-FUTILE = 3          # levels without any separation that a large node may have, one per axis
-MORE_LEVELS = 8     # large nodes beyond `depth_cap`: halving needs more levels than SAH splits
-SMALL_LEVELS = 8    # below a small root; more levels add references and do not shorten traversal
-SLACK = 2           # in paddings, around a clipped part, because the clip is in float32
+FUTILE = 3          # most levels in a row that separate no references, one for each axis
+# Levels of large nodes beyond `depth_cap`, because halving needs more levels than SAH.
+MORE_LEVELS = 8
+# Levels below a small root. More levels would add references but not shorten traversal.
+SMALL_LEVELS = 8
+SLACK = 2           # widening of a clipped part, in paddings, because the clip is in float32
 CHUNK = 1 << 18     # triangles clipped together
 
 
@@ -49,7 +52,7 @@ class ZhouRules:
 
     Attributes
     ----------
-    max_depth, large_depth : depth limits of all nodes and of large nodes
+    max_depth, large_depth : the depth limit of all nodes, and of large nodes
     small_levels : the most levels below a small root
     pad : the padding of triangles' boxes, world units
     """
@@ -63,12 +66,12 @@ class ZhouRules:
     pad: np.float32
 
     def levels_below(self, depth: int) -> int:
-        """The most levels below a small root of this depth."""
+        """The most levels below a small root at this depth."""
         return min(self.small_levels, self.max_depth - depth)
 
     @property
     def slack(self) -> np.float32:
-        """The widening of clipped parts, world units."""
+        """The distance by which clipped parts are widened, world units."""
         return np.float32(SLACK) * self.pad
 
 
@@ -76,7 +79,7 @@ def rules_of(triangles: np.ndarray, *, traversal_cost: float = Costs.traversal,
              intersection_cost: float = Costs.intersection, empty_bonus: float = Costs.empty_bonus,
              max_depth: int | None = None, small: int = MASK_BITS,
              empty_cut: float = EMPTY_CUT, **unknown: object) -> ZhouRules:
-    """The rules from the options of `build`, after a check of the options."""
+    """The rules that the options of `build` give. The options are checked first."""
     refuse_unknown(rules_of, unknown)
     large = below = deepest = depth_cap(triangles, max_depth)
     if max_depth is None:
@@ -92,10 +95,11 @@ def build(triangles: np.ndarray, **options: object) -> LooseKdTree:
 
     Parameters
     ----------
-    traversal_cost, intersection_cost, empty_bonus : as in `sah_build.build`
-    max_depth : if None, 16 + 1.3 log2 n levels down to a small node, and 8 levels below it
-    small : the most references of a small node, up to 64
-    empty_cut : cut off empty space that is a larger share of a large node's extent
+    traversal_cost, intersection_cost, empty_bonus : As in `sah_build.build`.
+    max_depth : Largest number of levels. None for 16 + 1.3 log2 n levels of large nodes, and 8
+        levels below a small root.
+    small : Largest number of references of a small node, up to 64.
+    empty_cut : Empty space is cut off if it is a larger share of a large node's extent.
     """
     rules = rules_of(triangles, **options)
     nodes = Nodes()
@@ -105,7 +109,7 @@ def build(triangles: np.ndarray, **options: object) -> LooseKdTree:
 
 
 class Nodes:
-    """Collects nodes, parents before their children; node 0 exists from the start."""
+    """Collects nodes, parents before their children. Node 0 exists from the start."""
 
     def __init__(self) -> None:
         self.count = 1
@@ -114,14 +118,14 @@ class Nodes:
 
     def split(self, node: np.ndarray, axis: np.ndarray,
               plane: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Make these nodes inner nodes; the numbers of their left and right children."""
+        """Make these nodes inner nodes. Return the numbers of their left and right children."""
         first = self.count + 2 * np.arange(len(node))
         self.count += 2 * len(node)
         self.inner.append((node, axis, plane, first))
         return first, first + 1
 
     def leaf(self, node: np.ndarray, count: np.ndarray, triangle: np.ndarray) -> None:
-        """Make these nodes leaves; `triangle` holds the triangles of all leaves in turn."""
+        """Make these nodes leaves. `triangle` has the triangles of one leaf after another."""
         self.leaves.append((node, count, triangle))
 
     def loose(self) -> LooseKdTree:
@@ -141,7 +145,7 @@ class Nodes:
 
 def grow_large(level: KdLevel, triangles: np.ndarray, rules: ZhouRules,
                nodes: Nodes) -> SmallRoots:
-    """Split a level of one node, and all large nodes below it; the small nodes that result."""
+    """Split a level of one node, and all large nodes below it. Return the small roots."""
     node, futile, depth = np.zeros(1, np.int64), np.zeros(1, np.int64), 0
     roots = SmallRoots()
     limit = MOST_REFERENCES * len(triangles) + 4096
@@ -173,7 +177,7 @@ def grow_large(level: KdLevel, triangles: np.ndarray, rules: ZhouRules,
 
 
 def pick(level: KdLevel, nodes: np.ndarray) -> KdLevel:
-    """The given nodes of a level, with their references, as a level."""
+    """A level that holds only the given nodes of a level, with their references."""
     index = expand(run_starts(level.count)[nodes], level.count[nodes])
     return KdLevel(level.lo[:, nodes], level.hi[:, nodes], level.count[nodes],
                    level.triangle[index], level.box[:, index])
@@ -205,7 +209,7 @@ def decide(level: KdLevel, futile: np.ndarray,
     left = (level.box[:3] < at) | (level.box[3:] <= at)
     both = (np.add.reduceat(left, starts, axis=1, dtype=np.int64)
             + np.add.reduceat(level.box[3:] > at, starts, axis=1, dtype=np.int64))
-    none = 2 * count            # every reference lies on both sides
+    none = 2 * count            # the value of `both` if every reference lies on both sides
     both = np.where((middle > lo) & (middle < hi), both, none + 1)
     longest = (hi - lo).argmax(axis=0)
     chosen = np.where(both[longest, row] < none, longest, both.argmin(axis=0))
@@ -242,20 +246,22 @@ def large_children(level: KdLevel, axis: np.ndarray, plane: np.ndarray, triangle
 
 def clip_half(triangles: np.ndarray, index: np.ndarray, axis: np.ndarray, plane: np.ndarray,
               side: int, slack: np.float32, box: np.ndarray) -> np.ndarray:
-    """Clip each triangle by a plane: the boxes of the kept parts, within the triangles' old boxes.
+    """Clip each triangle by a plane. Return the boxes of the parts that are kept.
+
+    The new boxes lie within the triangles' old boxes.
 
     Parameters
     ----------
-    index, axis, plane : (m,), the triangle, and the plane that cuts it
-    side : 0 keeps the part below the plane, 1 the part above
-    slack : widening of both the plane and the kept part, world units. The coordinates of a vertex
-        made by the cut have an error of at most 12 roundings of the scene's largest coordinate.
-        This is less than half of `slack`.
-    box : (6, m) float32, the lower and the upper corner
+    index, axis, plane : (m,), the triangle, and the axis and coordinate of the plane that cuts it
+    side : 0 keeps the part below the plane, 1 the part above the plane
+    slack : distance by which both the plane and the kept part are widened, world units. The cut
+        makes new vertices. Their coordinates have an error of at most 12 roundings of the scene's
+        largest coordinate, which is less than half of `slack`.
+    box : (6, m) float32, the lower and the upper corner of each old box
 
     Returns
     -------
-    (6, m) float32; if no part is left, a lower corner lies above the upper corner
+    (6, m) float32. If no part of a triangle is left, its lower corner lies above its upper corner
     """
     result = np.empty_like(box)
     for begin in range(0, len(index), CHUNK):
@@ -267,7 +273,7 @@ def clip_half(triangles: np.ndarray, index: np.ndarray, axis: np.ndarray, plane:
 
 def _clip_half(vertices: np.ndarray, axis: np.ndarray, plane: np.ndarray, side: int,
                slack: np.float32, box: np.ndarray) -> np.ndarray:
-    """As `clip_half`, for a chunk; `vertices` is (3, 3, m): vertex, coordinate, triangle."""
+    """Clip a chunk of triangles for `clip_half`. `vertices` is (vertex, coordinate, triangle)."""
     row = np.arange(len(axis))
     wide = plane - slack if side else plane + slack
     along = vertices[:, axis, row]

@@ -1,4 +1,4 @@
-"""Small nodes of Zhou's build: SAH on masks of 64 references."""
+"""Small nodes of Zhou's build: the surface area heuristic (SAH) on masks of 64 references."""
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
@@ -11,18 +11,24 @@ from .sah import Costs, KdLevel, SplitCost
 if TYPE_CHECKING:
     from .zhou import Nodes
 
-FACES = 6           # faces of a reference's box: three lower faces, three upper faces
+FACES = 6           # faces of a reference's box: first the three lower, then the three upper faces
 CHUNK = 1 << 17     # references processed together
 
 
 class SmallRoots:
-    """The small nodes that the large stage produces; see `zhou.Nodes` for their numbers."""
+    """The small nodes that result from the splits of large nodes."""
 
     def __init__(self) -> None:
         self._parts: list[tuple[np.ndarray, ...]] = []
 
     def add(self, level: KdLevel, node: np.ndarray, levels: int) -> None:
-        """Add the nodes of a level, which must be small, with the most levels below each node."""
+        """Add the nodes of a level, which must all be small.
+
+        Parameters
+        ----------
+        node : the numbers of the nodes in `zhou.Nodes`
+        levels : the most levels below each node
+        """
         self._parts.append((level.lo, level.hi, level.count, level.triangle, level.box, node,
                             np.full(len(node), levels)))
 
@@ -33,9 +39,10 @@ class SmallRoots:
 
 
 def side_masks(level: KdLevel) -> np.ndarray:
-    """Masks of the references left and right of each candidate plane, (2, 6, m) uint64.
+    """Masks of the references left and right of each candidate plane.
 
-    The planes are the six faces of each reference's box. Bit j stands for reference j of the node.
+    The planes are the six faces of each reference's box. The masks are (2, 6, m) uint64: left and
+    right, face, reference. Bit j stands for reference j of the node.
     """
     masks = np.zeros((2, FACES, len(level.triangle)), np.uint64)
     starts = run_starts(level.count)
@@ -83,9 +90,10 @@ def grow_small(roots: SmallRoots, costs: Costs, nodes: Nodes) -> None:
 
 def _best(level: KdLevel, masks: np.ndarray, base: np.ndarray, mask: np.ndarray, lo: np.ndarray,
           hi: np.ndarray, costs: Costs) -> tuple[np.ndarray, np.ndarray]:
-    """The cost of each node's best plane (inf for none), and its number 6 * bit + face.
+    """The cost of each node's best plane, and the number of this plane, 6 * bit + face.
 
-    Among planes of equal cost the first wins.
+    The cost is inf for a node without a plane. If several planes have the same cost, the plane
+    with the lowest number is chosen.
     """
     cost, best = np.full(len(mask), np.inf, np.float32), np.zeros(len(mask), np.int64)
     count = population(mask)
@@ -111,7 +119,7 @@ def _best(level: KdLevel, masks: np.ndarray, base: np.ndarray, mask: np.ndarray,
 
 
 def bits(masks: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The mask's index and the bit's number, for all set bits of all masks in order."""
+    """For all set bits of all masks, in order: the mask's index, and the bit's number."""
     rows = masks.astype("<u8").view(np.uint8).reshape(-1, 8)
     return np.nonzero(np.unpackbits(rows, axis=1, bitorder="little"))
 

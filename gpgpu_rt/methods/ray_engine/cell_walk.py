@@ -1,7 +1,8 @@
 """The host's traversal of a uniform grid, for arrays of rays.
 
-It is the numpy twin of ``glsl/methods/grid/grid.glsl``: the same float32 operations in the same
-order. Therefore a ray visits the same cells on the host and in a fragment program.
+This module is the numpy twin of ``glsl/methods/grid/grid.glsl``. It does the same float32
+operations in the same order. Therefore a ray visits the same cells on the host as in a fragment
+program.
 """
 from __future__ import annotations
 
@@ -13,7 +14,7 @@ from ..grid.cells import Grid
 from .octree import Octree
 
 TINY_DIRECTION = np.float32(1e-20)
-BOX_SLACK, SPACING = 64, 2     # in roundoff units, as in glsl/core/slack.glsl
+BOX_SLACK, SPACING = 64, 2     # error bounds in roundoff units, as in glsl/core/slack.glsl
 
 
 class CellWalk:
@@ -21,7 +22,8 @@ class CellWalk:
 
     Parameters
     ----------
-    rays : origin, direction (n, 3) float32, t_min, t_max (n,) float32: the fields of RAY_TEXELS
+    rays : the fields of RAY_TEXELS: origin and direction (n, 3) float32, t_min and t_max (n,)
+        float32
     unit : roundoff unit of the arithmetic; the grid's box is widened in proportion to it
 
     Attributes
@@ -61,12 +63,15 @@ class CellWalk:
         return np.minimum(a, b).max(axis=1), np.maximum(a, b).min(axis=1)
 
     def start(self, t_end: np.ndarray) -> np.ndarray:
-        """Move every ray to its first cell that lists triangles; the rays that reach it, (k,)."""
+        """Move every ray to its first cell that lists triangles.
+
+        Return the rays, (k,), that reach such a cell.
+        """
         rays = np.flatnonzero(self.t_enter <= self.t_exit)
         grid, t = self.grid, self.t_enter[rays, None]
         at = (self.origin[rays] + t * self.direction[rays] - grid.lo) / grid.cell_size
         last = grid.resolution - 1
-        # Clip before the conversion, because far outside the value does not fit an integer.
+        # Clip before the conversion, because values far outside the grid do not fit an integer.
         cell = np.clip(np.floor(at), 0, last).astype(np.int64)
         self.cell[rays] = cell
         self.key[rays] = cell @ self.strides

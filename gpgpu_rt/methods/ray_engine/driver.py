@@ -1,4 +1,7 @@
-"""The Ray Engine: the host walks rays and queues them by cell, and passes intersect batches."""
+"""The Ray Engine: the host walks rays through cells, and passes intersect batches of the rays.
+
+Rays that wait for the triangles of the same cell form the cell's queue.
+"""
 from __future__ import annotations
 
 import time
@@ -26,10 +29,12 @@ QUAD = np.dtype([("rectangle", "<f4", 4), ("row", "<i4")])
 class RayEngine(MethodDriver):
     """The driver of a method whose rays the host walks through cells.
 
-    See ``Driver`` and ``glsl/methods/ray_engine/ray_engine.glsl``. A round intersects the queues
-    that are long enough, or all queues if none is, in batches. Then the host walks the rays of
-    these queues to their next cells. A batch uploads its rays, with the t of the hits so far, and
-    its quads, and reads its hits back.
+    See ``Driver`` and ``glsl/methods/ray_engine/ray_engine.glsl``. Each round intersects the
+    queues that are long enough, in batches. If no queue is long enough, the round intersects all
+    queues. Then the host walks the rays of these queues to their next cells.
+
+    A batch uploads its rays, with the t of their hits so far, and its quads. It then reads back
+    the hits.
     """
 
     def run(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
@@ -70,7 +75,10 @@ class RayEngine(MethodDriver):
     # A batch --------------------------------------------------------------------------------
 
     def _batch(self, trip: RayTrip, chosen: np.ndarray, statistics: Statistics) -> None:
-        """Intersect rays, (k,) int sorted by cell, with the triangles of their cells."""
+        """Intersect the rays ``chosen``, (k,) int, with the triangles of their cells.
+
+        The rays must be sorted by cell.
+        """
         split, batch = statistics.split, self._batch_for(len(trip.phase), trip.record)
         with clocked(split, "traversal_seconds"):
             runs = Runs.of(trip.walk.key[chosen])
@@ -129,7 +137,7 @@ class RayEngine(MethodDriver):
 
 @contextmanager
 def clocked(split: dict[str, float], name: str) -> Iterator[None]:
-    """Add the seconds of the block to an entry."""
+    """Add the seconds that the block takes to the entry ``name``."""
     began = time.perf_counter()
     yield
     split[name] += time.perf_counter() - began

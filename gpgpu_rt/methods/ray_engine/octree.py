@@ -1,4 +1,4 @@
-"""Octree: the structure and its build; cells of many triangles are halved along every axis.
+"""Octree: the structure and its build. Cells of many triangles are halved along every axis.
 
 A. S. Glassner, "Space subdivision for fast ray tracing", 1984. N. A. Carr, J. D. Hall, J. C. Hart,
 "The ray engine", Graphics Hardware 2002, traverse an octree on the host. A cell lists the
@@ -23,16 +23,17 @@ CHUNK = 1 << 18         # pairs of triangle and cell that are tested together
 
 @dataclass(frozen=True)
 class Octree:
-    """An octree over a cube; its leaves are the cells, in the order of levels.
+    """An octree over a cube. Its leaves are the cells, sorted by level.
 
-    Positions are in units of the finest cells, from the cube's lower corner.
+    Positions of cells are in units of the finest cells, from the cube's lower corner.
 
     Attributes
     ----------
     lo, hi : (3,) float32, the padded scene box, world units; the cube begins at lo
     resolution : (3,) int32, the number of finest cells along each axis, 2^levels
     cell_size : (3,) float32, the size of the finest cells, world units
-    child : (nodes,) int32, the first of eight children, x fastest; or -1 - cell for a leaf
+    child : (nodes,) int32, the first of eight children, whose order has x fastest; or -1 - cell
+        for a leaf
     corner : (cells, 3) int32, the lower corner of each cell
     span : (cells,) int32, the width of each cell in finest cells
     cell_start : (cells + 1,) int32, each cell's first reference; the last entry is m
@@ -78,9 +79,9 @@ def build_octree(triangles: np.ndarray, *, leaf_size: int = 8, density: float = 
     Parameters
     ----------
     triangles : (n, 3, 3) float32, world units
-    leaf_size : split cells that hold more triangles
-    density : limits the depth: a full tree of this depth has about 8 * `density` cells per
-        triangle. A level is not split if triangles could then lie in 64 cells on average.
+    leaf_size : cells that hold more triangles are split
+    density : limits the depth. A full tree of the largest depth has about 8 * `density` cells per
+        triangle. A level is not split if triangles could then lie in more than 64 cells on average
 
     Raises
     ------
@@ -103,7 +104,7 @@ def build_octree(triangles: np.ndarray, *, leaf_size: int = 8, density: float = 
         if level == levels or kept + 8 * count[split].sum() > USUAL_REFERENCES * (
                 len(triangles) + 64):
             split[:] = False
-        # Children follow this level's nodes, in the order of their parents.
+        # The children are stored after this level's nodes, in the order of their parents.
         inner, leaf = np.cumsum(split) - 1, np.cumsum(~split) - 1
         child.append(np.where(split, first + len(place) + 8 * inner, -1 - cells - leaf))
         span = 1 << (levels - level)
@@ -130,7 +131,7 @@ def build_octree(triangles: np.ndarray, *, leaf_size: int = 8, density: float = 
 
 
 def _levels(triangles: int, finest: float, density: float) -> int:
-    """The number of levels below the root, from the density.
+    """The number of levels below the root that the density gives.
 
     The finest level has at most `finest` cells along each axis.
     """
@@ -140,7 +141,7 @@ def _levels(triangles: int, finest: float, density: float) -> int:
 
 def _handed_down(shapes: Shapes, triangle: np.ndarray, parent: np.ndarray, corner: np.ndarray,
                  offsets: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The pairs of triangle and child that overlap, from pairs of triangle and parent.
+    """The pairs of triangle and child that overlap, given pairs of triangle and parent.
 
     Parameters
     ----------
@@ -150,7 +151,7 @@ def _handed_down(shapes: Shapes, triangle: np.ndarray, parent: np.ndarray, corne
     """
     triangles, nodes = [triangle[:0]], [parent[:0]]
     for part in chunks(np.full(len(triangle), 8), CHUNK):
-        # Which of the two children along each axis a triangle's box overlaps.
+        # For each axis, find which of the two halves of the parent the triangle's box overlaps.
         begin = shapes.first[triangle[part]] - corner[parent[part]]
         end = begin + shapes.cell_count[triangle[part]]
         along = np.stack([(begin <= 0) & (end > 0), (begin <= 1) & (end > 1)])

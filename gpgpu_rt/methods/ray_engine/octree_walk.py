@@ -13,10 +13,11 @@ from .octree import Octree
 class OctreeWalk(CellWalk):
     """The positions of n rays in an octree, with the attributes of ``CellWalk``.
 
-    A ray leaves a cell through a face. Its exit point gives the finest cell behind the face. Along
-    the face's two axes, this finest cell is clamped to the extent of the old cell. Therefore
-    rounding never leads to a cell that does not touch the old cell. A descent from the root then
-    finds the cell that contains the finest cell.
+    The octree's smallest cells are called finest cells. A ray leaves a cell through a face, and
+    its exit point gives a finest cell behind the face. Along the face's two axes, this finest cell
+    is clamped to the extent of the old cell. Therefore rounding never leads to a cell that does
+    not touch the old cell. A descent from the root then finds the cell that contains the finest
+    cell.
     """
 
     grid: Octree
@@ -78,5 +79,5 @@ class OctreeWalk(CellWalk):
 
 
 def cell_walk(cells: Grid | Octree, rays: Mapping[str, np.ndarray], unit: float) -> CellWalk:
-    """The traversal of rays for a grid or an octree; see ``CellWalk``."""
+    """The walk of rays through a grid or an octree; see ``CellWalk``."""
     return (OctreeWalk if isinstance(cells, Octree) else CellWalk)(cells, rays, unit)

@@ -26,7 +26,7 @@ NO_T = 3.4e38      # larger than every t
 
 @dataclass(frozen=True)
 class Runs:
-    """Runs of rays of a batch that wait in the same cell.
+    """Runs of a batch's rays. The rays of a run wait in the same cell.
 
     first, count : (k,) int64, the first ray and the number of rays of each run
     cell : (k,) int64, the cell of each run
@@ -69,7 +69,7 @@ class BatchTargets:
     Parameters
     ----------
     rays : largest number of rays in a batch
-    by_depth : whether the depth test keeps the nearest hit. Otherwise blending does
+    by_depth : whether the depth test keeps the nearest hit; if False, MIN blending keeps it
     record : the record of a ray
     """
 
@@ -79,7 +79,7 @@ class BatchTargets:
         gpu = setup.gpu
         self.size = (WIDTH, max(1, -(-rays // WIDTH)))
         gpu.check_size(*self.size, f"a batch of {rays:,} rays")
-        # The fields of rays are already rounded to the format ``storage``.
+        # The texture of rays is float32: the fields are already rounded to the format ``storage``.
         self.rays = Target(gpu, record, self.size)
         self.hit_record = replace(HIT, storage=self.precision.storage)
         self.depth = gpu.context.depth_renderbuffer(self.size)
@@ -96,7 +96,7 @@ class BatchTargets:
 
     @property
     def passes(self) -> tuple[str, ...]:
-        """The passes that draw quads, in their order, named after the value that they keep."""
+        """The names of the passes that draw quads, in their order. A name says what is kept."""
         return ("KEEP_DEPTH",) if self.by_depth else ("KEEP_NEAREST", "KEEP_FIRST")
 
     def upload(self, rays: Mapping[str, np.ndarray]) -> int:
@@ -117,10 +117,10 @@ class BatchTargets:
 
     def draw_quads(self, keep: str, any_hit: bool, samplers: Samplers, accelerator: Accelerator,
                    quads: moderngl.Buffer, count: int, depth_end: float) -> None:
-        """Draw a buffer of quads: four floats of a rectangle and a triangle's row each."""
+        """Draw a buffer of quads. A quad is four floats of a rectangle, and a triangle's row."""
         context = self.gpu.context
         target = self.targets[keep]
-        target.framebuffer.depth_mask = True     # clears and draws write depth
+        target.framebuffer.depth_mask = True     # clearing and drawing write depth
         target.clear(red=NO_T if keep == "KEEP_NEAREST" else NO_TRIANGLE, depth=1.0)
         if keep == "KEEP_DEPTH":
             context.enable_only(moderngl.DEPTH_TEST)
@@ -177,7 +177,7 @@ class BatchTargets:
         program.draw(self.hits, {**samplers, **self.samplers()}, rectangles=self._rows)
 
     def read(self, count: int) -> tuple[dict[str, np.ndarray], int]:
-        """Read back the hits of the batch's rays by field. Return them and the number of bytes."""
+        """Read back the hits of the batch's rays. Return the hits' fields, and the bytes read."""
         data = self.hits.framebuffer.read((0, 0, WIDTH, self.rows), 4, dtype="f4")
         note_moved(self.hits.textures[0], down=len(data))
         texels = np.frombuffer(data, np.float32).reshape(-1, 1, 4)

@@ -1,4 +1,4 @@
-"""A ray trip: the host's data of rays during their traversal of cells, and its work on them."""
+"""A ray trip: the rays of a call while the host walks them through cells, and the host's work."""
 from __future__ import annotations
 
 from collections.abc import Mapping
@@ -26,11 +26,12 @@ class RayTrip:
 
     Attributes
     ----------
-    record, rays : the record of the rays, and its fields as arrays
-    walk : the rays' positions in the cells
-    hit : fields of HIT, the nearest hits so far; before the first hit, t is t_max
-    tested, leaves : (n,) int32, counters of tested triangles and visited leaves
-    phase : (n,) int32, DONE, or UNFINISHED for rays that the step cap stopped
+    record, rays : The record of the rays, and its fields as arrays.
+    walk : The rays' positions in the cells.
+    hit : The fields of HIT for the nearest hits so far. Before a ray's first hit, t is t_max.
+    tested, leaves : Numbers of triangles that each ray tested and of leaves that it visited, (n,)
+        int32.
+    phase : UNFINISHED for a ray that the step cap stopped, else DONE, (n,) int32.
     """
 
     def __init__(self, accelerator: Accelerator, options: Mapping[str, Any], step_cap: int,
@@ -47,9 +48,10 @@ class RayTrip:
         self.tested, self.leaves, self.phase = np.zeros((3, count), np.int32)
 
     def enter(self, rays: np.ndarray) -> np.ndarray:
-        """The rays, of those that reached a cell, that may test its list within the step cap.
+        """Select the rays that may test their cell's list within the step cap.
 
-        Visited cells and tested triangles count as steps. All other rays become UNFINISHED.
+        ``rays`` are rays that have reached a cell. Visited cells and tested triangles count as
+        steps. Rays that would exceed the step cap become UNFINISHED and are left out.
         """
         steps = (self.walk.nodes_visited[rays] + self.tested[rays]
                  + self.walk.listed[self.walk.key[rays]])
@@ -58,12 +60,16 @@ class RayTrip:
         return rays[on]
 
     def ready(self, waiting: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Sort waiting rays by cell and divide them by the lengths of their queues.
+        """Sort waiting rays by cell, and divide them by the lengths of their queues.
+
+        The queues that are long enough are intersected now. If no queue is long enough, all queues
+        are intersected now.
 
         Returns
         -------
-        rays for the next batches, whose queues are long enough (all rays, if no queue is); rays
-        that keep waiting; and rays of short queues, which the host intersects itself
+        chosen : the rays that the next batches intersect
+        waiting : the rays that keep waiting
+        alone : the rays that the host itself intersects now, because their queues are very short
         """
         waiting = waiting[np.argsort(self.walk.key[waiting], kind="stable")]
         queues = Runs.of(self.walk.key[waiting])
@@ -75,12 +81,15 @@ class RayTrip:
         return waiting[taken & ~here], waiting[~taken], waiting[here]
 
     def fields(self, chosen: np.ndarray) -> dict[str, np.ndarray]:
-        """The fields of the rays' record; t_max is the t of the nearest hit so far."""
+        """The fields of the rays ``chosen``. t_max is the t of the nearest hit so far."""
         return {**{name: values[chosen] for name, values in self.rays.items()},
                 "t_max": self.hit["t"][chosen]}
 
     def take(self, rays: np.ndarray, found: dict[str, np.ndarray]) -> None:
-        """Store found hits that are nearer than known hits, or as near with a lower triangle."""
+        """Store the found hits that are better than the known hits.
+
+        A hit is better if it is nearer, or as near and on a triangle of lower index.
+        """
         t, known = found["t"], self.hit["t"][rays]
         better = (found["triangle"] != NO_TRIANGLE) & (
             (t < known) | ((t == known) & (found["triangle"] < self.hit["triangle"][rays])))
@@ -106,13 +115,16 @@ class RayTrip:
                 accepted &= (t > t_min) | (row > self.rays["after"][owner])
             at = np.flatnonzero(accepted)
             at = at[np.lexsort((row[at], t[at], owner[at]))]
-            at = at[np.diff(owner[at], prepend=-1) != 0]     # each ray's first hit
+            at = at[np.diff(owner[at], prepend=-1) != 0]     # keep the first hit of each ray
             self.take(owner[at], {"t": t[at], "u": u[at], "v": v[at], "triangle": row[at]})
             split["pairs"] += len(row)
         split["host_rays"] += len(rays)
 
     def onward(self, rays: np.ndarray) -> np.ndarray:
-        """Move rays from a tested cell to the next cell; the rays that must test its list."""
+        """Move rays from a tested cell to their next cell that lists triangles.
+
+        Return the rays that reach such a cell and may test its list.
+        """
         self.leaves[rays] += 1
         self.tested[rays] += self.walk.listed[self.walk.key[rays]]
         if self.any_hit:

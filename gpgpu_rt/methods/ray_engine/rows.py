@@ -25,7 +25,8 @@ def _prepare(triangles: np.ndarray, options: Mapping[str, Any]) -> Accelerator:
                           "test in fp32; leave cpu_below at 0 with other tests and precisions")
     grid = _cells(triangles, options)
     uniforms = {"scene_lo": tuple(grid.lo), "scene_hi": tuple(grid.hi)}
-    # As in the method grid, a ray visits each cell at most once and tests each list at most once.
+    # As in the method `grid`, a ray enters each cell at most once, and tests each list at most
+    # once.
     bound = (int(grid.resolution.sum()) + len(grid.references)
              + int((np.diff(grid.cell_start) > 0).sum()) + 3)
     return Accelerator(triangle_table(triangles), uniforms, bound, grid)
@@ -61,8 +62,8 @@ ROWS = (Method(
                "or a 24-bit depth test, which may lose hits", choices=("blend", "depth"),
                relaxed=("depth",)),
         Option("batch", 16_384, "largest number of rays in a batch", int, minimum=1),
-        Option("queue", 64, "number of rays for which a cell's queue waits while other queues are "
-               "longer", int, minimum=1),
+        Option("queue", 64, "a cell's queue is intersected once it has this many rays, or once no "
+               "queue has as many", int, minimum=1),
         Option("cpu_below", 0, "the host itself intersects queues of fewer rays than this; hits "
                "are the same to the bit if the renderer rounds as IEEE 754 requires and keeps "
                "subnormal numbers", int, minimum=0),

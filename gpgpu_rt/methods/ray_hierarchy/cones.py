@@ -1,4 +1,4 @@
-"""Cones over rays: each level of a ray hierarchy is made from the level below, as in a mipmap."""
+"""Cones over rays. Each level of a ray hierarchy is made from the level below, as in a mipmap."""
 from __future__ import annotations
 
 from ...gl.context import Gpu
@@ -13,10 +13,11 @@ from .records import CONE
 
 
 def level_sizes(size: tuple[int, int]) -> tuple[list[tuple[int, int]], list[tuple[int, int]]]:
-    """Return the (width, height) of every level, and the fan between levels.
+    """Return the (width, height) of every level, and the fan from each level to the next.
 
-    The first level is that of the rays. A fan is the number of nodes, by axis, that share a node
-    of the next level: (2, 2), or four along the only row or column of a level.
+    The nodes of the first level are the rays. A fan is the number of nodes along each axis that
+    share a node of the next level. The fan is (2, 2), but (4, 1) or (1, 4) for a level with a
+    single row or column.
     """
     sizes, fans = [size], []
     while len(sizes) == 1 or sizes[-1] != (1, 1):
@@ -33,8 +34,9 @@ class RayCones:
 
     Attributes
     ----------
-    levels : CONE of every node; the first level is that of the rays
-    fans : number of nodes, by axis, that share a node of the next level
+    levels : CONE of every node; the nodes of the first level are the rays
+    fans : for each level but the last, the number of nodes, along each axis, that share a node of
+        the next level
     """
 
     def __init__(self, gpu: Gpu, size: tuple[int, int], state: Record,
@@ -48,7 +50,7 @@ class RayCones:
                                      precision.defines(), {"streams": CONE.stream_glsl(True)})
 
     def build(self, rays: RayTextures, states: Target, unit: float) -> None:
-        """Build every level, from the unfinished rays."""
+        """Build every level, over the unfinished rays. ``unit`` scales world lengths."""
         if rays.record not in self._rays:
             layout = self.precision.layout
             texts = [record.stream_glsl(False) for record in (rays.record, layout(self.state),
@@ -64,7 +66,10 @@ class RayCones:
             self._level.draw(level, below.samplers())
 
     def top(self, nodes: int) -> int:
-        """Return the lowest level above the rays with at most ``nodes`` nodes, else the top."""
+        """Return the number of the level at which pairs begin.
+
+        This is the lowest level above the rays that has at most ``nodes`` nodes.
+        """
         return next(k for k, level in enumerate(self.levels)
                     if k and (level.length <= nodes or k == len(self.levels) - 1))
 

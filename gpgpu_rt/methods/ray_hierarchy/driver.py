@@ -1,4 +1,4 @@
-"""The driver of `ray-hierarchy`: pairs of a triangle and a node of rays descend by levels."""
+"""The driver of `ray-hierarchy`: pairs of a triangle and a node of rays descend level by level."""
 from __future__ import annotations
 
 import math
@@ -28,11 +28,12 @@ GROWTH = 4      # ratio of the sizes of successive batches of triangles
 class RayHierarchy(MethodDriver):
     """Runs `ray-hierarchy`; see ``Driver``.
 
-    Triangles are traced in batches. The first batches are small: their hits shorten the rays, and
-    the hierarchy is rebuilt before the next batch. A batch begins as the pairs of each of its
-    triangles with each node of the topmost level. A pass tests ``stream_size`` pairs at a time
-    against four children each. The remaining pairs descend to the rays before the next
-    ``stream_size`` pairs are tested, so no stream is longer than four times ``stream_size``.
+    Triangles are traced in batches. The first batches are small, because their hits shorten the
+    rays; the hierarchy is rebuilt for the shorter rays before each batch. A batch begins as the
+    pairs of each of its triangles with each node of the top level. A pass takes ``stream_size``
+    pairs, and tests each triangle against the four children of its node. The pairs that remain
+    descend to the rays before the next ``stream_size`` pairs are tested. So no stream is longer
+    than four times ``stream_size``.
     """
 
     def __init__(self, setup: Setup) -> None:
@@ -48,7 +49,7 @@ class RayHierarchy(MethodDriver):
 
     @property
     def unit(self) -> float:
-        """The passes' unit of length, in world units."""
+        """The factor by which passes multiply world lengths. The scene's size is then about 1."""
         return self.accelerator.uniforms["unit"]
 
     @property
@@ -57,7 +58,7 @@ class RayHierarchy(MethodDriver):
         return self.accelerator.step_bound
 
     def follow(self, samplers: Samplers, accelerator: Accelerator, step_cap: int) -> None:
-        """Use these tables from now on. Triangles moved."""
+        """Use the tables of triangles that moved."""
         super().follow(samplers, accelerator, step_cap)
         if self._balls is not None:
             self.room.drop(self._balls)
@@ -94,7 +95,10 @@ class RayHierarchy(MethodDriver):
         self.draw(program, target, textures, statistics)
 
     def _test(self, level: int, first: int, count: int) -> int:
-        """Test pairs against their nodes' children. Return the number of pairs one level below."""
+        """Test the triangles of pairs against the children of the pairs' nodes.
+
+        Return the number of pairs that remain, one level below.
+        """
         assert self.cones is not None and self._balls is not None
         pairs, below = self._pairs[level], self.cones.levels[level - 1]
         children = self.stream(CHILDREN, count)
@@ -108,7 +112,7 @@ class RayHierarchy(MethodDriver):
         return kept
 
     def _count(self, level: int, first: int, count: int) -> None:
-        """Count each pair as a visit of the node's children by all rays below the node."""
+        """Count each pair as a visit to the node's children, made by every ray below the node."""
         visits = self._visits[level - 1]
         self.blend(moderngl.FUNC_ADD)
         self.room.scatter("pair_visits", visits, [self._pairs[level]], count, base=first,
@@ -116,7 +120,7 @@ class RayHierarchy(MethodDriver):
         self.gpu.context.enable_only(moderngl.NOTHING)
 
     def hand_down_visits(self) -> None:
-        """Add the visits of each node to the nodes below it, level by level."""
+        """Add the visits of each node to its children, level by level down to the rays."""
         assert self.cones is not None
         self.blend(moderngl.FUNC_ADD)
         for level in range(len(self._visits) - 1, 0, -1):
@@ -131,7 +135,10 @@ class RayHierarchy(MethodDriver):
 
     def nearest_of(self, pairs: int, first: int, rays: RayTextures, before: Target,
                    any_hit: bool) -> None:
-        """Test ``pairs`` rays and triangles; keep each ray's least t and lowest triangle."""
+        """Test ``pairs`` pairs of ray and triangle, from ``first`` on.
+
+        Keep each ray's least t, and the lowest index of the triangles at this t.
+        """
         nearest, lowest = self._images
         candidates = self.stream(TESTED, pairs)
         program = self.compiled("methods/ray_hierarchy/pair_hits", [
@@ -235,7 +242,7 @@ class RayHierarchy(MethodDriver):
 
 
 class _Trace:
-    """A run over all batches; ``now`` is the buffer with the rays' present states."""
+    """The run of a call over all batches. ``now`` is the buffer with the rays' present states."""
 
     def __init__(self, owner: RayHierarchy, rays: RayTextures, buffers: StateBuffers,
                  statistics: Statistics, any_hit: bool) -> None:
@@ -264,7 +271,10 @@ class _Trace:
         self._update_rays("finish")
 
     def _descend(self, level: int, pairs: int) -> None:
-        """Descend with the pairs of a level down to the rays, a part of the pairs at a time."""
+        """Test the pairs of a level, and the pairs that remain on all levels down to the rays.
+
+        Take a part of the pairs down to the rays before the next part.
+        """
         chunk = self.owner.options["stream_size"] * (1 if level else 4)
         for first in range(0, pairs, chunk):
             count = min(chunk, pairs - first)
@@ -279,7 +289,7 @@ class _Trace:
                 self._update_rays("nearest")
 
     def _update_rays(self, part: str) -> None:
-        """Run a pass over all rays, into the other buffer."""
+        """Draw a pass over all rays, from the present buffer into the other buffer."""
         other = self.buffers.side(1 if self.now is self.buffers.side(0) else 0)
         self.owner._draw(self.owner.rays_pass(self.rays, self.any_hit, part), self.rays,
                          self.now, other, self.statistics)

@@ -12,7 +12,7 @@ from ...traversal.records import STATE
 from ...traversal.triangle_table import TRIANGLE, box_uniforms, triangle_table
 from .driver import RayHierarchy
 
-MOST_BITS = 100     # limit on the scale's exponent, so that scaled values fit into a float
+MOST_BITS = 100     # limit on the exponent of the scale, so that scaled values fit into a float
 
 
 def _prepare(triangles: np.ndarray, options: Mapping[str, Any]) -> Accelerator:
@@ -22,7 +22,7 @@ def _prepare(triangles: np.ndarray, options: Mapping[str, Any]) -> Accelerator:
 
 
 def unit_of(triangles: np.ndarray) -> float:
-    """The power of two that scales a scene of (n, 3, 3) triangles to a size of about 1."""
+    """The power of two by which passes multiply lengths, so that the scene's size is about 1."""
     extent = np.float64(0)
     if len(triangles):
         corners = triangles.reshape(-1, 3)

@@ -1,4 +1,4 @@
-"""Beams: the volume that the rays of a five-dimensional box can reach, and overlap tests with it.
+"""Beams: the volume that the rays of a five-dimensional box can reach, and tests of overlap.
 
 J. Arvo, D. Kirk, "Fast Ray Tracing by Ray Classification", SIGGRAPH 1987. A beam is the box of its
 origins swept along its directions. It is convex and has five bounding planes: a plane behind the
@@ -23,12 +23,14 @@ PAIRS = 1 << 22      # limit on the pairs of beam and triangle that are tested t
 class Beams:
     """m beams in the frame of an axis, as (m,) float64 bounds with padding.
 
+    z is the coordinate along this axis, and x the coordinate along one of the two other axes.
+
     Attributes
     ----------
-    behind : the lowest depth
-    slopes : for both other axes, the lowest and the highest slope of the directions
-    limits : for both other axes, the lowest x - slope z with the lowest slope, and the highest
-        x - slope z with the highest slope
+    behind : the lowest z of the origins
+    slopes : for each of the two other axes, the lowest and the highest slope of the directions
+    limits : for each of the two other axes, the lowest x - slope z with the lowest slope, and the
+        highest x - slope z with the highest slope
     """
 
     behind: np.ndarray
@@ -38,7 +40,13 @@ class Beams:
     @classmethod
     def of(cls, lo: np.ndarray, hi: np.ndarray, first: np.ndarray, last: np.ndarray,
            space: RaySpace) -> Beams:
-        """The beams of boxes of origins in the frame, (m, 3), and of directions, (m, 2)."""
+        """The beams of m boxes of rays.
+
+        Parameters
+        ----------
+        lo, hi : (m, 3), the corners of the boxes of origins, in the frame
+        first, last : (m, 2), the corners of the boxes of directions
+        """
         pad, slopes, limits = 3 * space.pad, [], []
         for a in (0, 1):
             low, high = first[:, a] - space.direction_pad, last[:, a] + space.direction_pad
@@ -49,7 +57,10 @@ class Beams:
 
     def meet_boxes(self, beam: np.ndarray, lo: np.ndarray, hi: np.ndarray,
                    box: np.ndarray) -> np.ndarray:
-        """Whether beam[i] may overlap box[i], (k,) bool; corners are (n, 3), in the frame."""
+        """Whether beam[i] may overlap box[i], (k,) bool.
+
+        ``lo`` and ``hi``, (n, 3), are the corners of all boxes in the frame.
+        """
         z_lo, z_hi = lo[box, 2], hi[box, 2]
         kept = z_hi >= self.behind[beam]
         for a in (0, 1):
@@ -64,7 +75,7 @@ class Beams:
                        triangle: np.ndarray) -> np.ndarray:
         """Whether beam[i] may overlap triangle[i], (k,) bool.
 
-        ``corners``, (3, 3, n), has the axis first, then the corner, both in the frame.
+        ``corners``, (3, 3, n), are the triangles in the frame: axis, corner, triangle.
         """
         depth = corners[2][:, triangle]
         kept = largest(depth) >= self.behind[beam]
@@ -77,13 +88,13 @@ class Beams:
 
 
 class Candidates:
-    """The triangles of a scene, sorted by distance along an axis in one of its two directions.
+    """The triangles of a scene, sorted along an axis in one of its two directions.
 
     Attributes
     ----------
     corners : (3, 3, n), corners in the frame: axis, corner, triangle
-    near : (n,) float32, each triangle's lowest coordinate along the axis (negated for
-        ``negative``), exact
+    near : (n,) float32, each triangle's lowest coordinate along the axis, exact. With
+        ``negative``, coordinates are negated
     order : (n,) int64, the triangles in ascending order of ``near``
     """
 
@@ -103,7 +114,8 @@ class Candidates:
 
         Returns
         -------
-        triangles, beam by beam and nearest first; and each beam's number of triangles, (m,) int64
+        the triangles, beam by beam, for each beam in ascending order of ``near``; and the number
+        of triangles of each beam, (m,) int64
         """
         m, n = len(beams.behind), len(self.order)
         if not n:
@@ -115,7 +127,7 @@ class Candidates:
         return self.order[keys % n], np.bincount(keys // n, minlength=m)
 
     def _descend(self, beams: Beams) -> tuple[np.ndarray, np.ndarray]:
-        """Pairs of a beam and a triangle in a leaf whose box the beam overlaps.
+        """All pairs of a beam and a triangle that lies in a leaf whose box the beam may overlap.
 
         All beams descend the tree together, level by level.
         """

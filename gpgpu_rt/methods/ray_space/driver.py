@@ -1,6 +1,7 @@
-"""Ray classification: a pass assigns rays to boxes of ray space, and the host makes missing lists.
+"""Ray classification: a pass assigns rays to boxes of ray space.
 
-The method's programs then trace the rays through the lists of their boxes.
+The host then makes the lists of triangles that are missing for these boxes. The method's programs
+trace the rays through the lists of their boxes.
 """
 from __future__ import annotations
 
@@ -29,7 +30,7 @@ class RayClasses(Traversal):
         self._own: dict[Record, Samplers] = {RAY_BOX: {}, CANDIDATE: {}}
 
     def follow(self, samplers: Samplers, accelerator: Accelerator, step_cap: int) -> None:
-        """Use these tables from now on. Triangles moved, so all lists are dropped."""
+        """Use the tables of triangles that moved. Drop all lists, which are for old positions."""
         self._release_own()
         self._given = samplers
         super().follow(samplers, accelerator, step_cap)
@@ -39,7 +40,8 @@ class RayClasses(Traversal):
         """Trace every ray. Return the hits and the number of rays that the step cap stopped."""
         boxes: RayBoxes = self.accelerator.structure
         cells = self._box_of_each(rays, statistics)
-        if boxes.ask(cells) or not self._own[RAY_BOX]:    # another driver may have made the lists
+        # If another driver made the lists, they are not yet in this driver's textures.
+        if boxes.ask(cells) or not self._own[RAY_BOX]:
             self._upload(boxes)
         for record, samplers in self._own.items():
             if samplers:

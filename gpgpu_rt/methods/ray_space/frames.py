@@ -1,8 +1,8 @@
-"""Ray space: frames and error bounds, shared by the methods that sort rays instead of space.
+"""Ray space: frames and error bounds for the methods that subdivide rays instead of space.
 
 The dominant axis of a direction is the axis of its largest component. Divided by the magnitude of
 this component, the direction is a point (u, v) in [-1, 1]^2 on a face of a cube. In the frame of
-an axis the coordinate along the axis comes last, as in `permute` of ``glsl/core/ray.glsl``.
+an axis, the coordinate along this axis comes last, as in `permute` of ``glsl/core/ray.glsl``.
 """
 from __future__ import annotations
 
@@ -14,21 +14,21 @@ from ...accel.bounds import padding, scene_box
 from ...gl.precision import FORMATS
 from ...rays.far_origins import FAR, sphere
 
-ORDERS = ((1, 2, 0), (2, 0, 1), (0, 1, 2))      # the order of coordinates in each axis' frame
-SLACK = 64.0     # roundoff units, relative to distances, as in glsl/core/slack.glsl
+ORDERS = ((1, 2, 0), (2, 0, 1), (0, 1, 2))   # the order of coordinates in the frame of each axis
+SLACK = 64.0     # error bound in roundoff units, relative to distances, as in glsl/core/slack.glsl
 
 
 @dataclass(frozen=True)
 class RaySpace:
-    """The origins of rays that the tables can answer, and the error bounds of these rays.
+    """The rays for which the tables are valid, and the error bounds of these rays.
 
     Attributes
     ----------
     lo, hi : (3,) float32, the scene's padded box, world units
-    pad : float, world units; rounding displaces a ray by less than this if its origin lies within
-        ``far`` of the centre along each axis
-    direction_pad : float, the same bound for u and v
-    far : float, world units
+    pad : float, world units. Rounding displaces a valid ray by less than this
+    direction_pad : float, the error bound of a valid ray's u and v
+    far : float, world units. A ray is valid if its origin lies within this distance of the
+        scene's centre along each axis
     """
 
     lo: np.ndarray
@@ -44,7 +44,7 @@ class RaySpace:
 
 
 def ray_space(triangles: np.ndarray, arithmetic: str = "fp32") -> RaySpace:
-    """The ray space of (n, 3, 3) float32 triangles; kernels round to the format ``arithmetic``."""
+    """The ray space of (n, 3, 3) float32 triangles, for kernels in the format ``arithmetic``."""
     lo, hi = scene_box(triangles)
     _, radius = sphere(lo, hi)
     largest = float(max(np.abs(lo).max(), np.abs(hi).max()))
@@ -55,9 +55,10 @@ def ray_space(triangles: np.ndarray, arithmetic: str = "fp32") -> RaySpace:
 
 
 def in_frame(points: np.ndarray, axis: int, negative: bool = False) -> np.ndarray:
-    """Convert (..., 3) points to an axis' frame, in float64.
+    """Convert (..., 3) points to the frame of an axis, in float64.
 
-    With ``negative`` the last coordinate is negated, so that it grows along the rays.
+    With ``negative``, the last coordinate is negated. It then grows along rays in the negative
+    direction of the axis.
     """
     framed = points[..., ORDERS[axis]].astype(np.float64)
     if negative:

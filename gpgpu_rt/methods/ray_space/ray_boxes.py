@@ -1,17 +1,20 @@
-"""Five-dimensional boxes of rays with lists of candidates, made when rays first need them.
+"""Five-dimensional boxes of rays. Lists of the boxes' candidates are made when rays need them.
 
 J. Arvo, D. Kirk, "Fast Ray Tracing by Ray Classification", SIGGRAPH 1987 (survey, Table 1). A ray
 is a five-dimensional point: its origin, and its (u, v) on a face of the direction cube. From one
-level to the next, a box is halved along all five axes.
+level to the next, a box is halved along all five axes. The candidates of a box are the triangles
+that its rays may hit.
 
-The paper halves a box until it has few candidates. Here the rays of a call decide. Each cell of
-the finest level uses the list of the smallest box around it that holds ``min_rays`` rays. If the
-lists would exceed the budget, boxes must hold more rays. The candidates come from a BVH, not from
-the larger box, so no list exists that no ray reads.
+The paper halves a box until it has few candidates. Here, the rays of a call decide: a box may have
+a list if it holds ``min_rays`` rays. Each cell of the finest level uses the list of the smallest
+such box around it. If all these lists would exceed the budget, the minimum of rays is raised. The
+paper finds a box's candidates among the candidates of the next larger box. Here, a BVH finds them,
+so no list is made that no ray reads.
 
 A directory holds the start of every finest cell's list, so that a ray finds its list by one
-lookup. Lists beyond the budget are not made; their rays use the lists of larger boxes. The largest
-list holds all triangles in the order of the ray's face, and always exists.
+lookup. If lists do not fit into the budget, their rays use the lists of larger boxes. The largest
+box of each face of the direction cube always has a list. It holds all triangles in their order
+along the face's axis.
 """
 from __future__ import annotations
 
@@ -26,17 +29,17 @@ from ..bvh.tree import Bvh
 from .beam import PAIRS, Beams, Candidates
 from .frames import ORDERS, RaySpace
 
-SENTINEL = -1           # ends a list
+SENTINEL = -1           # the entry that ends a list
 MIB = 1 << 20
 CANDIDATE_BYTES, CELL_BYTES = 8, 4     # bytes in float32 textures
-SAMPLES = 48            # lists per level that serve to estimate the memory of all lists
+SAMPLES = 48            # lists of each level from which the memory of all lists is estimated
 FILLED = 0.8            # share of the budget that an estimate may reach
-RAISED = 4              # factor on the rays per box after an estimate that exceeds this share
-FACES = 6               # faces of the direction cube: 2 * axis, + 1 for negative directions
+RAISED = 4              # factor by which the minimum of rays is raised if an estimate is larger
+FACES = 6               # a face of the direction cube is 2 * axis, + 1 for negative directions
 
 
 class RayBoxes:
-    """The boxes of a scene, whose lists are made on demand.
+    """The boxes of rays of a scene. Their lists are made on demand.
 
     Parameters
     ----------
@@ -49,8 +52,8 @@ class RayBoxes:
 
     Attributes
     ----------
-    directory : (cells + 6,) int64, the first candidate of each cell's list; the last six entries
-        are each face's list of all triangles
+    directory : (cells + 6,) int64, the first candidate of each cell's list. The last six entries
+        are for the lists of the six faces, which have all triangles
     grow_seconds : seconds spent on making lists so far
 
     Raises
@@ -94,7 +97,7 @@ class RayBoxes:
 
     @property
     def triangle(self) -> np.ndarray:
-        """All lists of triangles in turn, (k,) int32; -1 ends each list."""
+        """The triangles of one list after another, (k,) int32. -1 ends each list."""
         return self._triangle[:self.used]
 
     @property
@@ -114,7 +117,7 @@ class RayBoxes:
         self.directory = np.concatenate([np.repeat(roots, self.cells // FACES), roots])
 
     def _append(self, triangle: np.ndarray, counts: np.ndarray, face: int) -> np.ndarray:
-        """Append lists, each with its sentinel; the start of each list."""
+        """Append lists, each with its sentinel. Return the start of each list."""
         starts = self.used + run_starts(counts + 1)
         end = self.used + len(triangle) + len(counts)
         if end > len(self._triangle):
@@ -134,9 +137,9 @@ class RayBoxes:
     # Growing ----------------------------------------------------------------------------------
 
     def ask(self, cells: np.ndarray) -> bool:
-        """Make the lists that rays need; whether the directory changed.
+        """Make the lists that rays need. Return whether the directory changed.
 
-        ``cells`` has each ray's finest cell; other numbers (misses and faces) are ignored.
+        ``cells`` has each ray's finest cell. Other numbers, for misses and faces, are ignored.
         """
         began = time.perf_counter()
         chosen, rays = np.unique(cells[(cells >= 0) & (cells < self.cells)], return_counts=True)
@@ -149,7 +152,7 @@ class RayBoxes:
         earlier = old > FACES * (len(self.faces[0].order) + 1)
         full = earlier and old + expected * self._missing(chosen, wanted) > self.most
         if (full or not self._make(chosen, rays, wanted)) and earlier:
-            self.forget()               # lists of earlier calls fill the budget
+            self.forget()               # drop the lists of earlier calls, which fill the budget
             self._make(chosen, rays, wanted)
             before = np.full(len(chosen), -1)
         for level in range(1, self.levels):
@@ -163,8 +166,8 @@ class RayBoxes:
     def _affordable(self, cells: np.ndarray, rays: np.ndarray) -> tuple[np.ndarray, float]:
         """The level of each cell's box, and the estimated number of candidates of all lists.
 
-        The level is the finest at which the box holds ``min_rays`` rays. This minimum is raised
-        until the estimate for all lists, from a sample of lists, is within the budget.
+        The level is the finest level at which the box around the cell holds ``min_rays`` rays. If
+        the estimate, from a sample of the lists, exceeds the budget, this minimum is raised.
         """
         room = FILLED * (self.most - FACES * (len(self.faces[0].order) + 1))
         least = self.min_rays
@@ -191,7 +194,7 @@ class RayBoxes:
         return wanted
 
     def _estimate(self, cells: np.ndarray, wanted: np.ndarray) -> float:
-        """Estimate the number of candidates of all these lists from an even sample of them."""
+        """Estimate the number of candidates of all lists from an even sample of the lists."""
         total = 0.0
         for level in range(1, self.levels):
             boxes = np.unique(self._box(cells[wanted == level], level))
@@ -204,7 +207,11 @@ class RayBoxes:
         return total
 
     def _make(self, cells: np.ndarray, rays: np.ndarray, wanted: np.ndarray) -> bool:
-        """Make the missing lists, finest level and fullest box first; False past the budget."""
+        """Make the missing lists. Return False if the budget does not suffice for all of them.
+
+        The lists of the finest level are made first. In each level, the boxes with the most rays
+        get their lists first.
+        """
         for level in range(self.levels - 1, 0, -1):
             mine = wanted == level
             boxes, inverse = np.unique(self._box(cells[mine], level), return_inverse=True)
@@ -255,7 +262,7 @@ class RayBoxes:
 
     def _coordinates(self, boxes: np.ndarray, level: int
                      ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """The face, (m,), u and v, (m, 2), and x, y and z, (m, 3), of boxes of a level."""
+        """The face, (m,), the u and v, (m, 2), and the x, y and z, (m, 3), of boxes of a level."""
         origin_bits, direction_bits = self._bits(level)
         parts, rest = [], boxes
         for bits in 3 * (origin_bits,) + 2 * (direction_bits,):
@@ -276,6 +283,6 @@ class RayBoxes:
         return Beams.of(lo, hi, width * direction - 1, width * (direction + 1) - 1, self.space)
 
     def to_dict(self) -> dict[str, float]:
-        """The numbers of boxes and candidates, and the seconds spent, for statistics."""
+        """The numbers of lists and candidates, and the seconds spent, for statistics."""
         return {"boxes": float(sum((first >= 0).sum() for first in self.first)),
                 "candidates": float(self.used), "grow_seconds": self.grow_seconds}

@@ -55,7 +55,7 @@ def _prepare_field(triangles: np.ndarray, options: Mapping[str, Any]) -> Acceler
     return Accelerator(tables, uniforms, len(triangles) + SEARCH_STEPS, field)
 
 
-SEARCH_STEPS = 32   # upper bound on the steps of a binary search
+SEARCH_STEPS = 32   # upper bound on the steps of a ray's binary search
 _BUDGET = "memory for all candidate lists, in MiB; a smaller budget makes the boxes of rays larger"
 
 ROWS = (

@@ -1,18 +1,18 @@
 """Visibility field: parallel beams for cells of directions, each with its triangles in order.
 
 J. Mortensen, P. Khanna, I. Yu, M. Slater, "A Visibility Field for Ray Tracing", CGIV 2007 (survey,
-Table 1). Cells of three faces of the direction cube cover half the sphere of directions, because a
-beam serves rays in both directions. For each cell, a grid of tiles covers the plane through the
-scene's centre perpendicular to the face's axis. A beam is a cell and a tile: the lines with a
-direction in the cell that cross the plane in the tile.
+Table 1). Three faces of the direction cube are divided into cells. They cover half the sphere of
+directions, which is enough, because a beam serves rays in both directions. For each cell, a grid
+of tiles covers the plane through the scene's centre perpendicular to the face's axis. A cell and a
+tile define a beam: all lines that have a direction in the cell and cross the plane in the tile.
 
-In the paper a beam lists the triangles that its central direction hits. Here it lists all
+In the paper, a beam lists the triangles that its central direction hits. Here, a beam lists all
 triangles that any line of the beam may hit, so that a ray of any direction finds its hit.
 
-The candidates of a beam are sorted by their near ends along the axis. Each candidate also has the
-largest far end of all candidates up to it. Therefore a binary search finds the first candidate
-that a ray from any point of the beam may hit, both up and down the axis. The paper uses a tree
-along the beam for this.
+The triangles of a beam are sorted by their near ends along the axis. Each triangle also has the
+largest far end of all triangles up to it. Therefore a binary search finds the first triangle that
+a ray from any point of the beam may hit, both up and down the axis. The paper uses a tree along
+the beam for this search.
 """
 from __future__ import annotations
 
@@ -30,23 +30,28 @@ from .frames import RaySpace, in_frame, ray_space
 AXES = 3
 MIB = 1 << 20
 ENTRY_BYTES, BEAM_BYTES = 16, 8      # bytes in float32 textures
-SAMPLES = 2000          # triangles that serve to estimate the size of a field
-FINEST = (8, 24)        # the most directions and tiles chosen by default
-TILES = 2               # least ratio of tiles to directions; below it, equal memory tests more
+SAMPLES = 2000          # triangles from which the size of a field is estimated
+FINEST = (8, 24)        # the most directions and the most tiles by default
+# The least ratio of tiles to directions. With a smaller ratio, a field of equal memory makes rays
+# test more triangles.
+TILES = 2
 USUAL_ENTRIES = 1024    # the most entries per triangle by default
 CHUNK = 1 << 20         # entries processed together
 
 
 @dataclass(frozen=True)
 class VisibilityField:
-    """Beams in the order (axis, v, u, tile y, tile x), then a beam per axis with all triangles.
+    """The beams of a scene and their entries. An entry is a triangle in the list of a beam.
+
+    The beams are in the order (axis, v, u, tile y, tile x). A last beam for each axis lists all
+    triangles.
 
     Attributes
     ----------
-    directions : number of cells across a face
-    tiles : number of tiles across a cell's plane
+    directions : number of cells along a side of a face
+    tiles : number of tiles along a side of a cell's plane
     beam_start : (beams + 1,) int64, the first entry of each beam; the last element is m
-    triangle : (m,) int32, sorted by ``near`` within a beam
+    triangle : (m,) int32, the triangle of each entry, sorted by ``near`` within a beam
     near, far : (m,) float32, each triangle's extent along the beam's axis, world units
     reach : (m,) float32, the largest ``far`` of the beam's entries up to each entry
     """
@@ -79,10 +84,11 @@ def build_visibility_field(triangles: np.ndarray, *, directions: int | None = No
     Parameters
     ----------
     triangles : (n, 3, 3) float32, world units
-    directions, tiles : the most directions and tiles; None for 8 and 24. If both are None, the
-        field is made coarser until it has at most 1024 entries per triangle.
-    budget : limit on entries and beams, MiB; a field beyond the limit is made coarser
-    arithmetic : the format that kernels round to
+    directions, tiles : the most cells along a side of a face, and the most tiles along a side of a
+        plane; None for 8 and 24. If both are None, the field is made coarser until it has at most
+        1024 entries per triangle
+    budget : limit on entries and beams, MiB. A field beyond the limit is made coarser
+    arithmetic : the number format to which kernels round
 
     Raises
     ------
@@ -99,7 +105,8 @@ def build_visibility_field(triangles: np.ndarray, *, directions: int | None = No
         field = _build(frames, cells, size, most)
         if field is not None:
             return field
-        cells, size = (cells, size - 1) if size > 1 else (cells - 1, size)   # estimate too low
+        # The estimate was too low: make the field coarser.
+        cells, size = (cells, size - 1) if size > 1 else (cells - 1, size)
     field = _build(frames, 1, 1, most)
     if field is None:
         raise LimitError(f"a visibility field of {len(triangles):,} triangles needs more than its "
@@ -108,7 +115,7 @@ def build_visibility_field(triangles: np.ndarray, *, directions: int | None = No
 
 
 class _Frame:
-    """The triangles in the frame of an axis; coordinates are relative to the scene's centre."""
+    """The triangles in the frame of an axis. Coordinates are relative to the scene's centre."""
 
     def __init__(self, triangles: np.ndarray, space: RaySpace, axis: int) -> None:
         self.space = space
@@ -123,7 +130,13 @@ class _Frame:
 
     def tiles(self, cell: tuple[int, int], directions: int, tiles: int, step: int = 1
               ) -> tuple[np.ndarray, np.ndarray]:
-        """The tiles through which lines of a cell of directions may hit every ``step``th triangle.
+        """For each triangle, the tiles through which lines of a cell may hit the triangle.
+
+        Parameters
+        ----------
+        cell : the u and v of the cell of directions
+        directions, tiles : as in `VisibilityField`
+        step : a step of k uses only every k-th triangle
 
         Returns
         -------
@@ -133,8 +146,8 @@ class _Frame:
         wide = 1 / directions + self.space.direction_pad
         middle = (2 * np.array(cell) + 1) / directions - 1
         depth = corners[:, :, 2:]
-        # Each corner's projection onto the plane along the cell's central direction. For other
-        # directions of the cell the projection deviates in proportion to the corner's depth.
+        # Project each corner onto the plane along the cell's central direction. For the other
+        # directions of the cell, the projection deviates in proportion to the corner's depth.
         crossing = corners[:, :, :2] - middle * depth
         reach = wide * np.abs(depth) + 3 * self.space.pad
         edge = self.half[:2] + (np.abs(middle) + 1 / directions) * self.half[2]
@@ -144,17 +157,18 @@ class _Frame:
 
 
 def half_size(space: RaySpace) -> np.ndarray:
-    """Half the size of the beams' planes along each axis for axis-parallel rays, (3,) float32."""
+    """Half the size, along each axis, of the planes of beams parallel to an axis, (3,) float32."""
     size = (space.hi.astype(np.float64) - space.lo) / 2 + 8 * space.pad
     return size.astype(np.float32)
 
 
 def _resolution(frames: list[_Frame], directions: int, tiles: int, usual: float
                 ) -> tuple[int, int]:
-    """The numbers of directions and tiles, at most as given, of a field within ``usual`` entries.
+    """The numbers of directions and tiles of a field with at most ``usual`` entries.
 
-    First reduce the directions until ``TILES`` times as many tiles are affordable. Then find the
-    largest affordable number of tiles.
+    The numbers are at most ``directions`` and ``tiles``. First, reduce the directions until the
+    field has room for ``TILES`` times as many tiles as directions. Then find the largest number of
+    tiles for which it has room.
     """
     while directions > 1 and _estimate(frames, directions, min(TILES * directions, tiles)) > usual:
         directions -= 1
@@ -206,7 +220,10 @@ def _build(frames: list[_Frame], directions: int, tiles: int, most: float
 
 
 def _entries(frame: _Frame, first: np.ndarray, count: np.ndarray, tiles: int) -> np.ndarray:
-    """Sorted keys tile * n + near rank of all triangles in all their tiles, for a direction."""
+    """The sorted keys of all entries of a cell of directions: tile * n + near rank.
+
+    The near rank of a triangle is its place in the order of near ends.
+    """
     n = len(first)
     keys = [np.zeros(0, np.int64)]
     every = count.prod(axis=1)
@@ -222,11 +239,11 @@ def _entries(frame: _Frame, first: np.ndarray, count: np.ndarray, tiles: int) ->
 
 
 def _sorted(frame: _Frame, keys: np.ndarray, n: int) -> list[np.ndarray]:
-    """The triangle, near, far and reach of a direction's sorted entries."""
+    """The triangle, near, far and reach of the entries with these sorted keys."""
     n = max(n, 1)
     triangle = frame.by_near[keys % n] if len(keys) else keys
-    # Running maximum of the far rank within each tile: the tile's number, in the high digits,
-    # restarts the maximum at each tile.
+    # Compute the running maximum of the far rank within each tile. The tile's number is in the
+    # high digits of the values, so the maximum restarts at each tile.
     above = np.maximum.accumulate((keys // n) * n + frame.far_rank[triangle]) % n
     far = frame.far[triangle]
     reach = frame.far[frame.by_far[above]] if len(keys) else far

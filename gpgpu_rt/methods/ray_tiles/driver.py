@@ -2,14 +2,15 @@
 
 The passes, in this order:
 
-1. ``tile_spans``: the middle of each tile's rays.
-2. ``tile_cones``: the cone around each tile's rays.
-3. ``tile_ends``: the distance to which each tile searches.
+1. ``tile_spans`` computes the middle of each tile's rays.
+2. ``tile_cones`` computes the cone around each tile's rays.
+3. ``tile_ends`` computes the distance to which each tile's rays search.
 4. For each batch of triangles, ``tile_pairs`` draws all pairs of a triangle and a tile. The vertex
-   stage passes only pairs that may meet. MIN blending keeps the nearest t. ``tile_ends`` then
-   shortens the tiles' search.
-5. ``tile_pairs`` draws all pairs again, for the lowest triangle at each nearest t.
-6. ``tile_hits``: the hit of each ray.
+   stage drops pairs that cannot meet. MIN blending keeps each ray's nearest t. Before the next
+   batch, ``tile_ends`` shortens the tiles' search.
+5. ``tile_pairs`` draws all pairs once more, and keeps the lowest index of the triangles at each
+   ray's nearest t.
+6. ``tile_hits`` writes the hit of each ray.
 """
 from __future__ import annotations
 
@@ -29,7 +30,7 @@ from ...traversal.records import FOUND, NEAREST, QUADS
 from ...traversal.schedules import method_defines, method_texts
 from .records import TILE_CONE, TILE_END, TILE_SPAN
 
-PAIRS_AT_ONCE = 1 << 22     # most pairs of a draw; a longer draw would block the desktop
+PAIRS_AT_ONCE = 1 << 22     # most pairs in a draw; a longer draw would block the desktop
 NONE = float(1 << 24)       # larger than the index of every triangle
 
 
@@ -97,7 +98,8 @@ class RayTiles(MethodDriver):
                     counting: bool, statistics: Statistics, any_hit: bool) -> None:
         room = self._targets
         textures = self._textures(rays)
-        # A target must not be sampled. The program does not read NEAREST here: bind another.
+        # A target must not be bound as a sampler. The program does not read NEAREST in this pass,
+        # so bind another texture in its place.
         if target == "nearest":
             textures |= room.targets["found"].samplers(NEAREST.name)
         program = self._pair_program(rays.record, any_hit, counting)
@@ -173,8 +175,8 @@ class TileTargets:
         self.targets = {name: Target(owner.gpu, record, shape)
                         for name, (record, shape) in records.items()}
         for name in records.keys() & {"nearest", "found", "quads"}:
-            # The viewport holds whole tiles, also past the last ray, because the renderer drops
-            # a point whose centre is outside the viewport.
+            # The renderer drops a point whose centre is outside the viewport. So the viewport
+            # holds whole tiles, even where a tile reaches past the last ray.
             self.targets[name].framebuffer.viewport = (0, 0, *(owner.tile * n for n in self.tiles))
 
     def samplers(self) -> Samplers:

@@ -1,10 +1,11 @@
-"""The records of tiles of rays: a tile's cone, and how far its rays still search."""
+"""The records of tiles of rays: a tile's cone, and the distance to which its rays still search."""
 from __future__ import annotations
 
 from ...gl.record import Record
 
 TILE_SPAN = Record("tile_span", "centre:vec3 live:int | axis:vec3")
-"""The live rays of a tile: the centre of their origins' box, mean direction, and their number."""
+"""The live rays of a tile: the centre of the box around their origins, their number, and their
+mean direction."""
 
 TILE_CONE = Record("tile_cone", "apex:vec3 radius | axis:vec3 cosine")
 """A cone around the rays of a tile.
@@ -13,6 +14,6 @@ Every origin lies within ``radius`` of the apex. The cosine of the angle between
 and the axis is at least ``cosine``."""
 
 TILE_END = Record("tile_end", "reach lines:int")
-"""How far from its origin any ray of a tile still searches, in world units.
-
-``reach`` is -1 if no ray searches. ``lines`` is 1 if a ray also searches behind its origin."""
+"""The search of a tile's rays. ``reach`` is the largest distance from its origin to which a ray
+still searches, in world units; -1 if no ray searches. ``lines`` is 1 if a ray also searches behind
+its origin."""

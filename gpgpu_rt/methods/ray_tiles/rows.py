@@ -18,9 +18,9 @@ FIRST_BATCH = 64    # triangles of the first batch; each batch is twice as large
 def batches(triangles: int) -> tuple[tuple[int, int], ...]:
     """The first triangle and the number of triangles of each batch.
 
-    Between two batches a pass updates how far each tile's rays still search. Batches double in
-    size, so that a few triangles shorten the search early, and a million triangles need no more
-    than 15 batches.
+    Between two batches, a pass shortens the search of each tile's rays. Each batch is twice as
+    large as the batch before. So a few triangles shorten the search early, and yet a million
+    triangles need only 15 batches.
     """
     found, first, count = [], 0, FIRST_BATCH
     while first < triangles:

@@ -3,8 +3,9 @@ image space.
 
 The method is that of Shah, Konttinen and Pattanaik (2007; survey, section 5); see
 ``glsl/image_space/caustic_splat.vert``. The light is a point. One image from the light shows the
-refractor, with a photon for each pixel. A second, wider image shows the receivers, the other
-surfaces; photons search this image for the point where they land.
+refractor, which is the glass, water or mirror. It has a photon for each pixel. A second, wider
+image from the light shows the receivers, which are all other surfaces. Photons search this image
+for the point where they land.
 """
 from __future__ import annotations
 
@@ -39,12 +40,12 @@ class Caustics:
     ----------
     tracer : the tracer of the scene; one of the scene's materials is a dielectric or a mirror
     light : (3,) position of the light, outside the refractor
-    photons : pixels a side of the image of the refractor, a photon for each pixel
-    resolution : pixels a side of the image of the receivers, and of the caustic map
-    spread : the width of the receivers' image relative to that of the refractor, as the ratio of
-        the tangents of the half angles
-    splat : pixels a side of the square of a photon in the caustic map
-    iterations : number of estimates of the point where a photon lands
+    photons : pixels along a side of the refractor's image, which has a photon for each pixel
+    resolution : pixels along a side of the receivers' image, and of the caustic map
+    spread : how much wider the receivers' image is than the refractor's image, as the ratio of the
+        tangents of their half angles
+    splat : side in pixels of the square that a photon covers in the caustic map
+    iterations : number of successive estimates of the point where a photon lands
     smooth : whether to interpolate the refractor's normals; otherwise, triangles are flat
 
     Attributes
@@ -115,7 +116,7 @@ class Caustics:
                          "landed": target(None, "landed"), "caustic": target(None, "caustic")}
 
     def uniforms(self, wide: bool) -> dict[str, object]:
-        """Return the uniforms of the passes in the wide or the narrow image of the light."""
+        """Return the uniforms of passes in the receivers' image (``wide``) or the refractor's."""
         side = self.resolution if wide else self.photons
         return {**view_uniforms(self.wide if wide else self.camera, (side, side),
                                 self.scene.bounds), "photons": self.photons,
@@ -125,13 +126,13 @@ class Caustics:
     # The map --------------------------------------------------------------------------------
 
     def map(self, landed: np.ndarray | None = None) -> np.ndarray:
-        """Return the caustic map: the flux in each texel of the receivers' image, (resolution,
-        resolution) float32, for a light of 1 watt per steradian; row 0 at the top.
+        """Return the caustic map: the flux in each texel of the receivers' image, for a light of 1
+        watt per steradian, (resolution, resolution) float32, row 0 at the top.
 
         Parameters
         ----------
-        landed : (n, n, 4) points and flux of photons, as `landings` and `traced` return them; by
-            default, photons search the receivers' image
+        landed : (n, n, 4) points and flux of photons, as `landings` and `traced` return them. If
+            None, photons search the receivers' image for these points
         """
         if landed is not None and np.shape(landed) != (self.photons, self.photons, 4):
             raise OptionError(f"landed has the shape {np.shape(landed)}; give ({self.photons}, "
@@ -146,16 +147,16 @@ class Caustics:
             return read_texture(self._textures["caustic"])[:, :, 0]
 
     def landings(self) -> np.ndarray:
-        """Return (photons, photons, 4) float32: the point where each photon lands, and its flux,
-        0 for a lost photon."""
+        """Return (photons, photons, 4) float32: the point where each photon lands, and its flux.
+        The flux is 0 for a lost photon."""
         with self.gpu:
             self._see()
             self._drop(("HOME",), "landed")
             return read_texture(self._textures["landed"])
 
     def traced(self) -> np.ndarray:
-        """Return the landings of the photons, as `landings` does, by rays that the tracer's method
-        traces through the scene."""
+        """Return the landings of the photons in the form of `landings`. Here, the tracer's method
+        traces the photons through the scene as rays."""
         origins, directions = self.camera.rays((self.photons,) * 2)
         right, up, forward = self.camera.basis((1, 1))
         area = 4 * np.linalg.norm(right) * np.linalg.norm(up) / self.photons ** 2
@@ -210,9 +211,10 @@ class Caustics:
 
     def draw(self, camera: Camera | None = None, size: tuple[int, int] = (256, 256),
              landed: np.ndarray | None = None) -> np.ndarray:
-        """Return (h, w) float32, the irradiance of the caustic at a camera's first hits, row 0 at
-        the top, for a light of 1 watt per steradian. A picture adds it, multiplied by colour / pi.
-        It is 0 on the refractor itself. ``landed`` is as for `map`."""
+        """Return (h, w) float32, the irradiance of the caustic at a camera's first hits, for a
+        light of 1 watt per steradian, row 0 at the top. On the refractor itself, it is 0. To add
+        the caustic to a picture, multiply the irradiance by colour / pi. ``landed`` is as for
+        `map`."""
         self.map(landed)
         seen = Visible.of(self.tracer, camera, size)
         seen.normals[np.isin(seen.hits.triangle, self.rows).reshape(seen.normals.shape[:2])] = 0
@@ -226,8 +228,8 @@ class Caustics:
 
 
 def turning(tracer: Tracer) -> tuple[np.ndarray, float | None, float]:
-    """Return the rows of the triangles that refract or mirror light, their refractive index, or
-    None for mirrors, and the share of light that mirrors reflect."""
+    """Return the rows of the triangles that refract or mirror light; their refractive index, or
+    None for mirrors; and the share of light that mirrors reflect."""
     scene = tracer.scene
     turns = np.array([bool(m.ior) or any(m.mirror) for m in scene.materials])
     rows = np.flatnonzero(turns[scene.material_of])
@@ -252,8 +254,8 @@ def is_closed(triangles: np.ndarray) -> bool:
 
 
 def _views(light: np.ndarray, corners: np.ndarray, spread: float) -> tuple[Camera, Camera]:
-    """Return two cameras at the light: the narrowest that sees all of (k, 3, 3) triangles, and one
-    that is wider by ``spread``."""
+    """Return two cameras at the light: the narrowest camera that sees all of (k, 3, 3) triangles,
+    and a camera that is wider by ``spread``."""
     points = corners.reshape(-1, 3).astype(np.float64)
     centre = (points.min(0) + points.max(0)) / 2
     away = centre - light

@@ -1,5 +1,5 @@
-"""Patches: divides triangles into patches of constant radiance, and computes the direct light of
-lamps at points by shadow rays."""
+"""Patches: divides triangles into patches of constant radiance. Also computes, by shadow rays, the
+direct light of lamps at points."""
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
@@ -12,15 +12,16 @@ if TYPE_CHECKING:
     from ...tracer import Tracer
 
 LIFT = 1e-4       # offset of shadow rays from the surface, as a share of the scene's extent
-# The fractional parts of the multiples of SPREAD_3 fill a cube evenly (Roberts 2018, from the root
-# of x^4 = x + 1). Those of SPREAD_2 fill a square (from the root of x^3 = x + 1).
+# The fractional parts of the multiples of SPREAD_3 fill a cube evenly. The fractional parts of the
+# multiples of SPREAD_2 fill a square evenly. Roberts (2018) derives the two from the roots of
+# x^4 = x + 1 and x^3 = x + 1.
 SPREAD_3 = 1.2207440846057596 ** -np.arange(1.0, 4.0)
 SPREAD_2 = 1.3247179572447460 ** -np.arange(1.0, 3.0)
 
 
 def cuts_of(triangles: np.ndarray, longest: float) -> np.ndarray:
-    """Return (n,) the number of parts into which the edges of each of (n, 3, 3) triangles are cut,
-    so that no part is longer than ``longest``."""
+    """Return for each of the triangles, (n, 3, 3), into how many parts each of its edges must be
+    cut so that no part is longer than ``longest``: (n,) int."""
     corners = np.asarray(triangles, np.float64)
     edges = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1, initial=0)
     return np.maximum(np.ceil(edges / longest), 1).astype(int)
@@ -72,14 +73,15 @@ def areas_and_normals(triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 def straight_light(tracer: Tracer, places: np.ndarray, normals: np.ndarray,
                    samples: int = 64) -> np.ndarray:
-    """Return the irradiance at points from emitting triangles and point lights; the tracer decides
+    """Return the irradiance at points from emitting triangles and point lights. The tracer finds
     which lights are occluded.
 
     Parameters
     ----------
     tracer : the tracer of the scene
     places, normals : (n, 3) points, and unit normals on the side that is lit
-    samples : the number of points on lamps; all places use the same evenly distributed points
+    samples : the number of points on lamps, which are evenly distributed; all places use the same
+        points
 
     Returns
     -------
@@ -116,8 +118,8 @@ def straight_light(tracer: Tracer, places: np.ndarray, normals: np.ndarray,
 
 
 def _reaching(tracer: Tracer, start: np.ndarray, to: np.ndarray, value: np.ndarray) -> np.ndarray:
-    """Return ``value``, (n,), where it is positive and the way ``to`` the light is free; 0
-    elsewhere."""
+    """Return ``value``, (n,), but 0 where it is not positive or where a triangle blocks the way
+    ``to`` the light."""
     reaching = np.where(value > 0, value, 0.0)
     some = np.flatnonzero(reaching)
     if len(some):

@@ -18,22 +18,23 @@ MOST_BORDERS = 8    # largest number of interfaces on a photon's way
 
 def traced_photons(tracer: Tracer, normals: np.ndarray, origins: np.ndarray,
                    directions: np.ndarray, flux: np.ndarray) -> np.ndarray:
-    """Return the points where photons land after refraction or reflection on their way.
+    """Return the points where photons land after refractions or reflections.
 
     At a dielectric, a photon continues with the refracted share of its flux; the reflected share
     is dropped. After total reflection, it continues with all of its flux.
 
     Parameters
     ----------
-    tracer : the tracer of the scene; the scene's materials decide which triangles turn light
+    tracer : the tracer of the scene. The scene's materials decide which triangles refract or
+        reflect photons
     normals : (m, 3, 3) normals of the corners of the scene's triangles
-    origins, directions : (n, 3) of the photons; directions of unit length
-    flux : (n,)
+    origins, directions : (n, 3) of the photons; directions have unit length
+    flux : (n,) the flux of each photon
 
     Returns
     -------
-    (n, 4) float64: point and flux; zeros for a photon that met no dielectric or mirror, or that
-    was lost
+    (n, 4) float64: the point where each photon lands, and its flux there. A photon that met no
+    dielectric or mirror, or that was lost, has zeros
     """
     scene = tracer.scene
     ior = np.array([m.ior or 0.0 for m in scene.materials])[scene.material_of]

@@ -2,10 +2,10 @@
 
 The method is that of Szirmay-Kalos (1998) and Hachisuka (2005; survey, section 5); see
 ``glsl/image_space/bundle_peel.frag``. All surfaces are diffuse, and are divided into patches of
-constant radiance. Light travels between patches along a fixed set of directions, both ways along
-each direction (`RayBundles.solve`). The visible points then gather light along another set of
-directions (`RayBundles.draw`). Few of these directions would meet a small lamp, so by default rays
-trace the direct light of lamps.
+constant radiance. Light travels between patches along a fixed set of directions, forwards and
+backwards along each direction (`RayBundles.solve`). The visible points then gather light along
+another set of directions (`RayBundles.draw`). Few of these directions would meet a small lamp.
+Therefore, by default, shadow rays find the direct light of lamps.
 """
 from __future__ import annotations
 
@@ -36,10 +36,10 @@ if TYPE_CHECKING:
 STRAIGHT = ("traced", "bundles")
 FAR = 1e30           # a depth behind all surfaces
 MOST_LAYERS = 4096   # more layers in a projection are an error
-# The smallest patch, as a share of the scene's extent. A triangle as large as the scene has 10^12
-# such patches.
+# The smallest patch, as a share of the scene's extent. A triangle as large as the scene would have
+# 10^12 patches of this size.
 LEAST_PATCH = 1e-6
-LIFTED = 0.2         # offset from the surface at which light is gathered, in pixels
+LIFTED = 0.2         # distance from the surface at which light is gathered, in pixels
 NEARER = replace(LAYER, name="nearer")
 
 
@@ -48,20 +48,20 @@ class RayBundles:
 
     Parameters
     ----------
-    tracer : the tracer of the scene; traces first hits, and shadow rays towards lamps
+    tracer : the tracer of the scene. It traces first hits, and shadow rays towards lamps
     patch : the longest edge of a patch, as a share of the scene's extent, from 1e-6 to 1
-    resolution : pixels a side of a projection
-    straight : the direct light of lamps: "traced", by ``samples`` shadow rays for each point; or
-        "bundles", like all other light, which suits only large lamps
+    resolution : pixels along a side of a projection
+    straight : how the direct light of lamps is found. "traced" traces ``samples`` shadow rays from
+        each point. "bundles" treats this light like all other light, which suits only large lamps
     samples : the number of points on lamps
 
     Attributes
     ----------
     triangles, parent : (m, 3, 3) the patches, and (m,) the scene's triangle of each patch
     leaving : (m, 2, 3) the radiance that leaves the two sides of each patch after `solve`, first
-        the side of the normal; without emission if ``straight`` is "traced"
-    weights : (m, 2) the sum of cosine weights with which rays of `solve` met each side: pi for
-        enough directions and pixels, 0 for a side that no ray met
+        the side of the normal. If ``straight`` is "traced", emission is not included
+    weights : (m, 2) the sum of the cosine weights with which rays of `solve` met each side. With
+        many directions and pixels, it approaches pi. It is 0 for a side that no ray met
     layers : the largest number of layers of a projection so far
     """
 
@@ -76,7 +76,7 @@ class RayBundles:
         self.straight, self.samples, self.resolution = straight, samples, resolution
         longest = patch * max(scene.extent, 1e-30)
         count = int((cuts_of(scene.triangles, longest) ** 2).sum())
-        if 2 * count > EXACT_INTEGER:      # check first: dividing would use all memory
+        if 2 * count > EXACT_INTEGER:      # check before the division, which could use all memory
             raise LimitError(f"{count:,} patches have more sides than 2^24; raise patch")
         self.triangles, self.parent = divided(scene.triangles, longest)
         self.albedo = scene.colours[self.parent].astype(np.float64)
@@ -126,9 +126,10 @@ class RayBundles:
 
         Parameters
         ----------
-        directions : the number of directions of bundles; each is used both ways
-        bounces : the number of reflections from patch to patch; with 0, only the direct light of
-            lamps and sky, for both values of ``straight``
+        directions : the number of directions of bundles; light travels forwards and backwards
+            along each direction
+        bounces : the number of reflections from patch to patch. With 0, the patches reflect only
+            the direct light of lamps and sky, for both values of ``straight``
 
         Returns
         -------
@@ -146,8 +147,8 @@ class RayBundles:
         else:
             own += self.emission[:, None]
         reflected = self.albedo[:, None] / np.pi
-        # The first exchange carries the direct light of lamps and sky. It is left out if shadow
-        # rays already computed all direct light.
+        # The first exchange carries the direct light of lamps and sky. Leave it out if shadow rays
+        # already computed all direct light.
         brought = self.straight == "traced" and self.scene.environment is None
         self.leave(own + reflected * lit if brought else own)
         for _ in range(bounces + (not brought)):
@@ -240,9 +241,11 @@ class RayBundles:
 
     def _peeled(self, uniforms: dict[str, object]
                 ) -> Iterator[tuple[moderngl.Texture, moderngl.Texture]]:
-        """Yield the textures of two neighbouring layers, nearest first. The first pair has an
-        empty layer in front, the last pair an empty layer behind; an occlusion query finds the
-        last layer. Blending is additive while the caller uses a pair."""
+        """Yield the textures of each pair of neighbouring layers, nearest first.
+
+        In the first pair, the front layer is empty; in the last pair, the layer behind is empty.
+        An occlusion query finds the last layer. While the caller uses a pair, blending is
+        additive."""
         context = self.gpu.context
         context.blend_func = moderngl.ONE, moderngl.ONE
         self._peel.set(**uniforms)
@@ -276,8 +279,8 @@ class RayBundles:
 
 
 def half_sphere(count: int) -> np.ndarray:
-    """Return (count, 3) unit directions, evenly distributed over the hemisphere around z: a spiral
-    with equal steps in height and the golden angle between steps."""
+    """Return (count, 3) unit directions, evenly distributed over the hemisphere around z. They lie
+    on a spiral, with equal steps in height and the golden angle between steps."""
     z = (np.arange(count) + 0.5) / count
     angle = np.pi * (3 - np.sqrt(5)) * np.arange(count)
     flat = np.sqrt(1 - z * z)

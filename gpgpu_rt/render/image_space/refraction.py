@@ -1,9 +1,9 @@
 """Image-space refraction: light through two interfaces of a mesh, by two passes of the rasteriser.
 
 The method is Wyman's (2005); see ``glsl/image_space/refraction_front.frag``. The mesh must be
-closed and consistently oriented. The background is so far away that only the direction of the
-light matters. The point at which light leaves the mesh is approximate: it is exact for a slab and
-good for a convex mesh.
+closed and consistently oriented. The background counts as infinitely far away, so only the
+direction of the light matters. The point at which light leaves the mesh is an estimate. It is
+exact for a slab, and good for a convex mesh.
 """
 from __future__ import annotations
 
@@ -19,7 +19,8 @@ from .refractor import Refractor, view_uniforms
 if TYPE_CHECKING:
     from ...tracer import Tracer
 
-# Kinds of pixels: no mesh; light leaves the mesh; the exit is not visible; total reflection.
+# Kinds of pixels. NOTHING: the pixel shows no mesh. LEFT: light leaves the mesh. UNSEEN: the first
+# pass does not show the exit. TOTAL: light is totally reflected.
 NOTHING, LEFT, UNSEEN, TOTAL = range(4)
 
 
@@ -28,8 +29,8 @@ class Refraction:
 
     Parameters
     ----------
-    tracer : the tracer of the scene; traces the thickness of the mesh against the normals
-    ior : refractive index inside over that outside, from 0.1 to 10
+    tracer : the tracer of the scene. It measures the mesh's thickness along the inward normals
+    ior : refractive index inside the mesh divided by the index outside, from 0.1 to 10
     smooth : whether to interpolate normals between triangles; otherwise, triangles are flat
     """
 

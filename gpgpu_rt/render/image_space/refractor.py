@@ -1,5 +1,4 @@
-"""Refractor: a refracting or mirroring mesh, which the rasteriser draws to find the directions of
-light."""
+"""Refractor: a refracting or mirroring mesh. The rasteriser draws it to find where light goes."""
 from __future__ import annotations
 
 from collections.abc import Mapping
@@ -21,12 +20,12 @@ OFFSET = 1e-4     # offset of rays that measure the inner thickness, as a share 
 
 
 class Refractor:
-    """Triangles of a scene in a buffer, with normals, and with the thickness of the mesh against
-    the normals.
+    """Triangles of a scene in a buffer, with the normal at each corner, and the thickness of the
+    mesh from the corner along the inward normal.
 
     Parameters
     ----------
-    tracer : the tracer of the scene; traces the thickness
+    tracer : the tracer of the scene, which measures the thickness
     rows : (k,) rows of the scene's triangles, or None for all
     closed : whether the triangles form a closed, consistently oriented mesh; otherwise the
         thickness is 0
@@ -63,7 +62,7 @@ class Refractor:
         ----------
         name : the fragment program
         target : a framebuffer with a depth buffer; both are cleared
-        uniforms : the uniforms; those that the program does not have are ignored
+        uniforms : uniforms by name; names that the program does not have are ignored
         farthest : whether to draw the farthest surfaces instead of the nearest
         read : textures by sampler name
         defines : the defines of the program
@@ -103,7 +102,7 @@ def view_uniforms(camera: Camera, size: tuple[int, int],
 
 
 def outward(triangles: np.ndarray) -> np.ndarray:
-    """Return the (n, 3, 3) triangles of a closed mesh, all flipped if they face inwards."""
+    """Return the (n, 3, 3) triangles of a closed mesh. If they face inwards, flip all of them."""
     v0, v1, v2 = (triangles - triangles.mean((0, 1))).astype(np.float64).transpose(1, 0, 2)
     inwards = (v0 * np.cross(v1, v2)).sum() < 0
     return np.ascontiguousarray(triangles[:, ::-1]) if inwards else triangles

@@ -1,5 +1,5 @@
-"""Visible: the points and normals of a camera's first hits, in pixel order, for passes that light
-them."""
+"""Visible: the points and normals of a camera's first hits, as images. Passes compute the light at
+these points."""
 from __future__ import annotations
 
 from collections.abc import Iterator
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 @dataclass
 class Visible:
-    """The first hits of an image, (height, width), row 0 at the top.
+    """The first hits of an image of (height, width) pixels, row 0 at the top.
 
     Attributes
     ----------
@@ -41,7 +41,7 @@ class Visible:
     @classmethod
     def of(cls, tracer: Tracer, camera: Camera | None, size: tuple[int, int],
            first_hits: str = "traced") -> Visible:
-        """Return the first hits of an image; parameters as for ``Tracer.eye_hits``."""
+        """Return the first hits of an image. The parameters are as for ``Tracer.eye_hits``."""
         camera = camera or tracer.scene.camera
         hits = tracer.eye_hits(camera, size, first_hits)
         origins, directions = camera.rays(size)
@@ -73,7 +73,7 @@ def placed(gpu: Gpu, places: np.ndarray, normals: np.ndarray, components: int
     Raises
     ------
     OptionError
-        an array has another shape
+        an array does not have the shape (h, w, 3), or the two shapes differ
     """
     shapes = np.shape(places), np.shape(normals)
     if len(shapes[0]) != 3 or shapes[0][2] != 3 or shapes[0] != shapes[1] or 0 in shapes[0]:

@@ -23,7 +23,7 @@ class Movement:
     Attributes
     ----------
     placement : the vertices of the document
-    rows : (v,) the document's vertex of each vertex
+    rows : (v,) for each vertex of the mesh, its index among the document's vertices
     span : the times of the frames
     """
 
@@ -48,13 +48,13 @@ class CameraPath:
 
 @dataclass(frozen=True, eq=False)
 class Moving:
-    """What moves in an AFF file.
+    """The animation of an AFF file: its mesh, and how the vertices and the camera move.
 
     Attributes
     ----------
     mesh : the mesh at frame 0
     vertices : the vertices of ``mesh`` at each frame
-    camera : the camera at each frame; None if no key frames move it
+    camera : the camera at each frame; None if no key frames move the camera
     frames : the number of frames
     """
 
@@ -67,9 +67,9 @@ class Moving:
 def read_moving(path: Path) -> Moving:
     """Return the animation of the AFF file at ``path``.
 
-    Corners with the same transform, place under it and normal share a vertex of the mesh; other
-    corners do not. Normals that a scene computes for moved vertices are then smooth where those of
-    the file are smooth, and only there.
+    Two corners share a vertex of the mesh if they have the same transform, the same position under
+    the transform and the same normal. A scene that computes normals for moved vertices then has
+    smooth normals exactly where the file has smooth normals.
 
     Raises
     ------
@@ -96,8 +96,10 @@ def _path(document: Document, span: Span) -> CameraPath | None:
 
 
 def _shared(mesh: Mesh, placement: Placement) -> tuple[np.ndarray, np.ndarray]:
-    """Return a vertex of the mesh for each group of corners that share one, (v,), and the (n, 3)
-    faces between these groups."""
+    """Group the corners that share a vertex.
+
+    Returns a vertex of the mesh for each group, (v,), and faces whose corners are groups, (n, 3).
+    """
     if mesh.normals is None:
         return np.arange(len(mesh.vertices)), mesh.faces
     vertex = mesh.faces.reshape(-1)

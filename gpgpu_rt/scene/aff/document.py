@@ -13,21 +13,22 @@ from ...disk.files import read_input
 from ..camera import Camera
 from ..light import PointLight
 from .geometry import Geometry
-from .keyframes import Motion
+from .keyframes import KeyedMotion
 from .statements import (
     Background, Close, Detail, Include, KeyFrames, Open, Span, Statement, read_statements
 )
 from .surface import Surface
 from .tokens import Tokens
 
-# Bytes of the budget for a statement of a file that is included again. It takes a quarter of them;
-# four times as much refuses an exponential number of includes within about a second.
+# Bytes that the memory budget counts for each statement of a file that is included again. A
+# statement needs only a quarter of them. With this number, a file with exponentially many includes
+# is refused within about a second.
 _STATEMENT_BYTES = 4096
 
 
 @dataclass(frozen=True, eq=False)
 class Node:
-    """A transform: its matrix, (3, 4), or the name of its key frames, and its parent's index."""
+    """A transform: its parent's index, and its matrix (3, 4) or the name of its key frames."""
 
     parent: int
     transform: np.ndarray | str
@@ -39,11 +40,11 @@ class Instance:
 
     Attributes
     ----------
-    node : index of its transform
-    geometry : its triangles
-    surface : its material; None before the first fill statement
-    fill : name of the file that holds the fill statement, without its suffix
-    part : name of the file that holds the geometry, without its suffix
+    node : index of the instance's transform
+    geometry : the instance's triangles
+    surface : the instance's material; None before the first fill statement
+    fill : name of the file that holds the fill statement, without the file's suffix
+    part : name of the file that holds the geometry, without the file's suffix
     """
 
     node: int
@@ -60,17 +61,17 @@ class Document:
     Attributes
     ----------
     path : the file
-    nodes : the transforms; each stands behind its parent, and the first is the identity
+    nodes : the transforms. The first is the identity, and every other transform follows its parent
     instances : the geometry, in the order of the file
     motions : the key frames by name
-    camera, background, span : as the last such statement says; None without one
+    camera, background, span : the values of the last statement of the kind; None without one
     lights : the point lights
     """
 
     path: Path
     nodes: list[Node] = field(default_factory=lambda: [Node(0, np.eye(3, 4))])
     instances: list[Instance] = field(default_factory=list)
-    motions: dict[str, Motion] = field(default_factory=dict)
+    motions: dict[str, KeyedMotion] = field(default_factory=dict)
     camera: Camera | None = None
     background: Background | None = None
     span: Span | None = None
@@ -99,7 +100,7 @@ def read_document(path: Path) -> Document:
 
 
 class _File:
-    """A file: its statements, and the tokens for errors."""
+    """A file: its statements, and its tokens, which error messages need."""
 
     def __init__(self, path: Path, name: str) -> None:
         content = read_input(path)
@@ -118,7 +119,7 @@ class _Reader:
         self.triangles = self.repeated = self.size = 0
 
     def document(self) -> Document:
-        """Follow the statements of the file, and of each included file at its place."""
+        """Build the document from the statements of the file and of the files that it includes."""
         made = Document(self.path)
         open_blocks = [0]
         surface, fill = None, "material"
@@ -146,8 +147,8 @@ class _Reader:
         return made
 
     def _statements(self) -> Iterator[tuple[_File, Statement]]:
-        """Yield the statements with the file of each, as if includes were replaced by the files'
-        content."""
+        """Yield each statement with its file. The statements of an included file replace the
+        statement that includes it."""
         top = os.path.realpath(self.path)
         level, opened = 0, {top: (self.files[top], iter(self.files[top].statements))}
         while opened:
@@ -177,8 +178,7 @@ class _Reader:
             except ValueError:      # the name contains a zero byte
                 raise file.tokens.error("includes a file whose name no file can have", said.at
                                         ) from None
-            if os.path.isabs(said.name) or os.path.commonpath(
-                    [self.folder, place]) != self.folder:
+            if os.path.commonpath([self.folder, place]) != self.folder:
                 raise file.tokens.error(f"includes {said.name}, which lies outside of the folder "
                                         f"{self.path.parent}; copy it there", said.at)
             self.places[said.name] = place

@@ -1,4 +1,4 @@
-"""Geometry: the triangles of AFF's statements, in the order of the file."""
+"""Geometry: the triangles of AFF's geometric statements, in the order of the file."""
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -10,7 +10,7 @@ from ..mesh import fans
 from ..procedural.shapes import ball, tube
 from .tokens import Tokens
 
-BALL_TRIANGLES = 1280   # triangles of a sphere, as many as in a scene file
+BALL_TRIANGLES = 1280   # triangles of a sphere, as many as in this program's own scene files
 CONE_SIDES = 24         # sides of a cone
 
 
@@ -28,7 +28,8 @@ class Keys:
     vertices: np.ndarray
 
     def at(self, time: float) -> np.ndarray:
-        """Return the positions at a time, (v, 3); outside of the times, those of the nearest."""
+        """Return the positions at a time, (v, 3). Before the first and after the last of the given
+        times, the positions do not change."""
         last = len(self.times) - 1
         k = int(np.clip(np.searchsorted(self.times, time, side="right") - 1, 0, max(last - 1, 0)))
         here, there = self.times[k], self.times[min(k + 1, last)]
@@ -78,7 +79,7 @@ def read_mesh(tokens: Tokens) -> Geometry:
         texture = tokens.text("the name of a texture")
         uv = _upright(tokens.numbers(2 * count, "texture coordinates").reshape(-1, 2))
         word = tokens.expect("triangles")
-    # A list without entries has no column of indices.
+    # A triangle has indices into a list only if the list has entries.
     used = [("vertex", vertices), *((what, values) for what, values in (
         ("normal", normals), ("texture coordinate", uv)) if values is not None and len(values))]
     count = tokens.count("triangles", 3 * len(used))
@@ -101,8 +102,8 @@ def _vectors(tokens: Tokens, what: str, width: int) -> np.ndarray:
 
 
 def _upright(uv: np.ndarray) -> np.ndarray:
-    """Return texture coordinates of which v runs upwards; in AFF it runs down from the image's
-    first row."""
+    """Return texture coordinates whose v runs upwards. In AFF v runs down from the image's first
+    row."""
     return uv * (1, -1) + (0, 1)
 
 

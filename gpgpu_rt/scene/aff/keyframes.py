@@ -1,9 +1,10 @@
 """Key frames: motions by splines with tension, continuity and bias.
 
-D. H. U. Kochanek and R. H. Bartels, "Interpolating Splines with Local Tension, Continuity, and
-Bias Control", SIGGRAPH 1984. Rotations use the same tangents between the logarithms of quaternions
-and interpolate by "squad" (K. Shoemake, "Quaternion Calculus and Fast Animation", SIGGRAPH 1987
-course notes). The first and the last key only shape the tangents of their neighbours.
+The splines are those of D. H. U. Kochanek and R. H. Bartels, "Interpolating Splines with Local
+Tension, Continuity, and Bias Control", SIGGRAPH 1984. Rotations use the same tangents between the
+logarithms of quaternions and interpolate by "squad" (K. Shoemake, "Quaternion Calculus and Fast
+Animation", SIGGRAPH 1987 course notes). The first and the last key only shape the tangents of
+their neighbours.
 """
 from __future__ import annotations
 
@@ -11,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-FEWEST = 4      # keys of a spline
+FEWEST = 4      # the smallest number of keys of a spline
 
 
 class _Segments:
@@ -34,15 +35,18 @@ class _Segments:
         self._arrive = arrive * (1 - c2) * (1 + b2), arrive * (1 + c2) * (1 - b2)
 
     def tangents(self, steps: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the tangents, (n - 3, w) each, at which segments leave their first key and arrive
-        at their last one, from the steps between keys, (n - 1, w)."""
+        """Return the tangents with which the segments leave their first keys, and those with which
+        they arrive at their last keys.
+
+        The tangents are (n - 3, w) each. ``steps`` are the differences between keys, (n - 1, w).
+        """
         before, own, after = steps[:-2], steps[1:-1], steps[2:]
         return (self._leave[0][:, None] * before + self._leave[1][:, None] * own,
                 self._arrive[0][:, None] * own + self._arrive[1][:, None] * after)
 
     def at(self, time: float) -> tuple[int, float]:
-        """Return the segment of a time, and the place in it from 0 to 1; times outside of the
-        segments give the nearest end."""
+        """Return the segment of a time, and the position in the segment, from 0 to 1. A time
+        outside of all segments gives the nearest end."""
         if not self.first[0] < time:
             return 0, 0.0
         if not time < self.last[-1]:
@@ -52,7 +56,8 @@ class _Segments:
 
 
 def _over(length: np.ndarray, span: np.ndarray) -> np.ndarray:
-    """Return length / span; 0 where both are 0, because no time lies in such a segment."""
+    """Return length / span, and 0 where span is 0: with ascending times such a segment has no
+    length, so no time lies in it."""
     return np.divide(length, span, out=np.zeros_like(length), where=span != 0)
 
 
@@ -81,7 +86,7 @@ class Spline:
 
 
 class RotationSpline:
-    """Rotations along a spline. Consecutive keys turn by the shorter of the two ways.
+    """Rotations along a spline. Between consecutive keys, the rotation takes the shorter way.
 
     Parameters
     ----------
@@ -109,7 +114,7 @@ class RotationSpline:
 
 
 def _quaternions(axis: np.ndarray, degrees: np.ndarray) -> np.ndarray:
-    """Return (n, 4) unit quaternions, real part first; without an axis nothing turns."""
+    """Return (n, 4) unit quaternions, real part first. An axis of length 0 gives the identity."""
     length = np.linalg.norm(axis, axis=1, keepdims=True)
     half = np.radians(degrees)[:, None] / 2 * (length > 0)
     return np.concatenate([np.cos(half), np.sin(half) * axis / np.where(length > 0, length, 1)],
@@ -136,8 +141,8 @@ def _exp(v: np.ndarray) -> np.ndarray:
 
 
 def _slerp(p: np.ndarray, q: np.ndarray, u: float) -> np.ndarray:
-    """Return the unit quaternion at u from p to q, on the arc between them. It keeps the bits of p
-    at 0 and of q at 1."""
+    """Return the unit quaternion at u on the arc from p to q. At 0 it has the bits of p, and at 1
+    the bits of q."""
     angle = np.arctan2(np.linalg.norm(p - q), np.linalg.norm(p + q)) * 2
     if u in (0, 1) or np.sin(angle) < 1e-9:
         return q if u == 1 else p
@@ -153,14 +158,16 @@ def _matrix(q: np.ndarray) -> np.ndarray:
 
 
 @dataclass(frozen=True, eq=False)
-class Motion:
+class KeyedMotion:
     """The key frames of a transform. A part that is None leaves the transform's part the identity.
 
     Attributes
     ----------
-    translation, scale : positions and factors, world units
+    translation : positions, world units
     rotation : rotations
-    visibility : (n, 2) times and flags; from a time on, a flag of 0 hides what the transform holds
+    scale : factors along the three axes
+    visibility : (n, 2) times and flags. A flag holds from its time on, and 0 hides the transform's
+        content
     """
 
     translation: Spline | None = None

@@ -1,4 +1,4 @@
-"""Mesh: the triangles, materials, lights and camera of an AFF file at the begin of its
+"""Mesh: the triangles, materials, lights and camera of an AFF file at the start of its
 animation."""
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ from .placement import Placement
 from .surface import Surface
 from .viewpoint import Viewpoint
 
-# Folders of textures, seen from the AFF file; the second is that of BART's scenes.
+# Folders of textures, relative to the folder of the AFF file. BART's scenes use the second one.
 _TEXTURE_FOLDERS = ("", "../TextureFiles")
 
 
 def read_aff(path: Path) -> Mesh:
-    """Return the mesh of the AFF file at ``path``, at the begin of its animation.
+    """Return the mesh of the AFF file at ``path``, at the start of its animation.
 
     Raises
     ------
@@ -36,7 +36,7 @@ def read_aff(path: Path) -> Mesh:
 
 
 def mesh_of(document: Document, placement: Placement) -> Mesh:
-    """Return the mesh of a document at the begin of its animation; vertices and faces keep the
+    """Return the mesh of a document at the start of its animation. Vertices and faces keep the
     order of the file, and vertices are rounded to float32."""
     instances, time = document.instances, document.begin
     sizes = [len(instance.geometry.faces) for instance in instances]
@@ -77,24 +77,29 @@ def _finite(document: Document, placement: Placement, time: float) -> np.ndarray
 def _normals(document: Document, placement: Placement, sizes: list[int]) -> np.ndarray | None:
     """Return the normals of corners, (n, 3, 3) float64 of length 1, or 0 for a missing normal;
     None if no geometry has normals."""
-    # Normals follow the cofactors, which exist for a flattening transform too.
-    x, y, z = placement.transforms(document.begin)[0][:, :, :3].transpose(2, 0, 1)
-    cofactors = np.stack([np.cross(y, z), np.cross(z, x), np.cross(x, y)], axis=1)
-    cofactors *= np.sign((x * cofactors[:, 0]).sum(axis=1))[:, None, None]
     turned: list[np.ndarray | None] = []
-    for instance in document.instances:
-        normals = instance.geometry.normals
-        if normals is not None:
-            normals = normals @ cofactors[instance.node]
-            length = np.linalg.norm(normals, axis=2, keepdims=True)
-            normals = normals / np.where(length > 0, length, 1)
-        turned.append(normals)
+    with np.errstate(all="ignore"):     # a normal that overflows is a missing one
+        # Normals are transformed by the matrix of cofactors, because a transform that flattens its
+        # content has no inverse.
+        x, y, z = placement.transforms(document.begin)[0][:, :, :3].transpose(2, 0, 1)
+        cofactors = np.stack([np.cross(y, z), np.cross(z, x), np.cross(x, y)], axis=1)
+        cofactors *= np.sign((x * cofactors[:, 0]).sum(axis=1))[:, None, None]
+        for instance in document.instances:
+            normals = instance.geometry.normals
+            if normals is not None:
+                normals = normals @ cofactors[instance.node]
+                length = np.linalg.norm(normals, axis=2, keepdims=True)
+                sound = (length > 0) & np.isfinite(length)
+                normals = np.where(sound, normals / length, 0)
+            turned.append(normals)
     return filled(turned, sizes, 3)
 
 
 def _materials(document: Document) -> tuple[tuple[Material, ...], np.ndarray]:
-    """Return the different materials, and the index of each instance's material among them. A
-    missing texture leaves a material its colour, and is a warning."""
+    """Return the different materials, and the index of each instance's material among them.
+
+    If a texture is missing, the material keeps its colour, and a warning names the texture.
+    """
     made: dict[tuple[Surface | None, str, str | None], Material] = {}
     rows: dict[Material, int] = {}
     images, missing, of = Textures(document.path.parent), [], []
@@ -119,7 +124,7 @@ def _materials(document: Document) -> tuple[tuple[Material, ...], np.ndarray]:
 
 
 def _texture_file(folder: Path, name: str) -> str | None:
-    """Return the place of an image, seen from the document's folder; None if it is missing."""
+    """Return the path of an image relative to the document's folder; None if it is missing."""
     if Path(name).name != name:
         return None
     places = (str(Path(place, name)) for place in _TEXTURE_FOLDERS)

@@ -1,25 +1,23 @@
 """Placement: the vertices of a document at any time."""
 from __future__ import annotations
 
-from functools import cached_property
-
 import numpy as np
 
 from .document import Document
 from .geometry import Keys
-from .keyframes import Motion
+from .keyframes import KeyedMotion
 
 
 class Placement:
-    """The vertices of all instances under their transforms; it can be pickled.
+    """The vertices of all instances under their transforms. A placement can be pickled.
 
-    All arithmetic is in float64, by sums of products in a fixed order, so that machines agree to
-    the bit.
+    All arithmetic is in float64, by sums of products in a fixed order, so that all machines get
+    the same bits.
 
     Attributes
     ----------
     points : (3, v) float64 vertices in the coordinates of their instances
-    first : (i + 1,) int, the first vertex of each instance, and the number of vertices
+    first : (i + 1,) int, the first vertex of each instance, and last the number of all vertices
     node : (i,) int, the transform of each instance
     """
 
@@ -29,7 +27,7 @@ class Placement:
         self._parent = np.array([node.parent for node in nodes])
         self._local = np.stack([np.eye(3, 4) if isinstance(node.transform, str)
                                 else node.transform for node in nodes])
-        self._motions: list[tuple[int, Motion]] = [
+        self._motions: list[tuple[int, KeyedMotion]] = [
             (k, document.motions[node.transform]) for k, node in enumerate(nodes)
             if isinstance(node.transform, str) and node.transform in document.motions]
         depth, moving = [0] * count, [False] * count
@@ -47,6 +45,13 @@ class Placement:
         self._keys: dict[int, Keys] = {
             k: instance.geometry.keys for k, instance in enumerate(instances)
             if instance.geometry.keys is not None}
+        self._moving = self._blocks(moving=True)
+        self._still = np.zeros(self.points.shape[::-1], np.float32)     # where nothing moves
+        with np.errstate(over="ignore", invalid="ignore"):
+            transform, _ = self.transforms(0.0)
+            for first, last, k in self._blocks(moving=False):
+                self._still[first:last] = _moved(transform[self.node[k]],
+                                                 self.points[:, first:last]).T
 
     def transforms(self, time: float) -> tuple[np.ndarray, np.ndarray]:
         """Return the transforms of the nodes to world units at a time, (k, 3, 4), and whether the
@@ -61,7 +66,7 @@ class Placement:
         return local, visible
 
     def vertices(self, time: float) -> np.ndarray:
-        """Return the vertices at a time, (v, 3) float32, world units. Those of an invisible
+        """Return the vertices at a time, (v, 3) float32, world units. The vertices of an invisible
         instance coincide, so that its triangles have no area."""
         with np.errstate(over="ignore", invalid="ignore"):  # `check_vertices` reports overflow
             transform, visible = self.transforms(time)
@@ -78,30 +83,19 @@ class Placement:
 
     @property
     def group(self) -> np.ndarray:
-        """(v,) a number of each vertex: vertices of the same number move as one rigid part."""
+        """(v,) a number for each vertex. Vertices with the same number move as one rigid part."""
         made = np.repeat(self.node, np.diff(self.first))
         for k in self._keys:    # each of these vertices moves on its own
             some = slice(self.first[k], self.first[k + 1])
             made[some] = -1 - np.arange(some.start, some.stop)
         return made
 
-    @cached_property
-    def _still(self) -> np.ndarray:
-        """The vertices of instances that never move; zeros for the other instances."""
-        made = np.zeros(self.points.shape[::-1], np.float32)
-        with np.errstate(over="ignore", invalid="ignore"):
-            transform, _ = self.transforms(0.0)
-            for first, last, k in self._blocks(moving=False):
-                made[first:last] = _moved(transform[self.node[k]], self.points[:, first:last]).T
-        return made
-
-    @cached_property
-    def _moving(self) -> list[tuple[int, int, int]]:
-        return self._blocks(moving=True)
-
     def _blocks(self, moving: bool) -> list[tuple[int, int, int]]:
-        """Return the ranges of vertices that move, or those that do not: first, last, and an
-        instance of the range. Consecutive instances under the same transform are one range."""
+        """Return the ranges of vertices that move, or, if ``moving`` is false, that do not move.
+
+        A range is its first vertex, its end, and an instance of the range. Consecutive instances
+        under the same transform form one range.
+        """
         blocks: list[tuple[int, int, int]] = []
         for k, node in enumerate(self.node.tolist()):
             if (self._moving_node[node] or k in self._keys) != moving:
@@ -117,7 +111,7 @@ class Placement:
 
 
 def _product(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Return the transforms a of b, (k, 3, 4) each."""
+    """Return the transforms that apply first b and then a, (k, 3, 4) each."""
     made = (a[:, :, 0:1] * b[:, 0:1] + a[:, :, 1:2] * b[:, 1:2] + a[:, :, 2:3] * b[:, 2:3])
     made[:, :, 3] += a[:, :, 3]
     return made

@@ -1,4 +1,4 @@
-"""Statements: what a single AFF file says, in order; includes are not followed."""
+"""Statements: the statements of a single AFF file, in order. Included files are not read."""
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
@@ -14,16 +14,16 @@ from ..values import Vector, vector
 from .geometry import (
     Geometry, read_animated, read_cone, read_mesh, read_polygons, read_sphere, read_textured
 )
-from .keyframes import FEWEST, Motion, RotationSpline, Spline
+from .keyframes import FEWEST, KeyedMotion, RotationSpline, Spline
 from .surface import Surface
 from .tokens import Tokens
 
-MOST_BLOCKS = 1000      # blocks inside each other in a file; BART's files have at most 25
+MOST_BLOCKS = 1000      # largest depth of nested blocks in a file; BART's files have at most 25
 
 
 @dataclass(frozen=True, eq=False)
 class Open:
-    """The begin of a block: its transform, (3, 4), or the name of the key frames that move it."""
+    """The start of a block: its transform, (3, 4), or the name of the key frames that move it."""
 
     transform: np.ndarray | str
 
@@ -35,7 +35,7 @@ class Close:
 
 @dataclass(frozen=True)
 class Include:
-    """A file whose statements follow here, unless its level of detail is above the document's."""
+    """A file that is included here, unless its level of detail is above the current level."""
 
     name: str
     level: int
@@ -71,10 +71,10 @@ class Span:
 
 @dataclass(frozen=True, eq=False)
 class KeyFrames:
-    """The motion of the transforms of a name, or of the camera."""
+    """The motion of all transforms with a name, or of the camera."""
 
     name: str
-    motion: Motion
+    motion: KeyedMotion
 
 
 Statement: TypeAlias = (Open | Close | Include | Detail | Background | Span | KeyFrames | Camera
@@ -130,7 +130,7 @@ def _view(tokens: Tokens, _: bytes) -> Iterator[Statement]:
     up = tokens.numbers(3, "the camera's up direction")
     tokens.expect("angle")
     angle, = tokens.numbers(1, "an angle")
-    tokens.expect("hither")     # nearer things would not be drawn; ours are
+    tokens.expect("hither")     # the near plane; this program draws nearer objects as well
     tokens.numbers(1, "a distance")
     tokens.expect("resolution")
     tokens.numbers(2, "the resolution")
@@ -143,13 +143,13 @@ def _background(tokens: Tokens, _: bytes) -> Iterator[Statement]:
 
 
 def _ambient(tokens: Tokens, _: bytes) -> Iterator[Statement]:
-    tokens.numbers(3, "the ambient light")      # our surroundings light the scene instead
+    tokens.numbers(3, "the ambient light")      # ignored: the environment lights the scene instead
     yield from ()
 
 
 def _light(tokens: Tokens, keyword: bytes) -> Iterator[Statement]:
     if keyword == b"la":
-        tokens.word("the name of a light")      # it stays where it stands
+        tokens.word("the name of a light")      # ignored: lights do not move
     place = tokens.numbers(3, "a light's place")
     colour = np.ones(3)
     if _is_number(tokens.peek):
@@ -186,8 +186,8 @@ def _static(tokens: Tokens, _: bytes) -> Iterator[Statement]:
 
 
 def rotation(axis: np.ndarray, degrees: float) -> np.ndarray:
-    """Return the matrix of a rotation around an axis of any length, (3, 3), by Rodrigues' formula;
-    without an axis nothing turns."""
+    """Return the matrix of a rotation around an axis of any length, (3, 3), by Rodrigues' formula.
+    An axis of length 0 gives the identity."""
     length = float(np.sqrt((axis * axis).sum()))
     if not length > 0:
         return np.eye(3)
@@ -240,7 +240,7 @@ def _key_frames(tokens: Tokens, _: bytes) -> Iterator[Statement]:
         said[part] = tokens.numbers(count * width, "key frames").reshape(count, width)
     tokens.expect("}")
     with np.errstate(over="ignore", invalid="ignore"):  # vertices that are not finite are refused
-        yield KeyFrames(name, Motion(
+        yield KeyFrames(name, KeyedMotion(
             Spline(said["transl"]) if "transl" in said else None,
             RotationSpline(said["rot"]) if "rot" in said else None,
             Spline(said["scale"]) if "scale" in said else None, said.get("visibility")))

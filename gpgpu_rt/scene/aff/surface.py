@@ -18,14 +18,14 @@ class Surface:
     """A surface of AFF.
 
     The shininess of a fill statement is left out: the specular share reflects like a mirror, as
-    BART asks of ray tracers. So is the ambient share, because the surroundings light the scene; it
-    is the diffuse share of a surface that has neither a diffuse nor a specular one, such as the
-    garden behind BART's kitchen.
+    BART asks of ray tracers. The ambient share is left out too, because the environment lights the
+    scene. If a surface has neither a diffuse nor a specular share, such as the garden behind
+    BART's kitchen, the ambient share becomes its diffuse share.
 
     Attributes
     ----------
     diffuse, mirror : (3,) shares in [0, 1] whose sum is at most 1
-    ior : the refractive index of a dielectric, which has no other share; None for other surfaces
+    ior : the refractive index of a dielectric, whose shares are 0; None for other surfaces
     """
 
     diffuse: Vector
@@ -39,10 +39,10 @@ class Surface:
 
         Parameters
         ----------
-        ambient, diffuse, specular : (3,) shares; where they add up to more than 1, the specular
-            share gives way
+        ambient, diffuse, specular : (3,) shares; where diffuse and specular add up to more than 1,
+            the specular share is reduced
         transmittance : the share of light that passes through
-        ior : the refractive index; 0 stands for 1
+        ior : the refractive index; 0 means 1
         """
         if transmittance >= CLEAR:
             return cls((0.0,) * 3, (0.0,) * 3, float(np.clip(ior or 1.0, 0.1, 10)))

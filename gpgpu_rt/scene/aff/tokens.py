@@ -12,7 +12,7 @@ from ...disk.files import decoded
 from ...errors import SceneError
 from ...text_format import shortened
 
-LONGEST = 64        # letters of a number; a longer word is an error
+LONGEST = 64        # most characters of a number; a longer word is an error
 _COMMENT = re.compile(rb"[#%][^\n]*")
 
 
@@ -22,7 +22,7 @@ class Tokens:
     Parameters
     ----------
     content : the file's content
-    name : the file, for errors
+    name : the name of the file, for error messages
 
     Attributes
     ----------
@@ -38,11 +38,11 @@ class Tokens:
 
     @property
     def peek(self) -> bytes:
-        """The next word, which stays the next; empty at the end of the file."""
+        """The next word, without going on to the word after it; empty at the end of the file."""
         return self._words[self.at] if self.at < len(self._words) else b""
 
     def word(self, what: str) -> bytes:
-        """Return the next word; an error calls it ``what``."""
+        """Return the next word. An error message calls the word ``what``."""
         found = self.peek
         if not found:
             raise self.error(f"the file ends where {what} belongs")
@@ -62,7 +62,10 @@ class Tokens:
         return found
 
     def count(self, what: str, width: int) -> int:
-        """Return a number of ``what``, each of which needs ``width`` words of the file or more."""
+        """Return the next word as the number of ``what`` that follow.
+
+        Each of them needs at least ``width`` words, so too large a number is an error.
+        """
         number = int(self.wholes(self.take(1, f"the number of {what}"))[0])
         left = len(self._words) - self.at
         if not 0 <= number * width <= left:
@@ -70,7 +73,7 @@ class Tokens:
         return number
 
     def take(self, count: int, what: str) -> range:
-        """Return the indices of the next ``count`` words, and go on behind them."""
+        """Return the indices of the next ``count`` words, and go on after these words."""
         first = self.at
         if first + count > len(self._words):
             raise self.error(f"the file ends where {what} belongs", len(self._words))
@@ -78,7 +81,7 @@ class Tokens:
         return range(first, self.at)
 
     def floats(self, *places: range) -> np.ndarray:
-        """Return the finite numbers of words, (n,) float64."""
+        """Return words as finite numbers, (n,) float64. ``places`` are the words' indices."""
         found = self._numbers(float, np.float64, places)
         if not np.isfinite(found).all():
             k = int(np.argmin(np.isfinite(found)))
@@ -87,7 +90,7 @@ class Tokens:
         return found
 
     def wholes(self, *places: range) -> np.ndarray:
-        """Return the whole numbers of words, (n,) int64."""
+        """Return words as whole numbers, (n,) int64. ``places`` are the words' indices."""
         return self._numbers(int, np.int64, places)
 
     def numbers(self, count: int, what: str) -> np.ndarray:
@@ -125,13 +128,14 @@ class Tokens:
         return shortened(decoded(self._words[at][:80]))
 
     def line(self, at: int) -> int:
-        """Return the line of a word, from 1; of the last line, if there is no such word."""
+        """Return the line number of a word, from 1; if there is no such word, that of the last
+        line."""
         for k, found in enumerate(re.finditer(rb"\S+", self._text)):
             if k == at:
                 return self._text.count(b"\n", 0, found.start()) + 1
         return self._text.rstrip().count(b"\n") + 1
 
     def error(self, message: str, at: int | None = None) -> SceneError:
-        """Return an error at a word, by default the next."""
+        """Return an error that names the line of a word, by default of the next word."""
         return SceneError(f"{self.name}, line {self.line(self.at if at is None else at)}: "
                           f"{message}")

@@ -7,7 +7,7 @@ import numpy as np
 
 from ..camera import Camera
 from .document import Document
-from .keyframes import Motion
+from .keyframes import KeyedMotion
 
 NAME = "camera"     # key frames of this name move the camera
 
@@ -18,17 +18,17 @@ class Viewpoint:
 
     Attributes
     ----------
-    camera : the camera of the statement ``v``, whose place, target and up direction hold where no
-        key frames replace them
+    camera : the camera of the statement ``v``. Its position, target and up direction are used
+        where no key frames replace them
     motion : the key frames of the camera, or None
     """
 
     camera: Camera
-    motion: Motion | None
+    motion: KeyedMotion | None
 
     @classmethod
     def of(cls, document: Document) -> Viewpoint | None:
-        """Return the viewpoint of a document; None if it says too little."""
+        """Return the viewpoint of a document; None if the document does not define a camera."""
         motion = document.motions.get(NAME)
         if document.camera is not None:
             return cls(document.camera, motion)
@@ -42,8 +42,8 @@ class Viewpoint:
         return self.motion is not None
 
     def at(self, time: float) -> Camera:
-        """Return the camera at a time. Without a rotation it looks along the negative z-axis of
-        its key frames, with the y-axis up."""
+        """Return the camera at a time. Key frames that rotate the camera make it look along the
+        negative z-axis of their rotation, with the y-axis up."""
         if self.motion is None:
             return self.camera
         eye, ahead = np.array(self.camera.eye), np.subtract(self.camera.target, self.camera.eye)

@@ -1,1 +1,1 @@
-"""Originals: the papers' scenes as their owners publish them, fetched and converted to meshes."""
+"""Originals: downloads the papers' scenes from their owners, and converts them to meshes."""

@@ -11,7 +11,6 @@ from pathlib import Path
 import numpy as np
 import trimesh
 
-from ...disk.files import replacing
 from ...errors import SceneError
 from .. import mesh_file
 from ..mesh import Mesh
@@ -23,10 +22,10 @@ class Original:
 
     Attributes
     ----------
-    file : the mesh file: a path in the scene's archive, or among the scene's files
-    triangles : the number of triangles
-    edit : changes the mesh after reading
-    keeps_files : whether the published files stay, because an animation reads them
+    file : the mesh file: a path in the scene's archive, or the name of one of the scene's files
+    triangles : the number of triangles that the mesh must have
+    edit : a function that changes the mesh after reading
+    keeps_files : whether the published files are kept, because an animation reads them
     """
 
     file: str
@@ -39,8 +38,8 @@ def _without_repeats(mesh: Mesh) -> Mesh:
     """Return a mesh without the triangles that repeat an earlier triangle, and without vertices
     that no triangle uses.
 
-    The published Cornell box has two bottom faces with the indices of side faces. Cornell
-    University's own data have 32 triangles.
+    In the published Cornell box, two faces of the bottom repeat the vertices of side faces.
+    Cornell University's own data have 32 triangles.
     """
     corners = np.sort(mesh.vertices[mesh.faces].view("f8,f8,f8")[..., 0], axis=1)
     _, first = np.unique(corners.view("f8").reshape(len(mesh.faces), -1), axis=0,
@@ -59,14 +58,14 @@ ORIGINALS: dict[str, Original] = {
 }
 
 
-def convert(scene: str, files: list[Path], target: Path, work: Path) -> None:
-    """Write the mesh of a scene to ``target``, a PLY file.
+def convert(scene: str, files: list[Path], work: Path) -> Path:
+    """Return a PLY file with the mesh of a scene, in the folder ``work``.
 
     Parameters
     ----------
     scene : a name of ORIGINALS
-    files : the published files, complete: an archive, or the files themselves
-    work : a folder for temporary files, which only this run uses
+    files : the complete published files: either one archive, or the files themselves
+    work : a folder that no other run uses
 
     Raises
     ------
@@ -74,22 +73,25 @@ def convert(scene: str, files: list[Path], target: Path, work: Path) -> None:
         the files do not give the expected number of triangles
     """
     original = ORIGINALS[scene]
-    unpacked = work / "unpacked"     # a killed run may have left it
-    shutil.rmtree(unpacked, ignore_errors=True)
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")     # only positions and faces are kept
+    unpacked = work / "unpacked"
+    shutil.rmtree(unpacked, ignore_errors=True)     # a killed run may have left the folder
+    try:
         if len(files) == 1:
             with zipfile.ZipFile(files[0]) as archive:
                 archive.extractall(unpacked)
             path = unpacked / original.file
         else:
             path = next(file for file in files if file.name == original.file)
-        mesh = original.edit(mesh_file.read(path))
-    shutil.rmtree(unpacked, ignore_errors=True)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")     # only positions and faces are kept
+            mesh = original.edit(mesh_file.read(path))
+    finally:
+        shutil.rmtree(unpacked, ignore_errors=True)
     if len(mesh.faces) != original.triangles:
         raise SceneError(f"{scene}: the published files give {len(mesh.faces):,} triangles, but "
                          f"{original.triangles:,} are expected; report this as an error of "
                          "gpgpu_rt")
-    shape = trimesh.Trimesh(mesh.vertices, mesh.faces, process=False)
-    with replacing(target) as path:
-        path.write_bytes(shape.export(file_type="ply"))
+    target = work / f"{scene}.ply"
+    target.write_bytes(trimesh.Trimesh(mesh.vertices, mesh.faces, process=False).export(
+        file_type="ply"))
+    return target

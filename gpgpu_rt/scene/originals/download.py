@@ -1,4 +1,4 @@
-"""Download: brings a file from a web server or a folder, complete and with the right digest."""
+"""Download: gets a file from a web server or a folder, and checks its size and digest."""
 from __future__ import annotations
 
 import hashlib
@@ -14,7 +14,7 @@ from ...disk.files import open_input
 from ...errors import Error, OptionError
 from .sources import SourceFile, is_url
 
-TRIES = 5              # connections in a row that bring no new byte before a download fails
+TRIES = 5              # a download fails after this many connections in a row without a new byte
 FIRST_WAIT = 0.2       # seconds before the second try; each further wait is twice as long
 SECONDS = 30           # longest wait for an answer of the server
 BLOCK = 1 << 16        # bytes that are read at a time
@@ -23,14 +23,14 @@ BLOCK = 1 << 16        # bytes that are read at a time
 LARGEST = 4
 _AGAIN = (408, 425, 429, 500, 502, 503, 504)     # HTTP statuses of a server that may recover
 
-Report = Callable[[int], None]    # takes the number of bytes that are there
+Report = Callable[[int], None]    # called with the number of bytes that have arrived so far
 
 
 class _Lost(Exception):
-    """The connection ended early; its text says why."""
+    """The connection ended early. The exception's text says why."""
 
 
-class _Stream:
+class _Incoming:
     """The bytes of a file from a server or a folder.
 
     Attributes
@@ -52,14 +52,15 @@ class _Stream:
         request = urllib.request.Request(source, headers=headers)
         self._file = urllib.request.urlopen(request, timeout=SECONDS)
         length = self._file.headers.get("Content-Length", "")
-        self.total = int(length) if length.isdigit() else None
+        self.total = _count(length)
         if self._file.status == 206:
             content = self._file.headers.get("Content-Range", "")    # bytes 5-9/10
             first, _, total = content.removeprefix("bytes ").partition("-")
             total = total.rpartition("/")[2]
             if first != str(start):
+                self._file.close()
                 raise _Lost(f"the server answered with the range {content[:40]!r}")
-            self.start, self.total = start, int(total) if total.isdigit() else None
+            self.start, self.total = start, _count(total)
 
     def blocks(self) -> Iterator[bytes]:
         """Yield the bytes in blocks."""
@@ -75,20 +76,20 @@ class _Stream:
 
 
 def download(file: SourceFile, base: str | None, partial: Path, report: Report) -> None:
-    """Bring a file to ``partial``, and continue there if an earlier run brought a part of it.
+    """Download a file to ``partial``, and continue if an earlier run downloaded a part of it.
 
     Parameters
     ----------
-    file : the file to bring
+    file : the file to download
     base : URL or folder of a copy of the originals; None for the repository itself
-    partial : the path to write. An interrupted download stays there, so that a later call can
+    partial : the path to write. An interrupted download is kept there, so that a later call can
         continue. A file with the wrong size or digest is removed
-    report : shows progress
+    report : a function that shows the progress
 
     Raises
     ------
     Error
-        the file cannot be had, or it is not the expected file
+        the file cannot be downloaded, or it is not the expected file
     """
     source = file.location(base)
     if is_url(source) and not source.startswith(("http://", "https://")):
@@ -105,7 +106,9 @@ def download(file: SourceFile, base: str | None, partial: Path, report: Report) 
             found = _digest(partial)
     except Error:
         raise
-    except (FileNotFoundError, IsADirectoryError) as failure:
+    except (http.client.InvalidURL, ValueError) as failure:
+        raise OptionError(f"{base} is no valid URL ({failure}); check --from") from failure
+    except FileNotFoundError as failure:
         raise Error(f"{base} has no file {file.place}; the folder must hold the originals as "
                     "REPOSITORY/PATH") from failure
     except OSError as failure:
@@ -122,22 +125,22 @@ def download(file: SourceFile, base: str | None, partial: Path, report: Report) 
 
 
 def _read_all(file: SourceFile, source: str, partial: Path, report: Report) -> None:
-    """Append to ``partial`` until the server has sent the whole file; connect again if the
-    connection ends early."""
+    """Append to ``partial`` until the server has sent the whole file. If the connection ends
+    early, connect again."""
     failed = 0
     while True:
         before = partial.stat().st_size if partial.is_file() else 0
         if before >= file.size:
             return
         try:
-            with closing(_Stream(source, before)) as stream:
+            with closing(_Incoming(source, before)) as stream:
                 _append(file, stream, partial, report)
             return
         except urllib.error.HTTPError as failure:
             failure.close()
             said = f"{source}: the server answers {failure.code} {failure.reason}"
-            if failure.code == 416:     # the file there is shorter than the part
-                partial.unlink()
+            if failure.code == 416:     # the server's file is shorter than the part that is here
+                partial.unlink(missing_ok=True)
             elif failure.code not in _AGAIN:
                 raise Error(f"{said}; name another source by --from") from None
         except urllib.error.URLError as failure:
@@ -146,6 +149,8 @@ def _read_all(file: SourceFile, source: str, partial: Path, report: Report) -> N
             if not before:
                 raise Error(f"{said}; check the network, or name a copy by --from FOLDER or "
                             "--from URL") from None
+        except http.client.InvalidURL:
+            raise
         except (_Lost, http.client.HTTPException, ConnectionError, TimeoutError) as failure:
             said = f"{source}: {failure or type(failure).__name__}"
         now = partial.stat().st_size if partial.is_file() else 0
@@ -155,8 +160,8 @@ def _read_all(file: SourceFile, source: str, partial: Path, report: Report) -> N
         time.sleep(FIRST_WAIT * 2 ** failed)
 
 
-def _append(file: SourceFile, stream: _Stream, partial: Path, report: Report) -> None:
-    """Append the bytes of a stream to ``partial``, from the stream's start on."""
+def _append(file: SourceFile, stream: _Incoming, partial: Path, report: Report) -> None:
+    """Write the bytes of a stream to ``partial``, from the stream's start on."""
     limit = LARGEST * file.size
     with open(partial, "r+b" if partial.is_file() else "wb") as output:
         output.truncate(stream.start)
@@ -168,6 +173,11 @@ def _append(file: SourceFile, stream: _Stream, partial: Path, report: Report) ->
             report(min(there, file.size))
             if there > limit:
                 return
+
+
+def _count(text: str) -> int | None:
+    """Return a number of bytes from a header; None if the header has no number."""
+    return int(text) if text.isascii() and text.isdecimal() else None
 
 
 def _digest(path: Path) -> str:

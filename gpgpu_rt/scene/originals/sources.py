@@ -1,4 +1,4 @@
-"""Sources: the files of the papers' scenes, with the place that publishes each file.
+"""Sources: the files of the papers' scenes, and the repository that publishes each file.
 
 ``sources.csv`` pins each file to a commit and a SHA-256 digest. ``cameras.json`` holds the cameras
 that belong to the scenes.
@@ -28,7 +28,7 @@ class SourceFile:
     path : path of the file in the repository
     size : size in bytes
     sha256 : SHA-256 digest of the file, in hexadecimal
-    terms : the terms of use, as its owner states them
+    terms : the terms of use, as the owner states them
     """
 
     scene: str

@@ -16,14 +16,14 @@ from .shapes import noise
 from .walker import walker_at
 
 FRAMES_A_SECOND = 24
-CLOTH_CELLS = 158    # a side; 49,928 triangles
+CLOTH_CELLS = 158    # cells along a side of the cloth, which gives 49,928 triangles
 
 
 @dataclass(frozen=True)
 class Motion:
     """The motion of a built-in scene.
 
-    vertices : returns (v, 3) float32 vertices, or (n, 3, 3) triangles, of a frame number, world
+    vertices : for a frame number, returns (v, 3) float32 vertices or (n, 3, 3) triangles, world
         units
     faces : returns (n, 3) int32 indices of vertices; None if ``vertices`` returns triangles
     """
@@ -35,8 +35,8 @@ class Motion:
 # Cloth: a height field that waves --------------------------------------------------------------
 
 def cloth_vertices(frame: int) -> np.ndarray:
-    """Return ((cells + 1)^2, 3) float32 vertices of a sheet of side 2, over which three waves run.
-    The edge at z = -1 is fixed."""
+    """Return ((cells + 1)^2, 3) float32 vertices of a sheet of side 2. Three waves run over the
+    sheet. The edge at z = -1 is fixed."""
     x, z = np.meshgrid(*2 * (np.linspace(-1, 1, CLOTH_CELLS + 1),), indexing="ij")
     t = frame / FRAMES_A_SECOND
     loose = (z + 1) / 2
@@ -46,7 +46,7 @@ def cloth_vertices(frame: int) -> np.ndarray:
 
 
 def cloth_faces() -> np.ndarray:
-    """Return (n, 3) int32 vertex indices, two triangles a cell."""
+    """Return (n, 3) int32 vertex indices, of two triangles for each cell."""
     side = CLOTH_CELLS + 1
     a = (np.arange(CLOTH_CELLS)[:, None] * side + np.arange(CLOTH_CELLS)).reshape(-1)
     b, c, d = a + 1, a + side + 1, a + side

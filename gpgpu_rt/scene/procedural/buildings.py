@@ -21,7 +21,8 @@ SODA_HALL, POWER_PLANT = 2_169_132, 12_748_510   # as in the survey's Figure 22
 
 # Soda Hall -------------------------------------------------------------------------------------
 
-# Number of storeys; rooms on each side of a corridor; width, height and depth of a room.
+# STOREYS: number of storeys. ROOMS: rooms on each side of a corridor. ROOM: width, height and
+# depth of a room.
 STOREYS, ROOMS, ROOM = 7, 20, (5.0, 3.4, 6.0)
 CORRIDOR = 3.0
 
@@ -103,8 +104,9 @@ def _furniture(rng: np.random.Generator) -> tuple[np.ndarray, ...]:
 
 # Power Plant -----------------------------------------------------------------------------------
 
-BAY, BAYS, LEVELS = 6.0, (8, 6), 12   # side of a bay, bays along x and z, storeys
-KINDS = 9                             # different bays, each of which is placed 64 times
+# A bay is a cell of the plant. BAY: its side. BAYS: bays along x and z. LEVELS: storeys.
+BAY, BAYS, LEVELS = 6.0, (8, 6), 12
+KINDS = 9                             # number of different bays; each is placed 64 times
 
 
 def powerplant() -> Built:

@@ -56,13 +56,13 @@ class Pieces:
         self._colours.append(np.repeat(colour, len(triangles) // len(colour), axis=0))
 
     def arrays(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return triangles (n, 3, 3) and colours (n, 3) in the order in which they were added."""
+        """Return triangles (n, 3, 3) and colours (n, 3), in the order of the calls of ``add``."""
         return np.concatenate(self._triangles), np.concatenate(self._colours)
 
     def finish(self, count: int, camera: Camera, light: tuple[float, float, float],
                intensity: tuple[float, float, float] = (1.0, 1.0, 1.0)) -> Built:
-        """Return the scene, with its largest triangles divided to give exactly `count`
-        triangles."""
+        """Return the scene with exactly `count` triangles. The largest triangles are divided to
+        reach this number."""
         triangles, colours = self.arrays()
         triangles, part_of = divide(triangles, count)
         return Built(triangles, colours[part_of], camera, light, intensity)

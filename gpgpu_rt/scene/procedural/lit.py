@@ -32,7 +32,7 @@ def _tiles() -> Material:
 def _built(parts: list[tuple[np.ndarray, Material, bool]], camera: Camera, *,
            uv: np.ndarray | None = None, **said: object) -> Built:
     """Return a scene of (triangles, material, smooth) parts. ``uv`` are the texture coordinates of
-    the first part; ``said`` goes into the appearance."""
+    the first part. ``said`` are further arguments of Scene."""
     triangles = np.concatenate([part for part, _, _ in parts])
     materials = tuple({material.name: material for _, material, _ in parts}.values())
     row = np.concatenate([np.full(len(part), materials.index(material))
@@ -48,7 +48,7 @@ def _built(parts: list[tuple[np.ndarray, Material, bool]], camera: Camera, *,
 
 
 def _floor_uv(triangles: np.ndarray, size: float) -> np.ndarray:
-    """Return texture coordinates projected from above; the image repeats every ``size`` world
+    """Return texture coordinates projected from above. The image repeats every ``size`` world
     units."""
     return triangles[:, :, [0, 2]] / size
 
@@ -56,10 +56,10 @@ def _floor_uv(triangles: np.ndarray, size: float) -> np.ndarray:
 def cornell_light() -> Built:
     """Return the Cornell box with its lamp as the light: 38 triangles.
 
-    The lamp's radiance is a coarse RGB form of the published spectrum: 18.4, 15.6 and 8. The lamp
-    lies in the plane of the ceiling, as published, in a hole of the ceiling. If it hung below the
+    The lamp's radiance is a coarse RGB form of Cornell's spectrum: 18.4, 15.6 and 8. The lamp lies
+    in a hole of the ceiling, in the ceiling's plane, as in Cornell's box. If it hung below the
     ceiling, light from its back would make the gap very bright. Paths would find this gap so
-    rarely that it would cause most of a path tracer's noise.
+    rarely that the gap would cause most of a path tracer's noise.
     """
     box, ceiling = cornell.make(), 2
     triangles, colours = np.asarray(box.triangles, np.float64), np.asarray(box.colours)

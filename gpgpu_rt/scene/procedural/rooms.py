@@ -1,4 +1,5 @@
-"""Rooms: procedural interiors seen from inside, with large walls around many small objects."""
+"""Rooms: procedural interiors that are seen from inside. Large walls surround many small objects.
+"""
 from __future__ import annotations
 
 import numpy as np

@@ -24,7 +24,7 @@ def quad(a: Sequence[float], b: Sequence[float], c: Sequence[float], d: Sequence
 
 
 def floor(lo: Sequence[float], hi: Sequence[float], height: float, cells: int = 1) -> np.ndarray:
-    """Return a horizontal rectangle of cells x cells x 2 triangles; lo and hi are (x, z)."""
+    """Return a horizontal rectangle of cells x cells x 2 triangles. lo and hi are (x, z)."""
     x, z = np.meshgrid(np.linspace(lo[0], hi[0], cells + 1),
                        np.linspace(lo[1], hi[1], cells + 1), indexing="ij")
     return patch(np.stack((x, np.full_like(x, height), z), axis=-1))
@@ -105,7 +105,7 @@ def tube(path: Sequence[Sequence[float]], radius: float | Sequence[float], segme
 
 def place(triangles: np.ndarray, positions: np.ndarray, yaw: np.ndarray | float = 0.0,
           scale: np.ndarray | float = 1.0) -> np.ndarray:
-    """Return m copies of k triangles, (m * k, 3, 3): scaled, rotated around y, then moved.
+    """Return m copies of k triangles, (m * k, 3, 3). They are scaled, rotated around y, and moved.
 
     Parameters
     ----------
@@ -125,7 +125,7 @@ def place(triangles: np.ndarray, positions: np.ndarray, yaw: np.ndarray | float 
 
 
 def noise(points: np.ndarray, wavelength: float, seed: int) -> np.ndarray:
-    """Return smooth noise of about [-1, 1] at points (..., 3); equal points get equal values."""
+    """Return smooth noise of about [-1, 1] at points (..., 3). Equal points get equal values."""
     rng = np.random.default_rng(seed)
     waves = rng.normal(size=(3, 12))
     waves *= 2 * np.pi / wavelength * rng.uniform(0.5, 1.2, 12) / np.linalg.norm(waves, axis=0)
@@ -133,7 +133,7 @@ def noise(points: np.ndarray, wavelength: float, seed: int) -> np.ndarray:
 
 
 def bump(triangles: np.ndarray, height: float, wavelength: float, seed: int = 0) -> np.ndarray:
-    """Return triangles with vertices displaced by smooth noise; shared vertices stay shared."""
+    """Return triangles with vertices displaced by smooth noise. Shared vertices stay shared."""
     moves = [noise(triangles, wavelength, seed + axis) for axis in range(3)]
     return triangles + height * np.stack(moves, axis=-1)
 
@@ -141,8 +141,9 @@ def bump(triangles: np.ndarray, height: float, wavelength: float, seed: int = 0)
 def divide(triangles: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
     """Return exactly `count` triangles of the same surface, and the original of each triangle.
 
-    The largest triangles are split in three at their centroid, which leaves their edges whole. If
-    an odd number is missing, one more triangle is cut in two across its longest edge.
+    The largest triangles are split in three at their centroid, so their edges are not divided.
+    Each split adds two triangles. If an odd number is missing, one more triangle is cut in two
+    across its longest edge.
     """
     extra = count - len(triangles)
     if not 0 <= extra <= 2 * len(triangles) - 1:

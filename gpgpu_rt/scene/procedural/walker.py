@@ -12,12 +12,13 @@ from .shapes import ball, bump, floor, noise
 STEP_SECONDS = 1.1     # the period of a leg's motion
 SWING = 0.32           # radians; largest angle of a leg forwards and backwards
 BEND = 0.7             # radians; largest bend of a knee while its foot is in the air
-HIP = 1.45             # height of the hips, world units; the animal is about four units long
+HIP = 1.45             # height of the hips in world units; the animal is about four units long
 RADIUS = 3.2           # radius of the circle on which the animal walks, world units
-# The phase of each leg at its hip's (x, z), as a share of a step. Hind leg, then front leg, on one
-# side; then the same on the other side.
+# (x, z) of each leg's hip -> the leg's phase as a share of a step. On one side, the hind leg moves
+# first and then the front leg; then the other side does the same.
 GAIT = {(1.1, -0.4): 0.0, (-1.1, -0.4): 0.25, (1.1, 0.4): 0.5, (-1.1, 0.4): 0.75}
-TORSO, HEAD, TAIL, LEGS = 0, 1, 2, 3    # bones; from LEGS on, a thigh and a shin for each leg
+# Numbers of bones. From LEGS on, there are a thigh and a shin for each leg.
+TORSO, HEAD, TAIL, LEGS = 0, 1, 2, 3
 
 HIDE, SPOTS, GRASS = (0.70, 0.66, 0.60), (0.34, 0.22, 0.15), (0.33, 0.48, 0.22)
 
@@ -36,13 +37,13 @@ def walker() -> Built:
 
 
 def walker_at(seconds: float) -> np.ndarray:
-    """Return (n, 3, 3) float32, the triangles of the animal at a time, then those of the
-    meadow."""
+    """Return (n, 3, 3) float32: the triangles of the animal at a time, and then the triangles of
+    the meadow."""
     triangles, bone = _rest()
     turns, moves = _pose(seconds / STEP_SECONDS)
     posed = np.einsum("kij,kvj->kvi", turns[bone], triangles) + moves[bone, None]
-    # A foot on the ground moves backwards relative to the body by the width of a swing in half a
-    # step; the animal moves forwards at this speed.
+    # In half a step, a foot on the ground moves backwards relative to the body, by the width of a
+    # swing. The animal moves forwards at the same speed.
     speed = 4 * SWING * HIP / STEP_SECONDS
     round_about = _turn_about(1, -speed * seconds / RADIUS)
     posed = (posed + (0, 0, RADIUS)) @ round_about.T
@@ -85,8 +86,8 @@ def _turn_about(axis: int, angle: float) -> np.ndarray:
 
 @cache
 def _rest() -> tuple[np.ndarray, np.ndarray]:
-    """Return (k, 3, 3), the triangles of the animal on straight legs with its head towards -x; and
-    (k,) the bone that moves each triangle."""
+    """Return (k, 3, 3), the triangles of the animal on straight legs, with its head towards -x;
+    and (k,) the number of the bone that moves each triangle."""
     parts = [(TORSO, ball(9000, (0, 1.75, 0), (1.6, 0.72, 0.66))),
              (HEAD, ball(3000, (-1.6, 2.25, 0), (0.55, 0.35, 0.33), (0.0, -0.9))),
              (HEAD, ball(3000, (-2.05, 2.5, 0), (0.5, 0.27, 0.26), (0.0, 0.5))),

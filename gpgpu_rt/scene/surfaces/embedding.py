@@ -2,8 +2,8 @@
 
 Each inner vertex lies at a weighted mean of its neighbours. If the boundary is convex, any
 positive weights give an embedding (W. Tutte, "How to draw a graph", 1963). The weights of mean
-value coordinates (M. Floater, 2003) preserve shapes well. Here they are made symmetric, as the
-method of conjugate gradients requires.
+value coordinates (M. Floater, 2003) preserve shapes well. Here these weights are made symmetric,
+because the method of conjugate gradients requires a symmetric matrix.
 """
 from __future__ import annotations
 
@@ -24,10 +24,11 @@ def embed(mesh: SurfaceMesh, border: np.ndarray, places: np.ndarray, size: int,
     mesh : the open surface
     border : (b,) vertices of the boundary
     places : (b, 2) the fixed positions of these vertices
-    size : cells a side of the square
-    guess : (f, 2) approximate positions of the faces, as a start; by default the centre
-    tolerance : the solver stops at this residual, relative to the residual with all inner vertices
-        at the centre
+    size : cells along a side of the square
+    guess : (f, 2) approximate positions of the faces, from which the solver starts. If None, all
+        inner vertices start at the centre
+    tolerance : the solver stops when the residual is this share of the residual with all inner
+        vertices at the centre
     """
     corners = mesh.vertices[mesh.faces]
     one = np.roll(corners, -1, axis=1) - corners      # along the half-edge that starts at a corner
@@ -35,7 +36,7 @@ def embed(mesh: SurfaceMesh, border: np.ndarray, places: np.ndarray, size: int,
     sine = np.linalg.norm(np.cross(one, two), axis=2)
     half = np.clip(np.arctan2(sine, (one * two).sum(axis=2)) / 2, 1e-3, np.pi / 2 - 1e-3)
     length = np.maximum(mesh.lengths.reshape(-1, 3), 1e-9 * mesh.size)
-    # Each face contributes, at both ends of an edge, its half of the edge's mean value weight.
+    # Each of the two faces at an edge contributes half of the edge's mean value weight.
     weight = ((np.tan(half) + np.tan(np.roll(half, -1, axis=1))) / length).reshape(-1)
     count = len(mesh.vertices)
     pairs, pair = np.unique(np.concatenate([mesh.start * count + mesh.end,
@@ -61,8 +62,8 @@ def embed(mesh: SurfaceMesh, border: np.ndarray, places: np.ndarray, size: int,
         row, column = (np.bincount(mesh.start, np.repeat(g, 3), count) / near for g in guess.T)
         at = np.where(free > 0, row + 1j * column, at)
         left = -missed(at)
-    # Two-level preconditioner: patches of vertices reduce errors of long range, the diagonal
-    # reduces local errors.
+    # The preconditioner has two levels. A coarse matrix over patches of vertices reduces errors of
+    # long range. The diagonal of the full matrix reduces local errors.
     patches = min(count // 16 + 1, PATCHES)
     patch = np.empty(count, np.int64)
     patch[morton_order(mesh.vertices if guess is None else
@@ -71,7 +72,7 @@ def embed(mesh: SurfaceMesh, border: np.ndarray, places: np.ndarray, size: int,
     coarse = np.bincount(patch[here] * patches + patch[there], -pull * free[here] * free[there],
                          patches**2).reshape(patches, patches)
     coarse[np.diag_indices(patches)] += np.bincount(patch, total * free, patches)
-    # A patch of border vertices alone has a zero row: make the matrix regular.
+    # A patch with only border vertices has a row of zeros. Make the matrix regular.
     coarse[np.diag_indices(patches)] += 1e-9 * coarse.diagonal().max()
     inverse = np.linalg.inv(coarse)
 

@@ -17,11 +17,11 @@ from ..scene import Scene
 
 @dataclass(frozen=True, eq=False)
 class GeometryImage:
-    """A surface as charts: images of positions in which 2 x 2 neighbouring texels form a quad of
-    two triangles.
+    """A surface as charts. A chart is an image of positions, in which 2 x 2 neighbouring texels
+    form a cell: a quad of two triangles.
 
-    A surface of several charts has no gap where the charts' borders hold the same positions. For
-    the cell at (r, c), let a be texel (r, c), b (r, c + 1), c (r + 1, c + 1) and d (r + 1, c). The
+    Two charts meet without a gap if their borders hold the same positions. The corners of the cell
+    (r, c) are the texels a = (r, c), b = (r, c + 1), c = (r + 1, c + 1) and d = (r + 1, c). Its
     triangles are a b c and a c d. Faces are ordered by chart, then by row, then by column.
 
     Parameters
@@ -31,7 +31,8 @@ class GeometryImage:
     Raises
     ------
     SceneError
-        a chart has a wrong shape or is not finite in float32; the message names the first
+        a chart has a wrong shape or is not finite in float32. The message names the first such
+        chart
     """
 
     charts: tuple[np.ndarray, ...]
@@ -97,7 +98,7 @@ class GeometryImage:
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> GeometryImage:
-        """Return the geometry image of the .npz file at ``path``, from its arrays chart_0,
+        """Return the geometry image of the .npz file at ``path``, which has arrays chart_0,
         chart_1, ...
 
         Raises

@@ -1,10 +1,10 @@
 """Parametrise: maps a disc or a closed surface of genus 0 to a geometry image (Gu et al. 2002).
 
-A closed surface is cut open along paths of edges. The boundary is mapped to the border of the
-square, and each stretch of the boundary covers a whole number of texels. Both sides of a cut
-therefore have the same samples, and the surface closes without a gap. The inner vertices are
-embedded, and the surface is sampled at the texels. Where the embedding shrinks a part too much,
-another cut is made to that part.
+A closed surface is cut open along paths of edges. Its boundary is then mapped to the border of the
+square. Each path of the boundary covers a whole number of texels, so the two sides of a cut have
+the same samples, and the surface closes without a gap. The inner vertices are embedded in the
+square, and the surface is sampled at the texels. If the embedding shrinks a part of the surface
+too much, another cut is made to that part.
 """
 from __future__ import annotations
 
@@ -25,8 +25,9 @@ from .surface_mesh import SurfaceMesh
 
 CUTS = 8              # largest number of additional cuts
 FAR = 0.02            # warn if the image is further from the surface than this share of the extent
-STRETCHED = 12.0      # cut to a face that is shrunk by more than this factor times the median
-TOLERANCE, ROUGH = 1e-5, 1e-3    # solver tolerances, for the image and for the choice of cuts
+# Cut to the most shrunk face if it is shrunk by more than this factor times the median.
+STRETCHED = 12.0
+TOLERANCE, ROUGH = 1e-5, 1e-3    # tolerances of the solver: for the image, and for choosing cuts
 
 
 @dataclass(frozen=True)
@@ -59,8 +60,8 @@ class Parametrisation:
         return np.linalg.norm(at - self.mesh.vertices, axis=1)
 
     def largest_distance(self) -> float:
-        """Return the largest of the ``distances`` as a share of the surface's extent. Warn if it
-        is so large that parts of the surface are missing or torn."""
+        """Return the largest of the ``distances`` as a share of the surface's extent. Warn if the
+        share is so large that parts of the surface are missing or torn."""
         places = self.mesh.vertices[self.mesh.faces].reshape(-1, 3)
         share = float(self.distances().max() / np.ptp(places, axis=0).max())
         if share > FAR:
@@ -92,7 +93,7 @@ def parametrise(scene: Scene | trimesh.Trimesh | str | os.PathLike[str], size: i
     ----------
     scene : an argument of `load_scene`; corners at the same position become one vertex. All holes
         are closed, except the hole with the longest boundary
-    size : cells a side
+    size : cells along a side of the image
     cuts : largest number of cuts to parts that the embedding shrinks too much
 
     Raises
@@ -123,8 +124,9 @@ def parametrise(scene: Scene | trimesh.Trimesh | str | os.PathLike[str], size: i
 def _opened(mesh: SurfaceMesh, size: int, cuts: int) -> Parametrisation:
     """Return the flattened surface, after cutting from the boundary to the most shrunk faces.
 
-    A closed surface is first cut along the path from the vertex furthest from the centre to the
-    vertex furthest from that one along edges.
+    A closed surface has no boundary, so a path is cut first. It begins at the vertex that is
+    furthest from the centre, and ends at the vertex that is furthest from the path's begin along
+    edges.
     """
     along = np.zeros(len(mesh.start), bool)
     if (mesh.twin >= 0).all():
@@ -154,8 +156,10 @@ def _opened(mesh: SurfaceMesh, size: int, cuts: int) -> Parametrisation:
 
 
 def _along(mesh: SurfaceMesh, edges: np.ndarray, samples: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return the starts of k consecutive half-edges, (k,) in units of samples, and the positions
-    of samples at equal distances along them, (samples, 3), without the end point."""
+    """Sample k consecutive half-edges at equal distances.
+
+    Return the start of each half-edge, (k,) in units of samples; and the positions of the samples,
+    (samples, 3), without the end point."""
     length = np.concatenate([[0], np.cumsum(mesh.lengths[edges])])
     places = mesh.vertices[np.append(mesh.start[edges], mesh.end[edges[-1]])]
     wanted = np.arange(samples) / samples * length[-1]
@@ -169,7 +173,7 @@ def _around(mesh: SurfaceMesh, opened: SurfaceMesh, was: np.ndarray, along: np.n
 
     Returns the loop of half-edges of the boundary; the start of each half-edge, in texels around
     the border; and the positions at the border's texels, (4 size, 3). A cut consists of paths
-    between its ends and forks; the two sides of a path have the same positions.
+    between its ends and forks. The two sides of a path have the same positions.
     """
     loop = opened.loops()[0]
     if len(loop) < 4:
@@ -197,15 +201,16 @@ def _around(mesh: SurfaceMesh, opened: SurfaceMesh, was: np.ndarray, along: np.n
 
 
 def _sharpest(mesh: SurfaceMesh, loop: np.ndarray) -> int:
-    """Return the index of the half-edge in a loop where the loop turns most."""
+    """Return the index in a loop of the half-edge at whose start the loop turns most."""
     ahead = mesh.vertices[mesh.end[loop]] - mesh.vertices[mesh.start[loop]]
     ahead /= np.maximum(np.linalg.norm(ahead, axis=1, keepdims=True), 1e-300)
     return int(np.argmin((ahead * np.roll(ahead, 1, axis=0)).sum(axis=1)))
 
 
 def _shares(length: np.ndarray, mate: np.ndarray, total: int) -> np.ndarray:
-    """Distribute ``total``, an even number, to paths in proportion to their lengths. Each path
-    gets a whole number of 1 or more, and mates get the same number; a path may be its own mate."""
+    """Distribute ``total`` texels, an even number, to paths in proportion to their lengths. Each
+    path gets a whole number of 1 or more. The two sides of a cut are each other's ``mate`` and get
+    the same number. A path that is not a cut is its own mate."""
     spare = total - 2 * len(length)
     if spare < 0:
         raise OptionError(f"remesh: {len(length)} stretches of boundary do not fit around an "
@@ -225,8 +230,8 @@ def _shares(length: np.ndarray, mate: np.ndarray, total: int) -> np.ndarray:
 
 
 def _square(at: np.ndarray, size: int) -> np.ndarray:
-    """Return (k, 2) row and column of positions ``at`` around the border of an image of ``size``
-    cells a side. Positions count from the first texel, along the first row."""
+    """Return (k, 2) row and column of positions ``at`` around the border of an image with ``size``
+    cells along a side. Positions count from the first texel, along the first row."""
     side, along = np.divmod(at, size)
     ends = np.full_like(at, size)
     rows = np.choose(side.astype(int) % 4, [0 * at, along, ends, ends - along])
@@ -236,10 +241,10 @@ def _square(at: np.ndarray, size: int) -> np.ndarray:
 
 def _flattened(mesh: SurfaceMesh, loop: np.ndarray, at: np.ndarray, size: int,
                guess: np.ndarray | None, tolerance: float) -> np.ndarray:
-    """Return (v, 2) row and column of each vertex, if the loop's half-edges start at the positions
+    """Return (v, 2) row and column of each vertex. The loop's half-edges start at the positions
     ``at`` around the image's border."""
     at = at.copy()
-    for corner in range(1, 4):    # move the nearest vertex to each corner, so the border covers it
+    for corner in range(1, 4):    # move the nearest vertex to each corner of the image
         at[np.argmin(np.abs(at - corner * size))] = corner * size
     return embed(mesh, mesh.start[loop], _square(at, size), size, guess, tolerance)
 

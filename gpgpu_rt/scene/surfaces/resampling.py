@@ -8,14 +8,14 @@ from .surface_mesh import SurfaceMesh
 
 
 def rasterised(flat: np.ndarray, mesh: SurfaceMesh, size: int) -> np.ndarray:
-    """Return the position of the surface at every texel, (size + 1, size + 1, 3) float64,
+    """Return the position of the surface at every texel, (size + 1, size + 1, 3) float64. It is
     interpolated in the triangle that contains the texel.
 
     Parameters
     ----------
     flat : (v, 2), row and column of each vertex
     mesh : the surface
-    size : cells a side of the image
+    size : cells along a side of the image
     """
     corners = flat[mesh.faces]
     slack = 1e-9 * size
@@ -31,8 +31,9 @@ def rasterised(flat: np.ndarray, mesh: SurfaceMesh, size: int) -> np.ndarray:
     usable = np.abs(whole) > 1e-14 * size**2
     weights = areas[usable] / whole[usable, None]
     face, texel = face[usable], (at[usable] * (size + 1, 1)).sum(axis=1)
-    # For each texel, choose the triangle with the largest least weight, so that rounding leaves no
-    # texel on an edge without a triangle.
+    # Each triangle has three barycentric weights at a texel. For each texel, choose the triangle
+    # whose smallest weight is largest. Then rounding cannot leave a texel on an edge without a
+    # triangle.
     order = np.lexsort((weights.min(axis=1), texel))
     last = np.append(texel[order][1:] != texel[order][:-1], True)
     chosen = order[last[:len(order)]]

@@ -1,4 +1,4 @@
-"""Surface mesh: an oriented mesh as half-edges, with its boundary, shortest paths and cuts.
+"""Surface mesh: an oriented mesh of half-edges, with its boundary, shortest paths and cuts.
 
 Half-edge 3 f + k runs from corner k of face f to the next corner. Its twin is the half-edge of the
 neighbouring face that runs along the same edge in the opposite direction.
@@ -56,8 +56,8 @@ class SurfaceMesh:
         Raises
         ------
         SceneError
-            more than two triangles share an edge, or two triangles run along it in the same
-            direction
+            two triangles run along an edge in the same direction, as they do where more than two
+            triangles share an edge
         """
         key = self.start * len(self.vertices) + self.end
         order = np.argsort(key, kind="stable")
@@ -80,7 +80,7 @@ class SurfaceMesh:
         return float(np.linalg.norm(np.ptp(self.vertices, axis=0)))
 
     def loops(self) -> list[np.ndarray]:
-        """Return the loops of the boundary, longest first, each as its half-edges in order.
+        """Return the loops of the boundary, longest first. A loop is an array of half-edges.
 
         Raises
         ------
@@ -128,8 +128,10 @@ class SurfaceMesh:
 
     @cached_property
     def _neighbours(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """The neighbours of each vertex: start and length of each vertex's run, (v,) each, then
-        the neighbours of all runs and their distances."""
+        """The neighbours of each vertex, stored as a run for each vertex.
+
+        Returned are the start and the length of each run, (v,) each; and for all runs, the
+        neighbours and their distances."""
         lone = self.twin < 0
         here = np.concatenate([self.start, self.end[lone]])
         there = np.concatenate([self.end, self.start[lone]])
@@ -139,8 +141,8 @@ class SurfaceMesh:
         return run_starts(count), count, there[order], far[order]
 
     def distances(self, sources: np.ndarray) -> np.ndarray:
-        """Return (v,) float64, the distance of each vertex along edges from the nearest of the
-        vertices ``sources``."""
+        """Return (v,) float64, the distance along edges from each vertex to the nearest vertex of
+        ``sources``."""
         first, count, there, far = self._neighbours
         distance = np.full(len(self.vertices), np.inf)
         distance[sources] = 0
@@ -172,14 +174,16 @@ class SurfaceMesh:
         return np.isin(self.start * size + self.end, wanted)
 
     def cut(self, along: np.ndarray) -> tuple[SurfaceMesh, np.ndarray]:
-        """Cut the mesh along half-edges, (3 f,) bool. Return the mesh, in which each side of the
-        cut has its own vertices, and the original of each of its vertices, (w,) int64. Faces and
-        half-edges keep their numbers."""
+        """Cut the mesh along the half-edges that ``along``, (3 f,) bool, marks.
+
+        Return the new mesh, and the original vertex of each new vertex, (w,) int64. In the new
+        mesh, each side of the cut has its own vertices. Faces and half-edges keep their numbers.
+        """
         kept = np.flatnonzero((self.twin >= 0) & ~along)
         after = np.arange(len(self.start)).reshape(-1, 3)
         after = np.roll(after, -1, axis=1).reshape(-1)
-        # Identify a corner with the half-edge that starts there. An edge that is not cut joins the
-        # corners at both of its ends to those of its twin.
+        # Number a corner like the half-edge that starts there. At both ends of an edge that is not
+        # cut, the corners of its two faces are the same vertex.
         label = same_labels(len(self.start), np.concatenate([kept, after[kept]]),
                             np.concatenate([after[self.twin[kept]], self.twin[kept]]))
         corner, faces = np.unique(label, return_inverse=True)
@@ -188,8 +192,8 @@ class SurfaceMesh:
 
 
 def same_labels(count: int, one: np.ndarray, two: np.ndarray) -> np.ndarray:
-    """Return (count,) int64 labels of connected components: the least member of each component,
-    where the pairs (one, two) are connected."""
+    """Return (count,) int64 labels of connected components. The pairs (one, two) are connected. A
+    component's label is its least member."""
     label = np.arange(count)
     while True:
         lowest = np.minimum(label[one], label[two])

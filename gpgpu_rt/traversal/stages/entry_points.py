@@ -1,8 +1,9 @@
 """Entry points: a pass at low resolution finds the nodes where each tile's rays enter the tree.
 
-Reshetov et al. 2005. The first passes bound the rays of tiles by beams, small tiles first. The
-next passes find lists of entries, large tiles first; small tiles refine the large tiles' lists.
-Then any driver traces the rays, which begin at the entries of their tiles.
+The method follows Reshetov et al. 2005. The first passes bound the rays of each tile by a beam,
+for small tiles first. The next passes find lists of entries, for large tiles first; the beams of
+small tiles then refine the lists of the large tiles. Any driver can trace the rays, which begin at
+the entries of their small tile.
 """
 from __future__ import annotations
 
@@ -24,7 +25,7 @@ from ..records import ENTRIES, ENTRY_LIST, ENTRY_TILE
 from ..schedules import method_defines, method_texts
 from .records import ENTRY_POINTS, TILE_BEAM
 
-FAN = 4   # side of a large tile in small tiles
+FAN = 4   # side of a tile, in tiles of the next smaller level
 
 
 class EntryPoints(MethodDriver):
@@ -36,12 +37,12 @@ class EntryPoints(MethodDriver):
         self._levels: list[EntryTiles] = []
 
     def follow(self, samplers: Samplers, accelerator: Accelerator, step_cap: int) -> None:
-        """Use these tables from now on."""
+        """Use the tables of triangles that moved."""
         super().follow(samplers, accelerator, step_cap)
         self._hand_on()
 
     def _hand_on(self) -> None:
-        """Give the driver the tables, and the entry lists that its rays read."""
+        """Give the inner driver the tables, and the entry lists that its rays read."""
         if self._levels:
             smallest = self._levels[0]
             self.driver.follow(
@@ -73,7 +74,7 @@ class EntryPoints(MethodDriver):
         return self.driver.run(rays, buffers, statistics, any_hit)
 
     def _count(self, rays: RayTextures, statistics: Statistics) -> None:
-        """Count the nodes that beams visited, per ray, and the entries per tile."""
+        """Count the nodes that beams visited per ray, and the mean number of entries of a tile."""
         levels = [level.entries.fields() for level in self._levels]
         visited = sum(float(level["visited"].sum()) for level in levels)
         statistics.add(entry_nodes_visited=visited / math.prod(rays.size))
@@ -83,7 +84,11 @@ class EntryPoints(MethodDriver):
 
     def _draw(self, name: str, target: Target, other: RayTextures | EntryTiles | None,
               samplers: Samplers, statistics: Statistics, **uniforms: object) -> None:
-        """Draw a pass that reads the rays ``other``, or refines lists of the level ``other``."""
+        """Draw a pass into ``target``.
+
+        ``other`` is what the pass reads besides its samplers: the rays, or the larger tiles whose
+        lists the pass refines, or None.
+        """
         program = self._program(name, other)
         if isinstance(other, RayTextures):
             uniforms |= {"ray_texture_size": other.size, **other.uniforms()}
@@ -128,7 +133,11 @@ class EntryPoints(MethodDriver):
 
 
 class EntryTiles:
-    """Tiles of the same size: beams, the written entries, and the lists that rays read."""
+    """The tiles of one size: their beams, their entries, and the entries as lists for rays.
+
+    A pass writes the entries into several textures. Rays read lists from a single texture, so
+    another pass copies the entries into it.
+    """
 
     def __init__(self, owner: EntryPoints, size: tuple[int, int]) -> None:
         self.size = size

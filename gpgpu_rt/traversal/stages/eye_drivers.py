@@ -1,4 +1,4 @@
-"""Eye drivers: the drivers by which the rasteriser bounds or replaces the tracing of eye rays."""
+"""Eye drivers: drivers in which the rasteriser bounds eye rays, or finds their hits."""
 from __future__ import annotations
 
 from collections.abc import Mapping
@@ -16,9 +16,9 @@ from .rasterised_bounds import RasterisedBounds, check_bounds
 
 
 class EyeDrivers:
-    """The drivers around a method's own driver: rasterised first hits, and rasterised bounds.
+    """The drivers that wrap a method's own driver: rasterised first hits, and rasterised bounds.
 
-    Each driver is made when a picture first needs it.
+    Each of the two drivers is made when a picture first needs it.
     """
 
     def __init__(self, gpu: Gpu, method: Method, options: Mapping[str, Any]) -> None:
@@ -35,7 +35,8 @@ class EyeDrivers:
         ----------
         driver : the method's own driver
         first_hits : a value of ``first_hits.FIRST_HITS``
-        triangles : (n, 3, 3) float32, as the method's tables hold them, in the order of hits
+        triangles : (n, 3, 3) float32, rounded as the method's tables store them; row i is the
+            triangle that hits name by index i
 
         Raises
         ------
@@ -61,7 +62,7 @@ class EyeDrivers:
         return self._first_hits
 
     def take(self, triangles: np.ndarray, driver: Driver) -> None:
-        """Use triangles that moved, and the method's driver for these triangles."""
+        """Use triangles that moved, and the method's driver that traces these triangles."""
         self._lost = False
         for helper in (self._bounds, self._first_hits):
             if helper is not None:
@@ -69,7 +70,7 @@ class EyeDrivers:
                 driver = helper
 
     def lose_triangles(self) -> None:
-        """Note that triangles moved to unknown positions. ``take`` gives the new positions."""
+        """Note that triangles moved to unknown positions. Only ``take`` makes them known again."""
         self._lost = True
 
     def bytes(self) -> int:

@@ -1,23 +1,25 @@
 """First hits: the rasteriser finds the hits of eye rays, equal to traced hits to the bit.
 
-The survey (section 5) calls tracing eye rays equivalent to rasterisation. This is nearly true:
-rasterisers snap corners to a grid and interpolate depth. Some pixels therefore show a triangle
-that their ray misses, or do not show a triangle that their ray hits. The passes, in this order:
+The survey (section 5) calls tracing eye rays equivalent to rasterisation. This is only nearly
+true, because rasterisers snap corners to a grid and interpolate depth. Some pixels therefore show
+a triangle that their ray misses, or do not show a triangle that their ray hits. These are the
+steps:
 
 1. ``first_sieve`` removes triangles that no ray of the image can hit.
-2. ``first_drawn`` rasterises the other triangles. The depth test keeps a triangle per pixel: the
-   pixel's candidate.
-3. ``first_verified``: each ray tests its candidate by the triangle test of all methods.
-4. ``first_blocks`` and ``first_rivals``: each triangle looks in the pixels around it that show
-   another triangle, and tests whether it comes before the shown triangle. A triangle that covers
-   many pixels does this in parts of the image. A triangle only examines pixels whose rays can hit
-   it at all, at depths that are not certainly behind the shown triangle. The test of all methods
-   decides in these pixels. ``first_doubt`` then marks the pixels.
-5. A ray is in doubt if its candidate failed or if a triangle comes before its candidate. The rays
-   in doubt are gathered, the tracer's method traces them, and their hits are scattered back.
+2. ``first_drawn`` rasterises the remaining triangles. The depth test keeps one triangle in each
+   pixel: the pixel's candidate.
+3. In ``first_verified``, each ray tests its candidate by the triangle test that all methods use.
+4. ``first_rivals`` looks for rivals. A rival is a triangle that a ray hits before the pixel's
+   candidate. For each triangle, the program visits the pixels whose rays can hit the triangle. It
+   skips pixels that show the triangle, and pixels that show a candidate certainly in front of it.
+   In the remaining pixels, the triangle test decides. A triangle that covers many pixels is
+   searched in parts of the image. ``first_packed`` and ``first_blocks`` prepare this search.
+   ``first_doubt`` then marks the pixels in which a rival was found.
+5. A ray is in doubt if the ray misses its candidate, or if its pixel has a rival. The rays in
+   doubt are gathered, the tracer's method traces them, and their hits are scattered back.
 
-The rasteriser's results are used only after a check, so hits do not depend on its rounding.
-``glsl/stages/cover.glsl`` bounds the rays that can hit a triangle.
+Every result of the rasteriser is checked before use, so hits do not depend on the rasteriser's
+rounding. ``glsl/stages/cover.glsl`` bounds the rays that can hit a triangle.
 """
 from __future__ import annotations
 
@@ -48,22 +50,23 @@ from .first_image import BLOCK, PART_SIDE, FirstImage, cut
 from .records import PART, SHOWN, SHOWN_BLOCK, SHOWN_FOUR, VERDICT
 
 FIRST_HITS = ("traced", "rasterised", "verified")
-# Triangles nearer than this share of the farthest corner's distance have no bound in pixels.
+# A triangle that comes very near to the eye has no bound in pixels. Very near means: nearer than
+# this share of the distance to the scene's farthest corner.
 NEAREST = 1e-3
-MOST_PIXELS = 24     # largest side, in pixels, around a triangle that is not cut into parts
+MOST_PIXELS = 24     # a triangle is searched in parts if its extent in pixels is larger
 MOST_IN_DOUBT = 0.5  # if a larger share of the rays is in doubt, all rays are traced
 TRACED_ROW = 64      # length of a row of rays in doubt; rows keep neighbours together for packets
 BEFORE, MANY = 1, 2   # as in stages/verdict.glsl
-# Scenes and views need scales in this range. Otherwise products of the test or of the bounds leave
-# the range of floats.
+# The rasteriser is used only if the scales of the scene and of the view are in this range. Outside
+# it, products in the triangle test or in the bounds could overflow or underflow.
 SCALES = 1e-6, 1e10
 
 
 def check_first_hits(first_hits: str, options: Mapping[str, Any]) -> bool:
-    """Return whether the rasteriser is needed.
+    """Return whether the rasteriser is needed for a value of the option ``first_hits``.
 
-    A "rasterised" hit is proved to be the first hit. A "verified" hit is a hit, but is not proved
-    to be the first hit.
+    With "rasterised", each hit is proved to be the first hit of its ray. With "verified", each hit
+    is a hit of its ray, but perhaps not the first.
 
     Raises
     ------
@@ -83,9 +86,9 @@ def check_first_hits(first_hits: str, options: Mapping[str, Any]) -> bool:
 
 
 class FirstHits(DriverBase):
-    """A driver that rasterises the rays through the pixels of a camera.
+    """A driver that finds the hits of a camera's eye rays by rasterisation.
 
-    Another driver traces all other rays, and the rays whose hits cannot be proved.
+    A second driver traces all other rays, and the eye rays in doubt.
     """
 
     def __init__(self, gpu: Gpu, method: Method, options: Mapping[str, Any]) -> None:
@@ -101,7 +104,8 @@ class FirstHits(DriverBase):
 
         Parameters
         ----------
-        triangles : (n, 3, 3) float32, as the method's tables hold them, in the order of hits
+        triangles : (n, 3, 3) float32, rounded as the method's tables store them; row i is the
+            triangle that hits name by index i
         """
         self.driver = driver
         corners = triangles.reshape(-1, 3)
@@ -150,7 +154,7 @@ class FirstHits(DriverBase):
         return final, self._trace(doubt, rays, final, statistics)
 
     def _view(self, camera: Camera, size: tuple[int, int]) -> dict[str, object] | None:
-        """Return the uniforms of a camera, or None if squares of its numbers leave the floats."""
+        """Return the uniforms of a camera, or None if a scale is outside SCALES."""
         lo, hi = (np.asarray(corner, np.float64) for corner in self.bounds)
         eye = np.asarray(np.float32(camera.eye), np.float64)
         farthest = 1.01 * float(np.linalg.norm(np.maximum(np.abs(lo - eye), np.abs(hi - eye))))
@@ -178,7 +182,7 @@ class FirstHits(DriverBase):
     # The passes -----------------------------------------------------------------------------
 
     def _sieve(self, view: dict[str, object]) -> np.ndarray:
-        """Return the rows of the triangles that a ray may hit."""
+        """Return the rows of the triangles that a ray of the image may hit."""
         self.gpu.context.enable_only(moderngl.NOTHING)
         program = self._full_screen("first_sieve")
         program.set(**view, last_element=self.count - 1)
@@ -211,9 +215,10 @@ class FirstHits(DriverBase):
 
     def _rivals(self, image: FirstImage, rays: RayTextures, final: Target, drawn: np.ndarray,
                 view: dict[str, object]) -> list[np.ndarray]:
-        """Return the triangles that come before a shown triangle.
+        """Return the rivals: the triangles that come before a candidate.
 
-        The result is two (k, 3) PART arrays: for the whole image, and for parts of the image.
+        The result is two (k, 3) PART arrays: the rivals that were searched in the whole image, and
+        the rivals that were searched in parts of the image.
         """
         side = max(rays.size)
         whole = np.pad(drawn[:, None], ((0, 0), (0, 2)))
@@ -227,7 +232,11 @@ class FirstHits(DriverBase):
 
     def _judge(self, image: FirstImage, rays: RayTextures, final: Target, parts: np.ndarray,
                side: int, most_pixels: int, view: dict[str, object]) -> dict[str, np.ndarray]:
-        """Return the VERDICT fields of (k, 3) PART; a part has ``side`` x ``side`` pixels."""
+        """Return the VERDICT fields of ``parts``, (k, 3) PART.
+
+        A part has ``side`` x ``side`` pixels. The verdict is MANY for a triangle that covers more
+        than ``most_pixels`` pixels along an axis of its part.
+        """
         count = len(parts)
         room = self._part_streams(count)
         program = self._full_screen(
@@ -249,7 +258,7 @@ class FirstHits(DriverBase):
 
     def _mark(self, image: FirstImage, rays: RayTextures, final: Target, rivals: np.ndarray,
               side: int, view: dict[str, object]) -> None:
-        """Mark rays as in doubt where a rival comes before the candidate."""
+        """Flag the rays for which one of the ``rivals``, PART, comes before the candidate."""
         self._row_pass("first_doubt", "part", 6, (rays.record, HIT)).draw(
             image.doubted, {**self._tables, **rays.samplers(), **final.samplers()}, rivals,
             {**view, **rays.uniforms(), "part_side": side})
@@ -280,7 +289,7 @@ class FirstHits(DriverBase):
         return stopped
 
     def _clear_counts(self, final: Target) -> None:
-        """Write zero steps and the phase DONE for all rays."""
+        """Write zeros into all records but HIT: no steps, and the phase DONE, for all rays."""
         for name, record in final.records.items():
             if name != HIT.name:
                 nothing = {field.name: np.zeros((final.length, field.width), np.float32)

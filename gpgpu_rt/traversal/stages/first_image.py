@@ -11,23 +11,28 @@ from ...rays.records import HIT
 from ...rays.textures import StateBuffers
 from .records import SHOWN, SHOWN_BLOCK, SHOWN_FOUR
 
-# Side in pixels of a square. The search for rivals skips a square where the triangle is hidden, or
-# where it is the only triangle shown.
+# Side of a square in pixels. A rival of a shown triangle is a triangle that a ray may hit before
+# it. For each triangle, a search finds whether it is a rival in the image, or in a part of the
+# image. The search skips a square in which the triangle is hidden, or in which it is the only
+# triangle shown.
 BLOCK = 8
-PART_SIDE = 32    # side in pixels of the parts of the image that large triangles examine
+# Side in pixels of a part of the image; the search for rivals treats a large triangle part by
+# part.
+PART_SIDE = 32
 
 
 class FirstImage:
-    """Candidates, hits and doubts of an image.
+    """The render targets of an image: candidates, hits, and flags of rays in doubt.
 
     Attributes
     ----------
-    drawn : candidates by the depth test
-    shown, fours, blocks : depth and triangle of each pixel, of four pixels in a row, and of
-        squares with BLOCK pixels a side
-    verified : the hits, and the flags of rays in doubt
-    proved : the hits, the flags of rays in doubt, and each pixel's depth and triangle
-    doubted : the flags of rays in doubt
+    drawn : target of the candidates, which the depth test chooses
+    shown : target of each pixel's depth and triangle
+    fours : the same data, for four pixels of a row in a texel
+    blocks : the depths and triangles of squares with BLOCK pixels a side
+    verified : target of the hits, and the flags of rays in doubt
+    proved : target of the hits, the flags of rays in doubt, and each pixel's depth and triangle
+    doubted : target of only the flags of rays in doubt
     """
 
     def __init__(self, gpu: Gpu, buffers: StateBuffers, final: Target) -> None:
@@ -61,8 +66,12 @@ class FirstImage:
 
 
 def cut(rows: np.ndarray, first: np.ndarray, last: np.ndarray) -> np.ndarray:
-    """Return (k, 3) PART: each of ``rows`` with every part of the rectangle from ``first`` to
-    ``last``. A part (x, y) has the number x + 1024 y."""
+    """Return (k, 3) fields of the record PART: the row of a triangle, and the first pixel (x, y)
+    of a part. There is one entry for each triangle of ``rows`` and each part of its rectangle.
+
+    A triangle's rectangle of parts goes from the part ``first`` to the part ``last``. The part in
+    column x and row y has the number x + 1024 y.
+    """
     across = last % 1024 - first % 1024 + 1
     owner = np.repeat(np.arange(len(rows)), across * (last // 1024 - first // 1024 + 1))
     within = np.arange(len(owner)) - np.searchsorted(owner, owner)

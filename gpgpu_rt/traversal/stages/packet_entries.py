@@ -1,8 +1,8 @@
-"""Entry points of packets: a pass at low resolution finds the first node of a tile's packets.
+"""Entry points of packets: a pass at low resolution finds where packets enter the tree.
 
-After Reshetov et al. 2005. A beam bounds the rays of a tile, or only sample rays if the bounds of
-the tile are not known. Each packet within the beam begins at the beam's entry; see
-stages/packet_entries.frag.
+The method follows Reshetov et al. 2005. A beam bounds all rays of a tile. If the bounds of the
+tile are not known, the beam bounds only sample rays. Each packet whose rays lie within the beam
+begins at the beam's entry; see stages/packet_entries.frag.
 """
 from __future__ import annotations
 
@@ -32,11 +32,12 @@ class PacketEntries(MethodDriver):
         self.tile: int = setup.options["entry_points"]
 
     def follow(self, samplers: Samplers, accelerator: Accelerator, step_cap: int) -> None:
-        """Use these tables from now on."""
+        """Use the tables of triangles that moved."""
         super().follow(samplers, accelerator, step_cap)
         self._hand_on()
 
     def _hand_on(self) -> None:
+        """Give the inner driver the tables, and the entries that its packets read."""
         entries = self.kept.get("entries")
         self.driver.follow({**self.samplers, **(entries.samplers() if entries else {})},
                            self.accelerator, self.step_cap)
@@ -56,7 +57,7 @@ class PacketEntries(MethodDriver):
         statistics.draw_calls += 1
         if self.statistics_on:
             visited = float(entries.fields()["visited"].sum())
-            # Count per packet, because all counters are per packet.
+            # Divide by the number of packets, because all other counters are per packet.
             packet = math.prod(self.options["packet"])
             statistics.add(entry_nodes_visited=visited * packet / math.prod(rays.size),
                            entry_seconds=time.perf_counter() - began)

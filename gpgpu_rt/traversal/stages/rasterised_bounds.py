@@ -1,7 +1,8 @@
 """Rasterised bounds: a coarse rasterisation bounds the interval of each eye ray's hit.
 
-The survey's section 5 proposes this. Triangles are drawn over tiles of the image. MIN blending
-keeps the depths between which each tile's rays can hit something. The rays then search only there.
+The survey proposes such bounds in section 5. Triangles are drawn over tiles of the image. For each
+tile, MIN blending keeps the depths between which the tile's rays can hit something. The rays are
+then traced only between these depths.
 """
 from __future__ import annotations
 
@@ -33,9 +34,11 @@ NOTHING = 3.0e38    # FAR_AWAY of stages/eye_triangle.glsl
 
 
 def check_bounds(options: Mapping[str, Any]) -> None:
-    """Raise OptionError for bounds with options under which t may lie outside the bounds.
+    """Raise OptionError if the rasterised bounds are not proved for the other options.
 
-    The proof needs t to be a mean of the corners' depths, up to float32's last bits.
+    The proof that a hit's t lies within the bounds needs t to be a weighted mean of the depths of
+    the triangle's corners, up to the rounding of float32. Only the watertight test in fp32
+    computes t in this way.
     """
     if options["rasterised_bounds"] and (
             options["intersection"] != "woop-watertight"
@@ -47,8 +50,8 @@ def check_bounds(options: Mapping[str, Any]) -> None:
 class RasterisedBounds(DriverBase):
     """A driver that bounds the rays through the pixels of a camera.
 
-    Another driver traces these rays and all others. The option ``rasterised_bounds`` is the side
-    in pixels of a tile of the coarse image.
+    A second driver traces these rays, and all rays that are not from a camera. The option
+    ``rasterised_bounds`` is the side of a tile in pixels.
     """
 
     def __init__(self, gpu: Gpu, method: Method, options: Mapping[str, Any]) -> None:
@@ -56,7 +59,7 @@ class RasterisedBounds(DriverBase):
         self.tile = options["rasterised_bounds"]
 
     def take(self, triangles: np.ndarray, driver: Driver) -> None:
-        """Bound rays by these (n, 3, 3) triangles and trace by this driver from now on."""
+        """From now on, bound rays by these (n, 3, 3) triangles and trace them by this driver."""
         self.driver, self.count = driver, len(triangles)
         self.kept["tables"] = table_textures(
             self.gpu, TRIANGLE, triangle_table(triangles)[TRIANGLE.name],

@@ -1,8 +1,9 @@
-"""Sorting rays before a traversal: any driver runs on the sorted rays, and hits return in order.
+"""Sorting rays before a traversal. Any driver runs on the sorted rays.
 
-The survey proposes sorting (section 4.3) without measuring it. A key consists of the cells where a
-ray begins and where it leaves the scene. ``gl/algorithms/sort.py`` sorts the keys. The sorted rays
-fill squares of 8x8 texels, so packets and tiles hold coherent rays.
+The survey proposes sorting (section 4.3) without measuring it. A ray's key consists of two cells:
+where the ray begins, and where it leaves the scene. ``gl/algorithms/sort.py`` sorts the keys. The
+sorted rays fill squares of 8x8 texels, so packets and tiles hold coherent rays. After the
+traversal, each hit is written back to the place of its ray.
 """
 from __future__ import annotations
 
@@ -26,8 +27,8 @@ from ...statistics import Statistics
 from ..driver import MethodDriver, Samplers
 from ..method import Accelerator
 
-# LEVELS: bits per axis of a key's cells. FREE_LEVELS: levels of the origin's cell that come before
-# the first level of the ray's end.
+# LEVELS: bits per axis of a key's cells. The key interleaves the bits of both cells, coarse levels
+# first. FREE_LEVELS: number of levels of the origin's cell before the first level of the end's.
 KEY = {"LEVELS": 8, "FREE_LEVELS": 2}
 
 
@@ -35,7 +36,7 @@ class SortedRays(MethodDriver):
     """Runs another driver on rays in the order of their keys."""
 
     def follow(self, samplers: Samplers, accelerator: Accelerator, step_cap: int) -> None:
-        """Use these tables from now on."""
+        """Use the tables of triangles that moved, also in the driver that this stage owns."""
         super().follow(samplers, accelerator, step_cap)
         self.driver.follow(samplers, accelerator, step_cap)
 
@@ -59,7 +60,10 @@ class SortedRays(MethodDriver):
         return final, stopped
 
     def order(self, rays: RayTextures) -> np.ndarray:
-        """Return the order of the rays, (n,) int32: 64 for each square, square by square."""
+        """Return the indices of the rays in sorted order, (n,) int32.
+
+        Each 64 consecutive rays fill a square of texels.
+        """
         with self.gpu, StreamRoom(self.gpu) as room:
             return self._sorted_keys(room, rays).read()["index"]
 

@@ -84,7 +84,8 @@ def test_it_is_linear_and_no_worse_than_it_should_be() -> None:
 @pytest.mark.parametrize("schedule", [{}, {"schedule": "step", "steps_per_pass": 7}])
 def test_a_stack_saves_climbing_and_changes_no_hit(exact_renderer, stack_size: int,
                                                    schedule: dict) -> None:
-    """Hits also stay the same where the stack is full and where passes lose the stack."""
+    """Hits stay the same even where the stack is full, and where a new pass has lost the stack of
+    the pass before."""
     scene = soup_scene(3000, 10, size=0.05)
     rays = RAY_SETS["random"](scene, 1500, 11)
     found = []

@@ -1,4 +1,5 @@
-"""Builders: cells and leaves list every triangle inside them, and the records are consistent."""
+"""Builders: grid cells and kd-tree leaves list every triangle inside them, BVHs are complete, and
+the cache keeps each build."""
 from __future__ import annotations
 
 import functools
@@ -44,7 +45,8 @@ def points_on(triangles: np.ndarray, count: int, seed: int) -> tuple[np.ndarray,
 
 def listed(runs: np.ndarray, references: np.ndarray, start: np.ndarray, end: np.ndarray,
            triangles: np.ndarray) -> np.ndarray:
-    """Return whether run runs[i] of the reference list holds triangles[i], for each i."""
+    """Return for each i whether cell or leaf number ``runs[i]`` lists the triangle
+    ``triangles[i]``. The list of cell or leaf r is ``references[start[r]:end[r]]``."""
     return np.array([t in references[start[r]:end[r]] for r, t in zip(runs, triangles)])
 
 

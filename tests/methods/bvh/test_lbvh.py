@@ -1,4 +1,5 @@
-"""LBVH: the passes build numpy's tree node for node; numpy's tree follows the sorted codes."""
+"""LBVH: GPU passes build the same tree as numpy, node for node, and numpy's tree follows the
+sorted Morton codes."""
 from __future__ import annotations
 
 import numpy as np
@@ -44,9 +45,10 @@ def test_passes_build_the_same_tree_of_a_real_mesh(exact_renderer, name: str) ->
 @pytest.mark.parametrize("bits", [1, 4, 10])
 @scene
 def test_nodes_share_leading_bits(name: str, bits: int) -> None:
-    """All keys in a node agree up to the bit at which the node's children split.
+    """All keys in a node agree in their leading bits.
 
-    The next bit is 0 in every key of the left child and 1 in every key of the right child.
+    The first bit in which the keys differ is 0 in every key of the left child and 1 in every key
+    of the right child.
     """
     triangles = SCENES[name]()
     bvh = build_bvh(triangles, build="lbvh", morton_bits=bits, max_leaf=1)
@@ -66,7 +68,8 @@ def test_nodes_share_leading_bits(name: str, bits: int) -> None:
 
 
 def test_codes_are_cells_of_a_lattice() -> None:
-    """A box's corners and centre get the expected codes; the centre belongs to the top cell."""
+    """The corners and the centre of a box get the expected codes. The centre belongs to the cell
+    with the largest coordinates."""
     corners = np.float32([[x, y, z] for x in (0, 8) for y in (0, 8) for z in (0, 8)] + [[4, 4, 4]])
     code = lbvh.morton_codes(np.repeat(corners[:, None], 3, axis=1), 1) >> 27
     assert code.tolist() == [0, 1, 2, 3, 4, 5, 6, 7, 7]

@@ -1,4 +1,5 @@
-"""Octant copies hold all leaves front to back, and the octants store shared subtrees once."""
+"""Octant copies hold all leaves front to back, and a subtree that the octants share is stored
+once."""
 from __future__ import annotations
 
 import numpy as np
@@ -38,7 +39,8 @@ def test_copies_leave_out_boxes_alone(name: str) -> None:
     for octant in range(8):
         leaves = [copies.source[octant][copies.count[octant] > 0] for copies in (whole, fewer)]
         assert (leaves[0] == leaves[1]).all()
-        # The nodes between a node and its escape are the kept nodes of its subtree in the tree.
+        # In a copy, exactly the kept nodes of a node's subtree lie between the node and its
+        # escape index.
         source, escape = fewer.source[octant], fewer.escape[octant]
         below = expand(np.arange(len(source)), escape - np.arange(len(source)))
         owner = owners(escape - np.arange(len(source)))
@@ -54,7 +56,7 @@ def test_copies_leave_out_boxes_alone(name: str) -> None:
 def walk(threads: Threads, octant: int, met: np.ndarray) -> tuple[list[int], list[int]]:
     """Return the tree nodes that a walk tests and the leaves that the walk enters.
 
-    ``met`` says for each tree node whether the ray hits its box. The steps are the steps of
+    ``met`` says for each tree node whether the ray hits its box. The walk takes the same steps as
     glsl/methods/bvh/shared_subtrees.glsl.
     """
     node, after = octant * threads.uniforms["node_count"], -1
@@ -76,7 +78,8 @@ def walk(threads: Threads, octant: int, met: np.ndarray) -> tuple[list[int], lis
 @pytest.mark.parametrize("most", [1, 3, 8, 50, 1 << 20])
 @pytest.mark.parametrize("name", sorted(set(MESHES) - {"empty"}))
 def test_shared_subtrees_are_walked_as_copies_are(name: str, most: int) -> None:
-    """For any set of hit boxes, walks enter the same leaves; a shared node is stored once."""
+    """For any set of hit boxes, walks with and without shared subtrees enter the same leaves. A
+    shared node is stored once."""
     bvh = build_bvh(MESHES[name]())
     whole, shared = (Threads(bvh, {"octants": True, "shared_subtrees": some})
                      for some in (None, most))

@@ -43,15 +43,15 @@ def check_lists(triangles: np.ndarray, lo: np.ndarray, hi: np.ndarray, start: np
                 end: np.ndarray, references: np.ndarray, boxed: bool = False) -> None:
     """Assert that each box lists every triangle that overlaps the box.
 
-    A list must hold no triangle that misses the box widened by the padding. With ``boxed``, a list
-    may hold every triangle whose bounding box overlaps the widened box.
+    A list must hold no triangle that misses the box widened by a few paddings. With ``boxed``, a
+    list may also hold triangles of which only the bounding box overlaps the widened box.
     """
     slack = 6 * float(padding(triangles))
     lo, hi = lo.astype(float), hi.astype(float)
     least, most = triangles.min(1).astype(float), triangles.max(1).astype(float)
     for box in range(len(lo)):
         run = references[start[box]:end[box]]
-        assert (np.diff(run) > 0).all(), "not ascending, or twice"
+        assert (np.diff(run) > 0).all(), "a list is not in ascending order"
         for t in range(len(triangles)):
             if (least[t] > hi[box] + slack).any() or (most[t] < lo[box] - slack).any():
                 assert t not in run

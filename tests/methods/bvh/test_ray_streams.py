@@ -1,4 +1,5 @@
-"""Ray streams: hits are the same for any stream size, near children first; no buffer overflows."""
+"""Ray streams: hits are the same for any stream size, near children are visited first, and no
+buffer overflows."""
 from __future__ import annotations
 
 import numpy as np
@@ -41,7 +42,8 @@ def test_any_size_finds_the_same(exact_renderer, rays: str, seed: int, statistic
 def test_one_at_a_time_is_the_order_of_a_stack() -> None:
     """A stream of one element per pass never visits more nodes than a stack per ray does.
 
-    Hits drop pruned elements from the stream. Larger streams prune fewer elements.
+    A hit removes from the stream all elements behind it. In a larger stream, more elements are
+    already tested before the hit is found, so fewer are removed.
     """
     scene = soup_scene(300, 5)
     chosen = RAY_SETS["surface"](scene, 40, 5)
@@ -59,7 +61,8 @@ def test_one_at_a_time_is_the_order_of_a_stack() -> None:
 
 
 def test_counters_are_what_goes_through() -> None:
-    """Streams hold inner nodes, leaves that wait for their test, and elements that hits prune."""
+    """The elements that go through a stream are inner nodes, leaves that wait for their test, and
+    elements that a later hit prunes."""
     scene = soup_scene(300, 6)
     chosen = RAY_SETS["random"](scene, 500, 6)
     with stream_tracer(scene, 1 << 20, statistics=True) as tracer:
@@ -114,7 +117,8 @@ def test_lowest_index_wins(exact_renderer, way: int) -> None:
 
 
 def test_a_cap_stops_rays() -> None:
-    """All rays are in flight at once, so a stopped ray does not change another ray's order."""
+    """All rays are in flight at once, so a stopped ray does not change the order in which another
+    ray visits nodes."""
     scene = soup_scene(200, 8)
     chosen = RAY_SETS["surface"](scene, 300, 8)
     with stream_tracer(scene, 1 << 20, statistics=True) as tracer:

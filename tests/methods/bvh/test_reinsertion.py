@@ -114,9 +114,11 @@ def test_where_all_together_gain_nothing_the_better_half_moves(seed: int) -> Non
 
 
 def test_two_that_would_go_into_one_another() -> None:
-    """Each node's best place lies below the other node: two moves would cut both from the root."""
+    """The new place of each of two nodes lies below the other node. If both nodes moved, neither
+    would be connected to the root any more."""
     tables = reinsertion._Tables(balanced(), random_soup(32, 1))
-    # 7 lies below 3 and 1, 13 below 6 and 2; 55 lies below 27 and 13, 31 below 15 and 7.
+    # Node 7 would move to node 55, which lies below node 13 (55 - 27 - 13). Node 13 would move to
+    # node 31, which lies below node 7 (31 - 15 - 7).
     moves = reinsertion._Moves(np.int32([7, 13]), np.int32([55, 31]), np.int32([0, 0]),
                                np.float32([1, 2]))
     assert tables._without_conflict(moves).tolist() == [False, True]

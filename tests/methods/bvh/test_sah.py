@@ -1,4 +1,5 @@
-"""SAH and hybrid builds by passes: trees as good as the CPU's, and equal hits in every method."""
+"""SAH and hybrid builds by GPU passes: the trees cost hardly more than the CPU's, and every method
+finds the same hits."""
 from __future__ import annotations
 
 import numpy as np
@@ -28,7 +29,8 @@ def test_trees_hold_together_and_cost_no_more_than_the_cpus(gpu, build: str, nam
     bvh = build_bvh_by_passes(gpu, triangles, build=build)
     assert_threaded(bvh, triangles)
     assert bvh.count.max() <= 4
-    # The passes halve a set of coincident triangles; the CPU build splits them off one by one.
+    # The costs may differ: passes halve a set of coincident triangles, whereas the CPU build
+    # splits the triangles off one by one.
     expected = build_bvh(triangles, build=build)
     assert sah_cost(bvh) <= 1.05 * sah_cost(expected)
 
@@ -57,7 +59,8 @@ def test_max_depth_is_kept(gpu, max_depth: int) -> None:
 @pytest.mark.parametrize("count", [SMALL // 2, 3 * SMALL])
 @pytest.mark.parametrize("axis", range(3))
 def test_two_heaps_are_parted_first(gpu, axis: int, count: int) -> None:
-    """Swept or binned, the first split separates the two heaps in any order of the triangles."""
+    """The first split separates the two heaps in any order of the triangles. A small node is swept
+    and a large node is binned."""
     heaps = random_soup(2 * count, 32)
     heaps[::2, :, axis] += 50
     bvh = build_bvh_by_passes(gpu, heaps, build="sah")
@@ -66,7 +69,7 @@ def test_two_heaps_are_parted_first(gpu, axis: int, count: int) -> None:
 
 
 def test_hybrid_parts_clusters_as_lbvh_does(gpu) -> None:
-    """The nodes above the clusters have the same boxes as the nodes of LBVH at these places."""
+    """The nodes above the clusters have the same boxes as the corresponding nodes of LBVH."""
     triangles = random_soup(3000, 33, size=0.02)
     for bits in (1, 2, 4):
         boxes = []

@@ -1,4 +1,5 @@
-"""geometry-image: images give the bits that meshes give; pyramids by passes, levels and seams."""
+"""geometry-image: hits in geometry images equal hits in meshes to the bit. Further tests cover the
+pyramids that passes build, the option `level`, seams and moving positions."""
 from __future__ import annotations
 
 from dataclasses import replace
@@ -82,7 +83,8 @@ def test_links_lead_through_every_cell_once(name: str) -> None:
 @pytest.mark.parametrize("storage", ["fp32", "fp16"])
 @pytest.mark.parametrize("name", [*SHAPES, "large", "soup"])
 def test_passes_make_the_boxes_that_numpy_makes(gpu, name: str, storage: str) -> None:
-    """In `large`, levels begin and end within a row of the tables and span several rows."""
+    """In `large`, levels of the pyramids begin and end within a row of the tables and span several
+    rows."""
     if name == "soup":
         corners = random_soup(5000, 3).reshape(-1, 3)
         scene = rt.Scene.from_arrays(corners, np.arange(len(corners)).reshape(-1, 3))
@@ -98,7 +100,8 @@ def test_passes_make_the_boxes_that_numpy_makes(gpu, name: str, storage: str) ->
                      .reshape(-1, 4)[:len(tree.miss)] for record in ("min_pyramid", "max_pyramid")]
     for texels, corners, links in zip(found, expected, (tree.miss, tree.hit)):
         assert np.array_equal(texels[:, :3], corners)
-        # The links are equal too: a colour mask protects them from the passes.
+        # The links in the fourth channel are equal too: a colour mask protects them from the
+        # passes.
         assert storage == "fp16" or np.array_equal(texels[:, 3], links)
 
 
@@ -126,11 +129,13 @@ def test_images_under_every_schedule(exact_renderer, schedule: str) -> None:
 @pytest.mark.parametrize("seed", [2], ids="seed{}".format)
 @pytest.mark.parametrize("test", ["woop-watertight", "moller-trumbore"])
 def test_triangles_without_area_are_never_hit(exact_renderer, test: str, seed: int) -> None:
-    """At a sphere's poles, one triangle of each cell is a line; the other charts add lines."""
+    """At a sphere's poles, one triangle of each cell is a line. The other charts add triangles
+    that are points or lines."""
     rng = np.random.default_rng(seed)
     charts = [poles(), sheet((20, 20), seed)]
     charts[1][4:9, 5:8] = charts[1][4, 5]                                       # points
-    # Coordinates of few bits keep the lines exact: a line sheared and rounded may enclose an area.
+    # Coordinates of few bits keep the lines exact. The triangle test shears a line, and with
+    # rounded coordinates the sheared line may enclose an area.
     one, two = np.arange(20)[:, None] * rng.integers(-9, 9, (2, 1, 3)) / 64
     charts += [np.stack([one, 3 * one, one]) + (2, 0, 1), np.stack([two] * 4) + (-1, 2, 1)]
     scene = rt.GeometryImage(charts).scene()
@@ -148,9 +153,9 @@ def test_triangles_without_area_are_never_hit(exact_renderer, test: str, seed: i
 @pytest.mark.parametrize("level", [1, 2, 3, 20])
 @pytest.mark.parametrize("name", ["square", "odd", "several", "strip"])
 def test_a_coarser_level_is_the_mesh_of_its_quads(exact_renderer, name: str, level: int) -> None:
-    """Build the coarse mesh by hand from every 2^level-th row and column and the last ones.
+    """The test builds the coarse mesh from every 2^level-th row and column, and the last ones.
 
-    A hit names the face of the quad's first cell.
+    A hit on a coarse quad names a face of the quad's first cell.
     """
     made = image(SHAPES[name], 3)
     scene, step = made.scene(), 2**level
@@ -263,7 +268,7 @@ def test_updates_are_fresh_builds(exact_renderer, monkeypatch, options: dict) ->
         monkeypatch.setattr(scene_tables, "table_textures", lambda gpu, record, *rest: (
             written.append(record.name) or write(gpu, record, *rest)))
         tracer.update(places[0])
-    assert written == ["position"]    # nothing else changed
+    assert written == ["position"]    # an update writes positions only
 
 
 def test_updates_of_triangles_that_lose_their_area(exact_renderer) -> None:
@@ -293,7 +298,7 @@ def test_a_soup_is_refitted_too(exact_renderer) -> None:
                                      {"storage": "fp16"}], ids=str)
 @pytest.mark.parametrize("program", ["wave", "twist"])
 def test_deformed_in_a_shader(exact_renderer, program: str, options: dict) -> None:
-    """Rays hit the same triangles as brute force does in the positions that are read back.
+    """The hits equal those in a new scene that is made of the deformed positions, read back.
 
     A deformation without readback gives the same hits.
     """

@@ -14,9 +14,9 @@ from gpgpu_rt.methods.kdtree.tree import LEAF
 @pytest.mark.parametrize("bits", [1, 2, 3])
 @pytest.mark.parametrize("seed", [51, 52])
 def test_upper_levels_halve_the_box_in_turn(seed: int, bits: int) -> None:
-    """A node of the upper levels is the part of the scene that its path from the root encodes.
+    """The box of an upper node follows from the node's path: x, y and z are halved in turn.
 
-    The node is split if any triangle is listed below the node.
+    An upper node is a leaf only if it has no triangle.
     """
     triangles = random_soup(600, seed, size=0.03)
     triangles[300:] += np.float32([0, 3, 2])        # most of the lattice stays empty

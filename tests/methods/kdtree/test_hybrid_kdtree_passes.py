@@ -1,4 +1,5 @@
-"""Hybrid kd-trees by passes: numpy's upper levels, equal quality and equal hits."""
+"""Hybrid kd-trees built by passes: the upper levels equal numpy's, the cost is about the same, and
+the hits are the same."""
 from __future__ import annotations
 
 import numpy as np
@@ -12,7 +13,8 @@ from gpgpu_rt.methods.kdtree.gpu_build.build import build_kdtree_by_passes
 from gpgpu_rt.methods.kdtree.tree import LEAF
 from gpgpu_rt.methods.quality import sah_cost
 
-# At 1e-12, products in the triangle test underflow, so the hits would say nothing about the tree.
+# At a scale of 1e-12, products in the triangle test underflow, and the hits would say nothing
+# about the tree. The scale is therefore 1e-9 here.
 SCENES = {**ZHOU_SCENES, "small": lambda: random_soup(300, 17) * np.float32(1e-9)}
 QUICK = ("soup1", "one", "same", "flat", "far", "small")
 
@@ -25,7 +27,8 @@ def scene_of(triangles: np.ndarray) -> rt.Scene:
 @pytest.mark.parametrize("name", [pytest.param(name, marks=() if name in QUICK
                                                else pytest.mark.full) for name in SCENES])
 def test_a_tree_by_passes_gives_the_same_hits(exact_renderer, name: str) -> None:
-    """Rays are random or aim at edges: a wrong tree loses flat triangles in lattice planes."""
+    """The rays are random or aim at edges. With a wrong tree, rays would miss flat triangles that
+    lie in planes of the Morton lattice."""
     scene = scene_of(SCENES[name]())
     with rt.Tracer(scene, "brute-force") as brute, rt.Tracer(
             scene, "kd-stack", build="hybrid", build_device="gpu") as tracer:
@@ -36,7 +39,8 @@ def test_a_tree_by_passes_gives_the_same_hits(exact_renderer, name: str) -> None
 
 
 def test_a_lattice_of_quads(exact_renderer) -> None:
-    """The squares lie in the lattice's planes, and their edges lie where these planes meet."""
+    """The squares lie in planes of the Morton lattice, and their edges lie where two planes
+    meet."""
     x, y = np.meshgrid(np.linspace(0, 1, 9), np.linspace(0, 1, 9), indexing="ij")
     corner = np.stack([x, y, np.full_like(x, 0.5)], axis=-1)
     a, b, c, d = corner[:-1, :-1], corner[1:, :-1], corner[1:, 1:], corner[:-1, 1:]
@@ -63,7 +67,8 @@ def test_options(exact_renderer, options: dict) -> None:
     (1, 600, 0.2, 1), (3, 3000, 0.03, 3), pytest.param(4, 9000, 0.01, 2)])
 def test_upper_levels_are_numpys(exact_renderer, seed: int, count: int, size: float,
                                  bits: int) -> None:
-    """Split planes agree to the bit; widening may add a triangle to a cell in one tree alone."""
+    """Split planes agree to the bit. A few nodes are leaves in only one of the trees, because the
+    widening of boxes may add a triangle to a cell in only one tree."""
     triangles = random_soup(count, seed, size)
     triangles[count // 2:] += np.float32([0, 3, 2])     # most of the lattice stays empty
     one = build_kdtree_by_passes(exact_renderer, triangles, build="hybrid", morton_bits=bits)

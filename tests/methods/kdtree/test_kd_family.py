@@ -1,4 +1,5 @@
-"""The kd-tree family: every traversal visits the same leaves, and full stacks are flagged."""
+"""The kd-tree family: every traversal visits the same leaves, and rays whose stack is full are
+flagged."""
 from __future__ import annotations
 
 import numpy as np
@@ -148,3 +149,38 @@ def test_packets_at_the_edges_of_odd_images(shape: tuple[int, int]) -> None:
         expected = tracer.trace(origins, directions, shape=shape)
     with rt.Tracer(scene, "kd-packet", packet=(4, 4)) as tracer:
         assert_same_bits(tracer.trace(origins, directions, shape=shape), expected)
+
+
+@pytest.mark.parametrize("single, options", [
+    ("kd-short-stack", {}), ("kd-push-down", {"stack_size": 0}),
+    ("kd-restart", {"stack_size": 0, "push_down": False})], ids=str)
+def test_a_packet_that_visits_empty_leaves_walks_as_its_rays_do(single: str,
+                                                                options: dict) -> None:
+    """Without the skipping of empty leaves a packet of one ray visits the nodes and leaves of the
+    method for single rays. With it the packet visits fewer, and the hits are the same."""
+    scene = soup_scene(150, 4)
+    rays = RAY_SETS["random"](scene, 600, 4)
+
+    def traced(method: str, **more: object) -> rt.Hits:
+        with rt.Tracer(scene, method, statistics=True, **more) as tracer:
+            return tracer.trace(*rays)
+    alone = traced(single)
+    all_leaves, fewer = (traced("kd-packet", packet=(1, 1), skip_empty_leaves=skips, **options)
+                         for skips in (False, True))
+    for name in ("nodes_visited", "leaves_visited", "triangles_tested"):
+        assert np.array_equal(getattr(all_leaves, name), getattr(alone, name)), name
+    assert_same_bits(all_leaves, alone)
+    assert_same_bits(fewer, alone)
+    assert fewer.leaves_visited.mean() < 0.5 * all_leaves.leaves_visited.mean()
+    assert fewer.nodes_visited.mean() < all_leaves.nodes_visited.mean()
+
+
+@pytest.mark.parametrize("packet", [(2, 2), (4, 4)], ids=str)
+def test_skipping_empty_leaves_changes_no_hit(packet: tuple[int, int]) -> None:
+    scene = soup_scene(150, 4)
+    for rays in (RAY_SETS["random"](scene, 600, 4), RAY_SETS["eye"](scene, 1024, 4)):
+        with rt.Tracer(scene, "brute-force") as tracer:
+            expected = tracer.trace(*rays)
+        for skips in (False, True):
+            with rt.Tracer(scene, "kd-packet", packet=packet, skip_empty_leaves=skips) as tracer:
+                assert_same_bits(tracer.trace(*rays), expected)

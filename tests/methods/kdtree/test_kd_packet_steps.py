@@ -10,9 +10,10 @@ from conftest import RAY_SETS, assert_same_bits, soup_scene
 import gpgpu_rt as rt
 from gpgpu_rt.inspect.time_travel import Pass, phase_names, travel
 from gpgpu_rt.methods import find_method
+from gpgpu_rt.methods.kdtree.tree import LEAF
 from gpgpu_rt.rays.records import HIT
 
-# Horn's rows besides kd-restart, and other sizes of stacks and packets.
+# Horn's rows besides kd-restart, other sizes of stacks and packets, and visits of empty leaves.
 FORMS: list[tuple[str, dict[str, Any]]] = [
     ("kd-packet", {"push_down": False, "stack_size": 0}),
     ("kd-packet", {"push_down": True, "stack_size": 0}),
@@ -22,7 +23,10 @@ FORMS: list[tuple[str, dict[str, Any]]] = [
     ("kd-packet", {"packet": (1, 1)}),
     ("kd-ropes-packet", {}),
     ("kd-ropes-packet", {"ropes": "pushed", "packet": (4, 2)}),
-    ("kd-ropes-packet", {"packet": (4, 4)})]
+    ("kd-ropes-packet", {"packet": (4, 4)}),
+    ("kd-packet", {"skip_empty_leaves": False}),
+    ("kd-packet", {"skip_empty_leaves": False, "push_down": False, "stack_size": 0}),
+    ("kd-packet", {"skip_empty_leaves": False, "stack_size": 1, "packet": (4, 4)})]
 COUNTED = ("steps", "nodes_visited", "leaves_visited", "triangles_tested")
 STEP = {"schedule": "step"}
 TARGETS = 4     # of the R420 and the R580
@@ -98,6 +102,26 @@ def test_time_travel_shows_packets_and_their_rays(method: str, options: dict) ->
     # From the last beginning of a turn on, no ray goes back.
     rest = t_min[begun.nonzero()[0][-1] + 2:]
     assert (rest[1:] >= rest[:-1]).all() and (rest[-1] > rest[0]).any()
+
+
+@pytest.mark.parametrize("skips", [True, False], ids=str)
+def test_a_packet_leaves_an_empty_leaf_at_once(skips: bool) -> None:
+    """An empty leaf has no triangle, so `leave` follows the visit.
+
+    Push-down is off, because a restart may begin at an empty leaf that the packet has passed.
+    """
+    scene = soup_scene(150, 3)
+    passes: list[Pass] = []
+    with rt.Tracer(scene, "kd-packet", push_down=False, skip_empty_leaves=skips,
+                   **STEP) as tracer:
+        travel(tracer, *RAY_SETS["random"](scene, 150, 3), passes.append)
+        tree = tracer.accelerator.structure
+    is_empty = (tree.axis == LEAF) & (tree.count == 0)
+    states = [one.state for one in passes if one.kernel == "visit"]
+    # Kernels 1 and 3 are `traverse` and `leave`.
+    phases = np.concatenate([state["phase"][(state["last"] == 1) & is_empty[state["from"]]]
+                             for state in states])
+    assert is_empty.any() and (len(phases) == 0) == skips and (phases == 3).all()
 
 
 def stacked(one: Pass) -> np.ndarray:

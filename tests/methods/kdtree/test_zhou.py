@@ -1,4 +1,5 @@
-"""Zhou's build: the passes build numpy's tree node for node."""
+"""The kd-tree build of Zhou et al. 2008: GPU passes build the same tree as numpy, node for
+node."""
 from __future__ import annotations
 
 import dataclasses
@@ -100,7 +101,8 @@ def test_masks() -> None:
 
 @pytest.mark.parametrize("seed", [34, 35])
 def test_large_nodes_lose_empty_space_and_split_in_the_middle(seed: int) -> None:
-    """Walk down from the root while a node holds more triangles than a small node may hold."""
+    """Each large node, with over 64 triangles, cuts off empty space or is split in the middle of
+    its longest axis."""
     triangles = random_soup(3000, seed, size=0.02)
     triangles[:5] += np.float32([4, 0, 0])
     tree = build_kdtree(triangles, build="zhou")

@@ -1,4 +1,5 @@
-"""The Ray Engine: quads cover their rays, the host walks the grid's cells, batches have any size.
+"""The Ray Engine: quads cover their rays, the host walks cells as the method `grid` does, and the
+hits do not depend on the size of batches.
 
 Further tests bound the errors of a 24-bit depth buffer and check the reported transfers.
 """
@@ -39,7 +40,7 @@ def test_rectangles_cover_each_ray_of_a_run_once(seed: int) -> None:
 @pytest.mark.parametrize("seed", [3], ids="seed{}".format)
 @pytest.mark.parametrize("kind", ["eye", "random", "surface"])
 def test_the_host_walks_as_the_grid_does(exact_renderer, kind: str, seed: int) -> None:
-    """The host visits the cells and tests the triangles that fragments do in the same grid."""
+    """The host visits the same cells and tests the same triangles as the fragments of `grid`."""
     scene = soup_scene(500, seed, size=0.05)
     rays = RAY_SETS[kind](scene, 400, seed)
     counted = []
@@ -78,7 +79,8 @@ def test_an_octree_saves_cells(exact_renderer, kind: str, seed: int) -> None:
     {"cpu_below": 10_000}, {"resolution": 1}, {"resolution": 1, "batch": 77}],
     ids=lambda options: "-".join(f"{k}{v}" for k, v in options.items()))
 def test_batches_do_not_change_hits(exact_renderer, options: dict, seed: int, monkeypatch) -> None:
-    """Neither batches nor draws that are split into short parts change a hit."""
+    """The hits do not depend on the sizes of batches and queues, or on draws that are split into
+    short parts."""
     scene = soup_scene(150, seed)
     rays = RAY_SETS["random"](scene, 60 if options.get("batch") == 1 else 600, seed)
     with rt.Tracer(scene, "brute-force") as tracer:
@@ -97,10 +99,10 @@ def test_batches_do_not_change_hits(exact_renderer, options: dict, seed: int, mo
 @pytest.mark.parametrize("exponent, least, most", [
     (-26, 0.65, 0.85), (-25, 0.4, 0.6), (-24, 0.01, 0.2), (-22, 0, 0)])
 def test_what_24_bits_of_depth_lose(exponent: int, least: float, most: float, seed: int) -> None:
-    """The share of wrong hits between two sheets depends on their gap in steps of depth.
+    """A 24-bit depth buffer confuses two sheets if their gap is less than a few steps of depth.
 
-    A wrong hit is at most one depth step off. float32 ("blend") separates the sheets, up to the
-    rounding of t.
+    The share of wrong hits depends on the gap, and a wrong hit is off by at most one step. With
+    blending in float32 ("blend"), hits are right up to the rounding of t.
     """
     gap, rounding = sheets.FAR * 2.0**exponent, 2.0**-22
     share, off = sheets.measure(gap, "blend", seed=seed)
@@ -113,7 +115,7 @@ def test_what_24_bits_of_depth_lose(exponent: int, least: float, most: float, se
 @pytest.mark.parametrize("seed", [8], ids="seed{}".format)
 @pytest.mark.parametrize("name", ["denormals", "slivers", "moved-1e6", "degenerate", "in-planes"])
 def test_the_host_intersects_to_the_same_bits(exact_renderer, name: str, seed: int) -> None:
-    """The host also computes the same bits in the extreme cases."""
+    """In the extreme cases too, the host's intersections give the same bits as the passes."""
     case = make_case(name, 300, seed)
     answers = []
     for options in ({}, {"cpu_below": 10**9}):
@@ -137,7 +139,7 @@ def test_what_it_says_it_moved(cpu_below: int, seed: int) -> None:
     scene = soup_scene(200, seed)
     rays = RAY_SETS["random"](scene, 500, seed)
     with rt.Tracer(scene, "ray-engine", statistics=True, cpu_below=cpu_below) as tracer:
-        for _ in range(2):      # the last call alone counts
+        for _ in range(2):      # the statistics describe the last call only
             hits = tracer.trace(*rays)
         split, spent = tracer.statistics.split, tracer.statistics.trace_seconds
         json.dumps(tracer.statistics.to_dict())
@@ -173,7 +175,7 @@ def test_the_command_line_says_it(tmp_path, capsys) -> None:
     assert not main(["render", "cornell", "-m", "ray-engine", "--size", "8x8", "-o",
                      str(tmp_path / "x.png")])
     line = capsys.readouterr().out.splitlines()[-1]
-    assert line.startswith("shared with the host: traversal ")
+    assert line.startswith("work shared by host and graphics card: traversal ")
     assert "transfer " in line and "bytes down " in line
 
 

@@ -1,4 +1,5 @@
-"""ray-hierarchy: cones hold their rays and reject no triangle that a ray hits; any size works."""
+"""ray-hierarchy: cones contain their rays and reject no triangle that a ray hits, for images and
+streams of any size."""
 from __future__ import annotations
 
 from collections.abc import Callable
@@ -12,7 +13,8 @@ from gpgpu_rt.gl.textures import read_texture
 from gpgpu_rt.methods.ray_hierarchy.cones import level_sizes
 from gpgpu_rt.methods.ray_hierarchy.records import CONE
 
-# The triangle is so large that no ray starts far outside the scene: such a ray would be moved.
+# The triangle is so large that no ray starts far outside the scene. The tracer would advance such
+# a ray to a new origin near the scene.
 LARGE = np.float32([[[-50, -50, -50], [50, 50, -50], [50, -50, 50]]])
 
 
@@ -39,7 +41,8 @@ RAYS: dict[str, Callable] = {
 
 
 def cones_over(origins: np.ndarray, directions: np.ndarray, **intervals: np.ndarray) -> tuple:
-    """Return the hierarchy's fields by level, its fan-outs, and the unit of its lengths."""
+    """Return the fields of all nodes by level, the fan-out of each level, and the hierarchy's unit
+    of length."""
     with rt.Tracer(scene_of(LARGE), "ray-hierarchy") as tracer, tracer.gpu:
         tracer.trace(origins, directions, **intervals)
         cones = tracer.session.driver.cones
@@ -121,7 +124,7 @@ def test_rays_along_a_ball_are_not_rejected(exact_renderer, seed: int) -> None:
     """Rays from afar pass just inside a corner of small triangles.
 
     The rays are perpendicular to the line from the centre of the triangle's bounding ball to the
-    corner. Without any margin, one hit in 40 would be lost.
+    corner. Without a margin in the cone test, one hit in 40 would be lost.
     """
     rng, count = np.random.default_rng(seed), 4096
     side, other = rng.normal(size=(2, 40, 3)) * 3e-3
@@ -148,7 +151,8 @@ def test_rays_along_a_ball_are_not_rejected(exact_renderer, seed: int) -> None:
                                      {"stream_size": 250, "top_nodes": 1},
                                      {"first_batch": 1, "top_nodes": 1000}], ids=str)
 def test_a_stream_never_overflows(exact_renderer, options: dict, seed: int) -> None:
-    """The rays are incoherent, so there are far more pairs than a stream holds."""
+    """The rays are incoherent, so there are far more (triangle, cone) pairs than a stream
+    holds."""
     scene = soup_scene(40, seed)
     rays = RAY_SETS["random"](scene, 40, seed)
     answers = []
@@ -182,7 +186,8 @@ def test_intervals_behind_the_origin(exact_renderer, seed: int) -> None:
 
 @pytest.mark.parametrize("seed", [6], ids="seed{}".format)
 def test_visits_are_the_pairs_above_a_ray(seed: int) -> None:
-    """The test counts the pairs in the stream each time that the driver tests a level."""
+    """The nodes that a ray visits are the (triangle, cone) pairs whose cone contains the ray. The
+    test counts these pairs in the stream each time the driver tests a level."""
     scene = soup_scene(150, seed)
     origins, directions = RAY_SETS["eye"](scene, 900, seed)
     with rt.Tracer(scene, "ray-hierarchy", statistics=True) as tracer:

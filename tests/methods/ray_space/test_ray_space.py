@@ -1,4 +1,5 @@
-"""Tables over rays: lists hold every triangle that a ray hits, and memory stays in its budget."""
+"""`ray-classification` and `visibility-field` keep lists of triangles for sets of rays. The list
+of a ray holds every triangle that the ray hits, and memory stays within the budget."""
 from __future__ import annotations
 
 import numpy as np
@@ -20,8 +21,8 @@ AT_ONCE = 1 << 20       # pairs of ray and triangle in a block
 def rays_everywhere(n: int, seed: int) -> tuple[np.ndarray, np.ndarray]:
     """Return n origins in and around the unit box, and n directions of all kinds.
 
-    The origins reach as far as rays may start without being moved. A third of the directions have
-    equal or zero components.
+    The origins reach as far out as a ray may start before the tracer advances it to an origin near
+    the scene. A third of the directions have equal or zero components.
     """
     rng = np.random.default_rng(seed)
     origins = 0.5 + rng.choice([0.4, 0.8, 1.6], (n, 1)) * rng.uniform(-1, 1, (n, 3))
@@ -32,9 +33,10 @@ def rays_everywhere(n: int, seed: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def crossed_soup(count: int, seed: int) -> rt.Scene:
-    """Return triangles of which half are tiny and lie in the scene's middle planes.
+    """Return a scene of which half of the triangles are tiny and lie in the scene's middle planes.
 
-    Beams are cut there, and no cell of directions widens a beam there, so lists have no margin.
+    Beams, the sets of rays that share a list, are cut at these planes. A beam is narrowest there,
+    so its list has no margin.
     """
     triangles = random_soup(count, seed, 0.08)
     tiny = triangles[::2]
@@ -45,7 +47,8 @@ def crossed_soup(count: int, seed: int) -> rt.Scene:
 
 
 def listed(tracer: rt.Tracer) -> tuple[np.ndarray, np.ndarray]:
-    """Return the lists that the last rays read: (lists, triangles) bool, and each ray's list."""
+    """Return which triangles each list holds, (lists + 1, triangles) bool, and the list that each
+    of the last rays read, (n,)."""
     structure = tracer.accelerator.structure
     triangle = structure.triangle
     if isinstance(structure, RayBoxes):
@@ -61,7 +64,7 @@ def listed(tracer: rt.Tracer) -> tuple[np.ndarray, np.ndarray]:
         owner = np.repeat(np.arange(lists), np.diff(structure.beam_start))
         number = np.searchsorted(structure.beam_start, state["first"], side="right") - 1
         number[state["first"] == state["end"]] = lists
-    table = np.zeros((lists + 1, len(tracer.scene)), bool)      # the last list is for misses
+    table = np.zeros((lists + 1, len(tracer.scene)), bool)      # the last row: no list
     table[owner[triangle >= 0], triangle[triangle >= 0]] = True
     return table, number
 

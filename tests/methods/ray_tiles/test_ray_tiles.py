@@ -11,11 +11,11 @@ SIDE = 8      # rays along a side of a tile (the default)
 
 
 def tight_tiles(scene: rt.Scene, tiles: int, seed: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return origins and directions, (SIDE, tiles * SIDE, 3), of rays that hit without a margin.
+    """Return origins and directions, (SIDE, tiles * SIDE, 3), of rays with hard cone tests.
 
     The rays of a tile start in a ball and pass just inside a corner where a triangle touches its
-    bounding sphere. They are perpendicular to the line from the sphere's centre to the corner.
-    Balls and distances have many sizes.
+    bounding sphere. They are perpendicular to the line from the sphere's centre to the corner, so
+    the tile's cone barely meets the sphere. Balls and distances have many sizes.
     """
     rng = np.random.default_rng(seed)
     aim = scene.triangles[rng.integers(len(scene), size=tiles)].astype(np.float64)
@@ -70,7 +70,7 @@ def test_parallel_rays(exact_renderer, seed: int) -> None:
 
 @pytest.mark.parametrize("seed", [3], ids="seed{}".format)
 def test_rays_that_go_backwards(exact_renderer, seed: int) -> None:
-    """With t_min below zero, rays also hit triangles behind the cone."""
+    """With t_min below zero, rays also hit triangles behind their origins."""
     scene = soup_scene(150, seed, size=0.05)
     origins, directions = tight_tiles(scene, 48, seed)
     hits = check(scene, origins, -directions, t_min=-np.inf)

@@ -1,4 +1,5 @@
-"""Caustics mapping against mirrored lights, a slab under Snell's law, and traced photons."""
+"""Caustics mapping is compared with mirrored lights, with Snell's law for a slab, and with traced
+photons."""
 from __future__ import annotations
 
 import numpy as np
@@ -28,7 +29,7 @@ def glass(ior: float) -> rt.Material:
     return rt.Material("glass", ior=ior)
 
 
-SPHERE = ball(3000, (0.0, 1.3, 0.0))[:, ::-1]      # vertices run clockwise
+SPHERE = ball(3000, (0.0, 1.3, 0.0))[:, ::-1]      # turned over: `ball` faces inwards
 SLAB = boxes((-1.0, 0.8, -1.0), (1.0, 1.2, 1.0))
 
 
@@ -41,7 +42,8 @@ def direct(seen: Visible, light: np.ndarray) -> np.ndarray:
 @pytest.mark.parametrize("seed", [1, 2, 3], ids="seed{}".format)
 @pytest.mark.parametrize("way", ["searched", "traced"])
 def test_glass_of_air_casts_light_as_if_it_were_not_there(way: str, seed: int) -> None:
-    """Light through an index of 1 equals direct light; this checks units, areas, both images."""
+    """Light through glass of index 1 equals direct light. This checks the units, the areas, and
+    the images of refractor and receivers."""
     light = np.array([0.0, 5.0, 0.0]) + np.random.default_rng(seed).uniform(-1, 1, 3)
     with rt.Tracer(scene_of(SPHERE, glass(1.0))) as tracer:
         caustics = Caustics(tracer, light, photons=128, resolution=96, iterations=6)
@@ -101,7 +103,7 @@ def test_photons_through_a_slab(ior: float) -> None:
         flat = ways[:, :, [0, 2]] / np.maximum(sine, 1e-9)[:, :, None]
         expected = top[:, :, [0, 2]] + flat * \
             (0.4 * inside + 0.8 * sine / -ways[:, :, 1])[..., None]
-        share = 1 - ((ior - 1) / (ior + 1)) ** 2         # towards the normal
+        share = 1 - ((ior - 1) / (ior + 1)) ** 2         # transmitted along the normal
         full = None
         for landed, off in ((caustics.traced(), 1e-4), (caustics.landings(), 0.02)):
             there = within & (landed[:, :, 3] > 0)

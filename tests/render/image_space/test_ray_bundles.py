@@ -1,4 +1,5 @@
-"""Ray bundles by peeled projections, against furnaces, form factors and the same rays traced."""
+"""Ray bundles, parallel rays whose hits are the peeled layers of a projection, are compared with
+furnaces, with form factors and with traced rays."""
 from __future__ import annotations
 
 import numpy as np
@@ -84,7 +85,8 @@ def test_a_ball_under_a_white_sky() -> None:
 
 
 def test_a_plate_under_a_sky_that_darkens() -> None:
-    """Radiance (1 + height) / 2 gives a level plate an irradiance of pi (1/2 + 1/3) from above."""
+    """A sky has the radiance (1 + y) / 2 in the direction (x, y, z). A level plate then has an
+    irradiance of pi (1/2 + 1/3) from above and pi (1/2 - 1/3) from below."""
     plate = quad((-1, 0, -1), (-1, 0, 1), (1, 0, 1), (1, 0, -1))          # faces up
     scene = scene_of(plate, rt.Material("grey", (0.5,) * 3),
                      environment=rt.Environment.sky((1, 1, 1), (0, 0, 0)))

@@ -20,7 +20,8 @@ def scene_of(triangles: np.ndarray) -> rt.Scene:
 
 def errors(scene: rt.Scene, camera: Camera, smooth: bool, ior: float = 1.5
            ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the errors in degrees where both methods refract twice, and the kinds of both."""
+    """Return the errors in degrees, (k,), of pixels that both methods refract twice, and the kind
+    of each pixel by either method, (n,) each."""
     with rt.Tracer(scene) as tracer:
         refraction = Refraction(tracer, ior, smooth)
         found, kind = refraction.draw(camera, SIZE)

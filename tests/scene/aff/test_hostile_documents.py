@@ -1,10 +1,11 @@
-"""Broken and hostile AFF files are errors of one line that name the file and the line, and cost
-little time and memory."""
+"""Broken and hostile AFF files give an error of one line that names the file and the line. They
+take little time and memory."""
 from __future__ import annotations
 
 import os
 import re
 import time
+import warnings
 from pathlib import Path
 
 import pytest
@@ -113,6 +114,15 @@ def test_overflow(text: str, tmp_path: Path) -> None:
     assert "a vertex of a is not finite in float32" in refusal(tmp_path / "a.aff")
 
 
+def test_normals_that_overflow_are_those_of_the_triangle(tmp_path: Path) -> None:
+    (tmp_path / "a.aff").write_text(
+        "xs 1e200 1e200 1 0 0 1 0 0 0 0 { pp 3 0 0 0 1 0 0 1e-200 0 0 1 0 0 0 1e-200 0 1 0 0 }")
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        scene = rt.load_scene(tmp_path / "a.aff")
+    assert scene.normals[0].tolist() == [[0, 0, 1]] * 3
+
+
 def test_a_circle_of_files(tmp_path: Path) -> None:
     (tmp_path / "a.aff").write_text(TRIANGLE + "i 0 b.aff")
     (tmp_path / "b.aff").write_text("\ni 0 c.aff")
@@ -181,7 +191,7 @@ def test_a_bomb_of_includes(leaf: str, tmp_path: Path) -> None:
 
 
 def test_the_budget_counts_repeated_files_only(tmp_path: Path, monkeypatch) -> None:
-    """A file's own statements always fit; the copies of an included file must fit the budget."""
+    """The budget limits only the copies of included files, and not a file's own statements."""
     monkeypatch.setenv(budget.VARIABLE, "0.1")
     own = "".join(f"fm {'0.5 ' * 12}\n{TRIANGLE}" for _ in range(1500))
     (tmp_path / "a.aff").write_text(own)

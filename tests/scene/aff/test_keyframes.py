@@ -4,7 +4,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gpgpu_rt.scene.aff.keyframes import Motion, RotationSpline, Spline
+from gpgpu_rt.scene.aff.keyframes import KeyedMotion, RotationSpline, Spline
 from gpgpu_rt.scene.aff.statements import rotation
 
 PLACES = np.array([[0, 0, 0], [1, 2, 0], [3, 1, 1], [2, -1, 4], [5, 0, 0], [6, 1, 1]], float)
@@ -38,7 +38,8 @@ def test_zeros_give_a_catmull_rom_spline() -> None:
     ((0, 0, -1), (0, 1), (0, 1)),           # bias -1: tangents of the step after
     ((0.5, 0.25, -0.5), (0.15625, 0.28125), (0.09375, 0.46875))])
 def test_tension_continuity_and_bias(tcb, leave, arrive) -> None:
-    """The tangents at the keys 2 and 3 are these shares of the steps before and after each."""
+    """The tangents at keys 2 and 3 are sums of the steps before and after the key, with these
+    weights."""
     steps = np.diff(PLACES, axis=0)
     out, into = leave @ steps[1:3], arrive @ steps[2:4]
     for u in (0.2, 0.5, 0.9):
@@ -117,12 +118,12 @@ def test_rotations_are_continuous_and_rigid() -> None:
 def test_a_motion_scales_then_turns_then_moves() -> None:
     keys = np.column_stack([range(4), np.tile((2, 1, 1), (4, 1)), np.zeros((4, 3))])
     places = np.column_stack([range(4), np.tile((0, 0, 7), (4, 1)), np.zeros((4, 3))])
-    motion = Motion(Spline(places), turns([90, 90, 90, 90]), Spline(keys))
+    motion = KeyedMotion(Spline(places), turns([90, 90, 90, 90]), Spline(keys))
     np.testing.assert_allclose(motion.at(1.5) @ (1, 0, 0, 1), (0, 2, 7), atol=1e-14)
-    assert (Motion().at(1) == np.eye(3, 4)).all()
+    assert (KeyedMotion().at(1) == np.eye(3, 4)).all()
 
 
 def test_visibility() -> None:
-    motion = Motion(visibility=np.array([(0.5, 0), (2, 1), (3, 0)], float))
+    motion = KeyedMotion(visibility=np.array([(0.5, 0), (2, 1), (3, 0)], float))
     assert [motion.visible(time) for time in (-1, 0.4, 0.5, 1.9, 2, 3, 9)] == [
         True, True, False, False, True, False, False]

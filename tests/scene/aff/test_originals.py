@@ -1,4 +1,4 @@
-"""BART's robots and kitchen come out as their PLY files to the bit, and their parts stay whole
+"""BART's robots and kitchen equal their PLY files to the bit, and their parts keep their shape
 while they move."""
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from gpgpu_rt.scene.loading import list_scenes
 from gpgpu_rt.scene.mesh import Mesh
 
 VARIABLE = "GPGPU_RT_ORIGINALS"     # the folder with BART-Animations
-# Triangles, vertices, and the digest of a PLY file in which the originals were published for this
-# project.
+# Triangles, vertices, and the SHA-256 of the PLY file that was made from the original by another
+# program.
 KNOWN = {
     "robots-moving": (71_708, 134_127,
                       "b4deeb876b58d145984567eb5ab56cd01b68265f2220102cfa68117dc5b47b86"),
@@ -93,7 +93,7 @@ ROBOTS = 10
 
 
 def test_no_robot_loses_a_limb(name: str) -> None:
-    """The gap between the limbs on both sides of a joint stays below 0.35 units; a robot is 10
+    """The gap between the limbs on both sides of a joint stays below 0.35 units. A robot is 10
     units high."""
     if name != "robots-moving":
         pytest.skip("the kitchen has no robots")

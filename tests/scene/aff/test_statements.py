@@ -111,7 +111,7 @@ def test_spheres_and_cones(read) -> None:
     np.testing.assert_allclose(distance, 0.5, atol=1e-6)
     normal = np.cross(ball[:, 1] - ball[:, 0], ball[:, 2] - ball[:, 0])
     middle = ball.mean(axis=1)
-    assert ((normal * (middle - (6, 2, 3))).sum(axis=1)[:count] > 0).all()
+    assert count == 1258 and ((normal * (middle - (6, 2, 3))).sum(axis=1)[:count] > 0).all()
     pipe = slice(count, count + 48)
     np.testing.assert_allclose(np.linalg.norm(ball[pipe, :, :2], axis=2), 1, atol=1e-6)
     assert ((normal * middle)[pipe, :2].sum(axis=1) > 0).all()
@@ -153,8 +153,8 @@ def test_transforms_scale_then_turn_then_move(read) -> None:
 
 @pytest.mark.parametrize("scale", [(2, 1, 1), (-1, 1, 1), (1, 1, 0), (0, 0, 0)])
 def test_normals_stay_at_right_angles(scale, read) -> None:
-    """A plane with the normal (1, 1, 0) is scaled. Where the scale flattens it, its normal is that
-    of the flat plane."""
+    """A plane with the normal (1, 1, 0) is scaled, and its normal stays perpendicular to it, even
+    if the scale flattens the plane."""
     mesh = read("xs {} {} {} 0 0 1 0 0 0 0 {{".format(*scale)
                 + "pp 3 1 -1 0 1 1 0  -1 1 0 1 1 0  0 0 1 1 1 0 }" + TRIANGLE)
     a, b, c = mesh.vertices[:3]
@@ -205,8 +205,8 @@ def test_key_frames_move_the_camera(read) -> None:
 
 
 def test_a_named_transform_moves_by_its_key_frames(read) -> None:
-    """The key frames stand anywhere, the last ones of a name hold, and a transform without key
-    frames stays where it is. The mesh shows the begin of the animation."""
+    """Key frames may stand anywhere in the file, and the last ones with a name count. A transform
+    without key frames does not move. The mesh shows the start of the animation."""
     other = KEYS.replace(" 5 0 0 0", " 9 0 0 0")
     block = f"x part {{ {TRIANGLE} x still {{ {TRIANGLE} }} }}\n"
     mesh = read(f"k part {{ {other} }} {block} k part {{ {KEYS} }}")
@@ -238,7 +238,8 @@ def test_details(read) -> None:
 
 @pytest.mark.parametrize("text", [
     "# all\n% of it\n" + TRIANGLE, "p 3#three\r\n0 0 0 % one\r\n1 0 0\r0 1 0",
-    "xs 1 1 1 0 0 1 0 0 0 0{" + TRIANGLE + "}", "\tp\n3\n0 0 0 1 0 0 0 1 0 # caf\u00e9"])
+    "xs 1 1 1 0 0 1 0 0 0 0{" + TRIANGLE + "}",
+    "p 3 # three\r0 0 0 1 0 0 0 1 0", "\tp\n3\n0 0 0 1 0 0 0 1 0 # caf\u00e9"])
 def test_spaces_and_comments(text: str, read) -> None:
     assert read(text).vertices.tolist() == [[0, 0, 0], [1, 0, 0], [0, 1, 0]]
 

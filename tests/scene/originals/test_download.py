@@ -1,4 +1,5 @@
-"""A download ends with the right file or with one line; an interrupted download continues."""
+"""A download ends with the right file or with an error of one line. The next call continues an
+interrupted download."""
 from __future__ import annotations
 
 import hashlib
@@ -24,8 +25,12 @@ def source_file(content: bytes = CONTENT) -> SourceFile:
 
 
 class Server(http.server.ThreadingHTTPServer):
-    """Serves one file. ``drops`` are numbers of bytes after which the server closes a connection;
-    ``statuses`` are its next answers; ``asked`` collects the requested ranges."""
+    """Serves one file.
+
+    ``drops`` are the numbers of bytes after which the server closes its next connections, and
+    ``statuses`` are the HTTP statuses of its next answers. ``asked`` and ``paths`` collect the
+    requested ranges and paths.
+    """
 
     def __init__(self, content: bytes, ranges: bool = True) -> None:
         super().__init__(("127.0.0.1", 0), Answer)
@@ -113,7 +118,7 @@ def test_a_folder(tmp_path) -> None:
 @pytest.mark.parametrize("ranges", [True, False])
 @pytest.mark.parametrize("seed", range(10))
 def test_an_interrupted_download_continues(serve, seed: int, ranges: bool, tmp_path) -> None:
-    """The user interrupts at a random byte; the next run requests the rest and ends the same."""
+    """The user interrupts at a random byte. The next run requests the rest of the file."""
     server = serve(ranges=ranges)
     moment = int(np.random.default_rng(seed).integers(1, len(CONTENT)))
 
@@ -154,7 +159,7 @@ def test_a_damaged_file_is_refused_and_not_kept(serve, seed: int, tmp_path) -> N
                b"<html>no such page</html>",
                CONTENT + rng.bytes(int(rng.integers(1, 9_000_000)))][seed % 5]
     server = serve(damaged, ranges=bool(seed // 5 % 2))
-    if seed // 10 % 2:       # with a good part from an earlier run
+    if seed // 10 % 2:       # an earlier run has left a good part
         (tmp_path / "part").write_bytes(CONTENT[:at // 2])
     with pytest.raises(rt.Error) as refused:
         download(source_file(), server.url, tmp_path / "part", lambda there: None)
@@ -176,6 +181,8 @@ def test_a_damaged_part_is_fetched_anew(serve, seed: int, tmp_path) -> None:
 def test_without_a_network(tmp_path) -> None:
     for base, message in (("http://127.0.0.1:9", "cannot reach .*--from FOLDER"),
                           ("ftp://example.org", "neither a folder nor a URL"),
+                          ("http://h:abc", "is no valid URL"),
+                          ("http://[bad", "is no valid URL"),
                           (str(tmp_path / "gone"), "has no file")):
         with pytest.raises(rt.Error, match=message) as refused:
             download(source_file(), base, tmp_path / "part", lambda there: None)
@@ -194,7 +201,7 @@ def test_a_missing_file_and_a_server_that_never_ends_well(serve, tmp_path) -> No
 
 
 def test_sources() -> None:
-    """Every source is pinned, and no two files of the originals have one place."""
+    """Every source is pinned to a commit and a digest, and all files have different paths."""
     files = [file for scene in source_files().values() for file in scene]
     assert len({file.place for file in files}) == len(files)
     for file in files:

@@ -1,4 +1,5 @@
-"""Scenes that are images, images of meshes, and that what was closed stays closed."""
+"""Geometry images as scenes, and geometry images that `remesh` makes of meshes. A closed surface
+stays closed."""
 from __future__ import annotations
 
 import json
@@ -17,7 +18,7 @@ METHOD = "geometry-image"
 
 
 def blob(seed: int, subdivisions: int = 3) -> trimesh.Trimesh:
-    """A closed, oriented, lumpy surface with three horns."""
+    """Return a closed, oriented, lumpy surface with three horns."""
     mesh = trimesh.creation.icosphere(subdivisions=subdivisions)
     at = mesh.vertices
     rng = np.random.default_rng(seed)
@@ -29,7 +30,10 @@ def blob(seed: int, subdivisions: int = 3) -> trimesh.Trimesh:
 
 
 def edges_of(scene: rt.Scene) -> tuple[np.ndarray, np.ndarray]:
-    """Places, and the (k, 2) half-edges between them of triangles whose corners differ."""
+    """Return the distinct corners, and the half-edges between them, (k, 2) indices.
+
+    Triangles with two equal corners are left out.
+    """
     places, index = np.unique(scene.triangles.reshape(-1, 3), axis=0, return_inverse=True)
     faces = index.reshape(-1, 3)
     faces = faces[(faces != np.roll(faces, 1, axis=1)).all(axis=1)]
@@ -37,7 +41,7 @@ def edges_of(scene: rt.Scene) -> tuple[np.ndarray, np.ndarray]:
 
 
 def is_closed(scene: rt.Scene) -> bool:
-    """Whether each half-edge has as many going back along it as there are of it."""
+    """Return whether each edge has as many half-edges in one direction as in the other."""
     places, edges = edges_of(scene)
     counts = [np.unique(edges[:, order] @ (len(places), 1), return_counts=True)
               for order in ([0, 1], [1, 0])]
@@ -45,7 +49,8 @@ def is_closed(scene: rt.Scene) -> bool:
 
 
 def border_points(scene: rt.Scene, rng: np.random.Generator) -> np.ndarray:
-    """Texels on charts' borders, and points between two that follow one another there."""
+    """Return the texels on the borders of charts, and a random point between every two
+    neighbours there."""
     points, first = [], 0
     positions = np.empty((scene.faces.max() + 1, 3), np.float32)
     positions[scene.faces] = scene.triangles
@@ -59,7 +64,8 @@ def border_points(scene: rt.Scene, rng: np.random.Generator) -> np.ndarray:
 
 
 def assert_no_leak(scene: rt.Scene, inside: np.ndarray, seed: int) -> None:
-    """Rays from a point within at every border texel, between them, and in all directions."""
+    """Check that all rays from a point inside hit. They aim at every texel of a border, at points
+    between these texels, and in random directions."""
     rng = np.random.default_rng(seed)
     aims = border_points(scene, rng).astype(np.float32) - inside.astype(np.float32)
     directions = np.concatenate([aims, rng.normal(size=(2000, 3)).astype(np.float32)])
@@ -106,7 +112,7 @@ def test_a_closed_mesh_becomes_a_closed_image(seed: int, size: int) -> None:
     scene = rt.remesh(mesh, size).scene()
     assert scene.charts == ((size + 1, size + 1),) and is_closed(scene)
     assert_no_leak(scene, np.zeros(3), seed)
-    # Oriented as the mesh was: the volume it holds has the same sign, and about the same size.
+    # The image has the orientation of the mesh, so the signed volumes are about equal.
     v0, v1, v2 = scene.triangles.astype(np.float64).transpose(1, 0, 2)
     volume = (v0 * np.cross(v1, v2)).sum() / 6
     assert volume == pytest.approx(mesh.volume, rel=0.3 if size == 16 else 0.05)
@@ -123,7 +129,8 @@ def test_cuts_reach_what_sticks_out() -> None:
 @pytest.mark.parametrize("size, cuts, torn", [(64, 8, False), (48, 0, True), (12, 8, True)])
 def test_the_distance_to_the_surface_is_measured(capsys, tmp_path, size: int, cuts: int,
                                                  torn: bool) -> None:
-    """What is said bounds how far the surface's vertices are from the image's triangles."""
+    """The reported distance bounds how far the vertices of the mesh are from the triangles of the
+    image."""
     mesh = blob(3)
     mesh.export(tmp_path / "blob.ply")
     words = ["--size", str(size), "--cuts", str(cuts), "--json", "-o", str(tmp_path / "blob.npz")]
@@ -135,7 +142,7 @@ def test_the_distance_to_the_surface_is_measured(capsys, tmp_path, size: int, cu
     corners = mesh.vertices[:, None] - texels[None]
     extent = np.ptp(mesh.vertices, axis=0).max()
     nearest = np.sqrt((corners ** 2).sum(axis=2).min(axis=1)).max() / extent
-    # A texel is about as near as a triangle: within a triangle's edge.
+    # The nearest texel is farther away than the nearest triangle by at most the longest edge.
     edge = np.linalg.norm(np.diff(texels.reshape(size + 1, size + 1, 3), axis=0), axis=2).max()
     assert nearest - edge / extent <= share < 2 * nearest + 0.02
 
@@ -156,7 +163,7 @@ def test_a_disc_keeps_its_border_and_its_shape() -> None:
 
 
 def test_the_embedding_turns_no_triangle_over() -> None:
-    """Convex weights and a convex border: every triangle keeps its orientation (Tutte)."""
+    """With convex weights and a convex border, every triangle keeps its orientation (Tutte)."""
     mesh = SurfaceMesh.of_triangles(blob(4).triangles)
     distance = mesh.distances(np.array([0]))
     opened, _ = mesh.cut(mesh.edges_along(mesh.path(distance, int(distance.argmax()))))

@@ -1,4 +1,5 @@
-"""Rasterised bounds: eye rays search where triangles were drawn, and find what they found."""
+"""Rasterised bounds: an eye ray searches only between the nearest and the farthest depth that the
+rasteriser drew in the ray's tile. The hits stay the same to the bit."""
 from __future__ import annotations
 
 import numpy as np
@@ -19,11 +20,12 @@ def of(triangles: np.ndarray) -> rt.Scene:
 
 def aimed_scene(camera: Camera, size: tuple[int, int], count: int, kind: str,
                 seed: int) -> rt.Scene:
-    """Triangles with corners on rays through pixels: their outlines go through pixel centres, and
-    often along the edges of tiles.
+    """Return triangles with corners on rays through pixels. Their outlines go through pixel
+    centres, and often along the edges of tiles.
 
-    kind : "near" pixels, "far" apart; "tiny" around one ray; "slivers" along one; "behind" the eye
-        in one corner, two or all; "beside" the eye, all over; "edge-on", in a plane with it
+    kind : "near" or "far": the corners are few or many pixels apart; "tiny" and "slivers": all
+        corners are near one ray; "behind": some or all corners may be behind the eye; "beside":
+        the corners are close to the eye; "edge-on": the eye lies in the triangle's plane
     """
     rng = np.random.default_rng(seed)
     origins, directions = (values.reshape(-1, 3).astype(np.float64)
@@ -71,7 +73,7 @@ KINDS = ("near", "far", "tiny", "slivers", "behind", "beside", "edge-on")
 @pytest.mark.parametrize("seed", [1], ids="seed{}".format)
 @pytest.mark.parametrize("kind", KINDS)
 def test_aimed_eye_rays_lose_no_hit(exact_renderer, kind: str, seed: int) -> None:
-    """37 x 50 pixels, which no tile divides."""
+    """No side of a tile divides a side of the image of 50 x 37 pixels."""
     count = 40 if kind in ("far", "behind") else 400
     scene = aimed_scene(CAMERA, (50, 37), count, kind, seed)
     for method, tile in zip(METHODS, (*TILES, 8)):
@@ -84,13 +86,14 @@ def test_aimed_eye_rays_lose_no_hit(exact_renderer, kind: str, seed: int) -> Non
 @pytest.mark.parametrize("seed, tile", [(11, 8), (12, 4)])
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_million_aimed_eye_rays(exact_renderer, kind: str, seed: int, tile: int) -> None:
-    """154,053 of each kind."""
+    """Each of the seven kinds of triangles has 154,179 rays."""
     count, size = 100 if kind in ("far", "behind", "beside") else 6_000, (463, 333)
     check(aimed_scene(CAMERA, size, count, kind, seed), CAMERA, size, "bvh-threaded", tile)
 
 
 def test_empty_tiles_are_misses_and_walls_end_rays(exact_renderer) -> None:
-    """A wall over the left half of the image before a soup: the other half sees the soup."""
+    """A wall hides the soup in the left half of the image, so rays there end at the wall. The
+    right half shows the soup, and rays in its empty tiles visit no node."""
     soup = soup_scene(500, 3, size=0.02).triangles + np.float32([0, 0, -4])
     wall = np.float32([[[-90, -90, -1], [0.3, -90, -1], [0.3, 90, -1]],
                        [[-90, -90, -1], [0.3, 90, -1], [-90, 90, -1]]])
@@ -107,7 +110,7 @@ def test_empty_tiles_are_misses_and_walls_end_rays(exact_renderer) -> None:
 @pytest.mark.parametrize("tile", TILES, ids="tile{}".format)
 def test_pictures_are_the_same(exact_renderer, tile: int) -> None:
     scene = rt.load_scene("cornell")
-    moved = scene.triangles[:, ::-1] * np.float32(0.5)     # from a few corners, and farther off
+    moved = scene.triangles[:, ::-1] * np.float32(0.5)     # half as large
     far = Camera(tuple(np.asarray(scene.camera.eye) * 50), scene.camera.target)
     pictures = []
     for options in ({}, {"rasterised_bounds": tile}, {"rasterised_bounds": tile,

@@ -1,4 +1,5 @@
-"""Entry points: beams lose no hit, whatever rays stand in a tile, and spare nodes."""
+"""Entry points: a beam bounds the rays of a tile, and the rays start at the nodes that the beam
+enters. No hit is lost, whatever rays a tile has, and rays visit fewer nodes."""
 from __future__ import annotations
 
 import numpy as np
@@ -26,9 +27,13 @@ TWO_TILES = [(name, tile) for name in METHODS for tile in TILES[name][:2]]
 
 def aimed_tiles(scene: rt.Scene, method: str, across: int, down: int, seed: int
                 ) -> tuple[np.ndarray, np.ndarray]:
-    """Origins and directions, (side down, side across, 3), of the method's smallest tiles. The
-    rays of a tile begin in a ball of any size, a point among them, and go to vertices and edges,
-    where boxes end: of one triangle, or of some that lie near each other."""
+    """Return origins and directions, (side * down, side * across, 3), for the smallest tiles of
+    the method.
+
+    The rays of a tile begin at a point or in a ball of any size. They aim at vertices and edges,
+    because boxes end there. Half of the tiles aim at one triangle, and the others at several
+    triangles that lie near each other.
+    """
     rng = np.random.default_rng(seed)
     side = TILES[method][0]
     tiles, rays = down * across, side * side
@@ -44,7 +49,7 @@ def aimed_tiles(scene: rt.Scene, method: str, across: int, down: int, seed: int
     start = rng.normal(size=(tiles, 1, 3)) * 10 ** rng.uniform(-1, 1.5, (tiles, 1, 1)) + 0.5
     ball = 10 ** rng.uniform(-7, -1, (tiles, 1, 1)) * (rng.random((tiles, 1, 1)) < 0.7)
     origins = start + ball * rng.normal(size=(tiles, rays, 3))
-    flat = rng.random((tiles, 1, 3)) < 0.15          # zero components, signs of zeros too
+    flat = rng.random((tiles, 1, 3)) < 0.15          # components of -0
     directions = np.where(flat, np.float32(-0.0), aims - origins)
     origins = np.where(flat, aims, origins)
     return tuple(values.reshape(down, across, side, side, 3).transpose(0, 2, 1, 3, 4)
@@ -54,12 +59,16 @@ def aimed_tiles(scene: rt.Scene, method: str, across: int, down: int, seed: int
 
 def check(scene: rt.Scene, origins: np.ndarray, directions: np.ndarray, method: str,
           ends: dict | None = None, tile: int = 16, **options: object) -> dict[str, float]:
-    """The hits of the same method without entry points; what the driver counted."""
+    """Check that the hits equal those of the same method without entry points.
+
+    Return the mean nodes per ray without and with entry points, the share of hits, and the
+    driver's counters.
+    """
     ends = {"invalid": "miss", **(ends or {})}
     with rt.Tracer(scene, method, statistics=True, **options) as tracer:
         plain = tracer.trace(origins, directions, **ends)
     with rt.Tracer(scene, method, statistics=True, entry_points=tile, **options) as tracer:
-        for _ in range(2):     # the second time in textures that are there
+        for _ in range(2):     # the second call reuses the textures of the first
             hits = tracer.trace(origins, directions, **ends)
             assert_same_bits(hits, plain)
             assert (hits.status == plain.status).all()
@@ -78,7 +87,7 @@ def test_beams_lose_no_aimed_ray(exact_renderer, method: str, seed: int, tile: i
 
 @pytest.mark.parametrize("method", SOME)
 def test_from_other_nodes(exact_renderer, method: str) -> None:
-    """Copies by octant, small nodes, and trees of other builds."""
+    """Entry points into octant copies, quantised nodes and trees of other builds lose no hit."""
     scene = soup_scene(100, 3, size=0.05)
     rays = aimed_tiles(scene, method, 12, 12, 3)
     settings: list[dict[str, object]] = [{"build": "hybrid"}]
@@ -97,8 +106,8 @@ def test_from_other_nodes(exact_renderer, method: str) -> None:
 @pytest.mark.parametrize("precision", ["fp24", "fp16"])
 @pytest.mark.parametrize("method", SOME)
 def test_in_low_precision(exact_renderer, method: str, precision: str) -> None:
-    """A BVH's beams lose nothing; a kd-tree's rays lose hits themselves, and more of them the
-    longer their way down is."""
+    """With entry points, a BVH loses no hit in low precision. A kd-tree loses hits even without
+    entry points, and loses more of them on the longer way down from the root."""
     scene = soup_scene(100, 3, size=0.05)
     rays = aimed_tiles(scene, method, 12, 12, 3)
     wrong = []
@@ -114,7 +123,8 @@ def test_in_low_precision(exact_renderer, method: str, precision: str) -> None:
 
 @pytest.mark.parametrize("method", METHODS)
 def test_rays_of_all_kinds_in_one_tile(exact_renderer, method: str) -> None:
-    """Eye rays among random, empty and invalid ones; no side a multiple of a tile's."""
+    """A tile holds eye rays, random rays, empty rays and invalid rays. No side of the image is a
+    multiple of a tile's side."""
     scene = soup_scene(300, 4)
     eye, anywhere = (RAY_SETS[kind](scene, 1089, 4) for kind in ("eye", "random"))
     some = np.random.default_rng(4).random(1089) < 0.02
@@ -129,7 +139,8 @@ def test_rays_of_all_kinds_in_one_tile(exact_renderer, method: str) -> None:
 
 @pytest.mark.parametrize("method", METHODS)
 def test_few_rays_that_begin_nearer(exact_renderer, method: str) -> None:
-    """Most of a tile's rays begin behind the first of what they meet."""
+    """The t_min of most rays lies behind their nearest hit. A few rays of a tile begin at their
+    origin, so the beam must also begin there."""
     scene = soup_scene(2000, 9, size=0.1)
     rays = scene.camera.rays((64, 64))
     with rt.Tracer(scene, method) as tracer:
@@ -141,7 +152,8 @@ def test_few_rays_that_begin_nearer(exact_renderer, method: str) -> None:
 
 @pytest.mark.parametrize("method", METHODS)
 def test_rays_that_go_both_ways(exact_renderer, method: str) -> None:
-    """Along each axis in turn, and none of them slowly: nothing bounds their tile there."""
+    """For each axis in turn, the rays of a tile go both ways along the axis. No component is
+    small, so no beam bounds the rays along the axis."""
     scene = soup_scene(200, 8, size=0.05)
     origins, directions = aimed_tiles(scene, method, 12, 12, 8)
     origins = (0.5 * origins + 0.25).astype(np.float32)
@@ -154,8 +166,8 @@ def test_rays_that_go_both_ways(exact_renderer, method: str) -> None:
 
 @pytest.mark.parametrize("method", some(LISTS))
 def test_full_lists(exact_renderer, method: str) -> None:
-    """Narrow tiles through 200 walls, each ray between two of them: more subtrees than a list
-    holds."""
+    """The beam of a narrow tile passes through 200 walls, and each ray begins between two walls.
+    The beam enters more subtrees than a list holds."""
     walls = np.tile(np.float32([[-.1, -.1, 0], [.1, -.1, 0], [0, .15, 0]]), (200, 1, 1))
     walls[:, :, 2] += np.linspace(0, 1, 200)[:, None]
     scene = rt.Scene.from_arrays(walls.reshape(-1, 3), np.arange(600).reshape(-1, 3))
@@ -178,7 +190,7 @@ def test_an_empty_scene_and_few_rays(method: str) -> None:
         for count in (1, 3, 1030):
             rays = RAY_SETS["surface"](scene, count, count)
             assert (tracer.trace(*rays).t == plain.trace(*rays).t).all()
-        moved = scene.triangles + np.float32(0.25)     # lists are made anew of boxes that moved
+        moved = scene.triangles + np.float32(0.25)     # lists follow boxes that move
         for each in (tracer, plain):
             each.update(moved)
         assert_same_bits(tracer.trace(*rays), plain.trace(*rays))
@@ -187,7 +199,7 @@ def test_an_empty_scene_and_few_rays(method: str) -> None:
 
 
 def fewest(method: str) -> dict[str, object]:
-    """Options that a method spares most nodes by."""
+    """Return the options with which entry points save a method the most nodes."""
     return {"octants": True} if method == "bvh-packet" else {}
 
 

@@ -1,4 +1,4 @@
-"""Rasterised first hits: traced ones to the bit, whatever the rasteriser does at edges."""
+"""Rasterised first hits equal traced hits to the bit, whatever the rasteriser does at edges."""
 from __future__ import annotations
 
 import json
@@ -21,7 +21,8 @@ def scene_of(triangles: np.ndarray, name: str = "soup") -> rt.Scene:
 
 
 def slivers(count: int, seed: int) -> np.ndarray:
-    """(count, 3, 3): needles and flat wedges of all widths down to none, many across the view."""
+    """Return needles and flat wedges, (count, 3, 3), of all widths down to 0. Many of them cross
+    the view."""
     random = np.random.default_rng(seed)
     start, way = random.uniform(-0.5, 0.5, (2, count, 3))
     width = 10.0 ** random.uniform(-9, -1, (count, 1)) * random.normal(size=(count, 3))
@@ -30,7 +31,8 @@ def slivers(count: int, seed: int) -> np.ndarray:
 
 
 def fans(count: int, seed: int) -> np.ndarray:
-    """Pyramids without a floor, smaller than pixels to larger: many silhouettes."""
+    """Return pyramids without a base, which have many silhouettes. Some are smaller than a pixel,
+    and others are much larger."""
     random = np.random.default_rng(seed)
     centre = random.uniform(-0.5, 0.5, (count, 1, 3))
     rim = centre + 10.0 ** random.uniform(-3.5, -0.5, (count, 1, 1)) * random.normal(
@@ -40,7 +42,8 @@ def fans(count: int, seed: int) -> np.ndarray:
 
 
 def layers(count: int, seed: int) -> np.ndarray:
-    """Triangles in a few planes, some there twice: ties, and depths that differ by a rounding."""
+    """Return triangles in a few parallel planes, some of them twice. Their depths are equal, or
+    differ by a rounding error."""
     random = np.random.default_rng(seed)
     flat = random_soup(count, seed, 0.5)
     flat[:, :, 2] = random.choice([0.5, 0.5 + 1e-7, 0.5 - 6e-8, 0.3], (count, 1))
@@ -48,7 +51,8 @@ def layers(count: int, seed: int) -> np.ndarray:
 
 
 def around_the_eye(count: int, seed: int) -> np.ndarray:
-    """Large triangles of which many reach behind the eye, some next to it."""
+    """Return large triangles around the eye. Many reach behind the eye, and some pass close to
+    it."""
     random = np.random.default_rng(seed)
     return random.normal(size=(count, 3, 3)) * 10.0 ** random.uniform(-1, 0.5, (count, 1, 1))
 
@@ -74,7 +78,7 @@ def look_at(scene: rt.Scene, seed: int, inside: bool) -> Camera:
 @pytest.mark.parametrize("shape", SHAPES)
 def test_hits_are_the_same(exact_renderer, monkeypatch, shape: str, seed: int,
                            inside: bool) -> None:
-    monkeypatch.setattr(module, "MOST_IN_DOUBT", 1.0)   # however many, it is these that are traced
+    monkeypatch.setattr(module, "MOST_IN_DOUBT", 1.0)   # never trace all rays
     scene = scene_of(SHAPES[shape](300, seed))
     camera = look_at(scene, seed, inside)
     if shape == "around":
@@ -92,24 +96,24 @@ def test_every_method_traces_the_rest(exact_renderer, row: rt.Method) -> None:
     scene = scene_of(np.concatenate([fans(12, 5), layers(20, 5)]))
     with rt.Tracer(scene, row.name, statistics=True) as tracer:
         expected = tracer.eye_hits(size=SIZE)
-        for _ in range(2):     # the second time in textures that are there
+        for _ in range(2):     # the second call reuses the textures of the first
             hits = tracer.eye_hits(size=SIZE, first_hits="rasterised")
             assert_same_bits(hits, expected)
             assert (hits.status == expected.status).all()
         found = tracer.statistics.first_hits
         assert 0 < found["retraced"] < 0.1 * SIZE[0] * SIZE[1]
-        assert (hits.steps > 0).sum() <= found["retraced"]     # the others took none
+        assert (hits.steps > 0).sum() <= found["retraced"]     # rays not in doubt: no steps
 
 
 @pytest.mark.parametrize("shape", ["fans", "slivers", "soup"])
 def test_verified_ones_are_hits(exact_renderer, shape: str) -> None:
-    """Not all need be first hits, but each is one of its ray, and nearly all are the first."""
+    """A "verified" hit is a hit of its ray, and nearly all verified hits are the first hits."""
     scene = scene_of(SHAPES[shape](200, 4))
     with rt.Tracer(scene, "brute-force") as tracer:
         expected = tracer.eye_hits(size=SIZE)
         hits = tracer.eye_hits(size=SIZE, first_hits="verified")
         assert tracer.statistics.first_hits["rivals"] == 0
-        proved = tracer.eye_hits(size=SIZE, first_hits="rasterised")     # after one another
+        proved = tracer.eye_hits(size=SIZE, first_hits="rasterised")     # on the same tracer
         assert_same_bits(proved, expected)
     wrong = hits.t != expected.t
     assert wrong.sum() < 0.01 * len(hits) and (hits.t[wrong] > expected.t[wrong]).all()
@@ -136,7 +140,8 @@ def test_sizes(exact_renderer, size: tuple[int, int]) -> None:
 @pytest.mark.parametrize("scale", [1e-12, 1e-3, 1e6], ids="x{:g}".format)
 @pytest.mark.parametrize("away", [0.0, 30.0], ids="away{:g}".format)
 def test_scales(exact_renderer, scale: float, away: float) -> None:
-    """Small, large, far from zero; what no bound is known for is traced."""
+    """Scenes are small, large or far from zero. All rays are traced at a scale for which no error
+    bound is known."""
     scene = scene_of((fans(60, 3) + away) * scale)
     with rt.Tracer(scene, "brute-force") as tracer:
         assert_same_bits(tracer.eye_hits(size=SIZE, first_hits="rasterised"),
@@ -157,7 +162,7 @@ def test_a_far_eye_is_traced(exact_renderer) -> None:
 
 
 def test_parts_are_cut(exact_renderer, monkeypatch) -> None:
-    """Small limits: every triangle is looked at in parts, and so is an image of odd size."""
+    """With a small limit, every triangle is cut into parts of the image, whose size is odd."""
     monkeypatch.setattr(module, "MOST_PIXELS", 1)
     scene = scene_of(fans(40, 9))
     with rt.Tracer(scene, "brute-force") as tracer:

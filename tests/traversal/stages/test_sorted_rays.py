@@ -1,4 +1,5 @@
-"""Sorted rays: hits come back to where their rays came from, to the bit, whatever the order."""
+"""Sorted rays: each hit comes back to the place of its ray, and the order of the rays changes no
+bit of a hit."""
 from __future__ import annotations
 
 import pickle
@@ -16,13 +17,16 @@ from gpgpu_rt.methods import find_method
 from gpgpu_rt.rays.batch import RayBatch
 
 SCENE = soup_scene(80, 7)
-OF_NEIGHBOURS = ("ray-tiles", "ray-hierarchy")   # what a ray costs depends on those beside it
+OF_NEIGHBOURS = ("ray-tiles", "ray-hierarchy")   # a ray's cost depends on its neighbours
 WAYS = ("sort_rays", "presort")
 QUICK = ("bvh-threaded-loop", "kd-packet-loop", "ray-tiles-kernels", "kd-texture-stack-step1")
 
 
 def mixed_rays(seed: int) -> tuple[np.ndarray, np.ndarray]:
-    """(37, 29, 3) each, no side a multiple of 8: from one eye and everywhere, a few invalid."""
+    """Return origins and directions, (37, 29, 3) each; no side is a multiple of 8.
+
+    Half of the rays are eye rays, half are random, and two rays are invalid.
+    """
     eye, anywhere = (RAY_SETS[kind](SCENE, 1089, seed) for kind in ("eye", "random"))
     some = np.random.default_rng(seed).random(1089) < 0.5
     origins, directions = (np.where(some[:, None], a, b)[:37 * 29].reshape(37, 29, 3)
@@ -45,13 +49,13 @@ def test_hits_are_the_same(exact_renderer, way: str, method: str, settings: dict
         plain = tracer.trace(origins, directions, invalid="miss")
         shadowed = tracer.occluded(origins, directions, 0.7, invalid="miss")
     with rt.Tracer(SCENE, method, statistics=True, **{way: True}, **settings) as tracer:
-        for _ in range(2):     # the second time in textures that are there
+        for _ in range(2):     # the second call reuses the textures of the first
             got = tracer.trace(origins, directions, invalid="miss")
             assert_same_bits(got, plain)
             assert (got.status == plain.status).all()
         assert 0 < tracer.statistics.sort_seconds < tracer.statistics.trace_seconds
         assert (tracer.occluded(origins, directions, 0.7, invalid="miss") == shadowed).all()
-    if not (find_method(method).packet or method in OF_NEIGHBOURS):   # each ray's own affair
+    if not (find_method(method).packet or method in OF_NEIGHBOURS):   # costs of a single ray
         for name in ("steps", "nodes_visited", "leaves_visited", "triangles_tested"):
             assert (getattr(got, name) == getattr(plain, name)).all(), name
 
@@ -77,7 +81,8 @@ def test_in_lower_precision(exact_renderer, way: str, precision: str) -> None:
 
 @pytest.mark.parametrize("way", WAYS)
 def test_each_ray_keeps_its_own(exact_renderer, way: str) -> None:
-    """Ends, lengths of directions, origins far away, and what becomes of a ray at the step cap."""
+    """Each ray keeps its own interval, length of direction, far origin, and status at the step
+    cap."""
     origins, directions = (rays.reshape(-1, 3) for rays in mixed_rays(4))
     rng = np.random.default_rng(4)
     directions = directions * np.exp2(rng.integers(-9, 9, (len(directions), 1))).astype(np.float32)
@@ -107,7 +112,8 @@ def test_few_rays_or_none(exact_renderer) -> None:
     ("bvh-threaded", {}), ("bvh-packet", {"packet": (2, 1)}), ("bvh-packet", {"packet": (2, 2)}),
     ("kd-packet", {"packet": (4, 2)}), ("bvh-packet", {"packet": (4, 4)})], ids=str)
 def test_all_that_is_found_comes_back(exact_renderer, method: str, options: dict) -> None:
-    """However targets hold it, and to empty rays too, which are left out of the order."""
+    """All results come back to their rays, whatever the layout of the render targets. Empty rays,
+    which the order leaves out, get results too."""
     origins, directions = RAY_SETS["random"](SCENE, 5000, 9)
     t_max = np.where(np.arange(5000) % 3, np.inf, -1.0)
     found = []
@@ -140,7 +146,8 @@ def test_states_are_not_watched_in_another_order() -> None:
 
 @pytest.mark.parametrize("seed", [3], ids="seed{}".format)
 def test_rays_that_are_alike_come_together(seed: int) -> None:
-    """64 bundles of 64 rays, shuffled: each square of the order is one bundle again."""
+    """64 bundles of 64 rays are shuffled. In the sorted order, each square of 8 x 8 rays is one
+    bundle again."""
     rng = np.random.default_rng(seed)
     cells = np.stack(np.meshgrid([0.2, 0.45, 0.7, 0.95], [0.2, 0.6], [0.2, 0.7]), -1)
     cells = cells.reshape(-1, 3)
@@ -166,7 +173,8 @@ def test_rays_that_are_alike_come_together(seed: int) -> None:
 
 @pytest.mark.parametrize("way", WAYS)
 def test_origins_on_a_plane_or_at_a_point(way: str) -> None:
-    """An extent of nothing, and one whose inverse overflows, are one cell and no error."""
+    """If the extent of the origins is 0, or so small that its inverse overflows, all origins lie
+    in one cell, and no error occurs."""
     for spread in (0.0, 1e-40):
         origins = np.float32([0.5, 0.5, 3]) + np.float32(spread) * np.ones((100, 3), np.float32)
         origins[::2, 0] += np.float32(spread)
@@ -180,8 +188,8 @@ def test_origins_on_a_plane_or_at_a_point(way: str) -> None:
 @pytest.mark.parametrize("bounces, size, least", [
     (1, 512, 1.4), (2, 512, 2.0), pytest.param(1, 2048, 2.0, marks=pytest.mark.once)])
 def test_tiles_of_scattered_rays_need_fewer_nodes(bounces: int, size: int, least: float) -> None:
-    """The first bounce starts where eye rays end, side by side: sorting finds less to mend, and
-    more of it in more rays."""
+    """Sorting gains less at the first bounce than at the second, because neighbouring rays of the
+    first bounce start side by side where eye rays end. With more rays, sorting gains more."""
     real_scene("kitchen")
     found = coherence.measure(workloads.load("kitchen"),
                               workloads.workload("kitchen", workloads.diffuse(bounces), size))

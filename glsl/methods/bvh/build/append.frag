@@ -1,5 +1,5 @@
 #version 330 core
-// Copies the nodes of a level to their position in the list of the nodes of all levels.
+// Copies the nodes of one level to their position in the list that holds the nodes of all levels.
 
 #include <records>
 #include "core/stream.glsl"

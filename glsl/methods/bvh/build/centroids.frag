@@ -1,5 +1,5 @@
 #version 330 core
-// The centre of each box.
+// Writes the centre of each box.
 
 #include <records>
 #include "core/stream.glsl"

@@ -1,11 +1,11 @@
 #version 330 core
-// The inner nodes of the binary tree over sorted codes, one node for each gap between neighbours
-// (Lauterbach et al. 2009). On each side, a search with doubling steps and then with halving steps finds
-// the end of the gap's span.
+// Finds the inner nodes of the binary tree over the sorted Morton codes (Lauterbach et al. 2009). Each gap
+// between two neighbouring slots is a node, which spans the slots around the gap (radix.glsl). A search
+// with doubling steps and then with halving steps finds the end of the span on each side.
 //
-// Gaps inside leaves are dropped. With MOST_BITS (clusters for the hybrid build) a gap is kept if its
-// neighbours share fewer than MOST_BITS bits. Without MOST_BITS a gap is kept if it spans more than
-// max_leaf triangles.
+// A gap inside a leaf is no node and is dropped. Without MOST_BITS a gap is kept if its node spans more
+// than max_leaf triangles. With MOST_BITS, which makes the clusters of the hybrid build, a gap is kept if
+// its neighbours share fewer than MOST_BITS bits.
 
 #include <records>
 #include "core/stream.glsl"

@@ -1,6 +1,6 @@
 #version 330 core
-// Sorts the triangles of each leaf by index. Slot k of a leaf gets the triangle that has exactly k
-// triangles of the leaf before it.
+// Sorts the triangles of each leaf by index. A triangle goes to slot k of its leaf if exactly k triangles
+// of the leaf have a lower index.
 
 #include <records>
 #include "core/stream.glsl"

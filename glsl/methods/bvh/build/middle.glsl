@@ -1,4 +1,4 @@
-// The centre of a box. Only its last bit is rounded, in the same way on every renderer.
+// The centre of a box. Halving is exact, so only the sum is rounded, and every renderer gets the same bits.
 
 vec3 middle_of(Box box) {
     PRECISE vec3 middle = box.lo * 0.5 + box.hi * 0.5;

@@ -1,13 +1,15 @@
-// The leading bits that slots of the sorted order share. With these bits the binary tree over the slots
-// needs no search from the top down. Each place between two neighbours (a "gap") is a node. The node spans
-// all slots that share the common leading bits of the two neighbours. Lauterbach et al. 2009 list such
-// splits with their levels and sort that list.
+// Counts the leading bits that the Morton codes of two slots share. A slot is a position in the sorted
+// order of the codes. These counts give the binary tree over the slots without a search from the top down.
+// Each place between two neighbouring slots (a "gap") is a node, and the node spans all slots that share
+// the common leading bits of the two neighbours. Departure: Lauterbach et al. 2009 make a list of all
+// splits with their levels, and sort this list.
 
 uniform int slots;
 
 const int SLOT_BITS = 24;
 
-// The highest set bit of x, for 0 < x < 2^24, from the exponent of x as a float. Far below zero for x = 0.
+// The position of the highest set bit of x, for 0 < x < 2^24: the exponent of x as a float. For x = 0 the
+// result is far below zero.
 int highest_bit(int x) {
     return (floatBitsToInt(float(x)) >> 23) - 127;
 }
@@ -18,8 +20,8 @@ ivec2 slot_code(int slot) {
 }
 
 // The number of leading bits that slots i and j share, where `code` is the code of slot i; -1 if slot j
-// does not exist. If the codes are equal, the numbers of the slots supply SLOT_BITS further bits. With
-// itself a slot shares more bits than there are.
+// does not exist. If the codes are equal, the numbers of the slots supply SLOT_BITS further bits. For i = j
+// the result is larger than any number of bits.
 int shared_bits(ivec2 code, int i, int j) {
     ivec2 differ = code ^ slot_code(clamp(j, 0, slots - 1));
     int bits = differ.x != 0 ? 14 - highest_bit(differ.x)

@@ -2,12 +2,12 @@
 // of a level (C. Lauterbach et al., "Fast BVH Construction on GPUs", Eurographics 2009; survey,
 // section 5). Costs are binned (I. Wald, "On fast construction of SAH-based bounding volume hierarchies", 2007).
 //
-// Departures: points that blend fill the bins. A node of at most SMALL triangles tries every split between
-// two triangles, as the CPU builder does. Lauterbach et al. give small nodes to local queues, which
-// fragments do not have.
+// Departures: each triangle is drawn as a point, and blending adds the point to its bin. A node of at most
+// SMALL triangles tries every split between two triangles, as the CPU builder does. Lauterbach et al. give
+// small nodes to local queues, which fragments do not have.
 
 const float FAR = 3e38;
-const int IN_ORDER = 3;   // the axis of a split that halves the node's slots in their order
+const int IN_ORDER = 3;   // in place of an axis: the split halves the node's slots in their present order
 
 float half_area(vec3 lo, vec3 hi) {
     vec3 size = max(hi - lo, 0.0);

@@ -1,6 +1,6 @@
 #version 330 core
-// The bins of each slot's triangle along the three axes. The bins of a node have equal widths and lie
-// between the outermost box centres of the node's triangles. Channel w holds the node's rank among the
+// Computes the bins of each slot's triangle along the three axes. The bins of a node have equal widths and
+// lie between the outermost box centres of the node's triangles. Channel w holds the node's rank among the
 // binned nodes, or -1.
 
 #include <records>

@@ -1,5 +1,5 @@
 #version 330 core
-// The nodes of the next level: two children for each split node.
+// Writes the nodes of the next level: two children for each split node.
 
 #include <records>
 #include "core/stream.glsl"

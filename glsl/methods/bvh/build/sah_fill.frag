@@ -1,5 +1,6 @@
 #version 330 core
-// Adds a triangle to its bin. Blending adds the counts and takes the minimum of all other values.
+// Adds a triangle to its bin. Blending adds the counts and takes the minimum of all other values; the upper
+// corner is negated, so its minimum gives the maximum.
 
 #include <records>
 #include "core/fetch.glsl"

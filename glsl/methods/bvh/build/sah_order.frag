@@ -1,5 +1,5 @@
 #version 330 core
-// Copies the triangle of each slot, after all nodes are split.
+// Copies the triangle of each slot after the last level, as the final order of the triangles.
 
 #include <records>
 #include "core/stream.glsl"

@@ -1,7 +1,7 @@
 #version 330 core
-// The slots of the next level. In each node the triangles of the left child come first, then the triangles
-// of the right child, both in their old order. A slot finds its triangle by a binary search within its
-// node, in the scan of the flags.
+// Writes the slots of the next level. In each node the triangles of the left child come first and the
+// triangles of the right child follow; each child keeps its triangles in their old order. A slot finds its
+// triangle by a binary search over its node's part of the scanned flags of sah_sides.frag.
 
 #include <records>
 #include "core/stream.glsl"

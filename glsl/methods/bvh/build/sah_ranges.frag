@@ -1,6 +1,6 @@
 #version 330 core
-// The bounds of the box centres of a node's triangles. The upper corner is negated, so that blending takes
-// the minimum of both corners.
+// Bounds the box centres of a node's triangles. The upper corner is negated, so that one blend equation,
+// the minimum, serves both corners.
 
 #include <records>
 #include "core/fetch.glsl"

@@ -1,5 +1,5 @@
 #version 330 core
-// The split of each node of the level, or the decision that the node is a leaf.
+// Chooses the split of each node of the level, or makes the node a leaf.
 
 #include <records>
 #include "core/stream.glsl"

@@ -1,7 +1,7 @@
 #version 330 core
-// For nodes that are not binned. Each slot offers three splits, one along each axis, that put the slot's
-// triangle and all triangles before it on the left. Writes the cost, the axis and the left count of the
-// cheapest split.
+// Tries the splits of nodes that are not binned. Each slot has three splits, one along each axis. A split
+// puts the slot's triangle, and all triangles whose box centres come before it along the axis, on the left.
+// Writes the cost, the axis and the number of left triangles of the cheapest of the three.
 
 #include <records>
 #include "core/stream.glsl"

@@ -1,7 +1,7 @@
 #version 330 core
-// A node of the threaded hierarchy: its box, and its escape index, which names the first node after its
-// subtree. The subtree has a leaf for each leaf that starts in the node's span, and one inner node fewer
-// than leaves.
+// Writes a node of the threaded hierarchy: its box, and its escape index, which is the index of the first
+// node after its subtree. The subtree has all leaves that start in the node's span, and one inner node
+// fewer than leaves.
 
 #include <records>
 #include "core/fetch.glsl"

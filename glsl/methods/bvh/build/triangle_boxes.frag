@@ -1,5 +1,6 @@
 #version 330 core
-// The box of each triangle, multiplied by `unit`. With ORDERED: the box of the triangle in each slot.
+// Computes the box of each triangle, multiplied by `unit`. With ORDERED, element i is the box of the triangle
+// in slot i.
 
 #include <records>
 #include "core/stream.glsl"

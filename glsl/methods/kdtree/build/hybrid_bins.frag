@@ -1,6 +1,8 @@
 #version 330 core
-// The number of a chunk's pieces left and right of four planes along each axis, by a gather. The CPU fills
-// histograms. Points that blend into so few bins would wait for one another.
+// Counts the pieces of a chunk that lie left and right of four planes along each axis. Each fragment
+// gathers: it reads all pieces of its chunk and counts them. The numpy builder fills histograms instead.
+// Fragment passes would have to draw each piece as a point and blend the points into the bins. With so few
+// bins many points would blend into the same bin and wait for one another.
 
 #include <records>
 #include "core/stream.glsl"

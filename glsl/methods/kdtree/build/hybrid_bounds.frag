@@ -1,5 +1,5 @@
 #version 330 core
-// The bounds of a large node's pieces, from the bounds of the node's chunks.
+// Joins the bounds of a large node's chunks to the bounds of all pieces of the node.
 
 #include <records>
 #include "core/stream.glsl"

@@ -1,5 +1,5 @@
 #version 330 core
-// The cheapest of four planes along each axis of a large node.
+// Finds the cheapest of twelve planes of a large node: four planes along each axis.
 
 #include <records>
 #include "core/stream.glsl"

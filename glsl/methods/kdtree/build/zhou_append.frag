@@ -1,5 +1,5 @@
 #version 330 core
-// Appends a list of pieces to earlier lists.
+// Appends a list of pieces to the lists that were appended before.
 
 #include <records>
 #include "core/stream.glsl"

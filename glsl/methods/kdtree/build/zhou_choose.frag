@@ -1,6 +1,6 @@
 #version 330 core
-// The cheapest plane of a small node by the surface area heuristic. Candidates are the faces of the boxes
-// of the node's pieces.
+// Chooses the cheapest plane of a small node by the surface area heuristic. The candidate planes are the
+// faces of the boxes of the node's pieces.
 
 #include <records>
 #include "core/stream.glsl"

@@ -1,5 +1,5 @@
 #version 330 core
-// The number of references of each node of the finished tree.
+// Copies the number of references of each node of the finished tree, for a scan.
 
 #include <records>
 #include "core/stream.glsl"

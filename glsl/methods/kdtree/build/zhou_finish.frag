@@ -1,5 +1,6 @@
 #version 330 core
-// A node of the finished tree in the format that kd methods read. A leaf names its first reference.
+// Writes a node of the finished tree in the format that the kd methods read. In a leaf the field for the
+// left child holds the number of the leaf's first reference.
 
 #include <records>
 #include "core/stream.glsl"

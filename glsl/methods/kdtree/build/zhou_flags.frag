@@ -1,5 +1,6 @@
 #version 330 core
-// Flags the nodes of a level that are split. Counts the pieces of large nodes that are not split.
+// Flags those nodes of a level that are split. In a second channel, counts the pieces of large nodes that
+// are not split.
 
 #include <records>
 #include "core/stream.glsl"

@@ -1,5 +1,6 @@
-// The part of a piece on one side of a plane. If the piece lies on both sides, the plane cuts the three
-// edges of the piece's triangle. The box around the remaining part is then cut to the old box of the piece.
+// Computes the part of a piece on one side of a plane. If the piece lies on both sides, the plane cuts the
+// edges of the piece's triangle. The new box is the box around the triangle's part on this side, cut to the
+// old box of the piece.
 
 #include "methods/kdtree/build/zhou.glsl"
 

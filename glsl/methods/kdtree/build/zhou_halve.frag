@@ -1,5 +1,5 @@
 #version 330 core
-// The children of small nodes: the masks and the boxes of the children.
+// Writes the children of small nodes. A child has a box, and a mask of the pieces that it holds.
 
 #include <records>
 #include "core/stream.glsl"

@@ -1,5 +1,6 @@
 #version 330 core
-// A node of the finished tree. A leaf also gets its pieces, as a mask or as a run of pieces.
+// Writes a node of the finished tree. A leaf also gets its pieces. The pieces of a small leaf are a mask;
+// the pieces of a large leaf are a run in the list of pieces.
 
 #include <records>
 #include "core/fetch.glsl"

@@ -1,5 +1,6 @@
 #version 330 core
-// Sends each node to its place in the finished tree. The pass over the small nodes sends the small roots.
+// Sends each node to its place in the finished tree. A small root is in the list of large nodes and in the
+// list of small nodes, and only the pass over the small nodes (without LARGE) sends it.
 
 #include <sources>
 #include "core/fetch.glsl"

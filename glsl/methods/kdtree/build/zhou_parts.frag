@@ -1,7 +1,7 @@
 #version 330 core
-// The pieces of a level's children: the pieces of large children, or with CHANNEL 1 the pieces of small
-// children. Each piece finds its node. A binary search then finds the parent's piece that contains the new
-// piece.
+// Writes the pieces of a level's children: with CHANNEL 0 the pieces of large children, with CHANNEL 1 the
+// pieces of small children. A binary search finds the child of each new piece. A second binary search finds
+// the parent's piece of which the new piece is a part.
 
 #include <records>
 #include "core/stream.glsl"

@@ -1,5 +1,5 @@
 #version 330 core
-// The pieces of the root: each piece is a whole triangle with a padded box.
+// Writes the pieces of the root: each piece is a whole triangle with a padded box.
 
 #include <records>
 #include "core/stream.glsl"

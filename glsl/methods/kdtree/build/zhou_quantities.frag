@@ -1,6 +1,7 @@
 #version 330 core
-// The counts that each node of a level contributes: pieces of large nodes, pieces of small nodes, small
-// nodes that are not empty, chunks of large nodes.
+// Writes four counts for each node of a level, for a scan. The first counts the pieces of a large node, the
+// second the pieces of a small node. The third is 1 for a small node that is not empty. The fourth counts
+// the chunks of a large node.
 
 #include <records>
 #include "core/stream.glsl"

@@ -1,6 +1,7 @@
 #version 330 core
-// A reference of the finished tree: finds the leaf of the reference and then the leaf's piece with the rank
-// of the reference. The pieces of a leaf without a mask are adjacent.
+// Writes a reference of the finished tree, which is a triangle in a leaf's list. Finds the leaf of the
+// reference, and then the leaf's piece with the rank of the reference. The pieces of a large leaf, which
+// has no mask, are adjacent.
 
 #include <records>
 #include "core/stream.glsl"

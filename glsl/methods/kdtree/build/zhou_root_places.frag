@@ -1,5 +1,5 @@
 #version 330 core
-// Copies the places of a level's small roots to the list of small nodes.
+// Copies the places of a level's small roots to the list of the places of all small roots.
 
 #include <records>
 #include "core/stream.glsl"

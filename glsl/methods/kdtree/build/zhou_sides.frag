@@ -1,5 +1,5 @@
 #version 330 core
-// Flags whether a piece has a part left and a part right of its node's plane.
+// Flags in two channels whether a piece has a part left, and a part right, of its node's plane.
 
 #include <records>
 #include "core/stream.glsl"

@@ -1,6 +1,6 @@
 #version 330 core
-// The number of nodes in each node's subtree, from the leaves up: 1 plus the sizes of the children. The
-// size of a small root comes from the list of small nodes.
+// Counts the nodes in the subtree of each node of a level: 1 plus the sizes of the children, which an
+// earlier pass has counted. The size of a small root comes from the list of small nodes.
 
 #include <records>
 #include "core/stream.glsl"

@@ -1,5 +1,6 @@
 #version 330 core
-// The pieces of the large nodes that remain leaves.
+// Copies the pieces of those large nodes that became leaves because no plane separated their pieces, or
+// because the tree had reached a limit.
 
 #include <records>
 #include "core/stream.glsl"

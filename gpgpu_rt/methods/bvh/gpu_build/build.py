@@ -1,4 +1,7 @@
-"""Build a bounding volume hierarchy by fragment passes; the result is as from the CPU builders."""
+"""Build a bounding volume hierarchy by fragment passes.
+
+The result has the form of the CPU builders' result.
+"""
 from __future__ import annotations
 
 import numpy as np
@@ -23,7 +26,7 @@ def build_bvh_by_passes(gpu: Gpu, triangles: np.ndarray, *, build: str = "sah",
     ----------
     triangles : (n, 3, 3) float32, world units
     build : a name in GPU_BUILDS
-    options : options of the builder, as of its CPU counterpart in `methods.bvh`
+    options : options of the builder, the same as for the CPU's builder in `methods.bvh`
 
     Raises
     ------

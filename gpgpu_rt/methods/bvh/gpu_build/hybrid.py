@@ -1,4 +1,4 @@
-"""Hybrid build by fragment passes (Lauterbach et al. 2009): LBVH above, SAH below.
+"""Hybrid build by fragment passes (Lauterbach et al. 2009): LBVH for upper levels, SAH below them.
 
 Triangles whose codes share the first few bits form a cluster. LBVH builds the tree over the
 clusters, and SAH splits all clusters together.
@@ -21,7 +21,7 @@ from .thread import thread
 
 def build(room: StreamRoom, triangles: np.ndarray, *, morton_bits: int = CLUSTER_BITS,
           **options: object) -> Bvh:
-    """Build by codes, then SAH, with the options of `methods.bvh.hybrid.build`."""
+    """Build by codes and then by SAH, with the options of `methods.bvh.hybrid.build`."""
     morton_bits = in_range("morton_bits", morton_bits, 1, AXIS_BITS, int)
     source = upload(room, triangles)
     boxes = scaled_boxes(room, source, triangles)

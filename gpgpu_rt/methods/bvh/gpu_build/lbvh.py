@@ -1,8 +1,10 @@
-"""LBVH by fragment passes (Lauterbach et al. 2009): the tree of `methods.bvh.lbvh`, node for node.
+"""LBVH by fragment passes (Lauterbach et al. 2009).
 
-First, passes compute boxes and Morton codes and sort the codes. Then all nodes together find
-their spans of slots and their parents in the sorted codes. Six passes of pointer jumping give the
-nodes' positions in depth-first order. Last, each node's box comes from boxes of runs of slots.
+The tree equals the tree of `methods.bvh.lbvh`, node for node. First, passes compute boxes and
+Morton codes, and sort the codes. A slot is a place in the sorted order. Then all nodes together
+find their spans of slots, and their parents, in the sorted codes. Six passes of pointer jumping
+give the nodes' positions in depth-first order. Last, each node's box is joined from boxes of runs
+of slots.
 """
 from __future__ import annotations
 
@@ -20,8 +22,8 @@ from ..tree import Bvh
 from .records import INTERVAL
 from .thread import thread
 
-DEPTH = 3 * AXIS_BITS + SLOT_BITS       # the tree has at most one level per bit
-JUMPS = (DEPTH - 1).bit_length()
+DEPTH = 3 * AXIS_BITS + SLOT_BITS       # the tree has at most one level for each bit
+JUMPS = (DEPTH - 1).bit_length()        # each jump doubles the distance that a node looks up
 
 
 def build(room: StreamRoom, triangles: np.ndarray, *, morton_bits: int = AXIS_BITS,
@@ -50,7 +52,7 @@ def upload(room: StreamRoom, triangles: np.ndarray) -> Stream:
 def scaled_boxes(room: StreamRoom, source: Stream, triangles: np.ndarray) -> Stream:
     """The BOX of each triangle, in units of about the scene's size.
 
-    Without this scale, areas and lattice cells of tiny or huge scenes would under- or overflow.
+    In world units, areas and lattice cells of tiny or huge scenes would underflow or overflow.
     """
     boxes = room.stream(BOX, source.length)
     room.draw("triangle_boxes", boxes, [source],
@@ -59,7 +61,7 @@ def scaled_boxes(room: StreamRoom, source: Stream, triangles: np.ndarray) -> Str
 
 
 def sorted_keys(room: StreamRoom, boxes: Stream, bits: int) -> Stream:
-    """A sorted SORT_KEY stream: Morton codes of `bits` bits per axis, and their triangles."""
+    """A sorted SORT_KEY stream: Morton codes of `bits` bits for each axis, and their triangles."""
     centres = room.stream(VALUES, boxes.length)
     room.draw("centroids", centres, [boxes])
     low, high = (reduce_stream(room, centres, which).called(name)
@@ -77,13 +79,14 @@ def radix_nodes(room: StreamRoom, keys: Stream, max_leaf: int = 1,
     Parameters
     ----------
     max_leaf : nodes of at most this many triangles are leaves
-    most_bits : if given, nodes whose triangles share this many leading bits are leaves instead
+    most_bits : if given, ``max_leaf`` does not count. Instead, nodes whose triangles share this
+        many leading bits are leaves
 
     Returns
     -------
-    gaps : the INTERVAL of each gap, with `turns` counted from the root
+    gaps : the INTERVAL of each gap between slots, with `turns` counted from the root
     leaves : the INTERVAL of each slot that begins a leaf
-    sums : the scan of the flags of slots that begin a leaf
+    sums : for each slot, the number of leaves that begin before it (a scan of flags)
     """
     slots = keys.length
     gaps, other = (room.stream(INTERVAL, slots - 1) for _ in range(2))

@@ -4,21 +4,23 @@ from __future__ import annotations
 from ....gl.record import Record
 
 BIN = Record("bin", "lo:vec3 count:int | minus_hi:vec3")
-"""The box and the number of the triangles in a bin.
+"""The box of the triangles in a bin, and their number.
 
 The upper corner is negated, so that MIN blending serves both corners."""
 
 SLOT = Record("slot", "triangle:int node:int starts:int")
-"""A place in the order: its triangle, its unfinished node or -1, and 1 if a leaf starts here."""
+"""A place in the order of triangles. ``triangle`` is the triangle in this slot, and ``node`` its
+unfinished node, or -1. ``starts`` is 1 if a leaf starts here."""
 
 SPLIT = Record("split", "axis:int at:int taken:int")
-"""A node's split: ``taken`` triangles go left; 0 makes a leaf.
+"""A node's split: ``taken`` triangles go to the left child. With 0 triangles, the node is a leaf.
 
-``at`` is the bin (of a large node) or the slot (of a small node), along ``axis``, where the split
-is. Axis 3 splits in the order of slots."""
+``at`` is the place of the split along ``axis``: a bin for a large node, a slot for a small node.
+Axis 3 splits the triangles in the order of their slots."""
 
 INTERVAL = Record("interval", "first:int last:int parent:int turns:int")
-"""A node as a span of slots (``first`` is -1 if there is no node), with an ancestor or -1.
+"""A node: the slots from ``first`` to ``last``. ``first`` is -1 if there is no node. ``parent`` is
+an ancestor of the node, or -1.
 
-``turns`` counts the ancestors, on the path to ``parent``, that have the node in their left
-subtree."""
+``turns`` is the number of ancestors, on the path up to ``parent``, that have the node in their
+left subtree."""

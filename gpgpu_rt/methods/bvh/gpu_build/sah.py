@@ -1,9 +1,11 @@
-"""SAH build by fragment passes, breadth-first: the same passes process all nodes of a level.
+"""SAH build by fragment passes. The same passes process all nodes of a level together.
 
-Lauterbach et al. 2009. Nodes of more than SMALL triangles are binned: a point for each triangle
-and axis blends into a bin of its node. For smaller nodes, a fragment for each triangle tries every
-split between two triangles. A scan of the flags of slots that go right partitions the slots of a
-node. The host reads back two numbers per level: how many nodes are binned, and how many are split.
+The method follows Lauterbach et al. 2009. Nodes of more than SMALL triangles are binned: for each
+triangle and axis, a point is blended into a bin of the triangle's node. For smaller nodes, a
+fragment for each triangle tries three splits: the split behind this triangle along each axis. A
+slot is a place in the order of triangles. The slots of a node are partitioned by a scan of the
+flags of slots that go right. For each level, the host reads back two numbers: how many nodes are
+binned, and how many are split.
 """
 from __future__ import annotations
 
@@ -20,7 +22,7 @@ from .lbvh import scaled_boxes, upload
 from .records import BIN, INTERVAL, SLOT, SPLIT
 from .thread import thread
 
-SMALL = 32     # Lauterbach et al. process nodes up to this size in local queues
+SMALL = 32     # up to this size, Lauterbach et al. process nodes in local queues
 FAR = 3e38
 
 
@@ -37,12 +39,12 @@ def build(room: StreamRoom, triangles: np.ndarray, **options: object) -> Bvh:
 
 
 class Splitting:
-    """Splits nodes until all are leaves.
+    """Splits nodes until all nodes are leaves.
 
     Parameters
     ----------
     boxes : the BOX of each triangle, in units of about the scene's size
-    others : as in `methods.bvh.sah.build`; `max_depth` counts from the given nodes
+    others : as in `methods.bvh.sah.build`; `max_depth` counts the levels below the given nodes
     """
 
     def __init__(self, room: StreamRoom, boxes: Stream, *, bins: int = 32, max_leaf: int = 4,
@@ -62,13 +64,14 @@ class Splitting:
 
         Parameters
         ----------
-        slots : SLOT, each in a node of ``level``; is released
-        level : INTERVAL of the nodes, with valid `turns`; is released
+        slots : SLOT, each in a node of ``level``; this stream is released
+        level : INTERVAL of the nodes, with valid `turns`; this stream is released
 
         Returns
         -------
-        the INTERVAL of every node of ``level`` and below; the triangle of each slot, as SOURCE;
-        and the scan of the flags of slots that begin a leaf
+        nodes : the INTERVAL of every node of ``level`` and below
+        order : SOURCE, the triangle of each slot
+        sums : for each slot, the number of leaves that begin before it (a scan of flags)
         """
         room, count = self.room, slots.length
         nodes = room.stream(INTERVAL, 2 * count - 1)
@@ -86,7 +89,7 @@ class Splitting:
         return nodes, order, scan(room, starts)
 
     def _split(self, slots: Stream, level: Stream, depth: int) -> tuple[Stream, Stream]:
-        """The slots and nodes of the next level; the old slots and nodes are released."""
+        """The slots and nodes of the next level. The old slots and nodes are released."""
         room, count, defines = self.room, slots.length, self.defines
         flags = room.stream(VALUES, level.length)
         room.draw("sah_large", flags, [level], defines=defines)
@@ -116,7 +119,8 @@ class Splitting:
         return parted, children
 
     def _binned(self, slots: Stream, level: Stream, large: Stream) -> tuple[Stream, Stream]:
-        """The bins of each slot, and the cheapest split of each binned node and axis (VALUES)."""
+        """The bins of each slot along the three axes, and the cheapest split of each binned node
+        and axis. Both streams hold VALUES."""
         room, defines, context = self.room, self.defines, self.room.gpu.context
         nodes = int(large.read_one(level.length)["value"][0])
         bins = room.stream(VALUES, slots.length)

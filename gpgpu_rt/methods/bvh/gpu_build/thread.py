@@ -1,9 +1,10 @@
 """Threading: turn nodes that span slots into a finished hierarchy with boxes and escape indices.
 
-This works for any tree over slots in order. A node's position in depth-first order follows from
-the number of leaves that begin before it and the number of ancestors that have it in their left
-subtree. Its box follows from four boxes of runs of 4^k slots that cover it. Therefore neither
-position nor box needs a pass per level.
+A slot is a place in the order of triangles. This works for any tree whose nodes span consecutive
+slots. Two numbers give a node's position in depth-first order: the number of leaves that begin
+before the node, and the number of ancestors that have the node in their left subtree. A node's box
+is joined from four boxes of runs of 4^k slots that cover the node. So neither positions nor boxes
+need a pass for each level of the tree.
 """
 from __future__ import annotations
 
@@ -21,16 +22,16 @@ from ..tree import Bvh
 
 def thread(room: StreamRoom, triangles: Stream, order: Stream, sums: Stream,
            max_leaf: int, lists: Sequence[tuple[Stream, int]]) -> Bvh:
-    """Thread all nodes of the lists and read the hierarchy back.
+    """Thread all nodes of the lists, and read back the hierarchy.
 
     Parameters
     ----------
     triangles : TRIANGLE, as uploaded
     order : SOURCE, the triangle in each slot
-    sums : VALUES, the scan of the flags of slots that begin a leaf
+    sums : VALUES, for each slot, the number of leaves that begin before it
     max_leaf : the most triangles of a leaf
-    lists : pairs of an INTERVAL stream, with nodes in any order, and the most slots that a node
-        spans. Entries with first = -1 are no nodes.
+    lists : pairs of an INTERVAL stream and the most slots that one of its nodes spans. The nodes
+        may be in any order. Entries with first = -1 are no nodes.
 
     Raises
     ------
@@ -68,7 +69,7 @@ def thread(room: StreamRoom, triangles: Stream, order: Stream, sums: Stream,
 
 
 def pack(nodes: dict[str, np.ndarray], order: np.ndarray) -> Bvh:
-    """The hierarchy from nodes in depth-first order and the triangle of each slot.
+    """The hierarchy from nodes in depth-first order, and the triangle of each slot.
 
     ``nodes`` has the fields of BVH_NODE.
     """
@@ -78,7 +79,7 @@ def pack(nodes: dict[str, np.ndarray], order: np.ndarray) -> Bvh:
     first, count = (np.zeros(total, np.int32) for _ in range(2))
     first[leaves] = nodes["first"][leaves]
     count[leaves] = np.diff(nodes["first"][leaves], append=len(order))
-    # A node's depth is the number of earlier inner nodes whose subtree has not ended before it.
+    # A node's depth is the number of inner nodes before it whose subtrees do not end before it.
     opened = np.cumsum(count == 0) - (count == 0)
     inner = np.flatnonzero(count == 0)
     closed = np.cumsum(np.bincount(escape[inner], minlength=total + 1))[:total]

@@ -1,16 +1,17 @@
-"""Hybrid kd-tree by fragment passes: upper levels by Morton codes, SAH below.
+"""Hybrid kd-tree by fragment passes: the upper levels from Morton codes, the levels below by SAH.
 
-This is the tree of `methods.kdtree.hybrid`, built with the passes of Zhou's build. The upper
-levels need no cost: a node is a prefix of codes, and its bits select the lattice plane that halves
-it. These planes are the same as on the CPU. Below, binned SAH splits nodes of more than `FEW`
-pieces, all nodes of a level in the same passes. Zhou's masks split the smaller nodes; they weigh
-every face of every piece, as the exact search on the CPU does.
+The build is that of `methods.kdtree.hybrid`, with the passes of Zhou's build. The upper levels
+need no costs: a node is a prefix of codes, and its bits select the lattice plane that halves it.
+The planes are the same as on the CPU. In the levels below, binned SAH splits all nodes of more
+than `FEW` pieces, a level at a time. Zhou's masks split the smaller nodes. They try every face of
+every piece, as the exact search on the CPU does.
 
-Departures from the CPU form: a triangle is not listed in cells but clipped by one plane after
-another on its way down. Below a node of `FEW` pieces it is not clipped. Therefore the boxes of its
-parts are larger. The trees cost a few percent more (docs/kd-trees.md) and give the same hits. With
-Zhou's limit of 64 for small nodes the trees cost up to 9 % more, and the bunny's tree has twice
-the references.
+The build differs from the CPU's in this way: a triangle is not listed in the cells of a lattice,
+but clipped by one plane after another on its way down. Below a node of `FEW` pieces, it is no
+longer clipped, so the boxes of its parts are larger than on the CPU. The trees therefore cost a
+few percent more (docs/kd-trees.md), but give the same hits. With Zhou's limit of 64 pieces instead
+of `FEW`, the trees would cost up to 9 % more, and the bunny's tree would have twice as many
+references.
 """
 from __future__ import annotations
 
@@ -37,7 +38,7 @@ def build(room: StreamRoom, triangles: np.ndarray, *, morton_bits: int = cpu.MOR
           intersection_cost: float = Costs.intersection, empty_bonus: float = Costs.empty_bonus,
           max_depth: int | None = None,
           **unknown: object) -> KdTree:
-    """Build with the options of `methods.kdtree.hybrid.build`; ``split`` must be "binned"."""
+    """Build with the options of `methods.kdtree.hybrid.build`. ``split`` must be "binned"."""
     refuse_unknown(build, unknown)
     choose("split on the gpu", split, ("binned",))
     deepest = depth_cap(triangles, max_depth)
@@ -63,7 +64,10 @@ class Codes(Halving):
         self.groups = {"BINS": bins, "GROUPS": bins // 4 + 1}
 
     def small(self, depth: int) -> int:
-        """The most pieces of a small node of this depth; 0 in the upper levels, split by codes."""
+        """The most pieces of a small node at this depth.
+
+        The result is 0 in the upper levels, because codes split every node there.
+        """
         return 0 if depth < 3 * self.bits else self.rules.small
 
     def decide(self, room: StreamRoom, cells: Stream, starts: Stream, pieces: Stream, chunks: int,
@@ -78,7 +82,7 @@ class Codes(Halving):
 
     def _weigh(self, room: StreamRoom, cells: Stream, starts: Stream, pieces: Stream, chunks: int,
                decisions: Stream, stop: bool) -> None:
-        """Write the decisions of binned SAH for each node of a level."""
+        """Write the decision of binned SAH for each node of a level."""
         groups, costs = self.groups["GROUPS"], self.rules.costs
         bounds = chunk_bounds(room, cells, starts, pieces, chunks)
         boxes = room.stream(BOX, cells.length)

@@ -1,9 +1,10 @@
-"""Zhou's kd-tree by fragment passes (Zhou et al. 2008), as `methods.kdtree.zhou` node for node.
+"""Zhou's kd-tree by fragment passes (Zhou et al. 2008).
 
-The passes split large nodes level by level, then small nodes by masks (`zhou_small`). Then they
-move every node to its position in depth-first order (`zhou_order`). For each level the host reads
-back the numbers of nodes and pieces, which are the sizes of the next draws. At the end it reads
-back the tree.
+The tree equals the tree of `methods.kdtree.zhou`, node for node. The passes split large nodes
+level by level (`zhou_large`), then small nodes by masks (`zhou_small`). Then they move every node
+to its position in depth-first order (`zhou_order`). For each level, the host reads back the
+numbers of nodes and pieces, which are the sizes of the next draws. At the end, the host reads back
+the tree.
 """
 from __future__ import annotations
 
@@ -32,7 +33,7 @@ def build(room: StreamRoom, triangles: np.ndarray, **options: object) -> KdTree:
 
 def build_by(room: StreamRoom, triangles: np.ndarray, rules: cpu.ZhouRules,
              way: Halving) -> KdTree:
-    """Build a tree; ``way`` decides how large nodes are split."""
+    """Build a tree. ``way`` decides how large nodes are split."""
     v0, v1, v2 = triangles.transpose(1, 0, 2)
     source = room.stream(TRIANGLE, len(triangles), v0=v0, v1=v1, v2=v2)
     large = grow_large(room, source, triangles, rules, way)

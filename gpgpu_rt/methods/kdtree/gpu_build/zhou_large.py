@@ -1,4 +1,4 @@
-"""The large nodes of Zhou's kd-tree by fragment passes; each pass splits a whole level."""
+"""The large nodes of Zhou's kd-tree by fragment passes. Passes work on a whole level at once."""
 from __future__ import annotations
 
 from dataclasses import dataclass, field
@@ -22,16 +22,18 @@ class LargeLevel:
 
     Attributes
     ----------
-    cells : CELL of each node
-    starts : VALUES, sums over the nodes before each node: pieces of large nodes, pieces of small
-        nodes, small nodes, chunks
-    first_root, first_piece : numbers of small nodes and their pieces in levels above
-    roots : number of small nodes
-    decisions : DECISION of each node
-    ranks : VALUES, sums over the nodes before each node: split nodes, pieces of large leaves
-    first_stuck : number of pieces of large leaves in levels above
-    inner : number of split nodes
-    small : the most pieces of a small node
+    cells : CELL of each node.
+    starts : VALUES of each node, four sums over the nodes before it: pieces of large nodes, pieces
+        of small nodes, small nodes, chunks.
+    first_root : Number of small nodes in all levels above.
+    first_piece : Number of pieces of small nodes in all levels above.
+    roots : Number of small nodes.
+    decisions : DECISION of each node.
+    ranks : VALUES of each node, two sums over the nodes before it: split nodes, pieces of large
+        leaves.
+    first_stuck : Number of pieces of large leaves in all levels above.
+    inner : Number of split nodes.
+    small : The most pieces of a small node.
     """
 
     cells: Stream
@@ -52,9 +54,9 @@ class LargeNodes:
 
     Attributes
     ----------
-    levels : all levels, the root's first
-    small : pieces of small nodes, a stream per level
-    stuck : pieces of large nodes that became leaves, a stream per level that has any
+    levels : all levels, from the root down
+    small : pieces of small nodes, a stream for each level
+    stuck : pieces of large nodes that became leaves, a stream for each level that has such pieces
     roots : number of small nodes
     """
 
@@ -73,20 +75,21 @@ class LargeNodes:
 
 
 class Halving:
-    """Splits Zhou's large nodes: cuts empty space off or halves the longest axis."""
+    """Decides splits of large nodes as Zhou does: cuts off empty space or halves the longest axis.
+    """
 
-    prefixes = False    # whether a CELL carries its prefix of codes
+    prefixes = False    # whether a CELL holds a prefix of codes in place of ``futile``
 
     def __init__(self, rules: cpu.ZhouRules) -> None:
         self.rules = rules
 
     def small(self, depth: int) -> int:
-        """The most pieces of a small node of this depth."""
+        """The most pieces of a small node at this depth."""
         return self.rules.small
 
     def decide(self, room: StreamRoom, cells: Stream, starts: Stream, pieces: Stream, chunks: int,
                depth: int, stop: bool) -> Stream:
-        """The DECISION of each node of a level; with ``stop`` no node is split."""
+        """The DECISION of each node of a level. With ``stop``, no node is split."""
         bounds = chunk_bounds(room, cells, starts, pieces, chunks)
         decisions = room.stream(DECISION, cells.length)
         room.draw("zhou_decide", decisions, [cells, starts, bounds], small=self.small(depth),
@@ -116,14 +119,14 @@ def grow_large(room: StreamRoom, source: Stream, triangles: np.ndarray, rules: c
         found.levels.append(level)
         found.roots += counts[2]
         if not level.inner:
-            if counts[0]:       # otherwise `found` owns the pieces, which are in small nodes
+            if counts[0]:       # otherwise the pieces are of small nodes, and `found` owns them
                 room.drop(pieces)
             return found
         cells, starts, pieces, counts = _children(room, found, level, pieces, source, rules, way)
 
 
 def _starts(room: StreamRoom, cells: Stream, small: int) -> tuple[Stream, tuple[int, ...]]:
-    """`LargeLevel.starts` of the nodes, and the totals of its sums."""
+    """The stream `LargeLevel.starts` of the nodes, and the totals of its four sums."""
     quantities = room.stream(VALUES, cells.length)
     room.draw("zhou_quantities", quantities, [cells], defines={"CHUNK": CHUNK_PIECES},
               small=small)
@@ -148,8 +151,8 @@ def chunk_bounds(room: StreamRoom, cells: Stream, starts: Stream, pieces: Stream
 
 def _level(room: StreamRoom, found: LargeNodes, cells: Stream, starts: Stream, pieces: Stream,
            counts: tuple[int, ...], decisions: Stream, small: int) -> LargeLevel:
-    """The level of decided nodes; the pieces of its large leaves are added to `found.stuck`."""
-    small_pieces = found.small_pieces - counts[1]     # without this level's own
+    """The level of these nodes and decisions. Add pieces of large leaves to `found.stuck`."""
+    small_pieces = found.small_pieces - counts[1]     # without the pieces of this level
     flags = room.stream(VALUES, cells.length)
     room.draw("zhou_flags", flags, [cells, decisions], small=small)
     ranks = scan(room, flags).called("ranks")

@@ -1,7 +1,7 @@
-"""The final order of Zhou's kd-tree by fragment passes.
+"""Fragment passes that bring the nodes of Zhou's kd-tree into their final order.
 
-Passes compute subtree sizes from the leaves up and positions from the root down. Then every node
-is drawn at its position, and references are gathered leaf by leaf.
+Passes compute the sizes of subtrees from the leaves up, and then positions from the root down.
+Every node is then drawn at its position, and references are gathered leaf by leaf.
 """
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from .zhou_small import SmallLevel
 
 def finish(room: StreamRoom, large: LargeNodes, small: list[SmallLevel], pieces: Stream,
            rules: ZhouRules, box: tuple[np.ndarray, np.ndarray]) -> KdTree:
-    """The finished tree: siblings side by side, subtrees in depth-first order.
+    """The finished tree, with siblings side by side and subtrees in depth-first order.
 
     pieces : the pieces of small nodes, then the pieces of large leaves
     """

@@ -1,4 +1,7 @@
-"""The small nodes of Zhou's kd-tree by fragment passes: `zhou_small.py`, node for node."""
+"""The small nodes of Zhou's kd-tree by fragment passes.
+
+The nodes equal the nodes of `methods/kdtree/zhou_small.py`.
+"""
 from __future__ import annotations
 
 from dataclasses import dataclass

@@ -1,0 +1,149 @@
+"""Build ahead: a CPU process builds the next frame's accelerator while passes trace this frame.
+
+B. C. Budge, J. C. Anderson, C. Garth, K. I. Joy, "A Hybrid CPU-GPU Implementation for Interactive
+Ray-Tracing of Dynamic Scenes", 2008 (survey, section 3.4), trace with a stack on the GPU and build
+the kd-tree of each frame on the CPU. The build of frame n + 1 overlaps with the trace of frame n,
+so what is seen is a frame behind what is built.
+
+Departure: the build is any method's own build. It runs in a process of its own, because OpenGL
+calls hold Python's interpreter lock. The process is spawned, not forked, because a fork would
+inherit the OpenGL context.
+"""
+from __future__ import annotations
+
+import contextlib
+import multiprocessing
+import time
+from collections.abc import Iterable, Iterator, Mapping
+from concurrent.futures import Future, ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+from dataclasses import replace
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..accel.cache import uncached
+from ..errors import Error, LimitError, OptionError
+from ..interrupts import left_to_this_process
+from ..methods import Accelerator, find_method
+from ..scene.scene import Scene
+from .session import Session
+from .sessions import Sessions
+
+
+class Coming(NamedTuple):
+    """A scene, and the accelerator over it that is being built."""
+
+    scene: Scene
+    accelerator: Future[Accelerator]
+
+
+class Builds:
+    """A process that builds accelerators for a session, one at a time; a context manager.
+
+    Raises
+    ------
+    OptionError
+        if passes build a part of the session's accelerator
+    """
+
+    def __init__(self, session: Session) -> None:
+        if (session.accelerator.finisher is not None
+                or session.options.get("build_device", "cpu") != "cpu"):
+            raise OptionError(f"method {session.method.name} builds with passes here, which "
+                              "another process cannot do ahead; move frame by frame with update, "
+                              "or leave build_device at cpu")
+        self._session = session
+        # A context cannot be sent to another process, and builds on the CPU need none.
+        self._options = {**session.options, "context": None}
+        self._pool = ProcessPoolExecutor(1, multiprocessing.get_context("spawn"))
+
+    def begin(self, scene: Scene) -> Coming:
+        """Begin to build the accelerator over a scene."""
+        triangles = self._session.structure.builder.stored(scene)
+        with left_to_this_process(), _one_line_errors():
+            return Coming(scene, self._pool.submit(_build, self._session.method.name,
+                                                   self._options, triangles))
+
+    def __enter__(self) -> Builds:
+        return self
+
+    def __exit__(self, *exception: object) -> None:
+        self._pool.shutdown(cancel_futures=True)
+
+
+def move_ahead(sessions: Sessions, positions: Iterable[np.ndarray]) -> Iterator[None]:
+    """Begin to build the first frame, and return an iterator that moves the scene frame by frame.
+
+    Parameters
+    ----------
+    sessions : of a tracer with a single method
+    positions : the arguments of ``Tracer.update``, a frame each
+
+    Raises
+    ------
+    OptionError
+        for a tracer with two methods, and for a method whose accelerator passes build
+    SceneError, LimitError
+        for the first frame at once; for another frame after the frame before it
+    """
+    if sessions.choices.differ:
+        raise OptionError("building ahead needs a tracer with a single method, but this tracer "
+                          "has two; name a method")
+    frames = _frames(sessions, iter(positions))
+    next(frames)        # as far as the first build has begun
+    return frames
+
+
+def _frames(sessions: Sessions, positions: Iterator[np.ndarray]) -> Iterator[None]:
+    """Yield when the first build has begun, and then after each move."""
+    with sessions.moving() as session:
+        builds = Builds(session)
+    with builds:
+        coming = _begin(builds, sessions, positions)
+        yield
+        while coming is not None:
+            scene, began, failure = coming.scene, time.perf_counter(), None
+            with _one_line_errors():
+                accelerator = coming.accelerator.result()
+            waited = time.perf_counter() - began
+            try:
+                coming = _begin(builds, sessions, positions)
+            except Error as problem:    # the caller gets the frame that is built first
+                coming, failure = None, problem
+            with sessions.moving() as session:
+                session.move(scene, accelerator)
+                session.build_seconds += waited
+            yield
+            if failure is not None:
+                raise failure
+
+
+def _begin(builds: Builds, sessions: Sessions,
+           positions: Iterator[np.ndarray]) -> Coming | None:
+    """Begin to build the next frame; None after the last frame."""
+    for vertices in positions:
+        return builds.begin(sessions.present.scene.moved(vertices))
+    return None
+
+
+def _build(method: str, options: Mapping[str, Any], triangles: np.ndarray) -> Accelerator:
+    """In the other process: build an accelerator whose tables hold plain arrays."""
+    with uncached():
+        built = find_method(method).prepare(triangles, {**options, "charts": None})
+    tables = {name: {field: np.asarray(values) for field, values in table.items()}
+              for name, table in built.tables.items()}
+    return replace(built, tables=tables)
+
+
+@contextlib.contextmanager
+def _one_line_errors() -> Iterator[None]:
+    """Raise the package's errors for a process that ends early and for a lack of memory."""
+    try:
+        yield
+    except BrokenProcessPool as failure:
+        raise Error("the process that builds the next frame ended early; in a script, call "
+                    "updates under if __name__ == '__main__':") from failure
+    except MemoryError as failure:
+        raise LimitError("not enough memory to build a frame ahead; move frame by frame with "
+                         "update") from failure
