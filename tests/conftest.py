@@ -68,7 +68,7 @@ def schedules_of(row: rt.Method, names: Iterable[str] = SCHEDULES,
     """Return the settings of the named schedules that a method supports with these options."""
     return {name: SCHEDULES[name] for name in names
             if SCHEDULES[name]["schedule"] in row.schedules_for(options or {})
-            and not ((row.stack_entry or row.single) and "steps_per_pass" in SCHEDULES[name])}
+            and not (row.steps_once and "steps_per_pass" in SCHEDULES[name])}
 
 
 # The full tests in these folders only build with numpy, or count operations. Their results are the

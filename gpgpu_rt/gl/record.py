@@ -95,6 +95,7 @@ class Record:
         records of the same name with different fields.
     constants : Names and values of integers with a special meaning in fields. GLSL knows them by
         these names.
+    full_precision : Whether geometric fields are float32 whatever the storage.
     """
 
     name: str
@@ -104,10 +105,13 @@ class Record:
     uniform_texels: tuple[int, ...] = ()
     define: str = ""
     constants: tuple[tuple[str, int], ...] = ()
+    full_precision: bool = False
 
     @lru_cache(maxsize=None)
     def stored(self, storage: str) -> Record:
         """Return this record for ``storage``. Under fp16, geometric fields come first."""
+        if self.full_precision:
+            return self
         if storage != "fp16":
             return replace(self, storage=storage)
         groups = [_cut_into_texels(f for f in self.fields if f.is_integer is integer)

@@ -41,7 +41,7 @@ class Pass:
     served : Name of a kernel -> number of rays for which the kernel ran in this pass.
     live : Number of unfinished rays.
     state, hit : Fields of the method's state and of HIT, an entry per ray. A ray of a packet has
-        the state of its packet.
+        the state of its packet, and the fields that only the ray's own state has.
     """
 
     number: int
@@ -117,6 +117,7 @@ class _StateRecorder:
         self.packets = isinstance(tracer.session.driver, PacketSteps)
         self.state: Fields = {}
         self.hit: Fields = {}
+        self.packet: Fields = {}    # the fields of the state that come from the ray's packet
         self.number = 0
 
     def take(self, one: ObservedPass) -> None:
@@ -126,13 +127,14 @@ class _StateRecorder:
         if HIT.name not in target.records:
             self._take_packets(kernel, target)
             return
-        hit = self._rays(target.fields(HIT.name))
+        hit, state = (self._rays(target.fields(name)) for name in (HIT.name, self.state_name))
+        served = {}
         if self.packets:    # this pass does not change the packets' states
             waiting = int((self.state["phase"] == INTERSECT).sum())
-            self.hit = hit
+            own = {name: values for name, values in state.items() if name not in self.packet}
+            self.state, self.hit = {**self.packet, **own}, hit
             self._show(kernel, {"intersect": waiting} if waiting and kernel != "init" else {})
             return
-        state, served = self._rays(target.fields(self.state_name)), {}
         if kernel != "init":
             newer = state["steps"] > self.state["steps"]
             served = self._served(newer)
@@ -154,7 +156,7 @@ class _StateRecorder:
             before = self.state["phase"]
             on = (state["phase"] != before) & (before > INTERSECT)
             served = self._served(on | (state["steps"] > self.state["steps"]))
-        self.state = state
+        self.packet, self.state = state, {**self.state, **state}
         if kernel != "init":    # after "init" the pass over the rays calls `_show`
             self._show(kernel, served)
 

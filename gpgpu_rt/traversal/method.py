@@ -134,13 +134,15 @@ class Stepwise:
     ----------
     state : the record that a packet carries from pass to pass
     kernels : the kernels that a packet can wait for, in the order of its phases
-    glsl : file under ``glsl/`` with a packet's step, which drivers/packet_visit.frag includes
-    stack_entry : the record of a level of the packet's stack, if the packet has a stack
+    glsl : file under ``glsl/`` with a packet's kernels, which drivers/packet_visit.frag includes
+    ray : file under ``glsl/`` with a ray's step, which drivers/packet_intersect.frag includes
+    stack_entry : the record of a level of the packet's stack, if an atlas holds the stack
     """
 
     state: Record
     kernels: tuple[str, ...]
     glsl: str
+    ray: str
     stack_entry: Record | None = None
 
 
@@ -207,6 +209,11 @@ class Method:
     packet: bool = False
     dynamic: bool = False
     fixed_defines: Mapping[str, object] = field(default_factory=dict)
+
+    @property
+    def steps_once(self) -> bool:
+        """Whether a pass runs no more than one step: another pass draws stacks or tests rays."""
+        return self.stack_entry is not None or self.packet_state is not None
 
     def tables_for(self, options: Mapping[str, Any]) -> Tables:
         """Return the records that the method's programs read under these options."""
@@ -275,10 +282,9 @@ class Method:
                 if options[o.name] != o.default and (o in self.options or o.schedules))
             raise OptionError(f"method {self.name}{given} runs under {', '.join(schedules)} only, "
                               f"not {options['schedule']}")
-        in_atlas = self.stack_entry or (self.single and options["schedule"] == "step")
-        if in_atlas and options["steps_per_pass"] != 1:
-            raise OptionError(f"method {self.name} runs one step a pass, because its stack is "
-                              "drawn between passes; leave steps_per_pass at 1")
+        if self.steps_once and options["steps_per_pass"] != 1:
+            raise OptionError(f"method {self.name} runs one step a pass, because another pass "
+                              "follows each step; leave steps_per_pass at 1")
 
     def in_passes(self, options: Mapping[str, Any], single: bool = False) -> dict[str, Any]:
         """Return the options with a schedule of many passes, so that the passes can be observed.

@@ -11,11 +11,11 @@ import moderngl
 from ..gl.full_screen import FullScreenPass
 from ..gl.record import Record, streams_glsl
 from ..gl.target import Target
-from ..gl.textures import release
+from ..gl.textures import release, stream_samplers
 from ..rays.records import COUNTERS, HIT
 from ..rays.textures import PingPong, RayTextures, StateBuffers
 from ..statistics import Statistics
-from .driver import MethodDriver, Setup
+from .driver import MethodDriver, Samplers, Setup
 from .packets import packet_defines, packet_of
 from .schedules import kernel_defines, method_texts
 from .stack_atlas import StackAtlas
@@ -37,7 +37,8 @@ class PacketSteps(MethodDriver):
         super().__init__(setup)
         assert self.method.packet_state is not None
         stepwise = self.method.packet_state(self.options)
-        self.state, self.entry, self.glsl = stepwise.state, stepwise.stack_entry, stepwise.glsl
+        self.state, self.entry = stepwise.state, stepwise.stack_entry
+        self.texts = {"stepwise": f"file:{stepwise.glsl}", "ray_step": f"file:{stepwise.ray}"}
         self.phases = kernel_defines(stepwise.kernels)
         self.counted = [COUNTERS] if self.statistics_on else []
 
@@ -69,7 +70,9 @@ class PacketSteps(MethodDriver):
         """Draw the pass over the packets."""
         program = self._program("packet_visit", rays.record, any_hit, source is None)
         textures = {**self.samplers, **rays.samplers(), **(hits.samplers() if hits else {}),
-                    **(source.samplers() if source else {})}
+                    **(_of_packets(source) if source else {})}
+        for record in self.counted if source else ():   # the packets' own counters
+            textures |= stream_samplers(record.name, source.streams[record.name])
         if room.atlas is not None:
             textures |= room.atlas.samplers()
             program.set(**room.atlas.uniforms)
@@ -84,11 +87,10 @@ class PacketSteps(MethodDriver):
                    target: Target, any_hit: bool, statistics: Statistics) -> None:
         """Draw the pass over the rays."""
         program = self._program("packet_intersect", rays.record, any_hit, source is None)
-        program.set(**rays.uniforms())
+        program.set(ray_texture_size=rays.size, **rays.uniforms())
         self.draw(program, target, {
             **self.samplers, **rays.samplers(), **(source.samplers() if source else {}),
-            **{f"packet_{name}": texture for name, texture in packets.samplers().items()}},
-            statistics)
+            **_of_packets(packets)}, statistics)
 
     def _live(self, room: PacketStates, packets: Target, statistics: Statistics) -> int:
         program = self.state_program("mask", self.state)
@@ -100,20 +102,23 @@ class PacketSteps(MethodDriver):
     def _program(self, name: str, rays: Record, any_hit: bool, start: bool) -> FullScreenPass:
         def make() -> FullScreenPass:
             layout = self.precision.layout
-            state, hit = layout(self.state), layout(HIT)
-            reads: list[Record] = [rays]
+            of_ray = [layout(self.method.state), layout(HIT)]
+            of_packet, *counters = [replace(record, name="packet_" + record.name)
+                                    for record in (layout(self.state), *self.counted)]
+            options = self.options
+            defines = {**self.phases, "START": start}
             if name == "packet_visit":
-                reads += [hit] + ([layout(self.entry)] if self.entry is not None else [])
-                writes = [state, *self.counted]
+                reads = [rays, *of_ray, *([layout(self.entry)] if self.entry is not None else [])]
+                writes = [of_packet, *self.counted]
             else:
-                reads += [replace(record, name="packet_" + record.name)
-                          for record in (state, *self.counted)]
-                writes = [layout(self.method.state), hit, *self.counted]
+                reads, writes = [rays, of_packet, *counters], [*of_ray, *self.counted]
+                options = {**options, "packet": (1, 1)}     # a packet of the ray alone
+                width, height = packet_of(self.options)
+                defines["PACKET_OF_RAY"] = f"ivec2({width}, {height})"
             program = FullScreenPass(
                 self.gpu, f"drivers/{name}.frag",
-                {**packet_defines(self.method, self.accelerator, self.options, any_hit),
-                 **self.phases, "START": start},
-                {**method_texts(self.method, self.options), "stepwise": f"file:{self.glsl}",
+                {**packet_defines(self.method, self.accelerator, options, any_hit), **defines},
+                {**method_texts(self.method, self.options), **self.texts,
                  "streams": streams_glsl(reads, writes)})
             program.kernel = "init" if start else name.removeprefix("packet_")
             return program
@@ -145,3 +150,8 @@ class PacketStates(PingPong):
     def release(self) -> None:
         release(self.atlas)
         super().release()
+
+
+def _of_packets(packets: Target) -> Samplers:
+    """Return the samplers of packets' records, by names that differ from those of the rays."""
+    return {f"packet_{name}": texture for name, texture in packets.samplers().items()}

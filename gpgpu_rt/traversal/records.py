@@ -59,6 +59,13 @@ LIST_STATE = Record("state", "cursor:int phase:int steps:int")
 TREE_STATE = Record("state", "node:int cursor:int phase:int steps:int")
 """The fields of STATE, the next node, and the ray's position in a leaf's triangles."""
 
+PACKET_STATE = Record("state", "node:int cursor:int phase:int steps:int | turn:int turns:int")
+"""A packet's state: the fields of TREE_STATE, the active turn, and the turns that wait.
+
+``turn`` is the number of the turn (drivers/packet_turns.glsl), such as a direction octant, whose
+rays now traverse the tree together. ``turns`` has a bit for each turn that has not ended (BVHs) or
+begun (kd-trees)."""
+
 KD_ENTERING, BVH_ENTERING = "entry:int root:int", "entry:int end:int"
 """Additional fields of rays that visit a list of subtrees. ``entry`` is the position in the list.
 In a kd-tree, ``root`` is the root of the present subtree. In a BVH, ``end`` is the node after the

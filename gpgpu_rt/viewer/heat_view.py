@@ -106,6 +106,6 @@ def _shared(method: str, options: Mapping[str, Any]) -> dict[str, Any]:
     shared = {name: value for name, value in options.items() if name in known}
     if shared.get("schedule") not in (None, *find_method(method).schedules):
         del shared["schedule"]
-    if find_method(method).stack_entry is not None:
+    if find_method(method).steps_once:
         shared.pop("steps_per_pass", None)
     return shared

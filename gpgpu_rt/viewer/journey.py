@@ -18,6 +18,7 @@ from ..tracer import Tracer
 
 MOST_BYTES = 256 << 20      # if all states need more, every second pass is dropped
 MOST_SECONDS = 20.0
+NO_PLACE = 1e30     # a larger t stands for no place on the ray, such as a ray that waits
 
 
 class _Enough(Exception):
@@ -123,7 +124,7 @@ class Journey:
         For a vector, the value is the sum of its components.
         """
         values = values.astype(np.float64).reshape(len(values), -1).sum(axis=1)
-        finite = np.isfinite(values) & (np.abs(values) < 1e30)
+        finite = np.isfinite(values) & (np.abs(values) < NO_PLACE)
         shown = np.full((len(values), 3), colours.NOTHING, np.uint8)
         if finite.any():
             lo, hi = values[finite].min(), values[finite].max()
@@ -156,10 +157,10 @@ def hit_words(one: Pass, ray: int) -> dict[str, str]:
 def word_of(value: np.ndarray | np.generic) -> str:
     """Return the text of a field's value, with enough digits to identify a float32.
 
-    The text is "-" for a node index that means no node, and for an infinite distance.
+    The text is "-" for a node index that means no node, and for a t that no place on a ray has.
     """
     if np.ndim(value):
         return " ".join(word_of(part) for part in value)
-    if value in (EXACT_INTEGER, np.inf):
+    if value == EXACT_INTEGER or value > NO_PLACE:
         return "-"
     return str(int(value)) if np.issubdtype(value.dtype, np.integer) else f"{float(value):.9g}"

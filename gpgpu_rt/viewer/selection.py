@@ -97,7 +97,7 @@ class Selection:
                 if option in known and known[option].accepts(value)}
         if kept.get("schedule") not in (None, *other.row.schedules_for(kept)):
             del kept["schedule"]
-        if other.row.stack_entry is not None:    # such a method runs only one step per pass
+        if other.row.steps_once:    # such a method runs only one step per pass
             kept.pop("steps_per_pass", None)
         return replace(other, options=kept)
 

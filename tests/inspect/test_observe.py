@@ -82,9 +82,10 @@ def test_nothing_is_observed_before_or_after(scene: rt.Scene) -> None:
     assert (again.triangle == hits.triangle).all() and (again.t == hits.t).all()
 
 
-def test_states_of_packets_and_their_rays(scene: rt.Scene) -> None:
+@pytest.mark.parametrize("method", ["bvh-packet", "kd-packet", "kd-ropes-packet"])
+def test_states_of_packets_and_their_rays(scene: rt.Scene, method: str) -> None:
     seen = []
-    with rt.Tracer(scene, "bvh-packet", schedule="step") as tracer:
+    with rt.Tracer(scene, method, schedule="step") as tracer:
         with observe_states(tracer, lambda one: seen.append((one.kernel, one.target.size))):
             tracer.trace(*scene.camera.rays((SIDE, SIDE)))
         assert len(seen) == tracer.statistics.passes

@@ -205,7 +205,7 @@ def test_the_command_prints_lists_and_writes(capsys, tmp_path: Path) -> None:
 @pytest.mark.parametrize("arguments, told", [
     (["kd-restat"], "did you mean kd-restart"), (["kd-restart", "--octants"], "has no option"),
     (["kd-restart", "--schedule", "lop"], "did you mean loop"),
-    (["kd-packet", "--schedule", "step"], "runs under loop only"),
+    (["kd-stack", "--schedule", "step"], "runs under loop only"),
     (["grid", "--only", "travers"], "did you mean traverse"), (["auto"], "auto is not a method"),
     (["grid", "--list", "--all"], "not allowed with"),
     (["grid", "--list", "-o", "x.frag"], "leave --output or --list out"),

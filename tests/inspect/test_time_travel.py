@@ -136,7 +136,7 @@ def test_what_has_no_states_says_so(method: str, options: dict, why: str) -> Non
 
 
 @pytest.mark.parametrize("method, schedule", [
-    ("kd-restart", "step"), ("bvh-packet", "step"),
+    ("kd-restart", "step"), ("bvh-packet", "step"), ("kd-packet", "step"),
     pytest.param("grid", "kernels", marks=pytest.mark.full)])
 def test_passes_are_written(tmp_path, method: str, schedule: str) -> None:
     folder = tmp_path / "passes"

@@ -40,7 +40,8 @@ def test_options_are_carried_over_where_the_other_method_has_them() -> None:
     selection = selection.with_option("interval", "strict").with_option("steps_per_pass", 4)
     assert selection.with_method("kd-backtrack").options == selection.options
     assert selection.with_method("kd-texture-stack").options["schedule"] == "step"
-    assert "steps_per_pass" not in selection.with_method("kd-texture-stack").options
+    for method in ("kd-texture-stack", "kd-packet"):
+        assert "steps_per_pass" not in selection.with_method(method).options
     assert selection.with_method("kd-stack").options.get("schedule") is None
     assert "interval" not in selection.with_method("grid").options
     assert selection.with_option("interval", "exact").options.get("interval") is None

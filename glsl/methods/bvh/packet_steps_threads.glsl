@@ -1,23 +1,25 @@
 // A packet's step under the schedule `step`, in a walk along escape indices. The header of
-// drivers/packet_visit.frag describes each function.
+// packet_steps.glsl describes each function.
 
-void clear_walk() {
+#include "methods/bvh/packet_steps.glsl"
+
+void clear_place() {
 }
 
-void load_walk() {
+void load_place() {
 #ifdef SHARED_SUBTREES
-    after = state.after;
+    after = packet.after;
 #endif
 }
 
-void store_walk() {
+void store_place() {
 #ifdef SHARED_SUBTREES
-    state.after = after;
+    packet.after = after;
 #endif
 }
 
 void go_on() {
-    state.phase = TRAVERSE;
+    packet.phase = TRAVERSE;
     if (node < 0) {
         end_walk();
     }
@@ -26,8 +28,8 @@ void go_on() {
 void traverse() {
     int leaf = visit();
     if (leaf >= 0) {
-        state.phase = INTERSECT;
-        state.cursor = leaf;
+        packet.phase = INTERSECT;
+        packet.cursor = leaf;
     } else {
         go_on();
     }
@@ -35,7 +37,4 @@ void traverse() {
 
 void leave_leaf() {
     go_on();
-}
-
-void run_stack() {
 }

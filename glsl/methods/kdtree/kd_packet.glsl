@@ -76,6 +76,8 @@ void begin_turn() {
 
 float plane;
 int axis;
+int near;
+int far;
 bool near_is_empty;     // only SKIP_EMPTY_LEAVES asks for this before a visit
 bool far_is_empty;
 
@@ -84,12 +86,12 @@ bool far_is_empty;
 void split_ray(int r) {
     t_split[r] = plane_t(rays[r], axis, plane);
     bool awake = t_min[r] < t_max[r];
-    bool near = awake && t_split[r] > t_min[r];
-    bool far = awake && t_split[r] < t_max[r];
-    t_min[r] = near && near_is_empty ? smaller(t_split[r], t_max[r])
-             : far && !near && far_is_empty ? t_max[r] : t_min[r];
-    any_near = any_near || (near && !near_is_empty);
-    any_far = any_far || (far && !far_is_empty);
+    bool in_near = awake && t_split[r] > t_min[r];
+    bool in_far = awake && t_split[r] < t_max[r];
+    t_min[r] = in_near && near_is_empty ? smaller(t_split[r], t_max[r])
+             : in_far && !in_near && far_is_empty ? t_max[r] : t_min[r];
+    any_near = any_near || (in_near && !near_is_empty);
+    any_far = any_far || (in_far && !far_is_empty);
 }
 
 // Cut the interval to the near child. If a ray needs only the far child, its interval becomes empty.
@@ -97,20 +99,23 @@ void cut_ray(int r) {
     t_max[r] = smaller(t_split[r], t_max[r]);
 }
 
-// Move on to a child. `empty` says which children are leaves without triangles: 1 for the left child, 2 for
-// the right child, 3 for both. Return false if no ray needs a child.
-bool enter(int left, int empty) {
+// Order the children along the rays. `empty` says which children are leaves without triangles: 1 for the
+// left child, 2 for the right child, 3 for both.
+void order_children(int left, int empty) {
     int negative = (turn >> axis) & 1;
-    int near = left + negative;
-    int far = left + 1 - negative;
+    near = left + negative;
+    far = left + 1 - negative;
 #ifdef SKIP_EMPTY_LEAVES
     near_is_empty = (empty & (1 + negative)) != 0;
     far_is_empty = (empty & (2 - negative)) != 0;
 #else
     near_is_empty = far_is_empty = false;
 #endif
-    any_near = any_far = false;
-    EACH(split_ray)
+}
+
+// Move on to the near child if any ray needs it, else to the far child. Return false if no ray needs a
+// child.
+bool move_on() {
     node = any_near ? near : far;
     if (any_near) {
         if (any_far) {
@@ -123,6 +128,17 @@ bool enter(int left, int empty) {
     pushed = pushing ? node : pushed;
 #endif
     return any_near || any_far;
+}
+
+// Visit an inner node and move on to a child. Return false if no ray needs a child.
+bool enter(int left, int empty) {
+    COUNT(nodes_visited);
+    ++steps;
+    plane = kd_node_split(node);
+    order_children(left, empty);
+    any_near = any_far = false;
+    EACH(split_ray)
+    return move_on();
 }
 
 // Leaves -----------------------------------------------------------------------------------------
@@ -143,6 +159,21 @@ void restart_ray(int r) {
     t_max[r] = t_exit[r];
 }
 
+// Pop the next node behind a leaf, or restart. Return false when the rays of the turn have
+// finished.
+bool leave_leaf() {
+    any_left = false;
+    EACH(leave_ray)
+    any_awake = false;
+    pop_awake();
+    if (any_left && !any_awake) {
+        node = pushed;
+        pushing = true;
+        EACH(restart_ray)
+    }
+    return any_left;
+}
+
 // Descend to a leaf, test its triangles, and go on to the next node. Return false when the rays of the turn
 // have finished, or when the packet has reached the step limit.
 bool step_packet() {
@@ -152,9 +183,6 @@ bool step_packet() {
     bool needed = true;
     if (axis < LEAF) {
         do {
-            COUNT(nodes_visited);
-            ++steps;
-            plane = kd_node_split(node);
             needed = enter(left, count);
             axis = kd_node_axis(node);
             left = kd_node_left(node);
@@ -189,14 +217,5 @@ bool step_packet() {
             return false;
         }
     }
-    any_left = false;
-    EACH(leave_ray)
-    any_awake = false;
-    pop_awake();
-    if (any_left && !any_awake) {
-        node = pushed;
-        pushing = true;
-        EACH(restart_ray)
-    }
-    return any_left;
+    return leave_leaf();
 }

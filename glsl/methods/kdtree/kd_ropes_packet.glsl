@@ -54,11 +54,15 @@ void choose_node(int r) {
     node = t_min[r] == t_front ? min(node, ray_node[r]) : node;
 }
 
+void find_t_front() {
+    t_front = INFINITE;
+    EACH(find_front)
+}
+
 // Choose the next node. Return false when all rays of the turn are settled.
 bool next_node() {
     node = SETTLED;
-    t_front = INFINITE;
-    EACH(find_front)
+    find_t_front();
     EACH(choose_node)
     return node != SETTLED;
 }
@@ -89,6 +93,19 @@ void split_ray(int r) {
     next = here && t_min[r] == t_front ? min(next, child) : next;
 }
 
+// Visit an inner node: each ray at the node moves on to a child, and the packet to a child of the ray that
+// is furthest behind.
+void enter() {
+    COUNT(nodes_visited);
+    ++steps;
+    plane = kd_node_split(node);
+    next = SETTLED;
+    near = left + (turn >> axis & 1);
+    far = left + (~turn >> axis & 1);
+    EACH(split_ray)
+    node = next;
+}
+
 vec3 faces;
 ivec3 ropes;
 
@@ -103,6 +120,17 @@ void follow_rope(int r) {
     t_min[r] = here ? max(t_min[r], t_leave) : t_min[r];
 }
 
+// Follow the ropes of the rays in the leaf. Return false when the rays of the turn have
+// finished.
+bool leave_leaf() {
+    int leaf = axis - LEAF;
+    bvec3 down = notEqual(ivec3(turn) & ivec3(1, 2, 4), ivec3(0));
+    faces = faces_ahead(leaf, down);
+    ropes = ropes_ahead(leaf, down);
+    EACH(follow_rope)
+    return next_node();
+}
+
 // Descend to a leaf, test its triangles, and let the rays in the leaf follow their ropes. Return false when
 // the rays of the turn have finished, or when the packet has reached the step limit.
 bool step_packet() {
@@ -110,14 +138,7 @@ bool step_packet() {
     left = kd_node_left(node);
     if (axis < LEAF && steps < step_limit) {
         do {
-            COUNT(nodes_visited);
-            ++steps;
-            plane = kd_node_split(node);
-            next = SETTLED;
-            near = left + (turn >> axis & 1);
-            far = left + (~turn >> axis & 1);
-            EACH(split_ray)
-            node = next;
+            enter();
             axis = kd_node_axis(node);
             left = kd_node_left(node);
         } while (axis < LEAF && steps < step_limit);
@@ -140,10 +161,5 @@ bool step_packet() {
     if (left < end) {
         return false;
     }
-    int leaf = axis - LEAF;
-    bvec3 down = notEqual(ivec3(turn) & ivec3(1, 2, 4), ivec3(0));
-    faces = faces_ahead(leaf, down);
-    ropes = ropes_ahead(leaf, down);
-    EACH(follow_rope)
-    return next_node();
+    return leave_leaf();
 }

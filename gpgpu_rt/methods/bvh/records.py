@@ -6,6 +6,7 @@ from dataclasses import replace
 from ...gl.packed_record import PackedRecord
 from ...gl.record import Record
 from ...rays.records import COUNTERS
+from ...traversal.records import PACKET_STATE
 
 BVH_NODE = Record("bvh_node", "lo:vec3 escape:int | hi:vec3 first:int")
 """A threaded node: its box, its escape index, and a leaf's first triangle.
@@ -70,12 +71,6 @@ the number of tested triangles."""
 
 TALLY = Record("tally", COUNTERS.layout)
 """A ray's counters so far, summed by blending."""
-
-PACKET_STATE = Record("state", "node:int cursor:int phase:int steps:int | turn:int turns:int")
-"""A packet's state: the fields of TREE_STATE, and two fields for the direction octants.
-
-Only rays of the same octant traverse the tree together. ``turn`` is the octant whose rays traverse
-the tree now. ``turns`` has a bit for each octant whose rays have not started."""
 
 SHARED_WAY_OUT = "after:int"
 """An additional field: the node at which a ray goes on after the shared subtree that it is in. The

@@ -16,15 +16,13 @@ from ...traversal.method import (
 )
 from ...traversal.packet_steps import PacketSteps
 from ...traversal.packets import PacketTraversal
-from ...traversal.records import BVH_ENTERING, STACK_ENTRY, STATE, TREE_STATE
+from ...traversal.records import BVH_ENTERING, PACKET_STATE, STACK_ENTRY, STATE, TREE_STATE
 from ...traversal.triangle_table import TRIANGLE, triangle_table
 from .build import node_limit
 from .builders import BUILD_OPTIONS, built_bvh
 from .octant_copies import OctantCopies, times_stored
 from .ray_streams import RayStreams
-from .records import (
-    BVH_NODE, BVH_PAIR, PACKET_SHARED_STATE, PACKET_STACK_STATE, PACKET_STATE, SHARED_WAY_OUT
-)
+from .records import BVH_NODE, BVH_PAIR, PACKET_SHARED_STATE, PACKET_STACK_STATE, SHARED_WAY_OUT
 from .refit import REBUILD_RATIO, Refitter
 from .tables import Layout, Options, Pairs, Threads, last_of_leaves, scene_box
 from .tree import Bvh
@@ -135,6 +133,7 @@ _STACK_PARTS = (*_PACKET_PARTS, Part("entry", "entry_points", "drivers/packet_ro
                                      {True: "methods/bvh/entry_stack.glsl"}))
 _THREADS_PARTS = (*_PACKET_PARTS, Part("entry", "entry_points", "drivers/packet_root.glsl",
                                        {True: "methods/bvh/entry_threads.glsl"}))
+_RAY = "methods/bvh/packet_ray.glsl"
 
 
 def _stepwise(options: Options) -> Stepwise:
@@ -145,9 +144,9 @@ def _stepwise(options: Options) -> Stepwise:
     if options.get("octants"):
         state = PACKET_SHARED_STATE if options.get("shared_subtrees") else PACKET_STATE
         return Stepwise(state, ("traverse", "intersect"),
-                        "methods/bvh/packet_steps_threads.glsl")
+                        "methods/bvh/packet_steps_threads.glsl", _RAY)
     return Stepwise(PACKET_STACK_STATE, ("traverse", "intersect", "push", "pop"),
-                    "methods/bvh/packet_steps_stack.glsl", STACK_ENTRY)
+                    "methods/bvh/packet_steps_stack.glsl", _RAY, STACK_ENTRY)
 
 
 def _own_array(options: Options) -> bool:

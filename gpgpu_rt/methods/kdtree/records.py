@@ -1,7 +1,10 @@
 """The records of kd-trees: nodes, bounds, leaves with ropes, and the states of rays."""
 from __future__ import annotations
 
+from dataclasses import replace
+
 from ...gl.record import Record
+from ...traversal.records import PACKET_STATE, STATE
 
 KD_NODE = Record("kd_node", "split axis:int left:int count:int")
 """A node of a kd-tree.
@@ -39,3 +42,34 @@ the far child's interval and the far child."""
 
 KD_TEXTURE_STACK_STATE = KD_STATE.extended("far_t_max far:int stacked:int")
 """KD_STATE, the far child to push, the end of its interval, and the stack pointer `stacked`."""
+
+KD_ROPES_PACKET_STATE = replace(
+    PACKET_STATE, layout=PACKET_STATE.layout + " last:int from:int")
+"""A packet's state: PACKET_STATE, the packet's last kernel, and the node where it ran."""
+
+KD_PACKET_STATE = KD_ROPES_PACKET_STATE.extended("needed:int pushed:int pushing:int")
+"""KD_ROPES_PACKET_STATE, the vote of the rays, and the restart as in KD_PUSH_DOWN_STATE.
+
+``needed`` is 1 if a ray needs the near child, plus 2 if a ray needs the far child."""
+
+KD_PACKET_STACK_STATE = replace(
+    KD_PACKET_STATE, layout=KD_PACKET_STATE.layout + " popped:int | stack_node:ivec4")
+"""KD_PACKET_STATE, and the nodes on the short stack, newest first. A node of 0 is a free entry.
+
+``popped`` is the number of entries that the last kernel popped. The record fills the four render
+targets of the cards that Horn et al. used."""
+
+KD_PACKET_RAY_STATE = replace(STATE, layout=STATE.layout + " t_min t_max", full_precision=True)
+"""The state of a ray in a kd packet: its interval in the packet's node.
+
+``loop`` keeps the interval in registers, in float32 whatever the storage. ``step`` does the same,
+so that both give the same hits."""
+
+KD_PACKET_STACK_RAY_STATE = KD_PACKET_RAY_STATE.extended("stack_t_max:vec4")
+"""KD_PACKET_RAY_STATE, and the ends of the ray's intervals on the packet's stack."""
+
+KD_ROPES_PACKET_RAY_STATE = replace(
+    STATE, layout=STATE.layout + " t_min ray_node:int", full_precision=True)
+"""The state of a ray in a packet along ropes: where the ray is, in float32 as KD_PACKET_RAY_STATE.
+
+``ray_node`` is the ray's own node, or 2^24 for a ray that waits for its turn or is settled."""

@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -10,15 +11,17 @@ from ...gl.record import Record
 from ...options import Option
 from ...traversal.method import (
     CULLING, ENTRY_POINTS, PACKET, SCHEDULES, TRIANGLE_TESTS, VERTEX_CULLING, Accelerator, Method,
-    Part, check_culling, stack_defines, with_entries
+    Part, Stepwise, check_culling, stack_defines, with_entries
 )
+from ...traversal.packet_steps import PacketSteps
 from ...traversal.packets import PacketTraversal
 from ...traversal.records import ENTRIES, KD_ENTERING, STACK_ENTRY, STATE
 from ...traversal.triangle_table import REFERENCE, TRIANGLE, triangle_table
 from .builders import BUILD_OPTIONS, built_kdtree
 from .records import (
-    KD_BOUNDS, KD_LEAF, KD_NODE, KD_PUSH_DOWN_STATE, KD_SHORT_STACK_STATE, KD_STATE,
-    KD_TEXTURE_STACK_STATE
+    KD_BOUNDS, KD_LEAF, KD_NODE, KD_PACKET_RAY_STATE, KD_PACKET_STACK_RAY_STATE,
+    KD_PACKET_STACK_STATE, KD_PACKET_STATE, KD_PUSH_DOWN_STATE, KD_ROPES_PACKET_RAY_STATE,
+    KD_ROPES_PACKET_STATE, KD_SHORT_STACK_STATE, KD_STATE, KD_TEXTURE_STACK_STATE
 )
 from .ropes import build_ropes
 from .tree import LEAF as KD_LEAF_AXIS
@@ -41,8 +44,12 @@ _PARTS = (
          {True: "methods/kdtree/kd_entries.glsl"}),
     Part("interval", "interval", "methods/kdtree/interval_exact.glsl", {
         word: f"methods/kdtree/interval_{word.replace('-', '_')}.glsl" for word in _NOT_EXACT}))
-_SHORT_STACK = Part("short_stack", "stack_size", "methods/kdtree/packet_short_stack.glsl",
-                    {0: "methods/kdtree/packet_restart.glsl"})
+_SHORT_STACK = (Part("short_stack", "stack_size", "methods/kdtree/packet_short_stack.glsl",
+                     {0: "methods/kdtree/packet_restart.glsl"}),
+                Part("stack_steps", "stack_size", "methods/kdtree/packet_short_stack_steps.glsl",
+                     {0: "methods/kdtree/packet_restart_steps.glsl"}))
+_PACKET_STACK = Option("stack_size", 3, "number of stack entries; 0: only restarts", int,
+                       choices=(0, 1, 2, 3, 4), define="STACK_SIZE")
 SIBLINGS, PUSHED = "siblings", "pushed"
 
 
@@ -131,16 +138,35 @@ def _for_packets(prepared: Accelerator, options: Mapping[str, Any]) -> Accelerat
     return prepared
 
 
-def _packet_row(name: str, summary: str, citation: str, single: str, **more: Any) -> Method:
+def _packet_states(options: Mapping[str, Any]) -> tuple[Record, Record]:
+    if options.get(_PACKET_STACK.name, _PACKET_STACK.default):
+        return KD_PACKET_STACK_STATE, KD_PACKET_STACK_RAY_STATE
+    return KD_PACKET_STATE, KD_PACKET_RAY_STATE
+
+
+def _packet_row(name: str, summary: str, citation: str, single: str,
+                states: Callable[[Mapping[str, Any]], tuple[Record, Record]],
+                **more: Any) -> Method:
     """A row of a packet method.
 
-    Packets run in a single pass. ``state`` holds each ray's phase after this pass.
+    ``states`` returns the states of a packet and of a ray under ``step``. Under ``loop``, packets
+    run in a single pass, and ``state`` holds each ray's phase after this pass.
     """
+    glsl = f"methods/kdtree/{name.replace('-', '_')}"
+
+    def form(row: Method, options: Mapping[str, Any]) -> Method:
+        stepwise = options.get("schedule") == "step"
+        return replace(row, state=states(options)[1]) if stepwise else row
+
     return Method(
         name=name, summary=summary, citation=citation,
-        glsl=f"methods/kdtree/{name.replace('-', '_')}.glsl", kernels=("step_packet",),
-        state=STATE, schedules=("loop",),
-        drivers={"loop": PacketTraversal}, packet=True, single=single, **more)
+        glsl=f"{glsl}.glsl", kernels=("step_packet",),
+        state=STATE, schedules=("step", "loop"),
+        drivers={"step": PacketSteps, "loop": PacketTraversal}, form=form,
+        packet_state=lambda options: Stepwise(
+            states(options)[0], ("traverse", "intersect", "leave", "begin"),
+            f"{glsl}_steps.glsl", "methods/kdtree/packet_ray.glsl"),
+        packet=True, single=single, **more)
 
 
 def _row(name: str, summary: str, citation: str, kernels: tuple[str, ...] = (),
@@ -195,14 +221,15 @@ ROWS = (
                 "Horn et al. 2007", "kd-short-stack", tables=_TABLES,
                 prepare=lambda triangles, options: _for_packets(_prepare(triangles, options),
                                                                 options),
-                options=(*BUILD_OPTIONS, PACKET, VERTEX_CULLING, _PUSH_DOWN, Option(
-                    "stack_size", 3, "number of stack entries; 0: only restarts", int,
-                    choices=(0, 1, 2, 3, 4), define="STACK_SIZE"), _SKIP_EMPTY_LEAVES),
-                parts=(TRIANGLE_TESTS, CULLING, _SHORT_STACK), stack=True),
+                options=(*BUILD_OPTIONS, PACKET, VERTEX_CULLING, _PUSH_DOWN, _PACKET_STACK,
+                         _SKIP_EMPTY_LEAVES),
+                parts=(TRIANGLE_TESTS, CULLING, *_SHORT_STACK), stack=True,
+                states=_packet_states),
     _packet_row("kd-ropes-packet", "traverses a kd-tree by packets along ropes; the rays meet "
                 "again at sibling subtrees",
                 "Popov et al. 2007", "kd-ropes", tables=(*_TABLES, KD_LEAF),
                 prepare=lambda triangles, options: _for_packets(
                     _prepare_ropes(triangles, options), options),
-                options=(*BUILD_OPTIONS, PACKET, _ropes(SIBLINGS)), parts=(TRIANGLE_TESTS,)),
+                options=(*BUILD_OPTIONS, PACKET, _ropes(SIBLINGS)), parts=(TRIANGLE_TESTS,),
+                states=lambda options: (KD_ROPES_PACKET_STATE, KD_ROPES_PACKET_RAY_STATE)),
 )

@@ -13,7 +13,7 @@ from gpgpu_rt.methods.kdtree.tree import LEAF as KD_LEAF_AXIS
 from gpgpu_rt.traversal.schedules import Traversal
 
 STEPPING = [row.name for row in rt.methods()
-            if row.name.startswith("kd-") and "step" in row.schedules]
+            if row.name.startswith("kd-") and "step" in row.schedules and not row.packet]
 
 
 def leaf_sequences(monkeypatch, scene: rt.Scene, method: str, rays, **options) -> list[list[int]]:

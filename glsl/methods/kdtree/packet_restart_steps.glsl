@@ -1,0 +1,20 @@
+// A kd packet without a stack carries no stack between passes. The counterpart of
+// packet_short_stack_steps.glsl.
+
+void clear_packet_stack() {
+}
+
+void load_packet_stack() {
+}
+
+void store_packet_stack() {
+}
+
+void load_ray_stack(int r, State own) {
+}
+
+void store_ray_stack(inout State own) {
+}
+
+void repeat_pops() {
+}

@@ -1,0 +1,46 @@
+// The short stack of a kd packet between passes. The packet carries the nodes, and each ray the ends of its
+// own intervals. No stack holds the root, so a node of 0 is a free entry. The field `popped` tells the rays
+// how many entries the last kernel popped.
+
+int entries(ivec4 nodes) {
+    ivec4 used = ivec4(notEqual(nodes, ivec4(0)));
+    return used.x + used.y + used.z + used.w;
+}
+
+void clear_packet_stack() {
+    packet.popped = 0;
+    packet.stack_node = ivec4(0);
+}
+
+void load_packet_stack() {
+    stacked = entries(packet.stack_node);
+    for (int k = 0; k < STACK_SIZE; ++k) {
+        stack_node[k] = packet.stack_node[k];
+    }
+}
+
+void store_packet_stack() {
+    packet.popped = max(entries(packet.stack_node) - stacked, 0);
+    for (int k = 0; k < STACK_SIZE; ++k) {
+        packet.stack_node[k] = k < stacked ? stack_node[k] : 0;
+    }
+}
+
+void load_ray_stack(int r, State own) {
+    for (int k = 0; k < STACK_SIZE; ++k) {
+        stack_t_max[k * RAYS + r] = own.stack_t_max[k];
+    }
+}
+
+void store_ray_stack(inout State own) {
+    own.stack_t_max = vec4(0.0);
+    for (int k = 0; k < STACK_SIZE; ++k) {
+        own.stack_t_max[k] = packet.stack_node[k] != 0 ? stack_t_max[k] : 0.0;
+    }
+}
+
+void repeat_pops() {
+    for (int k = 0; k < packet.popped; ++k) {
+        pop();
+    }
+}

@@ -1,0 +1,97 @@
+// The shared part of kd packets under the schedule `step`. The packet carries its node, its turns, and its
+// place in the list of a leaf. Each ray carries its own place in the tree. The kernels of a packet are:
+//   `traverse` visits a node.
+//   `intersect` advances in the list of a leaf, after the rays have tested a triangle.
+//   `leave` goes on behind a leaf.
+//   `begin` begins the next turn at the root.
+//
+// A kernel is a vote: it loads the places of all rays, but stores only its decision for the packet. The
+// rays then repeat the kernel, each for its own place (packet_ray.glsl). The fields `last` and `from` tell
+// the rays the last kernel and its node. The field `turns` has a bit for each turn that has not begun.
+//
+// The method's file for `step` defines `traverse`, `load_ray`, and these functions of the packet's state:
+//   `clear_packet`, `load_packet` and `store_packet` handle the fields that belong to the method.
+
+void load_ray(int r);
+void clear_packet();
+void load_packet();
+void store_packet();
+
+// The texel of ray r. A ray beyond the edge of the ray textures, which never enters the tree, has the texel
+// of another ray.
+ivec2 own_texel(int r) {
+    return min(ray_texel(r), ray_texture_size - 1);
+}
+
+void load_hit(int r) {
+    hits[r] = hit_load(own_texel(r));
+}
+
+bool turn_has_begun(int r) {
+    return (packet.turns >> octant[r] & 1) == 0;
+}
+
+void note_turn(int r) {
+    packet.turns |= t_turn[r] != NEVER ? 1 << octant[r] : 0;
+}
+
+// Go on with the next turn, from the root, or end the traversal.
+void end_turn() {
+    node = 0;
+    packet.phase = rays_wait() ? BEGIN : DONE;
+}
+
+void start_steps() {
+    packet.cursor = packet.turn = packet.turns = packet.last = packet.from = 0;
+    clear_packet();
+    load_packet();
+    start_packet();
+    EACH(note_turn)
+    end_turn();
+}
+
+void load_walk() {
+    packet.last = packet.phase;
+    packet.from = packet.node;
+    node = packet.node;
+    turn = packet.turn;
+    load_packet();
+    EACH(load_hit)
+    EACH(load_ray)
+}
+
+void store_walk() {
+    packet.node = node;
+    store_packet();
+}
+
+void visit_leaf(int first, int count) {
+    COUNT(nodes_visited);
+    COUNT(leaves_visited);
+    ++steps;
+    packet.cursor = first;
+    packet.phase = count > 0 ? INTERSECT : LEAVE;
+}
+
+void intersect() {
+    COUNT_SEVERAL(triangles_tested, RAYS);
+    ++steps;
+    ++packet.cursor;
+    int end = kd_node_left(node) + kd_node_count(node);
+    packet.phase = packet.cursor < end ? INTERSECT : LEAVE;
+}
+
+void leave() {
+    packet.phase = TRAVERSE;
+    if (!leave_leaf()) {
+        end_turn();
+    }
+}
+
+void begin() {
+    rays_wait();
+    packet.turn = turn;
+    packet.turns &= ~(1 << turn);
+    packet.phase = TRAVERSE;
+    begin_turn();
+}
