@@ -21,7 +21,7 @@ import gpgpu_rt as rt
 from gpgpu_rt import cli
 from gpgpu_rt.cli import distributed as sharing
 from gpgpu_rt.cli import folder_lock as claim
-from gpgpu_rt.cli.folder_lock import Claim
+from gpgpu_rt.cli.folder_lock import FolderLock
 from gpgpu_rt.scene.procedural.animations import MOTIONS
 from gpgpu_rt.workers import Workers
 from gpgpu_rt.workers.digest import digest
@@ -280,22 +280,22 @@ def test_two_runs_do_not_write_one_output(resume: list, shared: bool, tmp_path, 
 def test_what_a_killed_run_held_is_free(tmp_path) -> None:
     folder = tmp_path / "a.png.unfinished"
     killed = subprocess.run([sys.executable, "-c", (
-        "import os, sys\nfrom pathlib import Path\nfrom gpgpu_rt.cli.folder_lock import Claim\n"
-        "held = Claim(Path(sys.argv[1]), Path('a.png'))\nos.kill(os.getpid(), 9)"), str(folder)])
+        "import os, sys\nfrom pathlib import Path\nfrom gpgpu_rt.cli.folder_lock import FolderLock\n"
+        "held = FolderLock(Path(sys.argv[1]), Path('a.png'))\nos.kill(os.getpid(), 9)"), str(folder)])
     assert killed.returncode == -9 and list(folder.iterdir())
-    held = Claim(folder, Path("a.png"))
+    held = FolderLock(folder, Path("a.png"))
     with pytest.raises(rt.Error, match="another run is writing a.png"):
-        Claim(folder, Path("a.png"))
+        FolderLock(folder, Path("a.png"))
     held.release()
     assert not list(folder.iterdir())
-    Claim(folder, Path("a.png")).release()
+    FolderLock(folder, Path("a.png")).release()
 
 
 def test_a_claim_on_what_was_just_let_go_is_not_one(tmp_path, monkeypatch) -> None:
     """A claim checks that its locked file still exists in the folder. The owner may release the
     file between the open and the lock, and a lock on a deleted file excludes nobody."""
     folder = tmp_path / "a.unfinished"
-    others, lock = [Claim(folder, Path("a"))], claim._locked
+    others, lock = [FolderLock(folder, Path("a"))], claim._locked
 
     def let_go_first(file) -> bool:
         if others:
@@ -303,9 +303,9 @@ def test_a_claim_on_what_was_just_let_go_is_not_one(tmp_path, monkeypatch) -> No
             folder.rmdir()
         return lock(file)
     monkeypatch.setattr(claim, "_locked", let_go_first)
-    held = Claim(folder, Path("a"))
+    held = FolderLock(folder, Path("a"))
     with pytest.raises(rt.Error, match="another run"):
-        Claim(folder, Path("a"))
+        FolderLock(folder, Path("a"))
     held.release()
 
 
