@@ -280,8 +280,10 @@ def test_two_runs_do_not_write_one_output(resume: list, shared: bool, tmp_path, 
 def test_what_a_killed_run_held_is_free(tmp_path) -> None:
     folder = tmp_path / "a.png.unfinished"
     killed = subprocess.run([sys.executable, "-c", (
-        "import os, sys\nfrom pathlib import Path\nfrom gpgpu_rt.cli.folder_lock import FolderLock\n"
-        "held = FolderLock(Path(sys.argv[1]), Path('a.png'))\nos.kill(os.getpid(), 9)"), str(folder)])
+        "import os, sys\nfrom pathlib import Path\n"
+        "from gpgpu_rt.cli.folder_lock import FolderLock\n"
+        "held = FolderLock(Path(sys.argv[1]), Path('a.png'))\nos.kill(os.getpid(), 9)"),
+        str(folder)])
     assert killed.returncode == -9 and list(folder.iterdir())
     held = FolderLock(folder, Path("a.png"))
     with pytest.raises(rt.Error, match="another run is writing a.png"):
