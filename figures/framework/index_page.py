@@ -22,6 +22,8 @@ RULES = (
     f"**{verdicts.CONTRADICTED}**: the order differs, whatever the ratios are; or at most half of "
     "a figure's claims hold. Our machine, cameras and sometimes scenes differ from the papers'; "
     "the figure's page shows the reasons",
+    f"**{verdicts.REFUTED}**: at most half of a figure's claims hold, and they are claims about "
+    "structure, which no scene can change: one example decides",
     f"**{verdicts.TOO_LITTLE}**: the verdict would rest on fewer than {verdicts.LEAST_SCENES} "
     f"scored scenes, or on fewer than {verdicts.LEAST_PAIRS} pairs of methods in all. A pair "
     "counts if the published numbers of one scene and kind of rays order it; published numbers "
@@ -35,7 +37,8 @@ RULES = (
     "rules say of the stand-ins")
 COLOURS = {verdicts.REPRODUCED: "#cfe8d5", verdicts.ORDER: "#f5e6b8",
            verdicts.MOSTLY: "#e6e9b8",
-           verdicts.CONTRADICTED: "#f3c9c0", verdicts.TOO_LITTLE: "#e8dff0",
+           verdicts.CONTRADICTED: "#f3c9c0", verdicts.REFUTED: "#f3c9c0",
+           verdicts.TOO_LITTLE: "#e8dff0",
            verdicts.REDRAWN: "#dfe6ee"}
 
 

@@ -47,7 +47,8 @@ def sentences(pages: dict[str, dict[str, Any]]) -> list[str]:
         _list(of(verdicts.REPRODUCED), "agrees with the survey", "agree with the survey"),
         _list(of(verdicts.ORDER, verdicts.MOSTLY), "agrees with the survey only in part",
               "agree with the survey only in part"),
-        _list(of(verdicts.CONTRADICTED), "contradicts the survey", "contradict the survey"),
+        _list(of(verdicts.CONTRADICTED, verdicts.REFUTED), "contradicts the survey",
+              "contradict the survey"),
         _order(judged),
         *_too_little(of(verdicts.TOO_LITTLE)),
         _not_tried(own, of(verdicts.UNMEASURED))]

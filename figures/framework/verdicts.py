@@ -4,6 +4,7 @@
   HIGH. The ratios agree if they are off by less than FACTOR in the median.
 * reproduced in order, not in ratio: only the order agrees.
 * contradicted: The order differs, whatever the ratios are.
+* refuted by a counterexample: At most half of the claims hold, and no scene can change them.
 * too little to judge: Fewer than LEAST_SCENES scored scenes, or fewer than LEAST_PAIRS pairs of
   methods. A pair counts if the published numbers of one scene and kind of rays order it.
 
@@ -32,10 +33,11 @@ REPRODUCED = "reproduced"
 ORDER = "reproduced in order, not in ratio"
 MOSTLY = "mostly reproduced"   # for claims in words
 CONTRADICTED = "contradicted"
+REFUTED = "refuted by a counterexample"    # for claims that no scene can change
 TOO_LITTLE = "too little to judge"
 REDRAWN = "redrawn"            # a diagram or a picture: the survey prints nothing to score
 UNMEASURED = "not measured"
-WORDS = (REPRODUCED, ORDER, MOSTLY, CONTRADICTED, TOO_LITTLE, REDRAWN, UNMEASURED)
+WORDS = (REPRODUCED, ORDER, MOSTLY, CONTRADICTED, REFUTED, TOO_LITTLE, REDRAWN, UNMEASURED)
 HIGH, FACTOR = 0.8, 2.0        # orders agree if tau-b >= HIGH; ratios agree if off by < FACTOR
 LEAST_SCENES, LEAST_PAIRS = 2, 4
 
@@ -220,6 +222,8 @@ def _of_claims(claims: Sequence[Claim]) -> Verdict:
            + "; ".join(f"{claim.says} ({_answer(claim.holds)})" for claim in claims)]
     word = TOO_LITTLE if not judged else word_of_claims(
         sum(claim.holds is True for claim in judged), len(judged))
+    if word == CONTRADICTED and not any(claim.scenes for claim in judged):
+        word = REFUTED
     return Verdict(word, "; ".join(why) + ".", scenes, pairs, claims=len(answered), held=held,
                    structure=sum(not claim.scenes for claim in answered))
 

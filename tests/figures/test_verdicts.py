@@ -86,7 +86,7 @@ def test_ratios_are_off_by_the_median_over_pairs() -> None:
 
 @pytest.mark.parametrize("holds, word", [
     ((True, True), verdicts.REPRODUCED), ((True, True, False), verdicts.MOSTLY),
-    ((True, False), verdicts.CONTRADICTED), ((True, None), verdicts.REPRODUCED),
+    ((True, False), verdicts.REFUTED), ((True, None), verdicts.REPRODUCED),
     ((None, None), verdicts.TOO_LITTLE), ((), verdicts.UNMEASURED)])
 def test_verdicts_on_claims(holds: tuple[bool | None, ...], word: str) -> None:
     """Claims about structure need no scene; a claim that is not decided is not counted."""
