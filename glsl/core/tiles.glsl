@@ -15,6 +15,6 @@ int tile_number(ivec2 tile) {
 }
 
 ivec2 tile_corner(int number) {
-    int row = int((float(number) + 0.5) / float(tiles_a_row));
+    int row = int(floor((float(number) + 0.5) / float(tiles_a_row)));
     return tile_size * ivec2(number - row * tiles_a_row, row);
 }

@@ -25,14 +25,19 @@
 
 // Keep a hit if it comes before the nearest hit so far in the order of (t, index). A ray that continues
 // behind a hit (AFTER_HIT) has the hit's t as t_min; at exactly this t it accepts only triangles with a
-// higher index.
+// higher index. The era form (ERA) compares t alone, as the papers' kernels did.
 void accept(Ray ray, float t, float u, float v, int index, inout Hit hit) {
 #ifdef AFTER_HIT
     bool ahead = t > ray.t_min || (t == ray.t_min && index > ray.after);
 #else
     bool ahead = t >= ray.t_min;
 #endif
-    if (ahead && (t < hit.t || (t == hit.t && index < hit.triangle))) {
+#ifdef ERA
+    bool nearer = t < hit.t;
+#else
+    bool nearer = t < hit.t || (t == hit.t && index < hit.triangle);
+#endif
+    if (ahead && nearer) {
         hit = Hit(t, u, v, index);
     }
 }

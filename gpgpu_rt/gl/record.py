@@ -96,6 +96,8 @@ class Record:
     constants : Names and values of integers with a special meaning in fields. GLSL knows them by
         these names.
     full_precision : Whether geometric fields are float32 whatever the storage.
+    is_apart : Whether each texel of a table's records lies in a texture of its own. Set by
+        ``apart``.
     """
 
     name: str
@@ -106,6 +108,7 @@ class Record:
     define: str = ""
     constants: tuple[tuple[str, int], ...] = ()
     full_precision: bool = False
+    is_apart: bool = False
 
     @lru_cache(maxsize=None)
     def stored(self, storage: str) -> Record:
@@ -122,6 +125,17 @@ class Record:
     def extended(self, more: str) -> Record:
         """Return this record with more texels after its own texels."""
         return replace(self, layout=f"{self.layout} | {more}")
+
+    def without(self, name: str) -> Record:
+        """Return this record without a field, and without texels that are then empty."""
+        kept = [[word for word in texel.split() if word.partition(":")[0] != name]
+                for texel in self.layout.split("|")]
+        return replace(self, layout=" | ".join(" ".join(words) for words in kept if words))
+
+    def apart(self) -> Record:
+        """Return this record with each texel in a texture of its own, as the papers stored
+        tables: the texels of an element then have the same texture coordinates."""
+        return replace(self, is_apart=True)
 
     @cached_property
     def fields(self) -> tuple[Field, ...]:
@@ -146,7 +160,10 @@ class Record:
     def planes(self) -> tuple[Plane, ...]:
         """The planes of the record: its texels grouped by texture type."""
         half = self.half_texels
-        parts = (("_half", 0, half, "f2"), ("", half, self.texels - half, "f4"))
+        parts: tuple[tuple[str, int, int, str], ...] = (
+            ("_half", 0, half, "f2"), ("", half, self.texels - half, "f4"))
+        if self.is_apart:
+            parts = tuple((f"_{k}", k, 1, "f2" if k < half else "f4") for k in range(self.texels))
         planes = []
         for suffix, first, texels, dtype in parts:
             used = max((f.channel + f.width for f in self.fields

@@ -7,6 +7,7 @@ from importlib.util import find_spec
 
 from ..errors import MethodError
 from .driver import Driver, Setup
+from .era import EraTraversal
 from .own_arrays import check_own_arrays
 from .schedules import Traversal
 from .stages.entry_points import EntryPoints
@@ -22,7 +23,8 @@ def make_driver(setup: Setup) -> Driver:
     the drivers of these stages wrap the method's driver.
     """
     check_own_arrays(setup.gpu, setup.method, setup.options)
-    named = setup.method.drivers.get(str(setup.options["schedule"]), Traversal)
+    plain = EraTraversal if setup.options["era"] else Traversal
+    named = setup.method.drivers.get(str(setup.options["schedule"]), plain)
     driver = driver_class(named)(setup)
     if setup.options.get("entry_points"):
         driver = (PacketEntries if setup.method.packet else EntryPoints)(setup, driver)

@@ -14,7 +14,7 @@ from ..gl.context import Gpu
 from ..gl.lazy_field import Column
 from ..gl.packed_record import PackedRecord
 from ..gl.record import Record
-from ..options import TRACER_OPTIONS, Option, resolve_options, spell
+from ..options import ERAS, TRACER_OPTIONS, Option, resolve_options, spell
 
 Tables = tuple[Record | PackedRecord, ...]
 SCHEDULES = ("kernels", "step", "loop")
@@ -211,19 +211,37 @@ class Method:
     fixed_defines: Mapping[str, object] = field(default_factory=dict)
 
     @property
+    def has_era_form(self) -> bool:
+        """Whether the row's kernels can run as on the cards of 2002-2006 (traversal/era.py)."""
+        return "kernels" in self.schedules and "kernels" not in self.drivers
+
+    @property
     def steps_once(self) -> bool:
         """Whether a pass runs no more than one step: another pass draws stacks or tests rays."""
         return self.stack_entry is not None or self.packet_state is not None
 
     def tables_for(self, options: Mapping[str, Any]) -> Tables:
         """Return the records that the method's programs read under these options."""
-        return self.choose_tables(options) if self.choose_tables else self.tables
+        records = self.choose_tables(options) if self.choose_tables else self.tables
+        if not options.get("era"):
+            return records
+        return tuple(record.apart() for record in records if isinstance(record, Record))
 
     def formed(self, options: Mapping[str, Any]) -> Method:
-        """Return the row for these options, by ``form``. A missing option has its default."""
-        if self.form is None:
-            return self
-        return self.form(self, {**{o.name: o.default for o in self.options}, **options})
+        """Return the row for these options, by ``form``. A missing option has its default.
+
+        With the option ``era``, the row's states have no step counts, and it runs under the
+        schedule ``kernels`` alone.
+        """
+        row = self
+        if self.form is not None:
+            row = self.form(self, {**{o.name: o.default for o in self.options}, **options})
+        if not options.get("era"):
+            return row
+        if not row.has_era_form:
+            raise OptionError(f"method {self.name} has no era form, because its rays do not run "
+                              "kernels one by one; leave era out")
+        return replace(row, state=row.state.without("steps"), schedules=("kernels",))
 
     def schedules_for(self, options: Mapping[str, Any]) -> tuple[str, ...]:
         """Return the schedules that support these options. A missing option has its default."""
@@ -244,6 +262,7 @@ class Method:
         OptionError
             for an unknown option or an invalid value
         """
+        given = {**ERAS.get(str(given.get("era")), {}), **given}
         options = resolve_options(given, TRACER_OPTIONS + self.options, f"method {self.name}")
         for part in ("storage", "arithmetic"):
             options[part] = options[part] or options["precision"] or "fp32"

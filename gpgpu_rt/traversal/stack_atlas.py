@@ -39,7 +39,8 @@ class StackAtlas:
             gpu, "drivers/push.frag",
             {**defines, **precision.defines()},
             {"streams": state.stream_glsl(False) + "\n" + stored.stream_glsl(True)})
-        self.uniforms = {"tile_size": size, "tiles_a_row": a_row}
+        self.uniforms = {"tile_size": size, "tiles_a_row": a_row,
+                         f"{entry.name}_texel_size": (1 / atlas[0], 1 / atlas[1])}
         self._program.set(**self.uniforms)
         level = np.arange(levels)
         self._corners = np.stack([level % a_row, level // a_row], 1) * size

@@ -5,9 +5,11 @@
 void begin_entries(inout State state) {
 }
 
+const int ROOT = 0;
+
 // The node at which a restart begins.
 int root_of(State state) {
-    return 0;
+    return ROOT;
 }
 
 // End a search that is settled.

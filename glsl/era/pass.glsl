@@ -1,0 +1,40 @@
+// A pass that runs one kernel on each ray that waits for this kernel, as on cards without loops (Purcell et
+// al. 2002, section 3.2; Foley and Sugerman 2005, section 4.1). The early depth test rejects all other
+// rays. With START the pass sets up the rays' states.
+//
+// Departures from the project's present kernels (drivers/traverse.frag): no integers, no step counts, no
+// counters, no slack of boxes, the test of Moeller and Trumbore, and the first triangle found keeps a tie.
+
+#define int float
+#define ivec2 vec2
+#define ivec3 vec3
+#define ivec4 vec4
+
+#include "core/precision.glsl"
+#include <streams>
+#include <tables>
+#include "core/stats.glsl"
+#include "era/ray.glsl"
+#include "core/hit.glsl"
+#include "era/box.glsl"
+#include "core/triangle.glsl"
+#include "core/phase.glsl"
+#include <method>
+
+void main() {
+    Ray ray = ray_setup(rays_load());
+    State state;
+    Hit hit;
+#ifdef START
+    hit = no_hit(ray.t_max);
+    init(ray, state);
+#else
+    state = state_load();
+    hit = hit_load();
+    KERNEL(ray, state, hit);
+#endif
+    state_store(state);
+#ifdef WRITES_HIT
+    hit_store(hit);
+#endif
+}

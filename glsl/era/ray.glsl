@@ -1,0 +1,17 @@
+// A ray of the era form. The counterpart of core/ray.glsl. The inverse of a zero component is infinite, as
+// on the cards.
+
+uniform vec3 scene_lo;
+uniform vec3 scene_hi;
+
+struct Ray {
+    vec3 origin;
+    float t_min;
+    vec3 direction;
+    float t_max;
+    vec3 inv_dir;
+};
+
+Ray ray_setup(Rays texels) {
+    return Ray(texels.origin, texels.t_min, texels.direction, texels.t_max, R(1.0 / texels.direction));
+}

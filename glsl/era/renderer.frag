@@ -1,0 +1,14 @@
+#version 330 core
+// The dialect of card.frag for the present renderer, which does not read GLSL 1.20. The kernels' text is the
+// same.
+
+#define texel_of(texels) texture(texels, gl_FragCoord.xy / vec2(textureSize(texels, 0)))
+#define texel_at(texels, place) texture(texels, place)
+#define TARGET(k) target_##k
+
+layout(location = 0) out vec4 target_0;
+layout(location = 1) out vec4 target_1;
+layout(location = 2) out vec4 target_2;
+layout(location = 3) out vec4 target_3;
+
+#include "era/pass.glsl"

@@ -1,0 +1,112 @@
+"""Accessors of records in the era dialect: GLSL 1.20 without integers (glsl/era/card.frag).
+
+An index is a float, and an accessor computes the texture coordinates of a texel by a single
+multiply-add. A table therefore repeats along x: the whole part of the coordinate, which is the
+row, has no effect there.
+"""
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from ..errors import LimitError
+from .record import TABLE_WIDTH_LOG2, Field, Record
+
+TABLE_WIDTH = 1 << TABLE_WIDTH_LOG2
+# Above this number of rows, the rounding of a coordinate in float32 could reach the next row.
+MOST_ROWS = 1000
+
+
+def table_glsl(record: Record) -> str:
+    """Return accessors of a table whose texels lie apart: ``kd_node_split(i)`` for a float ``i``.
+    """
+    name = record.name
+    lines = [f"uniform sampler2D {sampler};" for sampler in table_samplers(record)]
+    lines += [f"uniform vec2 {name}_step;    // texture coordinates from an element to the next",
+              f"uniform vec2 {name}_start;   // texture coordinates of element 0"]
+    for field, sampler in zip(record.fields, _sampler_of_fields(record)):
+        texel = f"texel_at({sampler}, i * {name}_step + {name}_start)"
+        lines.append(f"{_type(field)} {name}_{field.name}(float i) "
+                     f"{{ return {texel}.{field.swizzle}; }}")
+    return "\n".join(lines)
+
+
+def table_samplers(record: Record) -> list[str]:
+    """Return the samplers of a table whose texels lie apart."""
+    return [f"{record.name}{plane.suffix}_table" for plane in record.planes]
+
+
+def table_places(record: Record, rows: int) -> dict[str, tuple[float, float]]:
+    """Return the uniforms of `table_glsl` for textures with this number of rows.
+
+    Raises
+    ------
+    LimitError
+        for a table whose coordinates float32 cannot distinguish
+    """
+    if rows > MOST_ROWS:
+        raise LimitError(f"a {record.name} table of {rows} rows: the era form addresses at most "
+                         f"{MOST_ROWS} rows; take a smaller scene")
+    column, row = 1 / TABLE_WIDTH, 1 / (TABLE_WIDTH * rows)
+    return {f"{record.name}_step": (column, row), f"{record.name}_start": (column / 2, row / 2)}
+
+
+def _sampler_of_fields(record: Record) -> list[str]:
+    return [f"{record.name}{record.plane_of(field.texel).suffix}_table"
+            for field in record.fields]
+
+
+def streams_glsl(reads: Iterable[Record], writes: Iterable[Record]) -> str:
+    """Return accessors of the streams that a pass reads and writes at its own fragment.
+
+    The written streams use the render targets in their order.
+    """
+    texts, target, read, written = [], 0, tuple(reads), tuple(writes)
+    for record in dict.fromkeys((*read, *written)):
+        texts += [f"#ifndef {constant}\n#define {constant} {float(value)}\n#endif"
+                  for constant, value in record.constants]
+        fields = " ".join(f"{_type(field)} {field.name};" for field in record.fields)
+        texts.append(f"struct {record.name.capitalize()} {{ {fields} }};")
+        if record in read:
+            texts.append(_load_glsl(record))
+        if record in written:
+            texts.append(_store_glsl(record, target))
+            target += record.texels
+    return "\n".join(texts)
+
+
+def _load_glsl(record: Record) -> str:
+    name, struct = record.name, record.name.capitalize()
+    lines = [f"uniform sampler2D {name}_texel_{k};" for k in range(record.texels)]
+    lines.append(f"{struct} {name}_load() {{")
+    lines += [f"    vec4 texel_{k} = texel_of({name}_texel_{k});" for k in range(record.texels)]
+    read = ", ".join(f"texel_{field.texel}.{field.swizzle}" for field in record.fields)
+    return "\n".join([*lines, f"    return {struct}({read});", "}"])
+
+
+def far_stream_glsl(record: Record) -> str:
+    """Return an accessor of a stream that a pass reads at any texel: ``name_load(texel)``."""
+    name, struct = record.name, record.name.capitalize()
+    fields = " ".join(f"{_type(field)} {field.name};" for field in record.fields)
+    lines = [f"struct {struct} {{ {fields} }};",
+             *(f"uniform sampler2D {name}_texel_{k};" for k in range(record.texels)),
+             f"uniform vec2 {name}_texel_size;    // of a texel, in texture coordinates",
+             f"{struct} {name}_load(vec2 texel) {{",
+             *(f"    vec4 texel_{k} = texel_at({name}_texel_{k}, texel * {name}_texel_size);"
+               for k in range(record.texels))]
+    read = ", ".join(f"texel_{field.texel}.{field.swizzle}" for field in record.fields)
+    return "\n".join([*lines, f"    return {struct}({read});", "}"])
+
+
+def _store_glsl(record: Record, first: int) -> str:
+    lines = [f"void {record.name}_store({record.name.capitalize()} record) {{"]
+    for k in range(record.texels):
+        fields = [field for field in record.fields if field.texel == k]
+        free = ["0.0"] * (4 - sum(field.width for field in fields))
+        values = ", ".join([*(f"record.{field.name}" for field in fields), *free])
+        lines.append(f"    TARGET({first + k}) = vec4({values});")
+    return "\n".join([*lines, "}"])
+
+
+def _type(field: Field) -> str:
+    """Return the type of a field; an integer is a float."""
+    return {"int": "float", "ivec3": "vec3", "ivec4": "vec4"}.get(field.type, field.type)
