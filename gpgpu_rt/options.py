@@ -138,11 +138,12 @@ TRUTH = {"1": True, "true": True, "yes": True, "on": True,
 
 # The chips whose form of the kernels the option ``era`` gives, and the options that a chip
 # implies: the schedule of cards without loops, the papers' triangle test, and the numbers of the
-# chip's fragment processors. NV30 and NV40 computed in fp32 unless a program asked for halves.
+# chip's fragment processors. NV40 computed in fp32 unless a program asked for halves. NV30 is
+# missing: it has a single render target, and its compiler refuses each of these kernels.
 _PAPERS = {"schedule": "kernels", "intersection": "moller-trumbore"}
 ERAS: dict[str, dict[str, Any]] = {
-    "r300": {**_PAPERS, "precision": "fp24"}, "nv30": _PAPERS,
-    "r420": {**_PAPERS, "precision": "fp24"}, "nv40": _PAPERS, "r580": _PAPERS}
+    "r300": {**_PAPERS, "precision": "fp24"}, "r420": {**_PAPERS, "precision": "fp24"},
+    "nv40": _PAPERS, "r580": _PAPERS}
 ERA_TARGETS = 4     # render targets of the cards with these chips
 
 TRACER_OPTIONS: tuple[Option, ...] = (

@@ -20,9 +20,9 @@ bvec3 goes_down(Ray ray) {
 
 // The t at which the ray enters a box.
 float box_entry(Ray ray, vec3 lo, vec3 hi) {
-    return max_component(planes_t(ray, mix(lo, hi, goes_down(ray))));
+    return max_component(planes_t(ray, chosen(goes_down(ray), hi, lo)));
 }
 
 float box_exit(Ray ray, vec3 lo, vec3 hi) {
-    return min_component(planes_t(ray, mix(hi, lo, goes_down(ray))));
+    return min_component(planes_t(ray, chosen(goes_down(ray), lo, hi)));
 }

@@ -4,7 +4,7 @@
 #include "methods/kdtree/kd.glsl"
 
 vec3 faces_ahead(int leaf, bvec3 down) {
-    return mix(kd_leaf_hi(leaf), kd_leaf_lo(leaf), down);
+    return chosen(down, kd_leaf_lo(leaf), kd_leaf_hi(leaf));
 }
 
 ivec3 ropes_ahead(int leaf, bvec3 down) {

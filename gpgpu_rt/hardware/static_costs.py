@@ -1,0 +1,180 @@
+"""Static costs: the instructions of each era kernel, by the compiler of each card of 2002-2006.
+
+Mesa's drivers of these cards start without their cards and compile the era form of a kernel
+(traversal/era.py, dialect ``card``). ``tools/static_costs.py`` writes their results into
+``static_costs/CARD.json``, keyed by the digest of the program. Everything else reads these files,
+so no compiler of a card is needed.
+"""
+from __future__ import annotations
+
+import functools
+import hashlib
+import importlib.resources
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+from ..errors import OptionError, nearest_names
+from ..inspect.program_text import program_text
+from ..methods import find_method, methods
+from ..traversal.era import era_kernels
+
+COMPILERS = ("r300", "r420", "r580", "nv40", "g80")
+# A stack's depth follows from the scene's tree. No instruction depends on it, only a constant.
+DEFINES: Mapping[str, object] = {"STACK_SIZE": 32}
+
+
+@dataclass(frozen=True)
+class EraProgram:
+    """A kernel's text in the dialect of the cards, and the digest of its code.
+
+    Attributes
+    ----------
+    method, kernel : names
+    text : GLSL 1.20
+    digest : SHA-256 of the text without comments and empty lines, in hexadecimal
+    """
+
+    method: str
+    kernel: str
+    text: str
+    digest: str
+
+
+@dataclass(frozen=True)
+class StaticCost:
+    """What a card's compiler says of a kernel.
+
+    Attributes
+    ----------
+    card, method, kernel : names
+    arithmetic : arithmetic instructions as the card issues them. R300 to R580 issue a vector and a
+        scalar operation together, which count once
+    vector, scalar : operations by kind; 0 where the driver does not tell them apart
+    fetches : texture fetches
+    levels : levels of texture indirection: a fetch at a computed place is a level above the
+        fetches that the place depends on; 0 if unknown
+    registers : temporary registers of a fragment
+    targets : render targets written
+    cycles : the driver's own estimate of clocks, or None
+    listing : the compiled program as the driver prints it
+    digest : of the program
+    refused : the compiler's message if it refused the program, else empty
+    """
+
+    card: str
+    method: str
+    kernel: str
+    arithmetic: int = 0
+    vector: int = 0
+    scalar: int = 0
+    fetches: int = 0
+    levels: int = 0
+    registers: int = 0
+    targets: int = 0
+    cycles: int | None = None
+    listing: str = ""
+    digest: str = ""
+    refused: str = ""
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the cost as plain data."""
+        return dict(self.__dict__)
+
+
+@dataclass(frozen=True)
+class CompiledCosts:
+    """The results of a card's compiler.
+
+    Attributes
+    ----------
+    driver : name and version of the driver
+    date : the day of the compilation, ISO 8601
+    programs : digest -> cost
+    """
+
+    driver: str = ""
+    date: str = ""
+    programs: Mapping[str, StaticCost] = field(default_factory=dict)
+
+
+def has_era_programs(method: str) -> bool:
+    """Return whether a method runs in the era form."""
+    row = find_method(method)
+    return row.takes({"era": "nv40"}) and row.has_era_form
+
+
+def era_programs(method: str, **options: Any) -> list[EraProgram]:
+    """Return the kernels of a method in the era form, in the dialect of the cards.
+
+    Parameters
+    ----------
+    method : a name of the method table
+    options : the method's options; by default those of its row
+
+    Raises
+    ------
+    OptionError
+        for a method without an era form
+    """
+    row = find_method(method)
+    # The precision changes no instruction: the cards compute in their own numbers.
+    resolved = row.resolved({"era": "nv40", **options})
+    found = []
+    for kernel in era_kernels(row.formed(resolved), resolved, defines=DEFINES):
+        text = program_text(kernel.source("card"))
+        found.append(EraProgram(method, kernel.name, text, digest_of(text)))
+    return found
+
+
+def all_era_programs() -> list[EraProgram]:
+    """Return the kernels of every method that has an era form."""
+    return [program for row in methods() if has_era_programs(row.name)
+            for program in era_programs(row.name)]
+
+
+def digest_of(text: str) -> str:
+    """Return the digest of a program's code: comments and empty lines do not count."""
+    lines = (" ".join(line.partition("//")[0].split()) for line in text.splitlines())
+    return hashlib.sha256("\n".join(line for line in lines if line).encode()).hexdigest()
+
+
+@functools.cache
+def compiled_costs(card: str) -> CompiledCosts:
+    """Return what a card's compiler said of all kernels; nothing if it was never asked.
+
+    Raises
+    ------
+    OptionError
+        for a chip that no compiler exists for
+    """
+    if card not in COMPILERS:
+        raise OptionError(f"no compiler of a card {card!r}" + nearest_names(card, COMPILERS))
+    file = importlib.resources.files("gpgpu_rt.hardware") / "static_costs" / f"{card}.json"
+    if not file.is_file():
+        return CompiledCosts()
+    data = json.loads(file.read_text())
+    return CompiledCosts(data["driver"], data["date"], {
+        digest: StaticCost(card=card, digest=digest, **entry)
+        for digest, entry in data["programs"].items()})
+
+
+def static_cost(card: str, method: str, kernel: str, **options: Any) -> StaticCost:
+    """Return what a card's compiler said of a kernel of a method.
+
+    Raises
+    ------
+    OptionError
+        for an unknown card or kernel, a method without an era form, or a kernel that was not
+        compiled for this card
+    """
+    programs = {one.kernel: one for one in era_programs(method, **options)}
+    if kernel not in programs:
+        raise OptionError(f"method {method} has no kernel {kernel!r}"
+                          + nearest_names(kernel, programs))
+    cost = compiled_costs(card).programs.get(programs[kernel].digest)
+    if cost is None:
+        raise OptionError(f"kernel {kernel} of {method} was not compiled for {card}; run "
+                          "tools/static_costs.py")
+    return replace(cost, method=method, kernel=kernel)    # methods may share a kernel

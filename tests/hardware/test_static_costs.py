@@ -1,0 +1,61 @@
+"""The kept costs of era kernels belong to today's texts, and are what the compilers printed."""
+from __future__ import annotations
+
+import pytest
+
+from gpgpu_rt.errors import OptionError
+from gpgpu_rt.hardware.static_costs import (
+    COMPILERS, all_era_programs, compiled_costs, digest_of, era_programs, has_era_programs,
+    static_cost
+)
+from gpgpu_rt.methods import methods
+from gpgpu_rt.options import ERA_TARGETS
+
+NAMES = [row.name for row in methods() if has_era_programs(row.name)]
+KERNELS = [(name, program.kernel) for name in NAMES for program in era_programs(name)]
+
+
+@pytest.mark.parametrize("card", COMPILERS)
+@pytest.mark.parametrize("method", NAMES)
+def test_every_kernel_was_compiled_as_it_is_now(card: str, method: str) -> None:
+    kept = compiled_costs(card).programs
+    stale = [one.kernel for one in era_programs(method) if one.digest not in kept]
+    assert not stale, (f"the text of {stale} of {method} has changed since it was compiled for "
+                       f"{card}: run tools/static_costs.py --drivers FOLDER")
+
+
+@pytest.mark.parametrize("card", COMPILERS)
+def test_nothing_else_is_kept(card: str) -> None:
+    assert set(compiled_costs(card).programs) == {one.digest for one in all_era_programs()}
+    assert "Mesa" in compiled_costs(card).driver and compiled_costs(card).date > "2026"
+
+
+@pytest.mark.parametrize("card", COMPILERS)
+@pytest.mark.parametrize("method, kernel", KERNELS)
+def test_counts_fit_together(card: str, method: str, kernel: str) -> None:
+    cost = static_cost(card, method, kernel)
+    assert (cost.method, cost.kernel, cost.refused) == (method, kernel, "")
+    assert 1 <= cost.targets <= ERA_TARGETS and cost.registers > 0
+    assert 1 <= cost.levels <= cost.fetches
+    assert max(cost.vector, cost.scalar) <= cost.arithmetic or card == "r580"
+    assert cost.arithmetic > 0 and (card == "g80") != bool(cost.listing)
+
+
+def test_a_triangle_test_reads_its_three_corners() -> None:
+    for card in COMPILERS:
+        # Two texels of the ray, one of the state, the hit, and three corners.
+        assert static_cost(card, "brute-force", "intersect").fetches == 7
+
+
+def test_a_comment_changes_no_digest() -> None:
+    text = "a = 1;\n\n// comment\nb = 2;   // more\n"
+    assert digest_of(text) == digest_of("a = 1;\nb  =  2;\n") != digest_of("a = 1;\nb = 3;\n")
+
+
+def test_what_was_not_compiled_is_refused() -> None:
+    with pytest.raises(OptionError, match="did you mean r420"):
+        compiled_costs("r42")
+    with pytest.raises(OptionError, match="no kernel 'dwn'; did you mean down"):
+        static_cost("r420", "kd-restart", "dwn")
+    with pytest.raises(OptionError, match="leave era out"):
+        era_programs("bvh-packet")
