@@ -6,11 +6,13 @@ from pathlib import Path
 
 from ..disk.files import check_writable, replacing
 from ..errors import ContextError, OptionError
+from ..hardware.static_costs import COMPILERS
 from ..inspect.traced_programs import (
     SCENE, TracedProgram, find_program, method_files, traced_programs
 )
 from ..methods import file_of, find_method
 from ..text_format import counted
+from .card_programs import card_costs, card_text, check_alone
 from .shared import Command, add_options, options_for, print_json, print_table, say
 
 PACKAGE = Path(__file__).parents[1]
@@ -29,6 +31,8 @@ def add_command(command: Command) -> None:
     which.add_argument("--only", metavar="NAME", help="print only the program of this name, for "
                        "example the kernel down under the schedule kernels")
     sub.add_argument("-o", "--output", metavar="FILE", help="write the text to a file")
+    sub.add_argument("--card", choices=COMPILERS, help="print the kernels as this card's own "
+                     "compiler left them: counts, limits and the compiled program")
     sub.add_argument("--scene", default=SCENE, help="scene whose tree determines sizes, such as "
                      "the size of a stack; default %(default)s")
     add_options(sub)
@@ -36,6 +40,8 @@ def add_command(command: Command) -> None:
 
 def _program(chosen: argparse.Namespace) -> None:
     method = find_method(chosen.method).name
+    if chosen.card:
+        return _card_program(method, chosen)
     options = options_for(chosen, method)
     if chosen.output and chosen.list:
         raise OptionError("--list prints a table and writes no program; leave --output or --list "
@@ -59,6 +65,22 @@ def _program(chosen: argparse.Namespace) -> None:
     if chosen.output:
         return say(f"wrote {counted(len(programs), 'program')} to {chosen.output}")
     print(_joined(programs), end="")
+
+
+def _card_program(method: str, chosen: argparse.Namespace) -> None:
+    """Print the kernels as a card's compiler left them."""
+    check_alone({"list": chosen.list, "all": chosen.all})
+    options = {name: value for name, value in options_for(chosen, method).items()
+               if name != "era"}
+    costs = card_costs(method, chosen.card, options, chosen.only)
+    if chosen.json:
+        return print_json([one.to_dict() for one in costs])
+    if not chosen.output:
+        return print(card_text(costs), end="")
+    check_writable(chosen.output)
+    with replacing(chosen.output) as path:
+        path.write_text(card_text(costs))
+    say(f"wrote {counted(len(costs), 'kernel')} to {chosen.output}")
 
 
 def _joined(programs: list[TracedProgram]) -> str:

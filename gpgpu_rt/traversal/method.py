@@ -244,7 +244,7 @@ class Method:
             return row
         if not row.has_era_form:
             raise OptionError(f"method {self.name} has no era form: its kernels are not written "
-                              "for a kernel a pass without integers; leave era out")
+                              "for a kernel a pass without integers; leave out era or --card")
         state = row.state.without("steps")
         targets = state.texels + HIT.texels
         if targets > ERA_TARGETS:
