@@ -136,19 +136,20 @@ class Option:
 TRUTH = {"1": True, "true": True, "yes": True, "on": True,
          "0": False, "false": False, "no": False, "off": False}
 
-# The chips whose form of the kernels the option ``era`` gives, and the options that it implies: the
-# schedule of cards without loops, the papers' triangle test, and the numbers of the chip's
-# fragment processors. NV30 and NV40 computed in fp32 unless a program asked for halves.
+# The chips whose form of the kernels the option ``era`` gives, and the options that a chip
+# implies: the schedule of cards without loops, the papers' triangle test, and the numbers of the
+# chip's fragment processors. NV30 and NV40 computed in fp32 unless a program asked for halves.
 _PAPERS = {"schedule": "kernels", "intersection": "moller-trumbore"}
 ERAS: dict[str, dict[str, Any]] = {
     "r300": {**_PAPERS, "precision": "fp24"}, "nv30": _PAPERS,
     "r420": {**_PAPERS, "precision": "fp24"}, "nv40": _PAPERS, "r580": _PAPERS}
+ERA_TARGETS = 4     # render targets of the cards with these chips
 
 TRACER_OPTIONS: tuple[Option, ...] = (
     Option("era", None, "run the kernels as the papers had them on a card with this chip: a "
            "kernel a pass, no integers, the chip's numbers", choices=tuple(ERAS), optional=True,
            excludes=("statistics", "sort_rays", "rasterised_bounds", "entry_points",
-                     "quantise_nodes")),
+                     "quantise_nodes", "step_cap")),
     Option("schedule", "loop", "how traversal kernels are run: a pass for each kernel, a pass for "
            "each step, or all steps in one pass", choices=("kernels", "step", "loop")),
     Option("steps_per_pass", 1, "kernel runs per pass under the step schedule", int, minimum=1,

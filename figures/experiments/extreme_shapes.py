@@ -31,7 +31,10 @@ def soup(count: int, seed: int, size: float = 0.2) -> np.ndarray:
 
 
 def lattice(cells: int) -> np.ndarray:
-    """The walls of every second cell of a lattice in the unit box, (1.5 cells^3, 3, 3) float32.
+    """The walls of an eighth of the cells of a lattice in the unit box, float32.
+
+    Along each axis, every second cell has walls. For even ``cells``, the result is (12 (cells /
+    2)^3, 3, 3).
 
     Coordinates are exact, so rays can run in planes, through edges and through corners.
     """

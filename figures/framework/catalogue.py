@@ -55,8 +55,8 @@ FIGURES = {
     "path_noise": "Path tracing: error by number of samples, with Sobol' and with random numbers",
     "reduction": "Stream reduction by blocks, beside a scan",
     "ray_space": "Tables over rays: ray classification and the visibility field",
-    "schedules": "The three schedules: the cost of literal passes",
-    "extremes": "The extremes: the errors of each method, and how it ends",
+    "schedules": "The three schedules: a pass for each kernel or step, beside a single pass",
+    "extremes": "Extreme scenes and rays: the errors of each method, and whether all rays end",
     "tradeoff": "Speed against accuracy: precision, intersection tests, intervals",
 }
 

@@ -4,6 +4,11 @@
 
 #include "core/octant.glsl"
 
+// The axes along which the directions of an octant are negative.
+bvec3 negative_axes(int octant) {
+    return bvec3((octant & 1) != 0, (octant & 2) != 0, (octant & 4) != 0);
+}
+
 const float NEVER = 3.0e38;   // t_min of a ray that waits or is settled
 
 float t_turn[RAYS];           // t_min of a ray that waits for its turn, else NEVER

@@ -2,14 +2,16 @@
 // If all corners of a triangle lie outside one side of the frustum around the packet's rays, the packet
 // skips the triangle.
 //
-// The watertight test decides the four sides of the frustum. It moves each corner along the ray onto the
-// plane through the ray's origin, and rejects a triangle whose moved corners all have x or y of one sign.
-// Here the same operations work on intervals that contain the operands of every ray. Rounding is monotonic,
-// so the interval of a corner contains the corner as each ray computes it. Every ray would therefore reject
-// a culled triangle. Culling needs no margin and loses no triangle, in any precision.
+// The four sides of the frustum follow from the comparisons of the watertight test. This test moves each
+// corner along the ray onto the plane through the ray's origin, and rejects a triangle whose moved corners
+// all have x or y of one sign. Here the same operations work on intervals that contain the operands of every
+// ray. Rounding is monotonic, so the interval of a corner contains the corner as each ray computes it. Every
+// ray would therefore reject a culled triangle. Culling needs no margin and loses no triangle, in any
+// precision.
 //
-// Departures: the frustum is computed once for a turn of the packet and not anew in each leaf, so a packet
-// whose rays diverge culls little. If the rays have different dominant axes, the packet culls nothing.
+// Departures: the frustum is computed once for each turn of the packet (the rays that walk together, see
+// drivers/packet_turns.glsl) and not anew in each leaf, so a packet whose rays diverge culls little. If the
+// rays have different dominant axes, the packet culls nothing.
 
 vec3 cull_origin_lo;    // bounds of the origins and shears, axes permuted as the rays permute them
 vec3 cull_origin_hi;

@@ -1,6 +1,7 @@
 // A pass that runs one kernel on each ray that waits for this kernel, as on cards without loops (Purcell et
 // al. 2002, section 3.2; Foley and Sugerman 2005, section 4.1). The early depth test rejects all other
-// rays. With START the pass sets up the rays' states.
+// rays. A ray that leaves the kernel between two masks is copied from pass to pass. With START the pass sets
+// up the rays' states.
 //
 // Departures from the project's present kernels (drivers/traverse.frag): no integers, no step counts, no
 // counters, no slack of boxes, the test of Moeller and Trumbore, and the first triangle found keeps a tie.
@@ -31,7 +32,9 @@ void main() {
 #else
     state = state_load();
     hit = hit_load();
-    KERNEL(ray, state, hit);
+    if (state.phase == KERNEL_PHASE) {
+        KERNEL(ray, state, hit);
+    }
 #endif
     state_store(state);
 #ifdef WRITES_HIT

@@ -4,6 +4,10 @@
 uniform vec3 scene_lo;
 uniform vec3 scene_hi;
 
+// Boxes are not widened: their corners are measured from the origin itself.
+#define lo_origin origin
+#define hi_origin origin
+
 struct Ray {
     vec3 origin;
     float t_min;

@@ -1,11 +1,12 @@
 #version 330 core
 // Finds rivals. A triangle is a rival if, in a part of the image, a ray hits it before the triangle that
 // the rasteriser shows at the ray's pixel. Nested loops visit, from the outermost to the innermost:
-//   1. Squares of pixels where this triangle is neither hidden nor the only triangle shown.
+//   1. Squares of pixels that show another triangle, at no less than the least depth of this triangle in
+//      the square.
 //   2. Rows of pixels in these squares that the triangle's edges enclose.
-//   3. Pixels of these rows where the triangle is neither hidden nor shown.
+//   3. Pixels of these rows that show another triangle, at no less than this least depth.
 //   4. Tests of the rays of these pixels.
-// So where the rasteriser is right, no ray is tested.
+// So a ray is tested only where these bounds do not exclude that the triangle comes before the shown one.
 
 #include "core/precision.glsl"
 #include <streams>

@@ -43,8 +43,8 @@ def cached(build: Callable[..., Structure], triangles: np.ndarray, /,
     Parameters
     ----------
     build : a function that returns a dataclass of arrays and integers; its return annotation names
-        the dataclass. A change in the source text of the function's module or of this folder
-        invalidates old files
+        the dataclass. A change in the source text of the function's module or of a module
+        of gpgpu_rt/accel invalidates old files
     triangles : (n, 3, 3) float32
 
     Raises
@@ -54,8 +54,8 @@ def cached(build: Callable[..., Structure], triangles: np.ndarray, /,
     """
     record = get_type_hints(build).get("return")
     if not is_dataclass(record):
-        raise TypeError(f"annotate the dataclass that {build.__qualname__} returns: the cache "
-                        "reads its files back as one")
+        raise TypeError(f"give {build.__qualname__} a return annotation that names a dataclass: "
+                        "the cache makes this dataclass from a file")
     triangles = as_triangles(triangles)
     folder = cache_folder()
     if folder is None or not _keeping.get():
@@ -115,7 +115,7 @@ def cache_folder() -> Path | None:
         return None
     try:
         fault = fault_of(folder, follow=True)
-    except (OSError, ValueError):       # the folder does not exist yet; writing reports an error
+    except (OSError, ValueError):   # the folder does not exist yet; writing makes it or fails
         return folder
     if fault:
         _tell(str(folder), f"it {fault}")

@@ -47,8 +47,8 @@ class Workload:
 
     @functools.cached_property
     def has_ray(self) -> np.ndarray:
-        """(n,) bool, which pixels have a ray. A tracer treats the other pixels as misses; an
-        engine does not get them."""
+        """(n,) bool, which pixels have a ray. A tracer treats the other pixels as misses. The ray
+        tracers that the bench compares with (engines.py) are given only pixels with a ray."""
         return ((np.isfinite(self.origins) & np.isfinite(self.directions)).all(axis=1)
                 & self.directions.any(axis=1))
 

@@ -41,6 +41,7 @@ _PREAMBLE = """#extension GL_ARB_gpu_shader5 : enable
 #else
 #define PRECISE
 #endif"""
+_OLD_PREAMBLE = "#define PRECISE"       # GLSL 1.20 has no such extension
 
 
 @dataclass
@@ -137,7 +138,9 @@ def resolve(entry: str, defines: Mapping[str, object] | None = None,
             if run.include:
                 include_one(run.include, name, at, (*chain, name))
             if run.version and not chain:
-                put(DEFINES, 1, (*_PREAMBLE.splitlines(), *_define_lines(defines or {})))
+                old = run.lines[-1].split()[1] < "330"
+                put(DEFINES, 1, (*(_OLD_PREAMBLE if old else _PREAMBLE).splitlines(),
+                                 *_define_lines(defines or {})))
 
     def include_one(include: re.Match[str], by: str, at: int, chain: tuple[str, ...]) -> None:
         name = include["file"] or f"<{include['virtual']}>"

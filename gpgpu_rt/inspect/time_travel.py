@@ -113,6 +113,7 @@ class _StateRecorder:
 
     def __init__(self, tracer: Tracer, batch: RayBatch, look: Callable[[Pass], None]) -> None:
         self.names, self.look, self.count = phase_names(tracer), look, batch.count
+        self.numbers = {name: number for number, name in self.names.items()}
         self.state_name, self.size = tracer.method.state.name, batch.size
         self.packets = isinstance(tracer.session.driver, PacketSteps)
         self.state: Fields = {}
@@ -124,10 +125,12 @@ class _StateRecorder:
         """Merge the states that a pass has drawn."""
         kernel, target = one.kernel, one.target
         assert isinstance(target, Target)
-        if HIT.name not in target.records:
+        if self.packets and HIT.name not in target.records:
             self._take_packets(kernel, target)
             return
-        hit, state = (self._rays(target.fields(name)) for name in (HIT.name, self.state_name))
+        state = self._rays(target.fields(self.state_name))
+        # In the era form, a kernel that cannot change hits draws states alone.
+        hit = self._rays(target.fields(HIT.name)) if HIT.name in target.records else self.hit
         served = {}
         if self.packets:    # this pass does not change the packets' states
             waiting = int((self.state["phase"] == INTERSECT).sum())
@@ -136,11 +139,20 @@ class _StateRecorder:
             self._show(kernel, {"intersect": waiting} if waiting and kernel != "init" else {})
             return
         if kernel != "init":
-            newer = state["steps"] > self.state["steps"]
+            newer = self._newer_rays(kernel, state)
             served = self._served(newer)
             state, hit = _newer(newer, state, self.state), _newer(newer, hit, self.hit)
         self.state, self.hit = state, hit
         self._show(kernel, served)
+
+    def _newer_rays(self, kernel: str, state: Fields) -> np.ndarray:
+        """Return which rays a pass has changed; the target may hold older states of other rays.
+
+        The era form counts no steps, but its passes run all rays that wait for their kernel.
+        """
+        if "steps" in state:
+            return state["steps"] > self.state["steps"]
+        return self.state["phase"] == self.numbers[kernel]
 
     def _take_packets(self, kernel: str, target: Target) -> None:
         """Copy each packet's state to its rays."""

@@ -84,7 +84,8 @@ def traced_programs(method: str, options: Mapping[str, Any] | None = None,
     for one, text in zip(unique, texts):
         starts = _only_starts(one) and one.fragment_file in begun
         rows.append((one, text, bool(own & set(files_of(text))) and not starts))
-    rows.sort(key=lambda row: (not row[2], row[0].defines.get("ONLY_KERNEL") or 0))
+    rows.sort(key=lambda row: (not row[2], row[0].defines.get("ONLY_KERNEL")
+                               or row[0].defines.get("KERNEL_PHASE") or 0))
     vertex = {one.vertex_file: program_text(one.vertex, extensions) for one in unique}
     whose = f"{method} under {schedule}"
     fragments = [
@@ -133,6 +134,8 @@ def _only_starts(one: Compilation) -> bool:
 
 
 def _name(one: Compilation) -> str:
+    if era_kernel := one.defines.get("KERNEL"):
+        return str(era_kernel)
     kernel = one.defines.get("ONLY_KERNEL")
     if kernel:
         return _KERNEL.findall(str(one.defines["EACH_KERNEL(F)"]))[int(str(kernel)) - 1]

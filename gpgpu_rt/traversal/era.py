@@ -1,8 +1,8 @@
 """The era form: a method's kernels as the cards of 2002-2006 ran them, a kernel a pass.
 
-The kernels are the texts of ``glsl/methods/`` in the era dialect (glsl/era/pass.glsl): indices are
-floats, each texel of a record lies in a texture of its own, the state is what the paper kept, and
-the host chooses the kernel of each pass by occlusion queries. `era_source` gives the text in both
+The kernels are the texts of ``glsl/methods/`` in the era dialect (glsl/era/pass.glsl). Indices are
+floats. Each texel of a record lies in a texture of its own. The state is what the paper kept. The
+host chooses the kernel of each pass by occlusion queries. `EraKernel` has the text in two
 dialects: ``card``, as the cards' compilers read it, and ``renderer``, as it runs here.
 """
 from __future__ import annotations
@@ -14,10 +14,8 @@ from typing import Any
 from ..gl import era_accessors
 from ..gl.full_screen import FullScreenPass
 from ..gl.precision import Precision
-from ..gl.record import Record
 from ..gl.shader import Source, resolve
 from ..gl.target import Target
-from ..gl.textures import release
 from ..options import word_define
 from ..rays.records import HIT, RAY_TEXELS
 from ..rays.textures import RayTextures, StateBuffers
@@ -68,8 +66,10 @@ def era_kernel(method: Method, options: Mapping[str, Any], name: str, any_hit: b
     start = name == INIT
     chosen = {
         **method.defines(options), **(defines or {}), **Precision.of(options).defines(),
-        **kernel_defines(method.kernels), word_define("INTERSECTION", options["intersection"]): True,
-        "ERA": True, "ANY_HIT": any_hit, "START": start, "KERNEL": None if start else name}
+        **kernel_defines(method.kernels),
+        word_define("INTERSECTION", options["intersection"]): True,
+        "ERA": True, "ANY_HIT": any_hit, "START": start, "KERNEL": None if start else name,
+        "KERNEL_PHASE": None if start else method.kernels.index(name) + 1}
     writes_hit = start or name == TESTS_TRIANGLES
     return EraKernel(name, {**chosen, "WRITES_HIT": writes_hit},
                      _texts(method, options, start, writes_hit), writes_hit)

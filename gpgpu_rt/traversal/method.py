@@ -14,7 +14,8 @@ from ..gl.context import Gpu
 from ..gl.lazy_field import Column
 from ..gl.packed_record import PackedRecord
 from ..gl.record import Record
-from ..options import ERAS, TRACER_OPTIONS, Option, resolve_options, spell
+from ..options import ERA_TARGETS, ERAS, TRACER_OPTIONS, Option, resolve_options, spell
+from ..rays.records import HIT
 
 Tables = tuple[Record | PackedRecord, ...]
 SCHEDULES = ("kernels", "step", "loop")
@@ -181,6 +182,7 @@ class Method:
     own_array : (options) -> whether each fragment writes into an array at an index of its own.
     fixed_defines : GLSL defines of all programs of this method. They tell apart the methods that
         share a GLSL file.
+    in_era_dialect : whether the kernels compile in the era dialect (traversal/era.py).
     stack, packet, dynamic : Columns of the survey's Table 1.
     """
 
@@ -209,11 +211,13 @@ class Method:
     packet: bool = False
     dynamic: bool = False
     fixed_defines: Mapping[str, object] = field(default_factory=dict)
+    in_era_dialect: bool = True
 
     @property
     def has_era_form(self) -> bool:
         """Whether the row's kernels can run as on the cards of 2002-2006 (traversal/era.py)."""
-        return "kernels" in self.schedules and "kernels" not in self.drivers
+        return (self.in_era_dialect and "kernels" in self.schedules
+                and "kernels" not in self.drivers)
 
     @property
     def steps_once(self) -> bool:
@@ -239,9 +243,14 @@ class Method:
         if not options.get("era"):
             return row
         if not row.has_era_form:
-            raise OptionError(f"method {self.name} has no era form, because its rays do not run "
-                              "kernels one by one; leave era out")
-        return replace(row, state=row.state.without("steps"), schedules=("kernels",))
+            raise OptionError(f"method {self.name} has no era form: its kernels are not written "
+                              "for a kernel a pass without integers; leave era out")
+        state = row.state.without("steps")
+        targets = state.texels + HIT.texels
+        if targets > ERA_TARGETS:
+            raise OptionError(f"method {self.name} writes {targets} render targets in a pass, and "
+                              f"the cards of this era have {ERA_TARGETS}; leave era out")
+        return replace(row, state=state, schedules=("kernels",))
 
     def schedules_for(self, options: Mapping[str, Any]) -> tuple[str, ...]:
         """Return the schedules that support these options. A missing option has its default."""
@@ -298,7 +307,8 @@ class Method:
         if options["schedule"] not in schedules:
             given = "" if schedules == self.schedules else " with " + ", ".join(
                 f"{o.name}={spell(options[o.name])}" for o in TRACER_OPTIONS + self.options
-                if options[o.name] != o.default and (o in self.options or o.schedules))
+                if options[o.name] != o.default and (o in self.options or o.schedules
+                                                     or o.name == "era"))
             raise OptionError(f"method {self.name}{given} runs under {', '.join(schedules)} only, "
                               f"not {options['schedule']}")
         if self.steps_once and options["steps_per_pass"] != 1:

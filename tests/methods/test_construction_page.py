@@ -23,7 +23,10 @@ ROWS = {f"`{build}`" + (", gpu" if device == "gpu" else ""): (build, device)
 
 
 def tables() -> list[dict[str, dict[str, str]]]:
-    """Return the page's tables. A table maps the first cell of each row to a number per scene."""
+    """Return the page's tables: first cell of a row -> scene -> text of the scene's cell.
+
+    In the third table, a cell has two numbers: all passes, and the passes that scatter.
+    """
     found: list[dict[str, dict[str, str]]] = []
     for line in PAGE.read_text().splitlines():
         name, *values = (cell.strip() for cell in line.strip("|").split("|"))

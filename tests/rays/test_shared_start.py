@@ -16,7 +16,7 @@ CASES = [("bvh-packet", {"interval_test": True, "octants": octants, "quantise_no
 @pytest.mark.parametrize("t_min", [0.0, -2.0, [0.0, 1.0] * 128])
 @pytest.mark.parametrize("method", ["kd-restart", "bvh-packet"])
 def test_rays_from_one_point(method: str, t_min) -> None:
-    """Programs read the uniform only if all rays share origin and t_min.
+    """Programs read the uniform if all rays share an origin and a t_min that is not negative.
 
     The hits are also right after a call with other rays. Invalid rays and the padding after the
     last ray stay misses.

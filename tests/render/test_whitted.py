@@ -57,8 +57,8 @@ def test_a_slab_of_glass_reflects_and_lets_through_by_fresnel(ior: float) -> Non
     """The expected radiance is a sum over all paths that leave the slab after at most six turns.
 
     A turn is a reflection or a refraction. The sky is brighter behind the slab than before it.
-    Light that is still inside after six turns gets the radiance of the surroundings in the
-    directions in which it would go on.
+    Light that is still inside after six turns hits the glass once more. Its reflected and its
+    refracted share each get the radiance of the surroundings in the direction of that share.
     """
     camera = rt.Camera((0, 0, 3), (0.8, 0.5, 0), fov=70)
     slab = boxes((-500, -500, -0.5), (500, 500, 0.5))
@@ -198,7 +198,7 @@ def test_how_rays_are_traced_does_not_show(exact_renderer, options: dict[str, ob
 
 @pytest.mark.parametrize("precision, most", [("fp24", 0.1), ("fp16", 3.0)])
 def test_low_precision_shows_little(exact_renderer, precision: str, most: float) -> None:
-    """All features draw the same picture under low precision too."""
+    """With all_features, which builds the programs of every feature, the picture is the same."""
     derived = drawn(everything(), precision=precision)
     assert np.abs(derived.astype(int) - picture("brute-force")).mean() < most
     assert (drawn(everything(), all_features=True, precision=precision) == derived).all()

@@ -19,8 +19,8 @@ from gpgpu_rt.report.films import film, heat_maps
 SCENE = "shirley6"
 TITLE = f"{SCENE} (stand-in)"
 METHOD = ("-m", "bvh-threaded")
-# Arguments of each command that needs a scene. OUT stands for an output path, RAYS for a file of
-# rays.
+# Arguments of each command that needs a scene. The files lie in the test's own folder: OUT* is the
+# output, and RAYS.npz is a file of rays, which the fixture writes.
 COMMANDS = {
     "render": (*METHOD, "--size", "8x8", "-o", "OUT.png"),
     "trace": ("RAYS.npz", *METHOD, "-o", "OUT.npz"),

@@ -16,11 +16,11 @@
 uniform int node_count;
 
 int root_for(Ray ray) {
+    int root = 0;
 #ifdef OCTANTS
-    return node_count * direction_octant(ray.direction);
-#else
-    return 0;
+    root = node_count * direction_octant(ray.direction);
 #endif
+    return root;
 }
 
 // Visit node i: descend into the node, go to the triangles of a leaf, or follow the escape index. Return

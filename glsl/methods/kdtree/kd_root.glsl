@@ -5,11 +5,10 @@
 void begin_entries(inout State state) {
 }
 
-const int ROOT = 0;
-
 // The node at which a restart begins.
 int root_of(State state) {
-    return ROOT;
+    int root = 0;
+    return root;
 }
 
 // End a search that is settled.

@@ -3,9 +3,9 @@
 C. Waechter, A. Keller, "Instant ray tracing: the bounding interval hierarchy", EGSR 2006. A node
 holds an axis and two planes: the end of its left child and the start of its right child. The
 cells of a regular grid over the scene give the split planes. The build halves a cell across its
-longest side and sorts triangles to the left or right by the centres of their boxes. If one half
-has no triangles, the build makes no node and halves the other half again. The build computes no
-costs and does not sort. The tree's size is linear in the number of triangles.
+longest side, and a triangle goes to the half that has the centre of its box. If one half has no
+triangles, the build makes no node and halves the other half again. The build computes no costs and
+does not put triangles in order. The tree's size is linear in the number of triangles.
 
 Departures: all nodes of a level are split at once, not one by one in place. A node is split into
 two halves of equally many triangles if the centres coincide, so that no plane separates them, and
@@ -24,7 +24,9 @@ from ...accel.runs import expand, owners, run_starts
 from ...accel.sound import alike, are_pairs, each_once, named
 
 LEAF = 3            # the axis of a leaf
-HALVINGS = 160      # most halvings of an axis between two nodes: enough between any float32 sizes
+# The most halvings of an axis between two nodes. The build scales centres to between -1 and 1, and
+# they are multiples of 2^-149, so about 150 halvings separate any two centres.
+HALVINGS = 160
 
 
 @dataclass(frozen=True)

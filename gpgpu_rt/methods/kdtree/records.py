@@ -62,8 +62,8 @@ targets of the cards that Horn et al. used."""
 KD_PACKET_RAY_STATE = replace(STATE, layout=STATE.layout + " t_min t_max", full_precision=True)
 """The state of a ray in a kd packet: its interval in the packet's node.
 
-``loop`` keeps the interval in registers, in float32 whatever the storage. ``step`` does the same,
-so that both give the same hits."""
+``loop`` keeps the interval in registers, so in float32 whatever the storage. ``step`` stores it in
+textures, and there too in float32, so that both schedules give the same hits."""
 
 KD_PACKET_STACK_RAY_STATE = KD_PACKET_RAY_STATE.extended("stack_t_max:vec4")
 """KD_PACKET_RAY_STATE, and the ends of the ray's intervals on the packet's stack."""

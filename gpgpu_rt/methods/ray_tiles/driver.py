@@ -2,7 +2,8 @@
 
 The passes, in this order:
 
-1. ``tile_spans`` computes the middle of each tile's rays.
+1. ``tile_spans`` computes, for each tile, the centre of the box around the rays' origins, and the
+   mean of their directions.
 2. ``tile_cones`` computes the cone around each tile's rays.
 3. ``tile_ends`` computes the distance to which each tile's rays search.
 4. For each batch of triangles, ``tile_pairs`` draws all pairs of a triangle and a tile. The vertex
