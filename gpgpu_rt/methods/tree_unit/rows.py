@@ -1,4 +1,5 @@
-"""tree-unit: one tree traversal whose criterion an option exchanges (survey, section 5)."""
+"""tree-unit: one tree traversal whose criterion an option exchanges, as the survey proposes for
+hardware (survey, section 5). The way back to a node's far child is that of kd-backtrack."""
 from __future__ import annotations
 
 from collections.abc import Mapping
@@ -52,7 +53,7 @@ ROWS = (Method(
     name="tree-unit",
     summary="traverses a kd-tree or a BVH by the same kernels; an option exchanges the criterion "
             "that chooses the children",
-    citation="Hachisuka 2009",
+    citation="Foley and Sugerman 2005",
     glsl="methods/tree_unit/tree_unit.glsl",
     kernels=("down", "intersect", "climb"),
     state=UNIT_STATE,

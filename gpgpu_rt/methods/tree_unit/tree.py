@@ -58,8 +58,9 @@ def from_kdtree(tree: KdTree) -> UnitTree:
     so rounding cannot end a cell before the triangles on the face.
     """
     lo, hi = tree.boxes()
-    return UnitTree(tree.left, tree.count, tree.axis, tree.split, np.where(lo <= tree.lo, -OPEN, lo),
-                    np.where(hi >= tree.hi, OPEN, hi), tree.references)
+    return UnitTree(tree.left, tree.count, tree.axis, tree.split,
+                    np.where(lo <= tree.lo, -OPEN, lo), np.where(hi >= tree.hi, OPEN, hi),
+                    tree.references)
 
 
 def from_bvh(bvh: Bvh) -> UnitTree:
