@@ -193,10 +193,12 @@ def _cell_sentence(times: dict[tuple[str, str, str], list[Any]], scene: str) -> 
     """The Cell's rate with a BVH, as Benthin et al. built it, and the share of shading."""
     if (scene, BVH, "Cell, transfers hidden") not in times:
         return ""
-    traced, shaded = (times[scene, BVH, f"Cell, {name}"]
-                      for name in ("transfers hidden", "hidden, and shading"))
-    share = 1 - traced[8] / shaded[8]
-    return (f"With a BVH ({BVH}) the Cell traces {number(traced[9])} Mrays/s. If shading runs on "
+    row, cell = times[scene, BVH, "Cell, transfers hidden"], machines()["Cell"]
+    traced = Least(*(1e-9 * part for part in row[3:8]))
+    half, share, twice = (1 - traced.seconds / with_shading(cell, traced, transfers).seconds
+                          for transfers in (0.5, 1, 2))
+    return (f"With a BVH ({BVH}) the Cell traces {number(row[9])} Mrays/s. If shading runs on "
             f"the same processors and waits for its transfers, {share:.0%} of the time is "
-            "shading, under the assumptions that are marked below. The survey reports that "
-            "shading became the bottleneck.")
+            f"shading. The share is {half:.0%} or {twice:.0%} if a hit needs half or twice the "
+            "transfers that are assumed below. The survey reports that shading became the "
+            "bottleneck.")

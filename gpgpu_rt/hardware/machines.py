@@ -152,14 +152,16 @@ def on_cell(cell: Machine, work: Mapping[str, Any], hidden: bool, packet: int = 
     return Least(shader, memory=_memory(work, cell), waiting=stalled)
 
 
-def with_shading(cell: Machine, traced: Least) -> Least:
+def with_shading(cell: Machine, traced: Least, times: float = 1.0) -> Least:
     """Return the time of tracing a ray and of shading its hit on the same processors.
 
     The survey (section 4.4) reports that shading is the bottleneck on the Cell, because it reads
-    memory at random. So a transfer of shading is always waited for.
+    memory at random. So a transfer of shading is always waited for. ``times`` multiplies the assumed
+    number of transfers a hit.
     """
-    waited = cell.shading_transfers * cell.latency / (cell.clock * cell.units)
-    moved = cell.shading_transfers * cell.line / cell.bandwidth
+    transfers = times * cell.shading_transfers
+    waited = transfers * cell.latency / (cell.clock * cell.units)
+    moved = transfers * cell.line / cell.bandwidth
     return replace(traced, shader=traced.shader + cell.shading / cell.vector_rate,
                    memory=traced.memory + moved, waiting=traced.waiting + waited)
 

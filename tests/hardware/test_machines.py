@@ -111,6 +111,8 @@ def test_shading_on_the_cell_waits_for_its_transfers() -> None:
         cell.shading_transfers * cell.latency / (cell.clock * cell.units))
     assert shaded.memory - traced.memory == pytest.approx(
         cell.shading_transfers * cell.line / cell.bandwidth)
+    twice = with_shading(cell, traced, 2)
+    assert twice.waiting == pytest.approx(2 * shaded.waiting) and twice.shader == shaded.shader
 
 
 def test_the_saarcor_of_2002_outruns_the_prototype_by_clock_and_cores() -> None:
