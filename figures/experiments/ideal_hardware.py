@@ -108,9 +108,11 @@ def draw(data: Path, out: Path, full: bool) -> None:
                "the card's own figures.\n\n"
                + markdown_table(("machine", "figure", "value", "source"), sources))
     scenes = list(dict.fromkeys(row[0] for row in found))
-    figure, axes = plt.subplots(1, len(scenes), figsize=(6.2 * len(scenes), 5.6), squeeze=False)
+    figure, axes = plt.subplots(1, len(scenes), figsize=(6.4 * len(scenes), 6.4), squeeze=False)
     for axis, scene in zip(axes[0], scenes):
-        _bars(axis, [row for row in found if row[0] == scene and row[1] == TREE])
+        _bars(axis, [row for row in found if row[0] == scene and row[1] == TREE]
+              + [[*row[:2], f"{row[2]} (BVH)", *row[3:]] for row in found
+                 if row[:2] == [scene, BVH] and row[2].startswith("Cell")])
         axis.set_title(f"{scene}, {TREE}", fontsize=10)
     figure.suptitle("Units for rays: the time of counted work at peak rates", fontsize=11)
     figure.tight_layout(rect=(0, 0.06, 1, 1))

@@ -156,8 +156,8 @@ def with_shading(cell: Machine, traced: Least, times: float = 1.0) -> Least:
     """Return the time of tracing a ray and of shading its hit on the same processors.
 
     The survey (section 4.4) reports that shading is the bottleneck on the Cell, because it reads
-    memory at random. So a transfer of shading is always waited for. ``times`` multiplies the assumed
-    number of transfers a hit.
+    memory at random. So a transfer of shading is always waited for. ``times`` multiplies the
+    assumed number of transfers a hit.
     """
     transfers = times * cell.shading_transfers
     waited = transfers * cell.latency / (cell.clock * cell.units)
