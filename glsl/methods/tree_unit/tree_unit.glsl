@@ -8,8 +8,8 @@
 // beyond the present leaf can hold a nearer hit.
 //
 // The traversal owns links, leaves and the way back. Both trees have nodes of the same format. A stack would
-// not fit all schedules, so a ray climbs one parent a step, as in Foley and Sugerman's kd-backtrack. From a
-// near child the ray goes to the far sibling if it meets the sibling's box before its nearest hit.
+// not fit all schedules, so a ray climbs one parent a step, as in kd-backtrack (Foley and Sugerman 2005). From
+// a near child the ray goes to the far sibling if it meets the sibling's box before its nearest hit.
 
 #include "core/axis.glsl"
 
