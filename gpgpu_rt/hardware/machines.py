@@ -12,7 +12,7 @@ import functools
 import importlib.resources
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from .cards import Card, Sourced
@@ -150,6 +150,20 @@ def on_cell(cell: Machine, work: Mapping[str, Any], hidden: bool, packet: int = 
     missed = _missed(work, cell) / count
     stalled = 0.0 if hidden else missed * cell.latency / (cell.clock * cell.units)
     return Least(shader, memory=_memory(work, cell), waiting=stalled)
+
+
+def with_shading(cell: Machine, traced: Least, times: float = 1.0) -> Least:
+    """Return the time of tracing a ray and of shading its hit on the same processors.
+
+    The survey (section 4.4) reports that shading is the bottleneck on the Cell, because it reads
+    memory at random. So a transfer of shading is always waited for. ``times`` multiplies the
+    assumed number of transfers a hit.
+    """
+    transfers = times * cell.shading_transfers
+    waited = transfers * cell.latency / (cell.clock * cell.units)
+    moved = transfers * cell.line / cell.bandwidth
+    return replace(traced, shader=traced.shader + cell.shading / cell.vector_rate,
+                   memory=traced.memory + moved, waiting=traced.waiting + waited)
 
 
 def _missed(work: Mapping[str, Any], machine: Machine) -> int:

@@ -20,6 +20,7 @@ from .ray_engine import rows as ray_engine
 from .ray_hierarchy import rows as ray_hierarchy
 from .ray_space import rows as ray_space
 from .ray_tiles import rows as ray_tiles
+from .tree_unit import rows as tree_unit
 
 _TABLE: dict[str, Method] = {}
 _FILES: dict[str, Path] = {}    # the Python file of each row
@@ -143,7 +144,7 @@ def _load(folder: Path) -> list[Method]:
 
 
 _FAMILIES = (brute_force, ray_engine, grid, kdtree, bvh, geometry_image, bih, ray_tiles,
-             ray_hierarchy, ray_space)
+             ray_hierarchy, ray_space, tree_unit)
 for _family in _FAMILIES:
     for _row in _family.ROWS:
         register(_row, Path(_family.__file__))

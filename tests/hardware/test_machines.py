@@ -7,7 +7,9 @@ import pytest
 import gpgpu_rt as rt
 from gpgpu_rt.hardware.cards import find_card
 from gpgpu_rt.hardware.local_store import Fetches, transfers
-from gpgpu_rt.hardware.machines import machines, on_card, on_cell, on_prototype, runs, without
+from gpgpu_rt.hardware.machines import (
+    machines, on_card, on_cell, on_prototype, runs, with_shading, without
+)
 from gpgpu_rt.hardware.sample import emulated
 
 
@@ -98,6 +100,25 @@ def test_prototypes_step_packets_and_the_cell_waits_for_transfers() -> None:
     assert hidden.waiting == 0
     assert waited.seconds - hidden.seconds == pytest.approx(
         16 * cell.latency / (cell.clock * cell.units) / 32)
+
+
+def test_shading_on_the_cell_waits_for_its_transfers() -> None:
+    cell = machines()["Cell"]
+    traced = on_cell(cell, WORK, True)
+    shaded = with_shading(cell, traced)
+    assert shaded.shader - traced.shader == pytest.approx(cell.shading / cell.vector_rate)
+    assert shaded.waiting == pytest.approx(
+        cell.shading_transfers * cell.latency / (cell.clock * cell.units))
+    assert shaded.memory - traced.memory == pytest.approx(
+        cell.shading_transfers * cell.line / cell.bandwidth)
+    twice = with_shading(cell, traced, 2)
+    assert twice.waiting == pytest.approx(2 * shaded.waiting) and twice.shader == shaded.shader
+
+
+def test_the_saarcor_of_2002_outruns_the_prototype_by_clock_and_cores() -> None:
+    design, prototype = machines()["SaarCOR 2002"], machines()["SaarCOR"]
+    faster = on_prototype(prototype, WORK).steps / on_prototype(design, WORK).steps
+    assert faster == pytest.approx(design.clock * design.units / prototype.clock)
 
 
 def test_every_figure_of_a_machine_has_its_source() -> None:

@@ -11,6 +11,7 @@ from .built import Built
 from .shapes import noise
 
 STONE, BRASS = (0.58, 0.55, 0.50), (0.72, 0.56, 0.28)
+PAINT, RUBBER = (0.62, 0.10, 0.09), (0.10, 0.10, 0.11)
 
 
 def boulder() -> Built:
@@ -60,6 +61,45 @@ def knot() -> Built:
     camera = Camera((0.6, 3.0, 3.4), (0.0, -0.05, 0.0), fov=46)
     return Built(_triangles(points.reshape(-1, 3), shapes), np.array(BRASS), camera,
                  (-2.0, 5.0, 2.0), charts=shapes)
+
+
+def car() -> Built:
+    """Return a car of five charts, its body and four wheels: 16,384 triangles. The wheels touch no
+    other chart, so no single geometry image can hold the car."""
+    along = np.linspace(0.0, 1.0, 65)
+    width = 0.85 * np.sin(np.pi * along) ** 0.25
+    bonnet = 0.35 * np.sin(np.pi * along) ** 0.4
+    cabin = 0.42 / (1 + np.exp(-40 * (along - 0.22))) / (1 + np.exp(40 * (along - 0.66)))
+    top = bonnet + cabin * np.sin(np.pi * along)
+    around = _closed_angles(64)
+    side, up = (np.sign(wave) * np.abs(wave) ** 0.5 for wave in (np.cos(around), np.sin(around)))
+    # Under the middle the section is flat; above, it reaches up to the bonnet or the roof.
+    reach = np.where(up < 0, 0.22 * np.sin(np.pi * along)[:, None] ** 0.25, top[:, None])
+    body = np.stack([width[:, None] * side * np.where(up > 0, 1 - 0.25 * up, 1),
+                     0.5 + reach * up, (4.0 * along[:, None] - 2.0) + 0 * side], axis=2)
+    body[[0, -1], :, 0], body[[0, -1], :, 1] = 0.0, 0.5
+    profile = np.array([(0.0, -0.06), (0.2, -0.06), (0.24, -0.12), (0.33, -0.1), (0.34, 0.0),
+                        (0.33, 0.1), (0.24, 0.12), (0.2, 0.06), (0.0, 0.06)])
+    at = np.linspace(0.0, len(profile) - 1, 17)
+    radius, over = (np.interp(at, np.arange(len(profile)), one) for one in profile.T)
+    turn = _closed_angles(64)
+    wheel = np.stack([over[:, None] + 0 * turn, radius[:, None] * np.cos(turn),
+                      radius[:, None] * np.sin(turn)], axis=2)
+    wheels = [wheel + (x, 0.34, z) for x in (-0.78, 0.78) for z in (-1.25, 1.2)]
+    charts = [body, *wheels]
+    shapes = tuple((len(chart), chart.shape[1]) for chart in charts)
+    triangles = _triangles(np.concatenate([chart.reshape(-1, 3) for chart in charts]), shapes)
+    painted = 2 * (shapes[0][0] - 1) * (shapes[0][1] - 1)
+    colours = np.where(np.arange(len(triangles))[:, None] < painted, PAINT, RUBBER)
+    return Built(triangles, colours, Camera((3.6, 2.1, 3.9), (0.0, 0.5, 0.0), fov=40),
+                 (2.0, 5.0, 3.0), charts=shapes)
+
+
+def _closed_angles(steps: int) -> np.ndarray:
+    """Return the angles of a full turn, (steps + 1,) radians; the last angle equals the first."""
+    angles = 2 * np.pi * np.arange(steps + 1) / steps
+    angles[-1] = 0
+    return angles
 
 
 def _triangles(points: np.ndarray, shapes: tuple[tuple[int, int], ...]) -> np.ndarray:

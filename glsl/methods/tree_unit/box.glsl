@@ -1,0 +1,21 @@
+// The criterion of a BVH: hit or miss of the boxes of both children. The boxes may overlap, so a hit in one
+// leaf never ends the search.
+
+vec2 interval_in(Ray ray, int node) {
+    return box_interval(ray, unit_bounds_lo(node), unit_bounds_hi(node));
+}
+
+vec2 searched(Ray ray, int node, Hit hit) {
+    vec2 interval = interval_in(ray, node);
+    return vec2(max(interval.x, ray.t_min), min(interval.y, hit.t));
+}
+
+void choose(Ray ray, int node, int axis, int near, int far, State state, Hit hit,
+            out vec2 near_interval, out vec2 far_interval) {
+    near_interval = searched(ray, near, hit);
+    far_interval = searched(ray, far, hit);
+}
+
+bool is_settled(State state, Hit hit) {
+    return false;
+}

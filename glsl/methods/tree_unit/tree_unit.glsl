@@ -1,0 +1,107 @@
+// tree-unit: the tree traversal that the survey proposes for hardware (section 5, "Ray Tracing Hardware
+// Architecture"): one traversal for kd-trees and BVHs, in which a programmable criterion chooses the
+// children of a node. The survey proposes no details, so those of this file are the project's own.
+//
+// The option `criterion` chooses the file behind <criterion>. The file defines three functions. `choose`
+// gives the intervals in which the ray searches the two children of a node; an interval (x, y) is empty if
+// x > y. `interval_in` gives the interval of the ray in a node's box. `is_settled` tells whether no node
+// beyond the present leaf can hold a nearer hit.
+//
+// The traversal owns links, leaves and the way back. Both trees have nodes of the same format. A stack would
+// not fit all schedules, so a ray climbs one parent a step, as in kd-backtrack (Foley and Sugerman 2005). From
+// a near child the ray goes to the far sibling if it meets the sibling's box before its nearest hit.
+
+#include "core/axis.glsl"
+
+// Whether a ray reaches the right child of a node with this axis first.
+bool goes_down(Ray ray, int axis) {
+    return along(axis, ray.inv_dir) < 0.0;
+}
+
+#include <criterion>
+
+void search(int node, vec2 interval, inout State state) {
+    state.node = node;
+    state.t_min = interval.x;
+    state.t_max = interval.y;
+    state.phase = DOWN;
+}
+
+void init(Ray ray, out State state) {
+    vec2 interval = box_interval(ray, scene_lo, scene_hi);
+    interval = vec2(max(interval.x, ray.t_min), min(interval.y, ray.t_max));
+    state.cursor = 0;
+    state.end = 0;
+    search(0, interval, state);
+    if (interval.x > interval.y) {
+        state.phase = DONE;
+    }
+}
+
+void leave_leaf(inout State state, Hit hit) {
+    state.phase = is_settled(state, hit) ? DONE : CLIMB;
+}
+
+// Visit a node: go on to a child, or to the triangles of a leaf.
+void down(Ray ray, inout State state, inout Hit hit) {
+    COUNT(nodes_visited);
+    int node = state.node;
+    int axis = unit_node_axis(node);
+    int child = unit_node_child(node);
+    if (axis >= LEAF) {
+        COUNT(leaves_visited);
+        state.cursor = child;
+        state.end = child + unit_node_count(node);
+        state.phase = INTERSECT;
+        if (state.cursor == state.end) {
+            leave_leaf(state, hit);
+        }
+    } else {
+        bool right_first = goes_down(ray, axis);
+        int near = right_first ? child + 1 : child;
+        int far = right_first ? child : child + 1;
+        vec2 near_interval;
+        vec2 far_interval;
+        choose(ray, node, axis, near, far, state, hit, near_interval, far_interval);
+        if (near_interval.x <= near_interval.y) {
+            search(near, near_interval, state);
+        } else if (far_interval.x <= far_interval.y) {
+            search(far, far_interval, state);
+        } else {
+            state.phase = CLIMB;
+        }
+    }
+}
+
+// Test one triangle of the leaf's list.
+void intersect(Ray ray, inout State state, inout Hit hit) {
+    test_triangle(ray, reference_triangle(state.cursor), hit);
+    ++state.cursor;
+    if (search_over(hit)) {
+        state.phase = DONE;
+    } else if (state.cursor == state.end) {
+        leave_leaf(state, hit);
+    }
+}
+
+// Go to the far sibling of a near child, if the ray meets the sibling's box. Otherwise go to the parent, and
+// climb on.
+void climb(Ray ray, inout State state, inout Hit hit) {
+    COUNT(nodes_visited);
+    int node = state.node;
+    int side = unit_bounds_side(node);
+    if (side == ROOT) {
+        state.phase = DONE;
+    } else {
+        bool right = side >= LEAF;
+        int sibling = right ? node - 1 : node + 1;
+        vec2 interval = interval_in(ray, sibling);
+        interval = vec2(max(interval.x, ray.t_min), min(interval.y, ray.t_max));
+        bool meets = interval.x <= interval.y && interval.x <= hit.t;
+        if (right == goes_down(ray, right ? side - LEAF : side) && meets) {
+            search(sibling, interval, state);
+        } else {
+            state.node = unit_bounds_parent(node);
+        }
+    }
+}

@@ -1,0 +1,24 @@
+"""The records of a tree that the traversal reads alike for kd-trees and BVHs."""
+from __future__ import annotations
+
+from ...gl.record import Record
+
+UNIT_NODE = Record("unit_node", "child:int count:int axis:int split")
+"""A node of either tree.
+
+For an inner node, ``child`` is the left child, and the right child directly follows it. ``axis``
+is 0, 1 or 2: the left child is the lower child along this axis. ``split`` is the coordinate of a
+kd-tree's split plane, and 0 in a BVH.
+
+For a leaf, ``axis`` is 3, ``child`` is the first reference, and ``count`` is the number of
+references."""
+
+UNIT_BOUNDS = Record("unit_bounds", "lo:vec3 parent:int | hi:vec3 side:int")
+"""A node's box, its parent, and its side.
+
+``side`` is the parent's axis for a left child, the parent's axis + 3 for a right child, and 6 for
+the root."""
+
+UNIT_STATE = Record("state", "t_min t_max node:int cursor:int | end:int phase:int steps:int")
+"""A ray's state: the current node, the ray's interval in the node, and the leaf's references from
+``cursor`` to ``end`` that are still to be tested."""
