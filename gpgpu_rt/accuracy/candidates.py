@@ -16,9 +16,10 @@ from ..options import TRACER_OPTIONS, Option
 _ACCURACY = ("precision", "storage", "rounding", "intersection", "interval")
 # These options are no knobs. Statistics and the context do not change a trace. Precision sets
 # storage and arithmetic. `speed_knobs` lists schedules itself. The build device does not change
-# the tree. Rasterised bounds apply to pictures only, and candidates are measured on ray arrays.
-_NO_KNOBS = ("statistics", "context", "storage", "arithmetic", "schedule", "build_device",
-             "rasterised_bounds")
+# the tree. The era form shows what the cards ran, and is slower. Rasterised bounds apply to
+# pictures only, and candidates are measured on ray arrays.
+_NO_KNOBS = ("era", "statistics", "context", "storage", "arithmetic", "schedule",
+             "build_device", "rasterised_bounds")
 _STEPS = (16, 64)       # values of the option steps_per_pass to try
 FULL_PRECISION = (None, "fp32")
 # The step cap of a candidate with lower accuracy, divided by the largest number of steps of any

@@ -1,6 +1,9 @@
 """The kept costs of era kernels belong to today's texts, and are what the compilers printed."""
 from __future__ import annotations
 
+import re
+from pathlib import Path
+
 import pytest
 
 from gpgpu_rt.errors import OptionError
@@ -59,3 +62,15 @@ def test_what_was_not_compiled_is_refused() -> None:
         static_cost("r420", "kd-restart", "dwn")
     with pytest.raises(OptionError, match="leave( out)? era"):
         era_programs("bvh-packet")
+
+
+def test_the_page_has_these_counts() -> None:
+    """Each row of docs/era.md: method, kernel, then instructions + fetches by card."""
+    page = (Path(__file__).parents[2] / "docs" / "era.md").read_text()
+    rows = re.findall(r"^\| `([\w-]+)` \| `(\w+)` \| (.*) \|$", page, re.M)
+    assert {(method, kernel) for method, kernel, _ in rows} >= {
+        (method, kernel) for method, kernel in KERNELS
+        if kernel != "init" and method != "tree-unit"}
+    for method, kernel, cells in rows:
+        costs = [static_cost(card, method, kernel) for card in ("r420", "r580", "nv40", "g80")]
+        assert cells.split(" | ") == [f"{one.arithmetic} + {one.fetches}" for one in costs]
