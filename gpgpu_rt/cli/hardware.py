@@ -8,15 +8,18 @@ from collections.abc import Mapping, Sequence
 from ..errors import OptionError
 from ..hardware.cards import Card, Refusal, cards
 from ..hardware.compiler import not_countable
-from ..hardware.methods_on_cards import method_needs, refusals
+from ..hardware.methods_on_cards import (
+    ERA, era_refusals, era_texels, method_needs, refusals
+)
 from .shared import Command, print_json, print_table, say
 
 SCENE = "cornell"   # the tables depend on the scene; the programs hardly do
 WIDTH = 100         # columns to which text is wrapped: the table of methods has about this width
-NOTE = ("The table judges the programs of this package. They store an index in one channel; two "
-        "coordinates would address more texels. The ray engine of 2002 ran in fixed point; ours "
-        "needs float textures. The number of loop iterations is not compared with a card's limit, "
-        "because it depends on the rays.")
+NOTE = ("The table judges the programs of this package. The rows `era` judge the kernels as the "
+        "papers had them, by the cards' own compilers (docs/era.md). Programs store an index in "
+        "one channel; two coordinates would address more texels. The ray engine of 2002 ran in "
+        "fixed point; ours needs float textures. The number of loop iterations is not compared "
+        "with a card's limit, because it depends on the rays.")
 
 
 def add_command(command: Command) -> None:
@@ -40,7 +43,9 @@ def _hardware(chosen: argparse.Namespace) -> None:
     if chosen.methods:
         say("compiling every method's programs")
         needs = method_needs(scene_name=chosen.scene or SCENE)
-        refused = {card.name: refusals(card, needs) for card in found}
+        texels = era_texels(scene_name=chosen.scene or SCENE)
+        refused = {card.name: {**refusals(card, needs), **era_refusals(card, texels)}
+                   for card in found}
         unknown = not_countable()
     if chosen.json:
         return print_json([{**card.to_dict(), **({"refuses": {
@@ -70,7 +75,8 @@ def _print_methods(found: Sequence[Card],
     exceed."""
     def word(card: Card, pair: tuple[str, str]) -> str:
         reasons = refused[card.name][pair]
-        return reasons[0].limit if reasons else "unknown" if unknown else "yes"
+        unsure = unknown and pair[1] != ERA
+        return reasons[0].limit if reasons else "unknown" if unsure else "yes"
     pairs = list(refused[found[0].name])
     print_table(("method", "schedule", *(card.chip for card in found)),
                 [(*pair, *(word(card, pair) for card in found)) for pair in pairs])

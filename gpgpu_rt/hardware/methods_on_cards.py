@@ -5,6 +5,9 @@ engine of Carr et al. (2002) ran in fixed point on the Radeon 8500, but ours nee
 """
 from __future__ import annotations
 
+import math
+from collections.abc import Mapping, Sequence
+
 from ..gl.observation import ObservedPass, Observer
 from ..methods import find_method, methods
 from ..scene.loading import load_scene
@@ -12,10 +15,12 @@ from ..tracer import Tracer
 from .cards import Card, Needs, Refusal
 from .compiler import not_countable
 from .sample import programs_of
+from .static_costs import COMPILERS, era_programs, has_era_programs, static_cost
 
 # This program is an addition of this project and saves time only: it finds tiles without live
 # rays.
 LEFT_OUT = {"drivers/tile_counts.frag"}
+ERA = "era"     # stands for the era form in the place of a schedule
 SIZE = 8   # side of the image in pixels; programs do not depend on the size
 
 
@@ -73,6 +78,47 @@ def method_needs(names: list[str] | None = None, scene_name: str = "cornell"
             asked[label] = Needs.of(programs.get(text), targets, texels, key[1] != "loop")
         needs[key] = asked
     return needs
+
+
+def era_texels(names: Sequence[str] | None = None, scene_name: str = "cornell"
+               ) -> dict[str, int]:
+    """Return the texels of the largest table of each method that has an era form, by its name.
+
+    Parameters
+    ----------
+    names : methods; None for all methods
+    scene_name : the scene whose tables must fit
+    """
+    found, scene = {}, load_scene(scene_name)
+    for name in names or [row.name for row in methods()]:
+        if has_era_programs(name):
+            with Tracer(scene, name, era="nv40") as tracer:
+                found[name] = max(texture.width * texture.height
+                                  for texture in tracer.session.tables.samplers().values())
+    return found
+
+
+def era_refusals(card: Card, texels: Mapping[str, int]) -> dict[tuple[str, str], list[Refusal]]:
+    """Return the reasons why a card cannot run each method in the era form, a kernel a pass.
+
+    The counts of instructions are those of the card's own compiler. For the cards of 2001 and
+    2002, which have none, they are those of the R300.
+
+    Parameters
+    ----------
+    texels : from `era_texels`
+    """
+    compiler = card.chip.lower() if card.chip.lower() in COMPILERS else COMPILERS[0]
+    found = {}
+    for name, largest in texels.items():
+        costs = [static_cost(compiler, name, one.kernel) for one in era_programs(name)]
+        # A card that issues vector and scalar operations in pairs has slots for each kind.
+        needs = [Needs(one.vector + one.scalar or one.arithmetic, one.fetches, one.levels, False,
+                       one.targets, math.isqrt(largest - 1) + 1, largest, True, True)
+                 for one in costs]
+        found[name, ERA] = list(dict.fromkeys(
+            reason for one in needs for reason in card.refuses(one)))
+    return found
 
 
 def refusals(card: Card, needs: dict[tuple[str, str], dict[str, Needs]]

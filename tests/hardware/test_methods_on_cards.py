@@ -3,6 +3,7 @@ program of a method with the limits of the card."""
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 
 import pytest
 
@@ -10,7 +11,10 @@ import gpgpu_rt as rt
 from gpgpu_rt.cli import main
 from gpgpu_rt.hardware import methods_on_cards
 from gpgpu_rt.hardware.cards import cards, find_card
-from gpgpu_rt.hardware.methods_on_cards import method_needs, refusals
+from gpgpu_rt.hardware.methods_on_cards import (
+    era_refusals, era_texels, method_needs, refusals
+)
+from gpgpu_rt.hardware.static_costs import static_cost
 
 PAIRS = {(row.name, schedule) for row in rt.methods() for schedule in row.schedules}
 
@@ -61,7 +65,8 @@ def _table(capsys: pytest.CaptureFixture[str]) -> tuple[dict[tuple[str, str], li
 
 def test_the_table_fits_a_terminal_and_says_why(few, countable, capsys) -> None:
     found, text = _table(capsys)
-    assert set(found) == {(row.name, schedule) for row in few for schedule in row.schedules}
+    assert set(found) == {("grid", "era"), *((row.name, schedule) for row in few
+                                             for schedule in row.schedules)}
     chips = [card.chip for card in cards()]
     at = {pair: dict(zip(chips, words)) for pair, words in found.items()}
     assert at["grid", "kernels"] == {"R200": "floats", "NV25": "floats", "R420": "yes",
@@ -92,8 +97,21 @@ def test_without_counts_the_other_limits_are_judged(few, uncountable, capsys) ->
     assert found["grid", "kernels"] == ["floats", "floats", *4 * ["unknown"]]
     assert found["kd-short-stack", "step"][2:] == ["targets", "targets", "targets", "unknown"]
     assert uncountable in " ".join(text.split())
+    assert found["grid", "era"] == ["floats", "floats", *4 * ["yes"]]
     assert main(["hardware", "--methods", "--json"]) == 0
     assert json.loads(capsys.readouterr().out)[0]["not_counted"] == uncountable
+
+
+def test_the_era_form_is_judged_by_every_kernel() -> None:
+    """A limit below the count of any single kernel refuses the method."""
+    texels = era_texels(["kd-backtrack"])
+    card = find_card("R420")
+    assert not era_refusals(card, texels)["kd-backtrack", "era"]
+    for kernel in ("init", "down", "intersect", "climb"):
+        cost = static_cost("r420", "kd-backtrack", kernel)
+        tight = {**card.figures, "texture_slots": {"value": cost.fetches - 1}}
+        assert era_refusals(replace(card, figures=tight), texels)["kd-backtrack", "era"], kernel
+    assert era_refusals(card, {"kd-backtrack": 1 << 20})["kd-backtrack", "era"][0].limit == "index"
 
 
 @pytest.mark.full
