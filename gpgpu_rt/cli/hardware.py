@@ -8,9 +8,7 @@ from collections.abc import Mapping, Sequence
 from ..errors import OptionError
 from ..hardware.cards import Card, Refusal, cards
 from ..hardware.compiler import not_countable
-from ..hardware.methods_on_cards import (
-    ERA, era_refusals, era_texels, method_needs, refusals
-)
+from ..hardware.methods_on_cards import ERA, era_refusals, era_texels, method_needs, refusals
 from .shared import Command, print_json, print_table, say
 
 SCENE = "cornell"   # the tables depend on the scene; the programs hardly do

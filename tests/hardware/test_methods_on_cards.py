@@ -11,9 +11,7 @@ import gpgpu_rt as rt
 from gpgpu_rt.cli import main
 from gpgpu_rt.hardware import methods_on_cards
 from gpgpu_rt.hardware.cards import cards, find_card
-from gpgpu_rt.hardware.methods_on_cards import (
-    era_refusals, era_texels, method_needs, refusals
-)
+from gpgpu_rt.hardware.methods_on_cards import era_refusals, era_texels, method_needs, refusals
 from gpgpu_rt.hardware.static_costs import static_cost
 
 PAIRS = {(row.name, schedule) for row in rt.methods() for schedule in row.schedules}
