@@ -48,19 +48,20 @@ class StaticCost:
 
     Attributes
     ----------
-    card, method, kernel : names
-    arithmetic : arithmetic instructions as the card issues them. R300 to R580 issue a vector and a
-        scalar operation together, which count once
-    vector, scalar : operations by kind; 0 where the driver does not tell them apart
-    fetches : texture fetches
-    levels : levels of texture indirection: a fetch at a computed place is a level above the
-        fetches that the place depends on; 0 if unknown
-    registers : temporary registers of a fragment
-    targets : render targets written
-    cycles : the driver's own estimate of clocks, or None
-    listing : the compiled program as the driver prints it
-    digest : of the program
-    refused : the compiler's message if it refused the program, else empty
+    card, method, kernel : Names.
+    arithmetic : Arithmetic instructions as the card issues them. R300 to R580 issue a vector and a
+        scalar operation together, which count once.
+    vector, scalar : Operations by kind. Both are 0 where the driver does not tell them apart.
+    fetches : Texture fetches.
+    levels : Levels of texture indirection. A fetch at a computed place is a level above the
+        fetches that the place depends on.
+    registers : Temporary registers of a fragment.
+    targets : Render targets written.
+    cycles : The driver's own estimate of clocks, or None.
+    listing : The compiled program as the driver prints it. Empty for G80, whose driver prints
+        counts only.
+    digest : Digest of the program.
+    refused : The compiler's message if it refused the program, else empty.
     """
 
     card: str
