@@ -49,7 +49,8 @@ class KernelTrace:
         return {name: int(counts[number]) for number, name in enumerate(self.kernels, 1)}
 
 
-def record_trace(tracer: Tracer, size: tuple[int, int], trace: Callable[[], object]) -> KernelTrace:
+def record_trace(tracer: Tracer, size: tuple[int, int],
+                 trace: Callable[[], object]) -> KernelTrace:
     """Trace the rays of an image and record the kernels that they run.
 
     Parameters
