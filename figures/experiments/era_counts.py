@@ -22,6 +22,8 @@ GROUPS = {"R420": None, "NV40": (32, 32), "R580": (6, 8), "G80": (4, 8)}
 TILE, TILES = 96, 2
 SPARSE = 128     # the image is also sampled by this many pixels a side, evenly spread
 PASSES = "passes"
+# The trace needs a step of every ray a pass. The papers' triangle test is that of the era form.
+STEPWISE = {"schedule": "step", "steps_per_pass": 1, "intersection": "moller-trumbore"}
 
 
 def measure(scene: rt.Scene, rays: Workload, method: str, options: dict[str, Any],
@@ -42,8 +44,7 @@ def measure(scene: rt.Scene, rays: Workload, method: str, options: dict[str, Any
         found = {PASSES: Issued(("intersect",), (tests,), (tests,), 0, (len(scene),),
                                 len(scene) // 16)}
         return {"pixels": pixels, "rays": live * pixels, "issued": _plain(found)}
-    with rt.Tracer(scene, method, **options, schedule="step", steps_per_pass=1,
-                   intersection="moller-trumbore") as tracer:
+    with rt.Tracer(scene, method, **{**options, **STEPWISE}) as tracer:
         image, tiles = (_recorded(tracer, part) for part in (sparse, rays.part(_tiles(size))))
     passes = issued_in_passes(image)
     found = {PASSES: _scaled(issued_in_passes(tiles), image, pixels, passes)}
