@@ -41,6 +41,7 @@ FIGURES = {
     "cpu": "Ray tracing on the CPU: rays per second and per GFLOP (section 4.2)",
     "entry_points": "Entry points and rasterised bounds",
     "period": "Period hardware: predicted times beside the published times",
+    "era_machine": "The papers' cards: times predicted without fitted constants, and published",
     "retention": "Data retention: bytes that passes move because no pass keeps data for the next",
     "simd_width": "Wide SIMD: how long incoherent rays wait for each other",
     "stacks": "Stack against stackless: the number of rays in flight",

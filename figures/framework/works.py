@@ -18,8 +18,9 @@ from gpgpu_rt.bench.workloads import Workload, load, workload
 from gpgpu_rt.workers.machine import alone
 
 from ..experiments import (
-    bundle_errors, caustic_errors, coherence, extreme_runs, first_hit_times, frame_times, gap_work,
-    needs_times, path_errors, period_work, reduction_times, refraction_errors, update_times
+    bundle_errors, caustic_errors, coherence, era_counts, extreme_runs, first_hit_times,
+    frame_times, gap_work, needs_times, path_errors, period_work, reduction_times,
+    refraction_errors, update_times
 )
 from ..survey import pass_work, tree_sizes
 from . import trace_times
@@ -95,6 +96,13 @@ def _period_work(cell: Cell, name: str) -> dict[str, Any]:
                                         cell.method, dict(cell.options), manner)}
 
 
+def _era_counts(cell: Cell, name: str) -> dict[str, Any]:
+    """The issues of kernels on a card; the rest of the cell's ``work`` names rays and chip."""
+    rays, _, chip = name.partition(era_counts.ON)
+    return {"counts": era_counts.measure(load(cell.scene), _rays(cell, rays), cell.method,
+                                         dict(cell.options), chip)}
+
+
 def _gap_work(kind: str) -> MeasurementKind:
     return MeasurementKind(kind, lambda cell, rays: {"gap": gap_work.measure(
         kind, load(cell.scene), _rays(cell, rays), cell.method, dict(cell.options))}, timed=False,
@@ -149,6 +157,7 @@ WORKS = (
         cell.scene, cell.method, dict(cell.options), cell.size, cell.runs)}),
     MeasurementKind(COHERENCE, lambda cell, rays: {"coherence": coherence.measure(
         load(cell.scene), _rays(cell, rays))}, timed=False),
+    MeasurementKind(era_counts.WORK, _era_counts, timed=False),
     MeasurementKind(period_work.WORK, _period_work, timed=False, counted=True),
     MeasurementKind(pass_work.PASSES, lambda cell, rays: {"passes": pass_work.measure(
         load(cell.scene), _rays(cell, rays), cell.method, dict(cell.options))}, timed=False,

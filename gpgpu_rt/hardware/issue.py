@@ -1,0 +1,141 @@
+"""Issue: how often pixels that branch together issue each kernel, from a trace of the rays."""
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .trace import FINISHED, KernelTrace
+
+QUAD = (2, 2)        # every card of the survey shades pixels in quads, for their derivatives
+PASSES_A_CHOICE = 16    # the schedule `kernels` runs this many passes between occlusion queries
+WHILE_WHILE, STEP = "while-while", "step"
+ORDERS = (WHILE_WHILE, STEP)
+
+
+@dataclass(frozen=True)
+class Issued:
+    """The issues of kernels, a tuple entry a kernel.
+
+    Attributes
+    ----------
+    kernels : names
+    runs : useful runs, summed over rays
+    lanes : lanes that the issues take, idle lanes included
+    iterations : iterations of the outer loop, summed over lanes; for passes 0
+    passes : passes of the host; for a loop zeros
+    queries : occlusion queries of the host; for a loop 0
+    """
+
+    kernels: tuple[str, ...]
+    runs: tuple[int, ...]
+    lanes: tuple[int, ...]
+    iterations: int = 0
+    passes: tuple[int, ...] = ()
+    queries: int = 0
+
+    @property
+    def idle(self) -> float:
+        """The share of issued lanes that do not run the kernel for their ray."""
+        return 1 - sum(self.runs) / sum(self.lanes) if sum(self.lanes) else 0.0
+
+
+def in_groups(steps: np.ndarray, group: tuple[int, int]) -> np.ndarray:
+    """Return the steps (n, h, w) by groups of (h, w) pixels, (n, groups, lanes).
+
+    Lanes beyond the image's edge are FINISHED.
+    """
+    count, height, width = steps.shape
+    down, across = -(-height // group[0]), -(-width // group[1])
+    padded = np.full((count, down * group[0], across * group[1]), FINISHED, np.uint8)
+    padded[:, :height, :width] = steps
+    parts = padded.reshape(count, down, group[0], across, group[1])
+    return parts.transpose(0, 1, 3, 2, 4).reshape(count, down * across, group[0] * group[1])
+
+
+def issued_in_loop(trace: KernelTrace, group: tuple[int, int], order: str) -> Issued:
+    """Return the issues of a program with a loop, whose pixels branch together in groups.
+
+    Parameters
+    ----------
+    group : (h, w) of the pixels that branch together
+    order : WHILE_WHILE has a loop for each kernel inside the outer loop: a group issues a kernel
+        while any of its rays waits for the kernel. STEP has one loop, whose iteration runs one
+        step of each ray: a group issues each kernel that any of its rays needs
+    """
+    steps, count = in_groups(trace.steps, group), len(trace.kernels)
+    lanes = steps.shape[2]
+    issue = _in_turns if order == WHILE_WHILE else _in_step
+    issues, iterations = issue(steps, count)
+    totals = trace.totals()
+    return Issued(trace.kernels, tuple(totals[name] for name in trace.kernels),
+                  tuple(int(number) * lanes for number in issues), iterations * lanes)
+
+
+def _in_step(steps: np.ndarray, count: int) -> tuple[np.ndarray, int]:
+    issues = np.array([(steps == kernel).any(axis=2).sum() for kernel in range(1, count + 1)])
+    return issues, int((steps != FINISHED).any(axis=2).sum())
+
+
+def _in_turns(steps: np.ndarray, count: int) -> tuple[np.ndarray, int]:
+    """Return the issues of each kernel and the iterations of the outer loop, over all groups.
+
+    All groups advance side by side: in each turn, every unfinished group issues one kernel.
+    """
+    padded = np.concatenate([steps, np.zeros((1, *steps.shape[1:]), np.uint8)])
+    issues, iterations = np.zeros(count, np.int64), 0
+    groups = np.arange(steps.shape[1])
+    place = np.zeros(steps.shape[1:], np.int64)    # the step that each ray waits to run
+    kernel = np.ones(len(groups), np.int64)        # the inner loop that each group is in
+    lane = np.arange(steps.shape[2])
+    while True:
+        waits = padded[place, groups[:, None], lane]
+        live = waits.any(axis=1)
+        if not live.all():
+            groups, place, kernel, waits = groups[live], place[live], kernel[live], waits[live]
+        if not len(groups):
+            return issues, iterations
+        # Leave inner loops that no ray waits for, in the order of the program.
+        any_waits = np.stack([(waits == k).any(axis=1) for k in range(1, count + 1)])
+        ahead = (kernel - 1 + np.arange(count)[:, None]) % count
+        chosen = any_waits[ahead, np.arange(len(groups))].argmax(axis=0)
+        after = ahead[chosen, np.arange(len(groups))] + 1
+        # Each return to an earlier kernel begins an iteration of the outer loop.
+        iterations += int((after < kernel).sum())
+        kernel = after
+        issues += np.bincount(kernel - 1, minlength=count)
+        place += waits == kernel[:, None]
+
+
+def issued_in_passes(trace: KernelTrace, choice: int = PASSES_A_CHOICE) -> Issued:
+    """Return the issues of the schedule ``kernels``: a kernel a pass.
+
+    The host counts by occlusion queries how many rays wait for each kernel. It then draws
+    ``choice`` passes of the kernel with the most waiting rays. Early depth rejects the quads
+    without a ray that waited at the queries.
+    """
+    count = len(trace.kernels)
+    steps = in_groups(trace.steps, QUAD)
+    padded = np.concatenate([steps, np.zeros((1, *steps.shape[1:]), np.uint8)])
+    quad, lane = np.arange(steps.shape[1])[:, None], np.arange(steps.shape[2])
+    place = np.zeros(steps.shape[1:], np.int64)
+    passes, lanes, queries = np.zeros(count, np.int64), np.zeros(count, np.int64), 0
+    while True:
+        waits = padded[place, quad, lane]
+        queries += count
+        waiting = np.bincount(waits.reshape(-1), minlength=count + 1)[1:]
+        kernel = int(waiting.argmax()) + 1
+        if not waiting[kernel - 1]:
+            break
+        drawn = int((waits == kernel).any(axis=1).sum()) * steps.shape[2]
+        passes[kernel - 1] += choice
+        lanes[kernel - 1] += choice * drawn
+        for _ in range(choice):
+            on = waits == kernel
+            if not on.any():
+                break
+            place += on
+            waits = padded[place, quad, lane]
+    totals = trace.totals()
+    return Issued(trace.kernels, tuple(totals[name] for name in trace.kernels),
+                  tuple(map(int, lanes)), 0, tuple(map(int, passes)), queries)

@@ -1,0 +1,147 @@
+"""Machine model: the seconds that a card needs for issued kernels, without a fitted constant.
+
+A kernel's time is the largest of its arithmetic, its fetches and its streams, because these units
+of a card work side by side:
+
+    time = lanes * max(instructions / issue rate, fetches / texel rate, bytes / bandwidth)
+
+Lanes include idle lanes. Passes and occlusion queries add the host's time and the time in which
+early depth rejects pixels. All rates come from cards.json. `Assumptions` holds the numbers that no
+source states; they are the same for every card. The model leaves out cache misses, and the
+latency of fetches that too few fragments in flight would expose.
+"""
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, fields, replace
+
+from .cards import Card
+from .issue import Issued
+from .static_costs import StaticCost, era_programs
+
+STREAM = "_texel_"     # part of the sampler's name of a stream: ray, state, hit
+SHARES = ("arithmetic", "texture", "bandwidth", "waiting lanes", "passes", "queries")
+
+
+@dataclass(frozen=True)
+class Assumptions:
+    """The numbers of the model that no source states, for all cards.
+
+    Attributes
+    ----------
+    draw_seconds : the host's time for a draw call with a change of target
+    query_seconds : the time until the host has an occlusion query's result and goes on
+    rejected_a_clock : pixels that early depth rejects in a clock of the card
+    branch_instructions : instruction slots of an issue's branch in a loop
+    texel_bytes : bytes of a texel of a stream; the papers' streams are RGBA32F
+    """
+
+    draw_seconds: float = 15e-6
+    query_seconds: float = 50e-6
+    rejected_a_clock: float = 64.0
+    branch_instructions: float = 6.0
+    texel_bytes: float = 16.0
+
+    def varied(self) -> dict[str, tuple[Assumptions, Assumptions]]:
+        """Return for each assumption the assumptions with this number halved and doubled."""
+        return {one.name: (replace(self, **{one.name: getattr(self, one.name) / 2}),
+                           replace(self, **{one.name: getattr(self, one.name) * 2}))
+                for one in fields(self)}
+
+
+ASSUMED = Assumptions()
+
+
+@dataclass(frozen=True)
+class CardTime:
+    """Predicted seconds, by where the time goes.
+
+    Attributes
+    ----------
+    parts : seconds by the names of SHARES. A kernel's time counts as the part that bounds it; the
+        idle lanes' share of this time counts as "waiting lanes"
+    """
+
+    parts: Mapping[str, float]
+
+    @property
+    def seconds(self) -> float:
+        return sum(self.parts.values())
+
+    def __add__(self, other: CardTime) -> CardTime:
+        return CardTime({name: self.parts[name] + other.parts[name] for name in SHARES})
+
+    def scaled(self, factor: float) -> CardTime:
+        """Return the time of ``factor`` times the work."""
+        return CardTime({name: factor * seconds for name, seconds in self.parts.items()})
+
+
+def stream_fetches(method: str, kernel: str) -> int:
+    """Return how many of a kernel's fetches read the ray, its state and its hit.
+
+    A loop keeps these in registers. The pruned text declares each sampler that it reads.
+    """
+    text = next(one.text for one in era_programs(method) if one.kernel == kernel)
+    return sum(line.startswith("uniform sampler2D") and STREAM in line
+               for line in text.splitlines())
+
+
+def time_of_passes(card: Card, issued: Issued, costs: Mapping[str, StaticCost], pixels: int,
+                   assumed: Assumptions = ASSUMED) -> CardTime:
+    """Predict a kernel a pass.
+
+    Parameters
+    ----------
+    issued : of `issue.issued_in_passes`
+    costs : of each kernel of ``issued``
+    pixels : of the image; each pass covers all of them, and early depth rejects the others
+    """
+    total = _host_time(card, issued, pixels, assumed)
+    for runs, lanes, kernel in zip(issued.runs, issued.lanes, issued.kernels):
+        cost = costs[kernel]
+        # A pass reads the state that it writes.
+        moved = 2 * cost.targets * assumed.texel_bytes
+        total += _kernel_time(card, cost.arithmetic, cost.fetches, moved, runs, lanes)
+    return total
+
+
+def time_of_loop(card: Card, issued: Issued, costs: Mapping[str, StaticCost],
+                 streams: Mapping[str, int], pixels: int,
+                 assumed: Assumptions = ASSUMED) -> CardTime:
+    """Predict a single pass with a loop, which keeps ray, state and hit in registers.
+
+    Parameters
+    ----------
+    issued : of `issue.issued_in_loop`
+    costs : of each kernel
+    streams : fetches of each kernel that a loop does not make (`stream_fetches`)
+    pixels : of the image, which one pass covers
+    """
+    branch = assumed.branch_instructions
+    total = _kernel_time(card, branch, 0, 0, issued.iterations, issued.iterations)
+    total += _kernel_time(card, 0, 0, 3 * assumed.texel_bytes, pixels, pixels)
+    total += _parts(passes=assumed.draw_seconds)
+    for runs, lanes, kernel in zip(issued.runs, issued.lanes, issued.kernels):
+        cost = costs[kernel]
+        total += _kernel_time(card, cost.arithmetic + branch, cost.fetches - streams[kernel], 0,
+                              runs, lanes)
+    return total
+
+
+def _host_time(card: Card, issued: Issued, pixels: int, assumed: Assumptions) -> CardTime:
+    draws = sum(issued.passes) + issued.queries
+    rejected = draws * pixels / (assumed.rejected_a_clock * card.clock)
+    return _parts(passes=assumed.draw_seconds * draws + rejected,
+                  queries=assumed.query_seconds * issued.queries)
+
+
+def _kernel_time(card: Card, instructions: float, fetches: float, moved: float, runs: float,
+                 lanes: float) -> CardTime:
+    each = {"arithmetic": instructions / card.issue_rate, "texture": fetches / card.texel_rate,
+            "bandwidth": moved / card.bandwidth}
+    bound = max(each, key=each.__getitem__)
+    return _parts(**{bound: each[bound] * runs, "waiting lanes": each[bound] * (lanes - runs)})
+
+
+def _parts(**seconds: float) -> CardTime:
+    return CardTime({name: float(seconds.get(name, 0.0)) for name in SHARES})

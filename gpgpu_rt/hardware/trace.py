@@ -1,0 +1,86 @@
+"""Trace: the kernel that each ray runs in each step, recorded from passes that really ran.
+
+Under the schedule ``step``, every pass runs one step of each ray, and the phase in the ray's state
+names the kernel of the next step. From the phases follow the work and the waiting of any group of
+pixels that branch together (issue.py); no program is emulated.
+"""
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..errors import OptionError
+from ..gl.observation import ObservedPass
+from ..gl.target import Target
+from ..inspect.observe import observe_states
+from ..tracer import Tracer
+
+FINISHED = 0    # the kernel number of a ray that has ended
+
+
+@dataclass(frozen=True)
+class KernelTrace:
+    """The kernels of an image's rays, step by step.
+
+    Attributes
+    ----------
+    kernels : names of the method's kernels; kernel number k has the name ``kernels[k - 1]``
+    steps : (n, h, w) uint8, the number of the kernel that each ray runs in each step, or FINISHED.
+        A ray that has ended stays FINISHED
+    """
+
+    kernels: tuple[str, ...]
+    steps: np.ndarray
+
+    @property
+    def rays(self) -> int:
+        """The number of pixels that run at least one kernel."""
+        return int((self.steps[0] != FINISHED).sum()) if len(self.steps) else 0
+
+    def runs(self, kernel: str) -> np.ndarray:
+        """Return the number of times that each ray runs a kernel, (h, w) int."""
+        return (self.steps == self.kernels.index(kernel) + 1).sum(axis=0)
+
+    def totals(self) -> Mapping[str, int]:
+        """Return the number of runs of each kernel, summed over all rays."""
+        counts = np.bincount(self.steps.reshape(-1), minlength=len(self.kernels) + 1)
+        return {name: int(counts[number]) for number, name in enumerate(self.kernels, 1)}
+
+
+def record_trace(tracer: Tracer, size: tuple[int, int],
+                 trace: Callable[[], object]) -> KernelTrace:
+    """Trace the rays of an image and record the kernels that they run.
+
+    Parameters
+    ----------
+    tracer : a tracer under the schedule ``step``, one step a pass
+    size : (h, w) of the image
+    trace : calls ``tracer.trace`` or ``tracer.occluded`` once, with h times w rays row by row
+
+    Raises
+    ------
+    OptionError
+        for a tracer under another schedule, or whose states cannot be observed
+    """
+    if tracer.options["schedule"] != "step" or tracer.options["steps_per_pass"] != 1:
+        raise OptionError(f"method {tracer.method.name} does not run a step of every ray a pass; "
+                          "set schedule to step and steps_per_pass to 1")
+    state, kernels = tracer.method.state.name, tracer.method.kernels
+    found: list[np.ndarray] = []
+
+    def take(one: ObservedPass) -> None:
+        assert isinstance(one.target, Target)
+        phase = one.target.fields(state)["phase"][:size[0] * size[1]].reshape(size)
+        # Phases outside of the kernels' numbers mean that a ray has ended.
+        found.append(np.where((phase >= 1) & (phase <= len(kernels)), phase, FINISHED)
+                     .astype(np.uint8))
+
+    with observe_states(tracer, take):
+        trace()
+    # The host looks for unfinished rays every few passes, so the last passes may run no ray.
+    while found and not found[-1].any():
+        found.pop()
+    steps = np.stack(found) if found else np.zeros((0, *size), np.uint8)
+    return KernelTrace(kernels, steps)

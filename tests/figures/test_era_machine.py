@@ -1,0 +1,85 @@
+"""The page of the machine model shows what its counts say, and says which bars are missed."""
+from __future__ import annotations
+
+import csv
+import json
+from pathlib import Path
+
+import pytest
+
+from gpgpu_rt.bench.workloads import EYE, workload
+from gpgpu_rt.figures.experiments import era_counts, era_machine
+from gpgpu_rt.figures.experiments.era_machine_page import bars
+from gpgpu_rt.figures.framework import results
+from gpgpu_rt.hardware.cards import find_card
+from gpgpu_rt.hardware.issue import STEP, WHILE_WHILE
+from gpgpu_rt.hardware.machine_model import ASSUMED
+from gpgpu_rt.hardware.static_costs import static_cost
+from gpgpu_rt.scene.loading import load_scene
+
+PIXELS, RUNS = 1000, 400_000
+
+
+def _counts() -> dict:
+    issued = {"kernels": ["down", "intersect"], "runs": [RUNS, 0], "lanes": [2 * RUNS, 0],
+              "iterations": 0, "passes": [0, 0], "queries": 0}
+    return {"pixels": PIXELS, "rays": PIXELS / 2, "issued": {
+        form: issued for form in (WHILE_WHILE, STEP, era_counts.PASSES)}}
+
+
+def _write(data: Path) -> None:
+    for one, panel, column, cells in era_machine._pairs():
+        if (one.figure.name, panel.scene, column.method) != ("fig13", "cornell", "kd-restart"):
+            continue
+        for cell in cells:
+            (data / cell.name).write_text(json.dumps({
+                "settings": results.settings(cell), "counts": _counts(),
+                "scene": {"stand_in": None, "triangles": 32, "name": "cornell"}}))
+
+
+def test_the_table_holds_what_the_counts_say(tmp_path: Path) -> None:
+    _write(tmp_path)
+    era_machine.draw(tmp_path, tmp_path, full=False)
+    with (tmp_path / "era_machine.csv").open() as file:
+        rows = {(row["scene"], row["form"]): row for row in csv.DictReader(file)}
+    assert len(rows) == 6
+    card, cost = find_card("R580"), static_cost("r580", "kd-restart", "down")
+    # The loop fetches a node alone; the pass form fetches the ray, its state and its hit too.
+    each = max((cost.arithmetic + ASSUMED.branch_instructions) / card.issue_rate,
+               1 / card.texel_rate)
+    written = 3 * ASSUMED.texel_bytes / card.bandwidth
+    seconds = 2 * RUNS * each + PIXELS * written + ASSUMED.draw_seconds
+    primary, shadow = (next(row for (scene, form), row in rows.items()
+                            if rays in scene and form == WHILE_WHILE)
+                       for rays in ("primary", "shadow"))
+    assert float(primary["predicted_ns"]) == pytest.approx(1e9 * seconds / PIXELS)
+    assert float(shadow["predicted_ns"]) == pytest.approx(2e9 * seconds / PIXELS)
+    assert float(primary["published_ns"]) == pytest.approx(1e3 / 38.3)
+    assert {row["form"] for row in rows.values() if row["scored"] == "True"} == {WHILE_WHILE}
+    page = (tmp_path / "era_machine.md").read_text()
+    assert "draw_seconds doubled" in page and "missed by" in page
+    assert (tmp_path / "era_machine.png").stat().st_size > 5_000
+
+
+def test_a_missed_bar_is_named_with_its_distance() -> None:
+    said = bars({"as stated": 0.5, "a halved": 0.4, "a doubled": 0.55},
+                {("fig20", "robots"): 0.2, ("fig20", "bunny"): 1.0})
+    assert "0.32: missed by 0.18" in said[0] and said[1].endswith("0.6: met.")
+    assert "1 of 2 scenes: missed in fig20 robots (0.2)" in said[2]
+
+
+def test_counts_of_an_image_keep_the_runs_of_each_ray() -> None:
+    scene = load_scene("cornell")
+    found = era_counts.measure(scene, workload("cornell", EYE, 256), "bvh-threaded", {}, "G80")
+    assert found["pixels"] == 256 * 256
+    runs = {form: issued["runs"] for form, issued in found["issued"].items()}
+    assert len(set(map(tuple, runs.values()))) == 1 and len(runs) == 3
+    loop, passes = (found["issued"][form] for form in (WHILE_WHILE, era_counts.PASSES))
+    assert all(lanes >= ran for lanes, ran in zip(loop["lanes"], loop["runs"]))
+    assert sum(passes["passes"]) > 0 and not loop["passes"]
+
+
+def test_brute_force_tests_every_triangle() -> None:
+    scene = load_scene("cornell")
+    found = era_counts.measure(scene, workload("cornell", EYE, 64), "brute-force", {}, "R420")
+    assert found["issued"][era_counts.PASSES]["runs"] == (64 * 64 * len(scene),)

@@ -1,0 +1,143 @@
+"""Traces of kernels, the issues that follow from them, and the times that a card then needs."""
+from __future__ import annotations
+
+from collections import Counter
+
+import numpy as np
+import pytest
+
+import gpgpu_rt as rt
+from gpgpu_rt.errors import OptionError
+from gpgpu_rt.hardware.cards import find_card
+from gpgpu_rt.hardware.issue import (
+    ORDERS, STEP, Issued, in_groups, issued_in_loop, issued_in_passes
+)
+from gpgpu_rt.hardware.machine_model import ASSUMED, stream_fetches, time_of_loop, time_of_passes
+from gpgpu_rt.hardware.static_costs import StaticCost
+from gpgpu_rt.hardware.trace import KernelTrace, record_trace
+
+SIZE = (32, 32)
+METHODS = ("grid", "kd-restart", "kd-backtrack", "kd-ropes", "bvh-threaded")
+
+
+def _recorded(scene: rt.Scene, method: str) -> KernelTrace:
+    with rt.Tracer(scene, method, schedule="step", steps_per_pass=1,
+                   intersection="moller-trumbore") as tracer:
+        return record_trace(tracer, SIZE, lambda: tracer.trace(*scene.camera.rays(SIZE[::-1])))
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_simulated_passes_are_the_passes_of_the_era_form(method: str) -> None:
+    scene = rt.load_scene("cornell")
+    issued = issued_in_passes(_recorded(scene, method))
+    with rt.Tracer(scene, method, era="nv40") as tracer:
+        tracer.trace(*scene.camera.rays(SIZE[::-1]))
+        ran = tracer.statistics
+    assert dict(zip(issued.kernels, issued.passes)) == {
+        name: ran.kernel_passes.get(name, 0) for name in issued.kernels}
+    # The tracer looks once more for rays that the step cap stopped.
+    assert issued.queries == ran.queries - 1
+
+
+def test_runs_are_the_steps_that_the_shaders_count() -> None:
+    scene = rt.load_scene("cornell")
+    trace = _recorded(scene, "kd-restart")
+    with rt.Tracer(scene, "kd-restart", intersection="moller-trumbore",
+                   statistics=True) as tracer:
+        tracer.trace(*scene.camera.rays(SIZE[::-1]))
+        counters = tracer.statistics.counters
+    assert sum(trace.totals().values()) == pytest.approx(counters["steps"] * 32 * 32)
+    assert trace.runs("intersect").sum() == trace.totals()["intersect"]
+    assert trace.rays <= 32 * 32 and trace.steps[-1].any()
+
+
+def test_other_schedules_are_refused() -> None:
+    scene = rt.load_scene("cornell")
+    with rt.Tracer(scene, "grid") as tracer, pytest.raises(OptionError, match="schedule to step"):
+        record_trace(tracer, SIZE, lambda: None)
+
+
+def _random_trace(size: tuple[int, int] = (8, 12)) -> KernelTrace:
+    rng = np.random.default_rng(3)
+    steps = rng.integers(1, 4, (20, *size)).astype(np.uint8)
+    steps[np.arange(20)[:, None, None] >= rng.integers(0, 20, size)] = 0
+    return KernelTrace(("down", "intersect", "pop"), steps)
+
+
+def _by_hand(rays: list[list[int]], order: str) -> Counter:
+    """Count the issues of one group as its program would run."""
+    rays, issues = [list(ray) for ray in rays], Counter()
+    while any(rays):
+        if order == STEP:
+            issues.update({ray[0] for ray in rays if ray})
+            rays = [ray[1:] for ray in rays]
+            continue
+        for kernel in (1, 2, 3):
+            while any(ray and ray[0] == kernel for ray in rays):
+                issues[kernel] += 1
+                rays = [ray[1:] if ray and ray[0] == kernel else ray for ray in rays]
+    return issues
+
+
+@pytest.mark.parametrize("order", ORDERS)
+def test_groups_issue_what_a_program_with_loops_issues(order: str) -> None:
+    trace = _random_trace()
+    groups, expected = in_groups(trace.steps, (4, 8)), Counter()
+    assert groups.shape == (20, 4, 32)      # 12 columns are padded to 16
+    for group in range(4):
+        expected += _by_hand([[k for k in groups[:, group, lane] if k] for lane in range(32)],
+                             order)
+    issued = issued_in_loop(trace, (4, 8), order)
+    assert issued.lanes == tuple(32 * expected[kernel] for kernel in (1, 2, 3))
+    assert 0 < issued.idle < 1 and issued.iterations >= 32 * 4
+
+
+def test_a_group_of_one_ray_never_waits() -> None:
+    for order in ORDERS:
+        issued = issued_in_loop(_random_trace(), (1, 1), order)
+        assert issued.lanes == issued.runs and issued.idle == 0
+
+
+def _cost(**counts: int) -> dict[str, StaticCost]:
+    return {"down": StaticCost("nv40", "kd-restart", "down", **counts)}
+
+
+def test_the_slowest_unit_bounds_a_kernel() -> None:
+    card = find_card("NV40")
+    issued = Issued(("down",), runs=(10 ** 9,), lanes=(4 * 10 ** 9,), passes=(0,))
+    found = time_of_passes(card, issued, _cost(arithmetic=50, fetches=6, targets=2), 1)
+    texture, arithmetic = 6 / card.texel_rate, 50 / card.issue_rate
+    assert arithmetic > texture
+    assert found.parts["arithmetic"] == pytest.approx(1e9 * arithmetic)
+    assert found.parts["waiting lanes"] == pytest.approx(3e9 * arithmetic)
+    fetching = time_of_passes(card, issued, _cost(arithmetic=20, fetches=6, targets=2), 1)
+    assert fetching.seconds == pytest.approx(4e9 * texture)
+    writing = time_of_passes(card, issued, _cost(arithmetic=1, fetches=1, targets=4), 1)
+    assert writing.seconds == pytest.approx(4e9 * 8 * 16 / card.bandwidth)
+
+
+def test_passes_and_queries_cost_the_host_time() -> None:
+    card = find_card("NV40")
+    issued = Issued(("down",), (0,), (0,), passes=(90,), queries=10)
+    found = time_of_passes(card, issued, _cost(), 512 * 512)
+    assert found.parts["queries"] == pytest.approx(10 * ASSUMED.query_seconds)
+    assert found.parts["passes"] == pytest.approx(
+        100 * (ASSUMED.draw_seconds + 512 * 512 / (ASSUMED.rejected_a_clock * card.clock)))
+
+
+def test_a_loop_keeps_the_ray_in_registers() -> None:
+    # Two texels of the ray, two of the state and one of the hit; the sixth is a node.
+    assert stream_fetches("kd-restart", "down") == 5
+    card, streams = find_card("NV40"), {"down": 5}
+    issued = Issued(("down",), (1000,), (1000,))
+    costs = _cost(arithmetic=0, fetches=6, targets=2)
+    found = time_of_loop(card, issued, costs, streams, 0)
+    branch = max(1 / card.texel_rate, ASSUMED.branch_instructions / card.issue_rate)
+    assert found.seconds == pytest.approx(1000 * branch + ASSUMED.draw_seconds)
+
+
+def test_each_assumption_is_halved_and_doubled() -> None:
+    varied = ASSUMED.varied()
+    half, double = varied["query_seconds"]
+    assert double.query_seconds == 4 * half.query_seconds
+    assert half.draw_seconds == ASSUMED.draw_seconds and len(varied) == 5
