@@ -1,12 +1,16 @@
 """``gpgpu-rt program METHOD --card CARD``: the kernels as a card's own compiler left them."""
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any
 
 from ..errors import OptionError
 from ..hardware.cards import Card, cards
+from ..hardware.era_time import era_timed
 from ..hardware.published_kernels import published_kernel
 from ..hardware.static_costs import StaticCost, compiled_costs, era_programs, static_cost
+from ..tracer import Tracer
 
 # Attribute of a cost, its label, and the figure of the card that limits it.
 _ROWS = (("arithmetic", "arithmetic instructions", "arithmetic_slots"),
@@ -59,6 +63,27 @@ def _counts(cost: StaticCost, chip: Card | None) -> list[str]:
     if published:
         lines.append(f"  {'instructions in the paper':32}{published.text:>6}")
     return lines
+
+
+@contextmanager
+def told_card_time(tracer: Tracer, quiet: bool) -> Iterator[None]:
+    """After the block, print the time that the card of the option ``era`` would have taken for
+    the block's traversal. Without this option, or if ``quiet``, print nothing."""
+    if quiet or not tracer.options["era"]:
+        yield
+        return
+    with era_timed(tracer) as seen:
+        yield
+    found = seen.on_card()
+    if found is None:
+        return
+    card, time = found
+    shares = sorted(((seconds, name) for name, seconds in time.parts.items() if seconds),
+                    reverse=True)
+    print(f"the {card.name} would have taken about {time.seconds * 1e3:,.0f} ms for these passes "
+          "without shading (" + ", ".join(f"{name} {seconds / time.seconds:.0%}"
+                                          for seconds, name in shares)
+          + "); docs/hardware.md says how well such predictions fit")
 
 
 def check_alone(given: dict[str, Any]) -> None:

@@ -34,6 +34,7 @@ from . import program
 from . import report as teaching
 from . import scenes, tuning, view
 from .camera import add_camera
+from .card_programs import told_card_time
 from .distributed import add_scheduler, render_shared, trace_shared
 from .floor import add_floor, scene_of
 from .frames import IMAGES, add_frames, check_frames, render_frames
@@ -158,7 +159,7 @@ def _render(chosen: argparse.Namespace) -> None:
         plan = explain(chosen, tracer)
         interrupted = False
         try:
-            with progress_shown() as progress:
+            with told_card_time(tracer, chosen.json), progress_shown() as progress:
                 image = tracer.render(progress=progress, **drawing_of(chosen, tracer.scene))
         except KeyboardInterrupt:
             image, interrupted = tracer.unfinished(), True

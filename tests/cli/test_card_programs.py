@@ -2,10 +2,13 @@
 from __future__ import annotations
 
 import json
+import re
 
 import pytest
 
+import gpgpu_rt as rt
 from gpgpu_rt import cli
+from gpgpu_rt.hardware.era_time import era_timed
 from gpgpu_rt.hardware.static_costs import COMPILERS, era_programs, static_cost
 
 
@@ -47,3 +50,36 @@ def test_json_and_file(capsys, tmp_path) -> None:
 def test_mistakes_get_a_line(capsys, words: list[str], says: str) -> None:
     assert cli.main(["program", *words]) != 0
     assert says in capsys.readouterr().err
+
+
+def _rendered(capsys, path, *words: str) -> str:
+    assert cli.main(["render", "cornell", "-m", "kd-restart", "--size", "32", "-o",
+                     str(path / "picture.png"), *words]) == 0
+    return capsys.readouterr().out
+
+
+def test_a_picture_in_the_era_form_says_what_the_card_would_have_taken(capsys, tmp_path) -> None:
+    told = _rendered(capsys, tmp_path, "--era", "nv40")
+    found = re.search(r"the NVIDIA GeForce 6800 Ultra would have taken about ([\d,]+) ms", told)
+    assert found and int(found[1]) > 0
+    shares = [int(share) for share in re.findall(r"(\d+)%", told)]
+    assert 97 <= sum(shares) <= 103     # rounded shares of the whole
+    assert "would have taken" not in _rendered(capsys, tmp_path)
+    assert "would have taken" not in _rendered(capsys, tmp_path, "--era", "r300")   # no figures
+    data = json.loads(_rendered(capsys, tmp_path, "--era", "nv40", "--json"))
+    assert data["options"]["era"] == "nv40"
+
+
+def test_twice_the_passes_take_twice_the_time(tmp_path) -> None:
+    scene = rt.load_scene("cornell")
+    rays = scene.camera.rays((32, 32))
+    with rt.Tracer(scene, "kd-restart", era="nv40") as tracer:
+        seconds = []
+        for times in (1, 2):
+            with era_timed(tracer) as seen:
+                for _ in range(times):
+                    tracer.trace(*rays)
+            card, time = seen.on_card()
+            assert card.chip == "NV40"
+            seconds.append(time.seconds)
+    assert seconds[1] == pytest.approx(2 * seconds[0], rel=1e-6)
