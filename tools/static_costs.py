@@ -31,6 +31,12 @@ _G80 = re.compile(r"says: type: 4, .*gpr: (?P<gpr>\d+), inst: (?P<inst>\d+)")
 _LAST_STEP = "Fragment Program: after 'register allocation'\n"
 _TGSI = re.compile(r"^ *\d+: +(?P<op>\w+) ?(?P<rest>.*)$", re.M)
 _TEMP = re.compile(r"TEMP\[(\d+)\]")
+_INPUT = re.compile(r"\bIN\[\d+\]")
+_CONSTANT = re.compile(r"(?:CONST\[0\]|IMM)\[\d+\]")
+# Instructions that NV40's driver emits for a TGSI operation (nvfx_fragprog.c); 1 for all others.
+# NV40 selects by condition codes: CMP sets the codes and then moves each of its two values.
+_INSTRUCTIONS = {"CMP": 3, "SSG": 3, "POW": 3, "TRUNC": 4, "CEIL": 2, "DP2": 2, "IF": 2,
+                 "KILL_IF": 2, "LRP": 2, "RSQ": 2, "ELSE": 0, "ENDIF": 0, "ENDLOOP": 0}
 
 
 def cost_of(card: str, said: str, text: str) -> dict[str, Any]:
@@ -62,9 +68,10 @@ def _pairs(said: str) -> str:
 
 
 def _operations(said: str) -> dict[str, Any]:
-    """Return the counts of a program as lists of operations, which Mesa prints as TGSI.
+    """Return the counts of a program from its listing, which Mesa prints as TGSI.
 
-    NV40's driver translates the operations one by one into instructions of the card.
+    The arithmetic is the number of instructions that NV40's driver emits for the operations. The
+    driver pairs nothing, although the card can issue operations on different components together.
     """
     listing = said[said.index("FRAG"):].split("\n\n")[0].strip("\n")
     operations = [match for match in _TGSI.finditer(listing) if match["op"] != "END"]
@@ -80,8 +87,23 @@ def _operations(said: str) -> dict[str, Any]:
             level[number] = max(height, level.get(number, 0) if "." in target else 0)
     declared = re.search(r"DCL TEMP\[(\d+)(?:\.\.(\d+))?\]", listing)
     registers = 0 if declared is None else int(declared[2] or declared[1]) + 1
-    return {"arithmetic": len(operations) - len(fetches), "fetches": len(fetches),
+    issued = sum(_nv40_instructions(one["op"], one["rest"]) for one in operations)
+    return {"arithmetic": issued - len(fetches), "fetches": len(fetches),
             "levels": max(level.values(), default=0), "registers": registers, "listing": listing}
+
+
+def _nv40_instructions(operation: str, operands: str) -> int:
+    """Return the number of instructions that NV40's driver emits for an operation.
+
+    An NV40 instruction reads a single constant and a single input. The driver copies each further
+    one to a register first.
+    """
+    sources = operands.split(", ")[1:]
+    copies = 0
+    for kind in (_INPUT, _CONSTANT):
+        read = [found[0] for found in map(kind.search, sources) if found]
+        copies += sum(name != read[0] for name in read)
+    return _INSTRUCTIONS.get(operation, 1) + copies
 
 
 def write(card: str, drivers: Path, programs: Iterable[static_costs.EraProgram]) -> None:

@@ -44,6 +44,17 @@ def test_counts_fit_together(card: str, method: str, kernel: str) -> None:
     assert cost.arithmetic > 0 and (card == "g80") != bool(cost.listing)
 
 
+@pytest.mark.parametrize("method, kernel", KERNELS)
+def test_a_selection_takes_three_instructions_on_nv40(method: str, kernel: str) -> None:
+    """The listing holds operations. NV40 sets its condition codes and moves each value of a CMP.
+    """
+    cost = static_cost("nv40", method, kernel)
+    operations = re.findall(r"^ *\d+: (\w+)", cost.listing, re.M)
+    least = len(operations) - operations.count("END") + 2 * operations.count("CMP")
+    # At most an operation in four copies a constant first.
+    assert least <= cost.arithmetic + cost.fetches <= 1.25 * least
+
+
 def test_a_triangle_test_reads_its_three_corners() -> None:
     for card in COMPILERS:
         # Two texels of the ray, one of the state, the hit, and three corners.
