@@ -5,6 +5,7 @@ constant is fitted.
 """
 from __future__ import annotations
 
+import functools
 import math
 import statistics
 from collections.abc import Iterator
@@ -16,7 +17,7 @@ from gpgpu_rt.hardware.issue import STEP, WHILE_WHILE, Issued
 from gpgpu_rt.hardware.machine_model import (
     ASSUMED, Assumptions, CardTime, stream_fetches, time_of_loop, time_of_passes
 )
-from gpgpu_rt.hardware.static_costs import has_era_programs, static_cost
+from gpgpu_rt.hardware.static_costs import StaticCost, has_era_programs, static_cost
 from gpgpu_rt.scene.catalogue import mesh_path
 
 from ..framework.cell import Cell
@@ -78,12 +79,19 @@ class PredictedRow:
         card, method = self.experiment.card, self.column.method
         found = {name: tuple(value) if isinstance(value, list) else value
                  for name, value in counts["issued"][self.form].items()}
-        issued, chip = Issued(**found), card.chip.lower()
-        costs = {name: static_cost(chip, method, name) for name in issued.kernels}
+        issued = Issued(**found)
+        costs, streams = _compiled(card.chip.lower(), method, issued.kernels)
         if self.form == PASSES:
             return time_of_passes(card, issued, costs, counts["pixels"], assumed)
-        streams = {name: stream_fetches(method, name) for name in issued.kernels}
         return time_of_loop(card, issued, costs, streams, counts["pixels"], assumed)
+
+
+@functools.cache
+def _compiled(chip: str, method: str, kernels: tuple[str, ...]) -> tuple[
+        dict[str, StaticCost], dict[str, int]]:
+    """Return the static cost and the fetches of streams of each kernel."""
+    return ({name: static_cost(chip, method, name) for name in kernels},
+            {name: stream_fetches(method, name) for name in kernels})
 
 
 def _pairs() -> Iterator[tuple[Experiment, Panel, MethodColumn, list[Cell]]]:
