@@ -33,11 +33,10 @@ void accept(Ray ray, float t, float u, float v, int index, inout Hit hit) {
     bool ahead = t >= ray.t_min;
 #endif
 #ifdef ERA
-    bool nearer = t < hit.t;
+    if (ahead && t < hit.t) {
 #else
-    bool nearer = t < hit.t || (t == hit.t && index < hit.triangle);
+    if (ahead && (t < hit.t || (t == hit.t && index < hit.triangle))) {
 #endif
-    if (ahead && nearer) {
         hit = Hit(t, u, v, index);
     }
 }
