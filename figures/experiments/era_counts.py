@@ -11,7 +11,7 @@ import numpy as np
 
 import gpgpu_rt as rt
 from gpgpu_rt.bench.workloads import Workload
-from gpgpu_rt.hardware.issue import ORDERS, Issued, issued_in_loop, issued_in_passes
+from gpgpu_rt.hardware.issue import ORDERS, KernelIssues, issued_in_loop, issued_in_passes
 from gpgpu_rt.hardware.trace import KernelTrace, record_trace
 
 WORK, ON = "era counts of ", " on "
@@ -41,7 +41,7 @@ def measure(scene: rt.Scene, rays: Workload, method: str, options: dict[str, Any
     if method == "brute-force":
         tests = round(live * pixels * len(scene))
         # Every ray tests every triangle, so no lane waits.
-        found = {PASSES: Issued(("intersect",), (tests,), (tests,), 0, (len(scene),),
+        found = {PASSES: KernelIssues(("intersect",), (tests,), (tests,), 0, (len(scene),),
                                 len(scene) // 16)}
         return {"pixels": pixels, "rays": live * pixels, "issued": _plain(found)}
     with rt.Tracer(scene, method, **{**options, **STEPWISE}) as tracer:
@@ -72,7 +72,7 @@ def _tiles(size: int) -> np.ndarray:
     return places[:, None] * size + places
 
 
-def _scaled(issued: Issued, image: KernelTrace, pixels: int, host: Issued | None = None) -> Issued:
+def _scaled(issued: KernelIssues, image: KernelTrace, pixels: int, host: KernelIssues | None = None) -> KernelIssues:
     """Return the tiles' issues for the whole image, kernel by kernel.
 
     ``host`` has the passes and queries of the whole image.
@@ -82,10 +82,10 @@ def _scaled(issued: Issued, image: KernelTrace, pixels: int, host: Issued | None
     grown = [new / max(old, 1) for new, old in zip(runs, issued.runs)]
     lanes = [count * more for count, more in zip(issued.lanes, grown)]
     overall = sum(runs) / max(sum(issued.runs), 1)
-    return Issued(issued.kernels, tuple(map(round, runs)), tuple(map(round, lanes)),
+    return KernelIssues(issued.kernels, tuple(map(round, runs)), tuple(map(round, lanes)),
                   round(issued.iterations * overall), host.passes if host else (),
                   host.queries if host else 0)
 
 
-def _plain(found: dict[str, Issued]) -> dict[str, Any]:
+def _plain(found: dict[str, KernelIssues]) -> dict[str, Any]:
     return {form: asdict(issued) for form, issued in found.items()}

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from gpgpu_rt.hardware.issue import STEP, WHILE_WHILE, Issued
+from gpgpu_rt.hardware.issue import STEP, WHILE_WHILE, KernelIssues
 from gpgpu_rt.hardware.machine_model import (
     ASSUMED, Assumptions, CardTime, stream_fetches, time_of_loop, time_of_passes
 )
@@ -41,10 +41,10 @@ class PredictedRow:
 
     Attributes
     ----------
-    form : PASSES or an order of a loop
-    published : nanoseconds a ray, or a pixel of a picture
-    counts : of `era_counts.measure`, an entry for each kind of rays
-    stand_in : whether the scene's mesh is missing, so that the row is not scored
+    form : PASSES or an order of a loop.
+    published : Nanoseconds a ray, or a pixel of a picture.
+    counts : Of `era_counts.measure`, an entry for each kind of rays.
+    stand_in : Whether the scene's mesh is missing, so that the row is not scored.
     """
 
     experiment: Experiment
@@ -79,7 +79,7 @@ class PredictedRow:
         card, method = self.experiment.card, self.column.method
         found = {name: tuple(value) if isinstance(value, list) else value
                  for name, value in counts["issued"][self.form].items()}
-        issued = Issued(**found)
+        issued = KernelIssues(**found)
         costs, streams = _compiled(card.chip.lower(), method, issued.kernels)
         if self.form == PASSES:
             return time_of_passes(card, issued, costs, counts["pixels"], assumed)

@@ -9,7 +9,7 @@ from ..gl.pass_log import PassLog, logged
 from ..statistics import Statistics
 from ..tracer import Tracer
 from .cards import Card, cards
-from .issue import Issued
+from .issue import KernelIssues
 from .machine_model import CardTime, time_of_passes
 from .static_costs import compiled_costs, static_cost
 
@@ -43,8 +43,8 @@ class EraTime:
                  if entry["name"] in method.kernels}
         names = tuple(found)
         runs = tuple(found[name]["fragments"] for name in names)
-        issued = Issued(names, runs, runs, passes=tuple(found[name]["draws"] for name in names),
-                        queries=self.log.queries)
+        draws = tuple(found[name]["draws"] for name in names)
+        issued = KernelIssues(names, runs, runs, passes=draws, queries=self.log.queries)
         costs = {name: static_cost(chip, method.name, name) for name in names}
         buffers = self.tracer.session.buffers.rays
         assert buffers is not None

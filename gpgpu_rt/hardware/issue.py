@@ -14,7 +14,7 @@ ORDERS = (WHILE_WHILE, STEP)
 
 
 @dataclass(frozen=True)
-class Issued:
+class KernelIssues:
     """The issues of kernels, a tuple entry a kernel.
 
     Attributes
@@ -53,7 +53,7 @@ def in_groups(steps: np.ndarray, group: tuple[int, int]) -> np.ndarray:
     return parts.transpose(0, 1, 3, 2, 4).reshape(count, down * across, group[0] * group[1])
 
 
-def issued_in_loop(trace: KernelTrace, group: tuple[int, int], order: str) -> Issued:
+def issued_in_loop(trace: KernelTrace, group: tuple[int, int], order: str) -> KernelIssues:
     """Return the issues of a program with a loop, whose pixels branch together in groups.
 
     Parameters
@@ -68,8 +68,8 @@ def issued_in_loop(trace: KernelTrace, group: tuple[int, int], order: str) -> Is
     issue = _in_turns if order == WHILE_WHILE else _in_step
     issues, iterations = issue(steps, count)
     totals = trace.totals()
-    return Issued(trace.kernels, tuple(totals[name] for name in trace.kernels),
-                  tuple(int(number) * lanes for number in issues), iterations * lanes)
+    return KernelIssues(trace.kernels, tuple(totals[name] for name in trace.kernels),
+                        tuple(int(number) * lanes for number in issues), iterations * lanes)
 
 
 def _in_step(steps: np.ndarray, count: int) -> tuple[np.ndarray, int]:
@@ -107,7 +107,7 @@ def _in_turns(steps: np.ndarray, count: int) -> tuple[np.ndarray, int]:
         place += waits == kernel[:, None]
 
 
-def issued_in_passes(trace: KernelTrace, choice: int = PASSES_A_CHOICE) -> Issued:
+def issued_in_passes(trace: KernelTrace, choice: int = PASSES_A_CHOICE) -> KernelIssues:
     """Return the issues of the schedule ``kernels``: a kernel a pass.
 
     The host counts by occlusion queries how many rays wait for each kernel. It then draws
@@ -137,5 +137,5 @@ def issued_in_passes(trace: KernelTrace, choice: int = PASSES_A_CHOICE) -> Issue
             place += on
             waits = padded[place, quad, lane]
     totals = trace.totals()
-    return Issued(trace.kernels, tuple(totals[name] for name in trace.kernels),
-                  tuple(map(int, lanes)), 0, tuple(map(int, passes)), queries)
+    return KernelIssues(trace.kernels, tuple(totals[name] for name in trace.kernels),
+                        tuple(map(int, lanes)), 0, tuple(map(int, passes)), queries)

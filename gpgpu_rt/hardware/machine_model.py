@@ -1,9 +1,9 @@
 """Machine model: the seconds that a card needs for issued kernels, without a fitted constant.
 
-A kernel's time is the largest of its arithmetic, its fetches and its streams, because these units
-of a card work side by side:
+A kernel's time is the largest of its arithmetic, its fetches and its streams. These units of a
+card work side by side.
 
-    time = lanes * max(instructions / issue rate, fetches / texel rate, bytes / bandwidth)
+    time = lanes * max(instructions / issue rate, fetches / texel rate, bytes / bandwidth).
 
 Lanes include idle lanes. Passes and occlusion queries add the host's time and the time in which
 early depth rejects pixels. All rates come from cards.json. `Assumptions` holds the numbers that no
@@ -16,7 +16,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
 
 from .cards import Card
-from .issue import Issued
+from .issue import KernelIssues
 from .static_costs import StaticCost, era_programs
 
 STREAM = "_texel_"     # part of the sampler's name of a stream: ray, state, hit
@@ -86,7 +86,7 @@ def stream_fetches(method: str, kernel: str) -> int:
                for line in text.splitlines())
 
 
-def time_of_passes(card: Card, issued: Issued, costs: Mapping[str, StaticCost], pixels: int,
+def time_of_passes(card: Card, issued: KernelIssues, costs: Mapping[str, StaticCost], pixels: int,
                    assumed: Assumptions = ASSUMED) -> CardTime:
     """Predict a kernel a pass.
 
@@ -105,7 +105,7 @@ def time_of_passes(card: Card, issued: Issued, costs: Mapping[str, StaticCost], 
     return total
 
 
-def time_of_loop(card: Card, issued: Issued, costs: Mapping[str, StaticCost],
+def time_of_loop(card: Card, issued: KernelIssues, costs: Mapping[str, StaticCost],
                  streams: Mapping[str, int], pixels: int,
                  assumed: Assumptions = ASSUMED) -> CardTime:
     """Predict a single pass with a loop, which keeps ray, state and hit in registers.
@@ -128,7 +128,7 @@ def time_of_loop(card: Card, issued: Issued, costs: Mapping[str, StaticCost],
     return total
 
 
-def _host_time(card: Card, issued: Issued, pixels: int, assumed: Assumptions) -> CardTime:
+def _host_time(card: Card, issued: KernelIssues, pixels: int, assumed: Assumptions) -> CardTime:
     draws = sum(issued.passes) + issued.queries
     rejected = draws * pixels / (assumed.rejected_a_clock * card.clock)
     return _parts(passes=assumed.draw_seconds * draws + rejected,

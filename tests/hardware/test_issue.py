@@ -10,7 +10,7 @@ import gpgpu_rt as rt
 from gpgpu_rt.errors import OptionError
 from gpgpu_rt.hardware.cards import find_card
 from gpgpu_rt.hardware.issue import (
-    ORDERS, STEP, Issued, in_groups, issued_in_loop, issued_in_passes
+    ORDERS, STEP, KernelIssues, in_groups, issued_in_loop, issued_in_passes
 )
 from gpgpu_rt.hardware.machine_model import ASSUMED, stream_fetches, time_of_loop, time_of_passes
 from gpgpu_rt.hardware.static_costs import StaticCost
@@ -104,7 +104,7 @@ def _cost(**counts: int) -> dict[str, StaticCost]:
 
 def test_the_slowest_unit_bounds_a_kernel() -> None:
     card = find_card("NV40")
-    issued = Issued(("down",), runs=(10 ** 9,), lanes=(4 * 10 ** 9,), passes=(0,))
+    issued = KernelIssues(("down",), runs=(10 ** 9,), lanes=(4 * 10 ** 9,), passes=(0,))
     found = time_of_passes(card, issued, _cost(arithmetic=50, fetches=6, targets=2), 1)
     texture, arithmetic = 6 / card.texel_rate, 50 / card.issue_rate
     assert arithmetic > texture
@@ -118,7 +118,7 @@ def test_the_slowest_unit_bounds_a_kernel() -> None:
 
 def test_passes_and_queries_cost_the_host_time() -> None:
     card = find_card("NV40")
-    issued = Issued(("down",), (0,), (0,), passes=(90,), queries=10)
+    issued = KernelIssues(("down",), (0,), (0,), passes=(90,), queries=10)
     found = time_of_passes(card, issued, _cost(), 512 * 512)
     assert found.parts["queries"] == pytest.approx(10 * ASSUMED.query_seconds)
     assert found.parts["passes"] == pytest.approx(
@@ -129,7 +129,7 @@ def test_a_loop_keeps_the_ray_in_registers() -> None:
     # Two texels of the ray, two of the state and one of the hit; the sixth is a node.
     assert stream_fetches("kd-restart", "down") == 5
     card, streams = find_card("NV40"), {"down": 5}
-    issued = Issued(("down",), (1000,), (1000,))
+    issued = KernelIssues(("down",), (1000,), (1000,))
     costs = _cost(arithmetic=0, fetches=6, targets=2)
     found = time_of_loop(card, issued, costs, streams, 0)
     branch = max(1 / card.texel_rate, ASSUMED.branch_instructions / card.issue_rate)
