@@ -42,7 +42,7 @@ def measure(scene: rt.Scene, rays: Workload, method: str, options: dict[str, Any
         tests = round(live * pixels * len(scene))
         # Every ray tests every triangle, so no lane waits.
         found = {PASSES: KernelIssues(("intersect",), (tests,), (tests,), 0, (len(scene),),
-                                len(scene) // 16)}
+                                      len(scene) // 16)}
         return {"pixels": pixels, "rays": live * pixels, "issued": _plain(found)}
     with rt.Tracer(scene, method, **{**options, **STEPWISE}) as tracer:
         image, tiles = (_recorded(tracer, part) for part in (sparse, rays.part(_tiles(size))))
@@ -72,7 +72,8 @@ def _tiles(size: int) -> np.ndarray:
     return places[:, None] * size + places
 
 
-def _scaled(issued: KernelIssues, image: KernelTrace, pixels: int, host: KernelIssues | None = None) -> KernelIssues:
+def _scaled(issued: KernelIssues, image: KernelTrace, pixels: int,
+            host: KernelIssues | None = None) -> KernelIssues:
     """Return the tiles' issues for the whole image, kernel by kernel.
 
     ``host`` has the passes and queries of the whole image.
@@ -83,8 +84,8 @@ def _scaled(issued: KernelIssues, image: KernelTrace, pixels: int, host: KernelI
     lanes = [count * more for count, more in zip(issued.lanes, grown)]
     overall = sum(runs) / max(sum(issued.runs), 1)
     return KernelIssues(issued.kernels, tuple(map(round, runs)), tuple(map(round, lanes)),
-                  round(issued.iterations * overall), host.passes if host else (),
-                  host.queries if host else 0)
+                        round(issued.iterations * overall), host.passes if host else (),
+                        host.queries if host else 0)
 
 
 def _plain(found: dict[str, KernelIssues]) -> dict[str, Any]:
