@@ -72,7 +72,7 @@ class Option:
         if self.choices is not None:
             value = tuple(value) if isinstance(value, list) else value
             if isinstance(value, str):
-                value = next((c for c in self.choices if spell(c) == value), value)
+                value = next((c for c in self.choices if spell(c) == value.lower()), value)
             if value not in self.choices:
                 known = [spell(c) for c in self.choices]
                 raise OptionError(f"option {self.name}={value!r} is none of {', '.join(known)}"
@@ -150,7 +150,7 @@ TRACER_OPTIONS: tuple[Option, ...] = (
     Option("era", None, "run the kernels as the papers had them on a card with this chip: a "
            "kernel a pass, no integers, the chip's numbers", choices=tuple(ERAS), optional=True,
            excludes=("statistics", "sort_rays", "rasterised_bounds", "entry_points",
-                     "quantise_nodes", "step_cap")),
+                     "quantise_nodes", "step_cap", "steps_per_pass")),
     Option("schedule", "loop", "how traversal kernels are run: a pass for each kernel, a pass for "
            "each step, or all steps in one pass", choices=("kernels", "step", "loop")),
     Option("steps_per_pass", 1, "kernel runs per pass under the step schedule", int, minimum=1,
@@ -212,6 +212,31 @@ def resolve_options(given: Mapping[str, Any], known: Iterable[Option],
     if clash:
         raise OptionError(f"{what}: {clash}")
     return found
+
+
+def with_era(given: Mapping[str, Any], known: Iterable[Option], what: str) -> dict[str, Any]:
+    """Return the options ``given``, and the options that the option ``era`` implies.
+
+    Raises
+    ------
+    OptionError
+        for another value of an implied option, or for a value by which a search may lose hits. A
+        ray in the era form counts no steps, so a search that does not settle would never end
+    """
+    implied = ERAS.get(str(given.get("era")))
+    if implied is None:
+        return dict(given)
+    for name in ("storage", "arithmetic", *implied):
+        value = implied.get(name, implied.get("precision", "fp32"))
+        if given.get(name) not in (None, value):
+            raise OptionError(f"{what}: era={given['era']} implies "
+                              + ", ".join(f"{n}={v}" for n, v in implied.items())
+                              + f"; leave {name} out")
+    for option in known:
+        if given.get(option.name) in option.relaxed and option.name not in implied:
+            raise OptionError(f"{what}: {option.name}={given[option.name]} may lose hits, and a "
+                              "search in the era form would then never end; leave it or era out")
+    return {**given, **implied}
 
 
 def clashing(values: Mapping[str, Any], known: Iterable[Option]) -> str | None:

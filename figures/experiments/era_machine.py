@@ -17,7 +17,7 @@ from gpgpu_rt.hardware.issue import STEP, WHILE_WHILE, KernelIssues
 from gpgpu_rt.hardware.machine_model import (
     ASSUMED, Assumptions, CardTime, stream_fetches, time_of_loop, time_of_passes
 )
-from gpgpu_rt.hardware.static_costs import StaticCost, has_era_programs, static_cost
+from gpgpu_rt.hardware.static_costs import StaticCost, era_methods, static_cost
 from gpgpu_rt.scene.catalogue import mesh_path
 
 from ..framework.cell import Cell
@@ -97,7 +97,7 @@ def _compiled(chip: str, method: str, kernels: tuple[str, ...]) -> tuple[
 def _pairs() -> Iterator[tuple[Experiment, Panel, MethodColumn, list[Cell]]]:
     for one in EXPERIMENTS:
         for panel, column in one.pairs() if one.figure.name in FORMS else ():
-            if not has_era_programs(column.method):
+            if column.method not in era_methods():
                 continue
             options = one.figure.cell(panel, column, False).options
             yield one, panel, column, [

@@ -1,7 +1,7 @@
 // A pass that runs one kernel on each ray that waits for this kernel, as on cards without loops (Purcell et
-// al. 2002, section 3.2; Foley and Sugerman 2005, section 4.1). The early depth test rejects all other
-// rays. A ray that leaves the kernel between two masks is copied from pass to pass. With START the pass sets
-// up the rays' states.
+// al. 2002; Foley and Sugerman 2005). The early depth test rejects all other rays. Several passes follow one
+// choice of the kernel; a ray that leaves the kernel earlier is copied from pass to pass. With START the pass
+// sets up the rays' states.
 //
 // Departures from the project's present kernels (drivers/traverse.frag): no integers, no step counts, no
 // counters, no slack of boxes, the test of Moeller and Trumbore, and the first triangle found keeps a tie.

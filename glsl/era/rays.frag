@@ -1,5 +1,5 @@
 #version 330 core
-// The first stage of Purcell et al. 2002, section 3.1: it writes the rays into textures. A zero component of
+// The first stage of Purcell et al. 2002: it writes the rays into textures. A zero component of
 // a direction becomes a tiny number, so that no later kernel multiplies zero by an infinite inverse.
 
 #include "core/precision.glsl"

@@ -106,7 +106,7 @@ class Yardstick:
         table = option_table(method)
         relaxed = [name for name, value in options.items() if value in table[name].relaxed or (
             name in FORMATS and value not in FULL_PRECISION)]
-        if not relaxed or "step_cap" in options:
+        if not relaxed or "step_cap" in options or options.get("era"):
             return dict(options)
         exact = {name: value for name, value in options.items() if name not in relaxed}
         return {**options, "step_cap": STEP_ROOM * self._steps(method, tuple(exact.items()))}

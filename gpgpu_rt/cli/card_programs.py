@@ -1,13 +1,13 @@
 """``gpgpu-rt program METHOD --card CARD``: the kernels as a card's own compiler left them."""
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any
 
 from ..errors import OptionError
 from ..hardware.cards import Card, cards
-from ..hardware.era_time import era_timed
+from ..hardware.era_time import EraTime, era_timed
 from ..hardware.published_kernels import published_kernel
 from ..hardware.static_costs import StaticCost, compiled_costs, era_programs, static_cost
 from ..tracer import Tracer
@@ -66,24 +66,45 @@ def _counts(cost: StaticCost, chip: Card | None) -> list[str]:
 
 
 @contextmanager
-def told_card_time(tracer: Tracer, quiet: bool) -> Iterator[None]:
-    """After the block, print the time that the card of the option ``era`` would have taken for
-    the block's traversal. Without this option, or if ``quiet``, print nothing."""
-    if quiet or not tracer.options["era"]:
-        yield
+def watched_for_card(tracer: Tracer) -> Iterator[Callable[[], dict[str, Any]]]:
+    """Yield a function that returns, after the block, the time that the card of the option ``era``
+    would have taken for the block's traversal.
+
+    The function's result has ``card``, ``seconds`` and ``parts`` (seconds by name), or the reason
+    ``no_prediction``. It is empty without the option ``era``.
+    """
+    if not tracer.options["era"]:
+        yield dict
         return
     with era_timed(tracer) as seen:
-        yield
-    found = seen.on_card()
-    if found is None:
-        return
-    card, time = found
-    shares = sorted(((seconds, name) for name, seconds in time.parts.items() if seconds),
-                    reverse=True)
-    print(f"the {card.name} would have taken about {time.seconds * 1e3:,.0f} ms for these passes "
-          "without shading (" + ", ".join(f"{name} {seconds / time.seconds:.0%}"
-                                          for seconds, name in shares)
-          + "); docs/hardware.md says how well such predictions fit")
+        yield lambda: _time_on_card(seen)
+
+
+def _time_on_card(seen: EraTime) -> dict[str, Any]:
+    try:
+        card, time = seen.on_card()
+    except OptionError as reason:
+        return {"no_prediction": str(reason)}
+    return {"card": card.name, "seconds": time.seconds,
+            "parts": {name: seconds for name, seconds in time.parts.items() if seconds}}
+
+
+def card_time_lines(found: Mapping[str, Any], tracer: Tracer) -> list[str]:
+    """Return the result of `watched_for_card` as lines, and a warning where fp24 loses hits."""
+    lines = []
+    if found.get("parts"):
+        shares = sorted(found["parts"].items(), key=lambda part: -part[1])
+        lines.append(
+            f"the {found['card']} would have taken about {found['seconds'] * 1e3:,.0f} ms for the "
+            "traversal's passes, without shading ("
+            + ", ".join(f"{name} {part / found['seconds']:.0%}" for name, part in shares)
+            + "); docs/hardware.md says how well such predictions fit")
+    elif found:
+        lines.append(f"no prediction: {found['no_prediction']}")
+    if found and "interval" in tracer.options and tracer.options["arithmetic"] == "fp24":
+        lines.append("in fp24 a kd-tree loses hits on triangles that are perpendicular to an "
+                     "axis; docs/era.md says how many")
+    return lines
 
 
 def check_alone(given: dict[str, Any]) -> None:
@@ -91,4 +112,4 @@ def check_alone(given: dict[str, Any]) -> None:
     clash = [name for name, value in given.items() if value]
     if clash:
         raise OptionError(f"--card prints what a card's compiler left of the kernels; leave "
-                          f"{' and '.join('--' + name for name in clash)} out")
+                          f"{' and '.join('--' + name.replace('_', '-') for name in clash)} out")

@@ -34,7 +34,7 @@ from . import program
 from . import report as teaching
 from . import scenes, tuning, view
 from .camera import add_camera
-from .card_programs import told_card_time
+from .card_programs import card_time_lines, watched_for_card
 from .distributed import add_scheduler, render_shared, trace_shared
 from .floor import add_floor, scene_of
 from .frames import IMAGES, add_frames, check_frames, render_frames
@@ -132,7 +132,8 @@ def _methods(chosen: argparse.Namespace) -> None:
     for row in rows if chosen.names else ():
         print(f"{row.name}: {row.summary} ({row.citation})\n"
               f"reference: {reference(row.citation)}\n"
-              f"schedules: {', '.join(row.schedules)}")
+              f"schedules: {', '.join(row.schedules)}\n"
+              f"era form: {row.why_no_era_form() and 'no, ' + row.why_no_era_form() or 'yes'}")
         print_table(("option", "default", "meaning"), [
             (word_of(o.name), "no" if o.default is False else
              "-" if o.default is None else spell(o.default), described(o))
@@ -159,7 +160,7 @@ def _render(chosen: argparse.Namespace) -> None:
         plan = explain(chosen, tracer)
         interrupted = False
         try:
-            with told_card_time(tracer, chosen.json), progress_shown() as progress:
+            with watched_for_card(tracer) as card_time, progress_shown() as progress:
                 image = tracer.render(progress=progress, **drawing_of(chosen, tracer.scene))
         except KeyboardInterrupt:
             image, interrupted = tracer.unfinished(), True
@@ -168,7 +169,8 @@ def _render(chosen: argparse.Namespace) -> None:
         with replacing(chosen.output) as path:
             image.save(path)
         _report(chosen, tracer, f"wrote {chosen.output}" + (
-            " with the samples drawn before the interrupt" if interrupted else ""), plan)
+            " with the samples drawn before the interrupt" if interrupted else ""), plan,
+            card_time())
         if interrupted:
             raise KeyboardInterrupt
 
@@ -231,6 +233,9 @@ def _tracer(chosen: argparse.Namespace, scene: Scene | None = None) -> Tracer:
     if chosen.force:
         raise OptionError("--force needs --settings; give both")
     if chosen.method == AUTO:
+        if given_options(chosen).get("era"):
+            raise OptionError("auto chooses among today's forms of all methods; with --era, name "
+                              "a method")
         return Tracer(source, AUTO, **given_options(chosen))
     method = chosen.method or DEFAULT_METHOD
     options = options_for(chosen, method)
@@ -245,14 +250,15 @@ def _bounds(tracer: Tracer) -> str:
 
 
 def _report(chosen: argparse.Namespace, tracer: Tracer, line: str,
-            plan: Plan | None = None) -> None:
+            plan: Plan | None = None, on_card: dict[str, Any] | None = None) -> None:
     statistics = tracer.statistics
     if chosen.json:
         print_json({**tracer.scene.facts(), "method": tracer.method.name,
                     "gpu": tracer.gpu.info(),
                     "options": {k: v for k, v in tracer.options.items() if k != "context"},
                     "statistics": statistics.to_dict(),
-                    **({} if plan is None else {"plan": plan.to_dict()})})
+                    **({} if plan is None else {"plan": plan.to_dict()}),
+                    **({"on_card": on_card} if on_card else {})})
         return
     print_stand_in(tracer.scene)
     print(f"{line}\n{tracer.method.name} on {tracer.gpu.renderer}: "
@@ -283,6 +289,8 @@ def _report(chosen: argparse.Namespace, tracer: Tracer, line: str,
             f"{name.replace('_seconds', '').replace('_', ' ')} "
             + (f"{1e3 * value:.0f} ms" if name.endswith("seconds") else f"{value:,}")
             for name, value in statistics.split.items()))
+    for line in card_time_lines(on_card or {}, tracer):
+        print(line)
 
 
 def _read_rays(path: str) -> dict[str, np.ndarray]:

@@ -85,6 +85,9 @@ def _heat(chosen: argparse.Namespace) -> None:
     scene, maps = load_scene(chosen.scene), []
     for method in chosen.methods:
         options = options_for(chosen, method)
+        if options.get("era") and chosen.what != "passes":
+            raise OptionError("kernels in the era form count nothing; with --era, give "
+                              "--what passes")
         options = (_in_passes(method, options) if chosen.what == "passes"
                    else {**options, "statistics": True})
         with Tracer(scene, method, **options) as tracer:

@@ -11,6 +11,7 @@ from ..inspect.traced_programs import (
     SCENE, TracedProgram, find_program, method_files, traced_programs
 )
 from ..methods import file_of, find_method
+from ..options import TRACER_OPTIONS
 from ..text_format import counted
 from .card_programs import card_costs, card_text, check_alone
 from .shared import Command, add_options, options_for, print_json, print_table, say
@@ -31,8 +32,9 @@ def add_command(command: Command) -> None:
     which.add_argument("--only", metavar="NAME", help="print only the program of this name, for "
                        "example the kernel down under the schedule kernels")
     sub.add_argument("-o", "--output", metavar="FILE", help="write the text to a file")
-    sub.add_argument("--card", choices=COMPILERS, help="print the kernels as this card's own "
-                     "compiler left them: counts, limits and the compiled program")
+    sub.add_argument("--card", type=str.lower, choices=COMPILERS, help="print the kernels as "
+                     "this card's own compiler left them: counts, limits and the compiled "
+                     "program")
     sub.add_argument("--scene", default=SCENE, help="scene whose tree determines sizes, such as "
                      "the size of a stack; default %(default)s")
     add_options(sub)
@@ -69,9 +71,9 @@ def _program(chosen: argparse.Namespace) -> None:
 
 def _card_program(method: str, chosen: argparse.Namespace) -> None:
     """Print the kernels as a card's compiler left them."""
-    check_alone({"list": chosen.list, "all": chosen.all})
-    options = {name: value for name, value in options_for(chosen, method).items()
-               if name != "era"}
+    options = options_for(chosen, method)
+    of_tracer = {one.name: one.name in options for one in TRACER_OPTIONS}
+    check_alone({"list": chosen.list, "all": chosen.all, **of_tracer})
     costs = card_costs(method, chosen.card, options, chosen.only)
     if chosen.json:
         return print_json([one.to_dict() for one in costs])

@@ -9,9 +9,9 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from ..errors import LimitError
-from .record import TABLE_WIDTH_LOG2, Field, Record
+from .record import Field, Record
+from .textures import TABLE_WIDTH
 
-TABLE_WIDTH = 1 << TABLE_WIDTH_LOG2
 # Above this number of rows, the rounding of a coordinate in float32 could reach the next row.
 MOST_ROWS = 1000
 
@@ -64,8 +64,7 @@ def streams_glsl(reads: Iterable[Record], writes: Iterable[Record]) -> str:
     for record in dict.fromkeys((*read, *written)):
         texts += [f"#ifndef {constant}\n#define {constant} {float(value)}\n#endif"
                   for constant, value in record.constants]
-        fields = " ".join(f"{_type(field)} {field.name};" for field in record.fields)
-        texts.append(f"struct {record.name.capitalize()} {{ {fields} }};")
+        texts.append(_struct_glsl(record))
         if record in read:
             texts.append(_load_glsl(record))
         if record in written:
@@ -74,27 +73,29 @@ def streams_glsl(reads: Iterable[Record], writes: Iterable[Record]) -> str:
     return "\n".join(texts)
 
 
-def _load_glsl(record: Record) -> str:
-    name, struct = record.name, record.name.capitalize()
-    lines = [f"uniform sampler2D {name}_texel_{k};" for k in range(record.texels)]
-    lines.append(f"{struct} {name}_load() {{")
-    lines += [f"    vec4 texel_{k} = texel_of({name}_texel_{k});" for k in range(record.texels)]
-    read = ", ".join(f"texel_{field.texel}.{field.swizzle}" for field in record.fields)
-    return "\n".join([*lines, f"    return {struct}({read});", "}"])
-
-
 def far_stream_glsl(record: Record) -> str:
     """Return an accessor of a stream that a pass reads at any texel: ``name_load(texel)``."""
-    name, struct = record.name, record.name.capitalize()
+    size = f"{record.name}_texel_size"
+    return "\n".join([_struct_glsl(record),
+                      f"uniform vec2 {size};    // of a texel, in texture coordinates",
+                      _load_glsl(record, "vec2 texel", f"texel_at(%s, texel * {size})")])
+
+
+def _struct_glsl(record: Record) -> str:
     fields = " ".join(f"{_type(field)} {field.name};" for field in record.fields)
-    lines = [f"struct {struct} {{ {fields} }};",
-             *(f"uniform sampler2D {name}_texel_{k};" for k in range(record.texels)),
-             f"uniform vec2 {name}_texel_size;    // of a texel, in texture coordinates",
-             f"{struct} {name}_load(vec2 texel) {{",
-             *(f"    vec4 texel_{k} = texel_at({name}_texel_{k}, texel * {name}_texel_size);"
-               for k in range(record.texels))]
+    return f"struct {record.name.capitalize()} {{ {fields} }};"
+
+
+def _load_glsl(record: Record, parameter: str = "", fetch: str = "texel_of(%s)") -> str:
+    """Return the load function. ``fetch`` is the GLSL that reads a texture named by %s."""
+    samplers = [f"{record.name}_texel_{k}" for k in range(record.texels)]
+    struct = record.name.capitalize()
     read = ", ".join(f"texel_{field.texel}.{field.swizzle}" for field in record.fields)
-    return "\n".join([*lines, f"    return {struct}({read});", "}"])
+    return "\n".join([*(f"uniform sampler2D {sampler};" for sampler in samplers),
+                      f"{struct} {record.name}_load({parameter}) {{",
+                      *(f"    vec4 texel_{k} = {fetch % sampler};"
+                        for k, sampler in enumerate(samplers)),
+                      f"    return {struct}({read});", "}"])
 
 
 def _store_glsl(record: Record, first: int) -> str:

@@ -5,13 +5,15 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 
+from ..errors import OptionError
 from ..gl.pass_log import PassLog, logged
 from ..statistics import Statistics
 from ..tracer import Tracer
 from .cards import Card, cards
 from .issue import KernelIssues
-from .machine_model import CardTime, time_of_passes
-from .static_costs import compiled_costs, static_cost
+from .machine_model import CardTime, host_time, time_of_passes
+from .methods_on_cards import ERA, era_refusals
+from .static_costs import static_cost
 
 
 @dataclass(frozen=True)
@@ -27,28 +29,39 @@ class EraTime:
     tracer: Tracer
     log: PassLog
 
-    def on_card(self) -> tuple[Card, CardTime] | None:
+    def on_card(self) -> tuple[Card, CardTime]:
         """Return the card and the predicted time of the traversal's passes.
 
-        Passes of shading are not predicted. Return None if the card's figures are not known, or if
-        its compiler has not seen these kernels.
+        The passes of shading are not predicted.
+
+        Raises
+        ------
+        OptionError
+            if no figures of the card are known, if the kernels were not compiled for the card, or
+            if the card could not have run them
         """
         chip, method = str(self.tracer.options["era"]), self.tracer.method
         card = next((one for one in cards() if one.chip.lower() == chip), None)
-        own = {o.name: self.tracer.options[o.name] for o in method.options
-               if self.tracer.options[o.name] != o.default}
-        if card is None or own or not compiled_costs(chip).programs:
-            return None
-        found = {entry["name"]: entry for entry in self.log.to_list()
-                 if entry["name"] in method.kernels}
-        names = tuple(found)
-        runs = tuple(found[name]["fragments"] for name in names)
-        draws = tuple(found[name]["draws"] for name in names)
-        issued = KernelIssues(names, runs, runs, passes=draws, queries=self.log.queries)
-        costs = {name: static_cost(chip, method.name, name) for name in names}
+        if card is None:
+            raise OptionError(f"the clock and the rates of a card with {chip} are not known here")
+        tables = self.tracer.session.tables.samplers().values()
+        most = max(texture.width * texture.height for texture in tables)
+        if refused := era_refusals(card, {method.name: most})[method.name, ERA]:
+            raise OptionError(f"the {card.name} could not have run this: it {refused[0].says}")
+        own = {o.name: self.tracer.options[o.name] for o in method.options}
         buffers = self.tracer.session.buffers.rays
         assert buffers is not None
-        return card, time_of_passes(card, issued, costs, buffers.size[0] * buffers.size[1])
+        pixels = buffers.size[0] * buffers.size[1]
+        time = host_time(card, self.log.queries, pixels=pixels)
+        self.log.to_list()      # reads the fragments that occlusion queries counted
+        for (name, texts), work in self.log.passes.items():
+            if name in method.kernels:
+                any_hit = "#define ANY_HIT\n" in texts[1]
+                cost = static_cost(chip, method.name, name, any_hit, **own)
+                issued = KernelIssues((name,), (work.fragments,), (work.fragments,),
+                                      passes=(work.draws,))
+                time += time_of_passes(card, issued, {name: cost}, pixels)
+        return card, time
 
 
 @contextmanager

@@ -96,7 +96,7 @@ def time_of_passes(card: Card, issued: KernelIssues, costs: Mapping[str, StaticC
     costs : of each kernel of ``issued``
     pixels : of the image; each pass covers all of them, and early depth rejects the others
     """
-    total = _host_time(card, issued, pixels, assumed)
+    total = host_time(card, issued.queries, sum(issued.passes), pixels, assumed)
     for runs, lanes, kernel in zip(issued.runs, issued.lanes, issued.kernels):
         cost = costs[kernel]
         # A pass reads the state that it writes.
@@ -128,11 +128,14 @@ def time_of_loop(card: Card, issued: KernelIssues, costs: Mapping[str, StaticCos
     return total
 
 
-def _host_time(card: Card, issued: KernelIssues, pixels: int, assumed: Assumptions) -> CardTime:
-    draws = sum(issued.passes) + issued.queries
+def host_time(card: Card, queries: int, passes: int = 0, pixels: int = 0,
+              assumed: Assumptions = ASSUMED) -> CardTime:
+    """Predict the host's time for passes and occlusion queries over an image of ``pixels``, and
+    the time in which early depth rejects pixels."""
+    draws = passes + queries
     rejected = draws * pixels / (assumed.rejected_a_clock * card.clock)
     return _parts(passes=assumed.draw_seconds * draws + rejected,
-                  queries=assumed.query_seconds * issued.queries)
+                  queries=assumed.query_seconds * queries)
 
 
 def _kernel_time(card: Card, instructions: float, fetches: float, moved: float, runs: float,

@@ -15,7 +15,7 @@ from ..tracer import Tracer
 from .cards import Card, Needs, Refusal
 from .compiler import not_countable
 from .sample import programs_of
-from .static_costs import COMPILERS, era_programs, has_era_programs, static_cost
+from .static_costs import COMPILERS, era_programs, static_cost
 
 # This program is an addition of this project and saves time only: it finds tiles without live
 # rays.
@@ -90,11 +90,10 @@ def era_texels(names: Sequence[str] | None = None, scene_name: str = "cornell"
     scene_name : the scene whose tables must fit
     """
     found, scene = {}, load_scene(scene_name)
-    for name in names or [row.name for row in methods()]:
-        if has_era_programs(name):
-            with Tracer(scene, name, era="nv40") as tracer:
-                found[name] = max(texture.width * texture.height
-                                  for texture in tracer.session.tables.samplers().values())
+    for name in names or [row.name for row in methods() if not row.why_no_era_form()]:
+        with Tracer(scene, name, era="nv40") as tracer:
+            found[name] = max(texture.width * texture.height
+                              for texture in tracer.session.tables.samplers().values())
     return found
 
 
@@ -112,9 +111,9 @@ def era_refusals(card: Card, texels: Mapping[str, int]) -> dict[tuple[str, str],
     found = {}
     for name, largest in texels.items():
         costs = [static_cost(compiler, name, one.kernel) for one in era_programs(name)]
-        # A card that issues vector and scalar operations in pairs has slots for each kind.
-        needs = [Needs(one.vector + one.scalar or one.arithmetic, one.fetches, one.levels, False,
-                       one.targets, math.isqrt(largest - 1) + 1, largest, True, True)
+        # The slots of a card that issues vector and scalar operations in pairs count both kinds.
+        needs = [Needs(max(one.vector + one.scalar, one.arithmetic), one.fetches, one.levels,
+                       False, one.targets, math.isqrt(largest - 1) + 1, largest, True, True)
                  for one in costs]
         found[name, ERA] = list(dict.fromkeys(
             reason for one in needs for reason in card.refuses(one)))

@@ -23,6 +23,9 @@ from ..traversal.era import era_kernels
 COMPILERS = ("r300", "r420", "r580", "nv40", "g80")
 # A stack's depth follows from the scene's tree. No instruction depends on it, only a constant.
 DEFINES: Mapping[str, object] = {"STACK_SIZE": 32}
+# Settings that are compiled beside the defaults: (method, options).
+SETTINGS: tuple[tuple[str, Mapping[str, Any]], ...] = (
+    ("bvh-threaded", {"octants": True}), ("tree-unit", {"criterion": "box"}))
 
 
 @dataclass(frozen=True)
@@ -101,18 +104,18 @@ class CompiledCosts:
     programs: Mapping[str, StaticCost] = field(default_factory=dict)
 
 
-def has_era_programs(method: str) -> bool:
-    """Return whether a method runs in the era form."""
-    row = find_method(method)
-    return row.takes({"era": "nv40"}) and row.has_era_form
+def era_methods() -> list[str]:
+    """Return the names of the methods that have an era form."""
+    return [row.name for row in methods() if not row.why_no_era_form()]
 
 
-def era_programs(method: str, **options: Any) -> list[EraProgram]:
+def era_programs(method: str, any_hit: bool = False, **options: Any) -> tuple[EraProgram, ...]:
     """Return the kernels of a method in the era form, in the dialect of the cards.
 
     Parameters
     ----------
     method : a name of the method table
+    any_hit : whether rays stop at their first hit
     options : the method's options; by default those of its row
 
     Raises
@@ -120,20 +123,28 @@ def era_programs(method: str, **options: Any) -> list[EraProgram]:
     OptionError
         for a method without an era form
     """
+    return _programs(method, any_hit, tuple(sorted(options.items())))
+
+
+@functools.cache    # a text takes 20 ms
+def _programs(method: str, any_hit: bool,
+              options: tuple[tuple[str, Any], ...]) -> tuple[EraProgram, ...]:
     row = find_method(method)
-    # The precision changes no instruction: the cards compute in their own numbers.
-    resolved = row.resolved({"era": "nv40", **options})
+    # The chip's numbers change no instruction: the cards compute in their own numbers.
+    resolved = row.resolved({**dict(options), "era": "nv40"})
     found = []
-    for kernel in era_kernels(row.formed(resolved), resolved, defines=DEFINES):
+    for kernel in era_kernels(row.formed(resolved), resolved, any_hit, DEFINES):
         text = program_text(kernel.source("card"))
         found.append(EraProgram(method, kernel.name, text, digest_of(text)))
-    return found
+    return tuple(found)
 
 
 def all_era_programs() -> list[EraProgram]:
-    """Return the kernels of every method that has an era form."""
-    return [program for row in methods() if has_era_programs(row.name)
-            for program in era_programs(row.name)]
+    """Return the kernels of every method that has an era form, for nearest and for any hits: with
+    the method's default options, and with SETTINGS."""
+    chosen = [*((name, {}) for name in era_methods()), *SETTINGS]
+    return [program for name, options in chosen for any_hit in (False, True)
+            for program in era_programs(name, any_hit, **options)]
 
 
 def digest_of(text: str) -> str:
@@ -162,7 +173,8 @@ def compiled_costs(card: str) -> CompiledCosts:
         for digest, entry in data["programs"].items()})
 
 
-def static_cost(card: str, method: str, kernel: str, **options: Any) -> StaticCost:
+def static_cost(card: str, method: str, kernel: str, any_hit: bool = False,
+                **options: Any) -> StaticCost:
     """Return what a card's compiler said of a kernel of a method.
 
     Raises
@@ -171,12 +183,12 @@ def static_cost(card: str, method: str, kernel: str, **options: Any) -> StaticCo
         for an unknown card or kernel, a method without an era form, or a kernel that was not
         compiled for this card
     """
-    programs = {one.kernel: one for one in era_programs(method, **options)}
+    programs = {one.kernel: one for one in era_programs(method, any_hit, **options)}
     if kernel not in programs:
         raise OptionError(f"method {method} has no kernel {kernel!r}"
                           + nearest_names(kernel, programs))
     cost = compiled_costs(card).programs.get(programs[kernel].digest)
     if cost is None:
-        raise OptionError(f"kernel {kernel} of {method} was not compiled for {card}; run "
-                          "tools/static_costs.py")
+        raise OptionError(f"kernel {kernel} of {method} was not compiled for {card} with these "
+                          "options; leave the method's options at their defaults")
     return replace(cost, method=method, kernel=kernel)    # methods may share a kernel

@@ -198,7 +198,9 @@ class _Painter:
                                    ("t of the nearest hit so far", distance))]
         width = panels[0][1].width
         served = ", ".join(f"{count:,} {name}" for name, count in one.served.items()) or "none"
-        head = [f"{tracer.scene.title}, {tracer.method.name}, {tracer.options['schedule']}: pass "
+        era, form = tracer.options["era"], tracer.options["schedule"]
+        form = f"era {era}" if era else form
+        head = [f"{tracer.scene.title}, {tracer.method.name}, {form}: pass "
                 f"{one.number}, kernel {'of each ray' if one.kernel == 'all' else one.kernel}",
                 f"rays by the kernel that ran: {served}; live rays: {one.live:,} of {len(over):,}"]
         legend = colours.stacked([

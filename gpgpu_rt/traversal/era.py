@@ -11,9 +11,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from ..errors import LimitError
 from ..gl import era_accessors
 from ..gl.full_screen import FullScreenPass
 from ..gl.precision import Precision
+from ..gl.record import Record
 from ..gl.shader import Source, resolve
 from ..gl.target import Target
 from ..options import word_define
@@ -37,8 +39,7 @@ class EraKernel:
     ----------
     name : the kernel's name; INIT for the pass that sets up states
     defines, virtual : for ``gl.shader.resolve`` with the file of a dialect
-    writes_hit : whether the kernel can change a ray's hit. A kernel that cannot neither copies
-        the hit
+    writes_hit : whether the kernel writes rays' hits. A kernel that cannot change hits does not
     """
 
     name: str
@@ -124,7 +125,7 @@ class EraTraversal(Traversal):
     def run(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
             any_hit: bool = False) -> tuple[Target, int]:
         """Trace every ray, as ``Traversal.run``."""
-        self._buffers = buffers
+        self._buffers, self._choices = buffers, 0
         return super().run(self._generated(rays, statistics), buffers, statistics, any_hit)
 
     def _generated(self, rays: RayTextures, statistics: Statistics) -> RayTextures:
@@ -136,31 +137,37 @@ class EraTraversal(Traversal):
         self.draw(program, mine.target, rays.samplers(), statistics)
         return mine
 
+    def _classify(self, now: Target, buffers: StateBuffers, tiles: Tiles,
+                  statistics: Statistics) -> dict[int, int]:
+        """As ``Traversal._classify``. States count no steps, so the choices of the host are
+        counted: a search that does not settle ends in an error."""
+        self._choices += 1
+        if self._choices > self.step_cap:
+            raise LimitError(f"method {self.method.name} in the era form does not end: the host "
+                             f"has chosen {self.step_cap:,} kernels; leave era out")
+        return super()._classify(now, buffers, tiles, statistics)
+
     def _draw(self, program: FullScreenPass, rays: RayTextures, source: Target | None,
               target: Target, statistics: Statistics, depth: float = DRAWN,
               tiles: Tiles | None = None, kernel: str | None = None) -> None:
         """Draw a pass. A kernel that cannot change hits reads the hits of side 0, where each pair
         of passes ends, and writes states alone."""
-        if source is None or kernel == TESTS_TRIANGLES:
-            return super()._draw(program, rays, source, target, statistics, depth, tiles, kernel)
-        program.set(**rays.uniforms())
-        samplers = {**self.samplers, **rays.samplers(), **self._buffers.side(0).samplers(),
-                    **self._states(source).samplers()}
-        if self._atlas is not None:
-            samplers.update(self._atlas.samplers())
-            program.set(**self._atlas.uniforms)
-        self.draw(program, self._states(target), samplers, statistics, kernel, depth=depth,
-                  rectangles=tiles and tiles.rectangles)
+        if source is not None and kernel != TESTS_TRIANGLES:
+            source, target = self._part(source, HIT), self._part(target)
+        super()._draw(program, rays, source, target, statistics, depth, tiles, kernel)
 
-    def _states(self, side: Target) -> Target:
-        """Return a target over the states of a side of the buffers, without the hits."""
-        buffers, record = self._buffers, self.precision.layout(self.method.state)
-        index = [buffers.side(0), buffers.side(1)].index(side)
+    def _part(self, side: Target, *read: Record) -> Target:
+        """Return a target over the states of a side of the buffers, and over the records ``read``
+        of side 0."""
+        buffers = self._buffers
+        state, *others = (self.precision.layout(record) for record in (self.method.state, *read))
+        index = 0 if side is buffers.side(0) else 1
+        borrowed = {state.name: side.streams[state.name],
+                    **{one.name: buffers.side(0).streams[one.name] for one in others}}
         return self.keep(
-            f"states {index}",
-            lambda: Target(self.gpu, record, side.size, buffers.depth,
-                           borrowed={record.name: side.streams[record.name]}),
-            lambda old: old.textures == side.streams[record.name])
+            f"part {index} {len(read)}",
+            lambda: Target(self.gpu, [state, *others], side.size, buffers.depth, borrowed),
+            lambda old: old.textures == [one for some in borrowed.values() for one in some])
 
     def _traverse(self, rays: RayTextures, any_hit: bool, steps: int, start: bool = False,
                   kernel: int = 0, hits_alone: bool = False) -> FullScreenPass:

@@ -14,7 +14,7 @@ from ..gl.context import Gpu
 from ..gl.lazy_field import Column
 from ..gl.packed_record import PackedRecord
 from ..gl.record import Record
-from ..options import ERA_TARGETS, ERAS, TRACER_OPTIONS, Option, resolve_options, spell
+from ..options import ERA_TARGETS, TRACER_OPTIONS, Option, resolve_options, spell, with_era
 from ..rays.records import HIT
 
 Tables = tuple[Record | PackedRecord, ...]
@@ -182,7 +182,8 @@ class Method:
     own_array : (options) -> whether each fragment writes into an array at an index of its own.
     fixed_defines : GLSL defines of all programs of this method. They tell apart the methods that
         share a GLSL file.
-    in_era_dialect : whether the kernels compile in the era dialect (traversal/era.py).
+    no_era_form : why the kernels do not compile in the era dialect (traversal/era.py). Empty if
+        they do.
     stack, packet, dynamic : Columns of the survey's Table 1.
     """
 
@@ -211,13 +212,19 @@ class Method:
     packet: bool = False
     dynamic: bool = False
     fixed_defines: Mapping[str, object] = field(default_factory=dict)
-    in_era_dialect: bool = True
+    no_era_form: str = ""
 
-    @property
-    def has_era_form(self) -> bool:
-        """Whether the row's kernels can run as on the cards of 2002-2006 (traversal/era.py)."""
-        return (self.in_era_dialect and "kernels" in self.schedules
-                and "kernels" not in self.drivers)
+    def why_no_era_form(self) -> str:
+        """Return why the row cannot run as on the cards of 2002-2006 (traversal/era.py); "" if it
+        can."""
+        targets = self.state.without("steps").texels + HIT.texels
+        if self.no_era_form:
+            return self.no_era_form
+        if "kernels" not in self.schedules or "kernels" in self.drivers:
+            return "its rays do not run kernels one by one"
+        if targets > ERA_TARGETS:
+            return f"its kernels write {targets} render targets, and the cards have {ERA_TARGETS}"
+        return ""
 
     @property
     def steps_once(self) -> bool:
@@ -242,15 +249,16 @@ class Method:
             row = self.form(self, {**{o.name: o.default for o in self.options}, **options})
         if not options.get("era"):
             return row
-        if not row.has_era_form:
-            raise OptionError(f"method {self.name} has no era form: its kernels are not written "
-                              "for a kernel a pass without integers; leave out era or --card")
-        state = row.state.without("steps")
-        targets = state.texels + HIT.texels
-        if targets > ERA_TARGETS:
-            raise OptionError(f"method {self.name} writes {targets} render targets in a pass, and "
-                              f"the cards of this era have {ERA_TARGETS}; leave era out")
-        return replace(row, state=state, schedules=("kernels",))
+        if reason := row.why_no_era_form():
+            changed = self._changed({**{o.name: o.default for o in self.options}, **options})
+            raise OptionError(f"method {self.name}{changed} has no era form: {reason}")
+        return replace(row, state=row.state.without("steps"), schedules=("kernels",))
+
+    def _changed(self, options: Mapping[str, Any]) -> str:
+        """Return a clause that names the method's own options that differ from their defaults."""
+        changed = ", ".join(f"{o.name}={spell(options[o.name])}" for o in self.options
+                            if options[o.name] != o.default)
+        return f" with {changed}" if changed else ""
 
     def schedules_for(self, options: Mapping[str, Any]) -> tuple[str, ...]:
         """Return the schedules that support these options. A missing option has its default."""
@@ -271,8 +279,9 @@ class Method:
         OptionError
             for an unknown option or an invalid value
         """
-        given = {**ERAS.get(str(given.get("era")), {}), **given}
-        options = resolve_options(given, TRACER_OPTIONS + self.options, f"method {self.name}")
+        known, whose = TRACER_OPTIONS + self.options, f"method {self.name}"
+        given = with_era(given, known, whose)
+        options = resolve_options(given, known, whose)
         for part in ("storage", "arithmetic"):
             options[part] = options[part] or options["precision"] or "fp32"
         formats = {options["storage"], options["arithmetic"]}
@@ -307,8 +316,7 @@ class Method:
         if options["schedule"] not in schedules:
             given = "" if schedules == self.schedules else " with " + ", ".join(
                 f"{o.name}={spell(options[o.name])}" for o in TRACER_OPTIONS + self.options
-                if options[o.name] != o.default and (o in self.options or o.schedules
-                                                     or o.name == "era"))
+                if options[o.name] != o.default and (o in self.options or o.schedules))
             raise OptionError(f"method {self.name}{given} runs under {', '.join(schedules)} only, "
                               f"not {options['schedule']}")
         if self.steps_once and options["steps_per_pass"] != 1:

@@ -4,7 +4,9 @@ from __future__ import annotations
 import json
 import re
 
+import numpy as np
 import pytest
+import trimesh
 
 import gpgpu_rt as rt
 from gpgpu_rt import cli
@@ -46,7 +48,10 @@ def test_json_and_file(capsys, tmp_path) -> None:
     (["kd-restart", "--card", "nv40", "--list"], "leave --list out"),
     (["kd-restart", "--card", "nv40", "--only", "dwn"], "did you mean down?"),
     (["bvh-packet", "--card", "nv40"], "has no era form"),
-    (["kd-restart", "--card", "nv40", "--interval", "strict"], "was not compiled for nv40")])
+    (["kd-restart", "--card", "nv40", "--interval", "strict"], "may lose hits"),
+    (["kd-restart", "--card", "nv40", "--schedule", "loop"], "leave --schedule out"),
+    (["bvh-threaded", "--card", "nv40", "--octants", "yes", "--shared-subtrees", "8"],
+     "was not compiled for nv40 with these options")])
 def test_mistakes_get_a_line(capsys, words: list[str], says: str) -> None:
     assert cli.main(["program", *words]) != 0
     assert says in capsys.readouterr().err
@@ -65,9 +70,38 @@ def test_a_picture_in_the_era_form_says_what_the_card_would_have_taken(capsys, t
     shares = [int(share) for share in re.findall(r"(\d+)%", told)]
     assert 97 <= sum(shares) <= 103     # rounded shares of the whole
     assert "would have taken" not in _rendered(capsys, tmp_path)
-    assert "would have taken" not in _rendered(capsys, tmp_path, "--era", "r300")   # no figures
-    data = json.loads(_rendered(capsys, tmp_path, "--era", "nv40", "--json"))
+    assert "no prediction: the clock and the rates of a card with r300" in _rendered(
+        capsys, tmp_path, "--era", "r300")
+    assert "in fp24 a kd-tree loses hits" in _rendered(capsys, tmp_path, "--era", "r420")
+    data = json.loads(_rendered(capsys, tmp_path, "--era", "NV40", "--json"))
     assert data["options"]["era"] == "nv40"
+    assert data["on_card"]["seconds"] == pytest.approx(sum(data["on_card"]["parts"].values()))
+
+
+def test_a_card_that_could_not_hold_the_scene_gets_no_time(capsys, tmp_path) -> None:
+    scene = tmp_path / "many.ply"
+    corners = np.random.default_rng(3).normal(size=(140_000, 3, 3))
+    trimesh.Trimesh(corners.reshape(-1, 3), np.arange(420_000).reshape(-1, 3),
+                    process=False).export(scene)
+    assert cli.main(["render", str(scene), "-m", "bvh-threaded", "--build", "lbvh", "--size", "8",
+                     "--era", "r420", "-o", str(tmp_path / "picture.png")]) == 0
+    assert "no prediction: the ATI Radeon X800 XT PE could not have run this: it needs" in (
+        capsys.readouterr().out)
+
+
+def test_nearest_and_any_hits_are_summed() -> None:
+    """The kernel `intersect` has two programs, one for each kind of rays."""
+    scene = rt.load_scene("cornell")
+    rays = scene.camera.rays((32, 32))
+    seconds = {}
+    with rt.Tracer(scene, "kd-restart", era="nv40") as tracer:
+        for name, calls in (("nearest", [tracer.trace]), ("any", [tracer.occluded]),
+                            ("both", [tracer.trace, tracer.occluded])):
+            with era_timed(tracer) as seen:
+                for call in calls:
+                    call(*rays)
+            seconds[name] = seen.on_card()[1].seconds
+    assert seconds["both"] == pytest.approx(seconds["nearest"] + seconds["any"], rel=1e-6)
 
 
 def test_twice_the_passes_take_twice_the_time(tmp_path) -> None:

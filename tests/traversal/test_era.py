@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import gpgpu_rt as rt
-from gpgpu_rt.errors import OptionError
+from gpgpu_rt.errors import LimitError, OptionError
 from gpgpu_rt.inspect.program_text import program_text
 from gpgpu_rt.inspect.time_travel import travel
 from gpgpu_rt.methods import methods
@@ -16,8 +16,7 @@ from gpgpu_rt.scene.loading import load_scene
 from gpgpu_rt.traversal.era import INIT, TESTS_TRIANGLES, era_kernels
 
 SIDE = 64
-LEFT_OUT = {"kd-short-stack"}      # its state does not fit into the cards' render targets
-NAMES = [row.name for row in methods() if row.has_era_form and row.name not in LEFT_OUT]
+NAMES = [row.name for row in methods() if not row.why_no_era_form()]
 _NOT_IN_1_20 = re.compile(
     r"\b(int|uint|ivec\d|uvec\d|texelFetch|textureSize|layout)\b|<<|>>|[^&]&[^&]")
 
@@ -107,11 +106,32 @@ def test_only_the_triangle_test_and_the_start_write_hits(name):
 
 @pytest.mark.parametrize("name", [row.name for row in methods() if row.name not in NAMES])
 def test_other_methods_say_that_they_have_no_era_form(scenes, name):
-    with pytest.raises(OptionError, match="leave( out)? era"):
+    with pytest.raises(OptionError, match="has no era form: "):
         rt.Tracer(scenes["cornell"], name, era="r420")
 
 
-@pytest.mark.parametrize("more", [{"statistics": True}, {"schedule": "loop"}, {"sort_rays": True}])
-def test_options_that_the_cards_could_not_run_are_refused(scenes, more):
-    with pytest.raises(OptionError):
+@pytest.mark.parametrize("more", [
+    {"statistics": True}, {"sort_rays": True}, {"step_cap": 9}, {"steps_per_pass": 4},
+    {"schedule": "loop"}, {"intersection": "woop-watertight"}, {"precision": "fp32"},
+    {"storage": "fp16"}, {"arithmetic": "fp16"}, {"interval": "strict"}], ids=str)
+def test_options_that_the_era_form_does_not_have_are_refused(scenes, more):
+    with pytest.raises(OptionError, match=f"era.*{next(iter(more))}|{next(iter(more))}.*era"):
         rt.Tracer(scenes["cornell"], "kd-restart", era="r420", **more)
+
+
+def test_a_value_that_a_chip_implies_may_be_given(scenes):
+    rt.Tracer(scenes["cornell"], "kd-restart", era="r420", precision="fp24").release()
+
+
+def test_the_reason_names_the_option_that_has_no_era_form(scenes):
+    with pytest.raises(OptionError, match="grid with packet=2x2 has no era form"):
+        rt.Tracer(scenes["cornell"], "grid", packet=(2, 2), era="nv40")
+
+
+def test_a_search_that_does_not_end_is_an_error(scenes):
+    """No setting is known that searches without end; a low cap stands for such a setting."""
+    rays = scenes["cornell"].camera.rays((16, 16))
+    with rt.Tracer(scenes["cornell"], "kd-restart", era="nv40") as tracer:
+        tracer.session.driver.step_cap = 3
+        with pytest.raises(LimitError, match="does not end"):
+            tracer.trace(*rays)

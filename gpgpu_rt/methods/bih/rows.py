@@ -55,5 +55,5 @@ ROWS = (Method(
     ),
     own_array=lambda options: options["stack_size"] > 0,
     fixed_defines={"ROOT": ROOT},
-    in_era_dialect=False,       # the stack is an array, whose index must be an integer
+    no_era_form="its stack is an array, whose index must be an integer",
 ),)

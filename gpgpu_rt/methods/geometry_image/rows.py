@@ -95,5 +95,5 @@ ROWS = (Method(
     choose_tables=lambda options: _TABLES + ((PYRAMID_LINK,) if options["octants"] else ()),
     dynamic=True,
     fixed_defines={"IMAGE_CELLS": True},
-    in_era_dialect=False,       # passes fill the tables, in the layout of today's form
+    no_era_form="passes fill its tables, in the layout of today's form",
 ),)

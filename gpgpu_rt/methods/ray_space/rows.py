@@ -97,6 +97,6 @@ ROWS = (
                    "beams; default: set by the budget", int, minimum=1),
             Option("budget", 64.0, _BUDGET, float, minimum=0.0),
         ),
-        in_era_dialect=False,
+        no_era_form="it needs a ray's dominant axis, which the era form does not compute",
     ),
 )

@@ -80,8 +80,10 @@ def check_first_hits(first_hits: str, options: Mapping[str, Any]) -> bool:
     for name, needed in (("intersection", "woop-watertight"), ("storage", "fp32"),
                          ("arithmetic", "fp32")):
         if options[name] != needed:
+            # The option `era` implies the triangle test and the precision.
+            mend = "" if options["era"] else f"{name}={needed} or "
             raise OptionError(f"first_hits=rasterised is proved for {name}={needed} only, not "
-                              f"{options[name]}; set {name}={needed} or first_hits=traced")
+                              f"{options[name]}; set {mend}first_hits=traced")
     return True
 
 
