@@ -20,7 +20,8 @@ from .results import read
 
 LOW = 0.8    # a page explains the order of the methods on a panel whose tau-b is lower
 TIE = 1.05   # published numbers within this factor count as equal
-TESTED_BY = ("Our methods test triangles as Möller and Trumbore 1997 do, a test of their time. "
+TESTED_BY = ("Our methods test triangles as Möller and Trumbore 1997 do, because this test was in "
+             "use when the compared papers were written. "
              "The survey does not say which test a paper used. If a paper used precomputed "
              "projections, as Wald et al. 2001 do, ours is the nearest test that is available. "
              "The default of this program, the watertight test of Woop, Benthin and Wald 2013, is "

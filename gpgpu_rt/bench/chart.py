@@ -27,7 +27,7 @@ def draw(found: Sequence[tuple[str, str, list[Entry]]], path: str, about: str) -
 
     Parameters
     ----------
-    found : (title, rays, entries) of each race; entries are drawn in the order of the table
+    found : (title, rays, entries) of each race; entries are drawn in this order
     path : the file to write
     about : a line for the top of the chart, such as the renderer's name
     """

@@ -99,8 +99,9 @@ ROWS: dict[str, NamedScene] = {row.name: row for row in (
                page="http://graphics.stanford.edu/data/3Dscanrep/ publishes the Happy Buddha; "
                "save its happy_vrip.ply as buddha.ply"),
     NamedScene("tenk", 10_000, outdoors.tenk, None, "built in: 10,000 triangles for Table 1"),
-    NamedScene("stadium", 8_000, outdoors.stadium, None, "built in: a teapot in a stadium, "
-               "stadium:RATIO sets teapot over stadium", takes_argument=True),
+    NamedScene("stadium", 8_000, outdoors.stadium, None, "built in: a teapot in a stadium; "
+               "stadium:RATIO sets the teapot's size divided by the stadium's",
+               takes_argument=True),
     NamedScene("teapot", 6_320, creatures.teapot, "the Utah teapot",
                "Martin Newell's teapot, tessellated"),
     NamedScene("cloth", 49_928, animation.cloth, None,

@@ -18,7 +18,9 @@ from ..tracer import Tracer
 
 MOST_BYTES = 256 << 20      # if all states need more, every second pass is dropped
 MOST_SECONDS = 20.0
-NO_PLACE = 1e30     # a larger t stands for no place on the ray, such as a ray that waits
+# A t above this number is no place on a ray. For example, t_min of a packet's ray that waits for
+# its turn is 3e38.
+NO_PLACE = 1e30
 
 
 class _Enough(Exception):

@@ -219,7 +219,8 @@ def test_packets_counters_are_shared_out() -> None:
     (3.0, "The claim does not hold on")])
 def test_mirrors_and_packets(last: float, says: str, tmp_path) -> None:
     """Figure 14 shows the ratio of rates at each bounce and over all bounces so far, and the
-    verdict. A packet visits twice as many nodes as one ray, so its rays have parted."""
+    verdict. A packet of four rays visits 4 * 5 = 20 nodes, twice the 10 of a single ray, so its
+    rays have parted."""
     for bounces in fig14.BOUNCES:
         ratio = 2 + (last - 2) * bounces / 5
         for method, ns, nodes in ((fig14.SINGLE, 100.0, 10), (fig14.PACKET, 100.0 / ratio, 5)):

@@ -147,7 +147,8 @@ class RayStreams(MethodDriver):
         self._blend(moderngl.MIN)
         self._scatter("drivers/nearest", lowest, [tested, least], count, "LOWEST")
         self.gpu.context.enable_only(moderngl.NOTHING)
-        # The values were rounded when the triangle was tested, so store them in full precision.
+        # The values were rounded to the storage format when the triangle was tested, so the store
+        # function need not round them again.
         target = hits.part(replace(hits.record, storage="fp32"))
         self._scatter("drivers/nearest", target, [tested, met, least, lowest], count, "HITS")
         target.release()

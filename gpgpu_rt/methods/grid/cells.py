@@ -69,8 +69,9 @@ def build_grid(triangles: np.ndarray, *, resolution: int | Sequence[int] | None 
     triangles : (n, 3, 3) float32, world units
     resolution : number of cells along each axis, one number or three, 1 to 512; None: derived
         from `density`
-    density : target number of cells per triangle in a scene that is not flat. The resolution is
-        halved while a triangle would lie in more than 64 cells on average.
+    density : target number of cells per triangle. A flat scene has one cell across its thin axis
+        and the same target over the other axes. The resolution is halved while a triangle would
+        lie in more than 64 cells on average.
 
     Raises
     ------

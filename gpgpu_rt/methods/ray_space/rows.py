@@ -56,7 +56,6 @@ def _prepare_field(triangles: np.ndarray, options: Mapping[str, Any]) -> Acceler
 
 
 SEARCH_STEPS = 32   # upper bound on the steps of a ray's binary search
-_BUDGET = "memory for all candidate lists, in MiB; a smaller budget makes the boxes of rays larger"
 
 ROWS = (
     Method(
@@ -76,7 +75,8 @@ ROWS = (
                    "the direction cube at the finest level, a power of two", int, minimum=1),
             Option("min_rays", 1, "smallest number of rays of a call for which a box gets a "
                    "candidate list", int, minimum=1),
-            Option("budget", 128.0, _BUDGET, float, minimum=0.0),
+            Option("budget", 128.0, "memory for all candidate lists, in MiB; rays whose "
+                   "list does not fit use larger boxes with longer lists", float, minimum=0.0),
         ),
         drivers=dict.fromkeys(SCHEDULES, RayClasses),
     ),
@@ -95,7 +95,8 @@ ROWS = (
                    "direction cube; default: set by the budget", int, minimum=1),
             Option("tiles", None, "number of tiles along a side of a direction cell's plane of "
                    "beams; default: set by the budget", int, minimum=1),
-            Option("budget", 64.0, _BUDGET, float, minimum=0.0),
+            Option("budget", 64.0, "memory for all beams and their lists, in MiB; a "
+                   "smaller budget gives fewer and thicker beams", float, minimum=0.0),
         ),
         no_era_form="it needs a ray's dominant axis, which the era form does not compute",
     ),
