@@ -30,7 +30,8 @@ from .era_machine_page import write_page
 from .period import EXPERIMENTS, STAND_INS, Experiment
 
 # The forms of each figure's programs. The first form is scored. A card without branches runs a
-# kernel a pass. The thesis of Figure 20 runs one step of each ray an iteration.
+# kernel a pass. Code that follows the thesis of Figure 20 runs one step of a ray an iteration (for
+# its BVH). The papers of Figures 13 and 16 do not publish the order of their loops.
 FORMS = {"fig12": (PASSES,), "fig13": (WHILE_WHILE, STEP, PASSES),
          "fig16": (WHILE_WHILE, STEP), "fig20": (STEP, WHILE_WHILE, PASSES)}
 

@@ -29,6 +29,10 @@ The model leaves out the misses of the texture cache, latency that too few fragm
 expose, shading, transfers, and the passes that a card's limit on loop iterations adds.
 Instructions of a kernel are those of the form a kernel a pass; a loop's kernels would decode no
 state. Published numbers do not name these causes, so a missed bar remains unexplained among them.
+
+A figure's first form is scored. Most papers do not publish the order of their loops, so the choice
+of the form is an assumption too; the other forms stand in the table. `step` runs one step of each
+ray an iteration, `while-while` has an inner loop for each kernel, `passes` a pass for each kernel.
 """
 
 
