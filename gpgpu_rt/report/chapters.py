@@ -130,5 +130,5 @@ How long would these programs have taken on the cards of their papers? An emulat
 processor runs the programs and counts their instructions and fetches. A cost model then predicts a
 time from these counts and from the numbers in a card's data sheet. One constant for each card is
 fitted to times that the papers printed; the rest is arithmetic.
-""", ("period", "ideal_hardware")),
+""", ("era_machine", "period", "ideal_hardware")),
 )

@@ -17,7 +17,6 @@ import gpgpu_rt as rt
 from gpgpu_rt.accuracy.judge import judge
 from gpgpu_rt.figures.experiments.extreme_cases import Case
 from gpgpu_rt.figures.experiments.flat_cases import FLATS, Flat
-from gpgpu_rt.methods import find_method
 
 QUICK = [Flat(0, 0.0), Flat(1, 0.0, count=2)]
 SLOW_TO_INSERT = 100  # with more triangles, a builder that inserts them singly is slow
@@ -106,7 +105,5 @@ def test_a_million_rays(exact_renderer, method: str, options: dict, seed: int) -
     rays = -(-MILLION // (2 * len(flats)))
     if options.get("build") == "goldsmith-salmon":
         flats = [flat for flat in flats if flat.count <= SLOW_TO_INSERT]
-    if "loop" not in find_method(method).schedules or options.get("schedule", "loop") != "loop":
-        rays //= 8  # each step is a pass here
     for flat in flats:
         check(flat, rays, seed, method, **options)
