@@ -4,6 +4,8 @@ Cells whose ``work`` is "era counts of", a workload and a chip measure them.
 """
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from dataclasses import asdict
 from typing import Any
 
@@ -12,7 +14,9 @@ import numpy as np
 import gpgpu_rt as rt
 from gpgpu_rt.bench.workloads import Workload
 from gpgpu_rt.hardware.issue import ORDERS, KernelIssues, issued_in_loop, issued_in_passes
+from gpgpu_rt.hardware.static_costs import era_methods
 from gpgpu_rt.hardware.trace import KernelTrace, record_trace
+from gpgpu_rt.methods import find_method
 
 WORK, ON = "era counts of ", " on "
 # The (h, w) of the pixels that branch together, as many as cards.json's branch_width. The survey
@@ -21,9 +25,38 @@ GROUPS = {"R420": None, "NV40": (32, 32), "R580": (6, 8), "G80": (4, 8)}
 # A tile has whole groups of every card; neighbouring pixels stay neighbours.
 TILE, TILES = 96, 2
 SPARSE = 128     # the image is also sampled by this many pixels a side, evenly spread
-PASSES = "passes"
+PASSES, PACKETS = "passes", "packets"
 # The trace needs a step of every ray a pass. The papers' triangle test is that of the era form.
 STEPWISE = {"schedule": "step", "steps_per_pass": 1, "intersection": "moller-trumbore"}
+# A method without an era form -> the method whose kernels it runs. kd-stack has the kernels of
+# kd-texture-stack, in a loop. The rays of a packet are lanes of a warp: each lane runs the kernels
+# of a single ray at the node that the packet visits. Voting and kd-packet's short stack are left
+# out.
+SAME_WALK = {"kd-stack": "kd-texture-stack"}
+SINGLE_RAYS = {"kd-packet": "kd-push-down", "kd-ropes-packet": "kd-ropes",
+               "bvh-packet": "bvh-threaded"}
+WARPS = "G80"    # the chip whose warps run packets
+WARP_PACKET = (4, 4)
+# Kernel -> the counter of packets that says how often each lane runs the kernel, and the runs for
+# each count. bvh-packet tests the boxes of two children at a node. A packet's tests are the sum
+# over its rays.
+RUNS = {"down": ("nodes_visited", 1.0), "traverse": ("nodes_visited", 2.0),
+        "follow_rope": ("leaves_visited", 1.0),
+        "intersect": ("triangles_tested", 1 / math.prod(WARP_PACKET))}
+
+
+def kernels_from(method: str) -> str:
+    """Return the method whose compiled kernels stand for those of a method."""
+    return {**SAME_WALK, **SINGLE_RAYS}.get(method, method)
+
+
+def forms_of(method: str, chip: str, forms: Sequence[str]) -> tuple[str, ...]:
+    """Return which of the forms of a card's programs a method has there; () if it has none."""
+    if method in SINGLE_RAYS:
+        return (PACKETS,) if chip == WARPS else ()
+    if kernels_from(method) not in era_methods():
+        return ()
+    return (PASSES,) if method == "brute-force" else tuple(forms)
 
 
 def measure(scene: rt.Scene, rays: Workload, method: str, options: dict[str, Any],
@@ -38,13 +71,16 @@ def measure(scene: rt.Scene, rays: Workload, method: str, options: dict[str, Any
     sparse = rays.part(_sparse(size))
     pixels = size * size
     live = sparse.live / len(sparse.origins)
+    if method in SINGLE_RAYS:
+        issued = _issued_of_packets(scene, rays, method, options)
+        return {"pixels": pixels, "rays": live * pixels, "issued": _plain({PACKETS: issued})}
     if method == "brute-force":
         tests = round(live * pixels * len(scene))
         # Every ray tests every triangle, so no lane waits.
         found = {PASSES: KernelIssues(("intersect",), (tests,), (tests,), 0, (len(scene),),
                                       len(scene) // 16)}
         return {"pixels": pixels, "rays": live * pixels, "issued": _plain(found)}
-    with rt.Tracer(scene, method, **{**options, **STEPWISE}) as tracer:
+    with rt.Tracer(scene, SAME_WALK.get(method, method), **{**options, **STEPWISE}) as tracer:
         image, tiles = (_recorded(tracer, part) for part in (sparse, rays.part(_tiles(size))))
     passes = issued_in_passes(image)
     found = {PASSES: _scaled(issued_in_passes(tiles), image, pixels, passes)}
@@ -53,6 +89,20 @@ def measure(scene: rt.Scene, rays: Workload, method: str, options: dict[str, Any
         found |= {order: _scaled(issued_in_loop(tiles, group, order), image, pixels)
                   for order in ORDERS}
     return {"pixels": pixels, "rays": live * pixels, "issued": _plain(found)}
+
+
+def _issued_of_packets(scene: rt.Scene, rays: Workload, method: str,
+                       options: dict[str, Any]) -> KernelIssues:
+    """Return the issues of packets in warps, from the counters of all rays of the image."""
+    chosen = {**options, "intersection": "moller-trumbore", "packet": WARP_PACKET}
+    with rt.Tracer(scene, method, **chosen) as tracer, tracer.counting():
+        rays.trace(tracer)
+        means = tracer.statistics.counters
+    kernels = tuple(name for name in find_method(SINGLE_RAYS[method]).kernels if name in RUNS)
+    lanes = tuple(round(means[counter] * times * rays.size ** 2)
+                  for counter, times in map(RUNS.__getitem__, kernels))
+    return KernelIssues(kernels, lanes, lanes, round(means["steps"] * rays.size ** 2),
+                        (0,) * len(kernels))
 
 
 def _recorded(tracer: rt.Tracer, part: Workload) -> KernelTrace:

@@ -12,7 +12,7 @@ from gpgpu_rt.hardware.machine_model import SHARES
 from ..framework.output import markdown_table, number, plt, save_chart, write_csv, write_text
 
 if TYPE_CHECKING:
-    from .era_machine import PredictedRow
+    from ..framework.predicted_times import PredictedRow
 
 # The bars: the median of |log2(predicted / published)|, also under one changed assumption, and
 # tau-b of every scene and of most scenes (the share MANY of them).
@@ -23,7 +23,8 @@ ABOUT = """# The papers' cards: predicted times without fitted constants
 
 The era form of each kernel is compiled by the card's own compiler. Traces of the rays give the
 issues of each kernel, with the lanes that wait. The rates are those that `gpgpu-rt hardware`
-prints. No constant is fitted. A ratio is predicted over published time.
+prints. No constant is fitted. A ratio is predicted over published time. Figures 12, 13, 16, 20 and
+22 hold the same predictions beside the times measured here.
 
 The model leaves out the misses of the texture cache, latency that too few fragments in flight
 expose, shading, transfers, and the passes that a card's limit on loop iterations adds.
@@ -32,7 +33,10 @@ state. Published numbers do not name these causes, so a missed bar remains unexp
 
 A figure's first form is scored. Most papers do not publish the order of their loops, so the choice
 of the form is an assumption too; the other forms stand in the table. `step` runs one step of each
-ray an iteration, `while-while` has an inner loop for each kernel, `passes` a pass for each kernel.
+ray an iteration. `while-while` has an inner loop for each kernel, `passes` a pass for each kernel.
+In `packets` the rays of a packet of 4x4 are lanes of a warp. Each lane runs the kernels of a
+single ray at every node of its packet. Votes, shared stacks and waiting between the two packets of
+a warp are left out.
 """
 
 
@@ -86,27 +90,34 @@ def _bar(what: str, value: float, most: float) -> str:
 
 
 def _words(row: PredictedRow) -> tuple[str, ...]:
-    return (row.experiment.figure.name, row.experiment.chip, row.panel.label, row.column.label,
+    return (row.figure.name, row.paper_card.chip, row.panel.label, row.column.label,
             row.form)
 
 
 def _chart(found: Sequence[PredictedRow], out: Path) -> None:
-    """Draw for each card where a ray's time goes, by method: the mean of its scenes' shares."""
-    groups: dict[str, list[PredictedRow]] = {}
+    """Draw a chart for each card: where a ray's time goes, by method, as the mean of its scenes'
+    shares."""
+    cards: dict[str, dict[str, list[PredictedRow]]] = {}
     for row in found:
-        label = f"{row.experiment.chip} {row.column.label}, {row.form}"
-        groups.setdefault(label, []).append(row)
-    shares = {label: np.mean([[part / row.time().seconds for part in row.time().parts.values()]
-                              for row in some], axis=0) for label, some in groups.items()}
-    figure, axis = plt.subplots(figsize=(8, 1.2 + 0.25 * len(shares)))
-    start = np.zeros(len(shares))
-    for at, name in enumerate(SHARES):
-        width = np.array([share[at] for share in shares.values()])
-        axis.barh(list(shares), width, left=start, label=name)
-        start += width
-    axis.invert_yaxis()
-    axis.set(xlim=(0, 1), xlabel="share of the predicted time")
-    axis.legend(frameon=False, ncols=3, loc="lower left", bbox_to_anchor=(0, 1), fontsize=8)
-    figure.tight_layout(rect=(0, 0.05, 1, 1))
+        label = f"{row.column.label}, {row.form}"
+        cards.setdefault(row.paper_card.card.name, {}).setdefault(label, []).append(row)
+    figure, axes = plt.subplots(
+        len(cards), squeeze=False, sharex=True, figsize=(8, 1.4 + 0.5 * len(cards) + 0.24 * sum(
+            map(len, cards.values()))), height_ratios=[len(rows) + 1 for rows in cards.values()])
+    for axis, (card, rows) in zip(axes[:, 0], cards.items()):
+        shares = np.array([np.mean([[part / row.time().seconds
+                                     for part in row.time().parts.values()] for row in some],
+                                   axis=0) for some in rows.values()])
+        starts = np.cumsum(shares, axis=1) - shares
+        for at, name in enumerate(SHARES):
+            axis.barh(list(rows), shares[:, at], left=starts[:, at], label=name)
+        axis.invert_yaxis()
+        axis.set_title(card, fontsize=10, loc="left")
+        axis.tick_params(axis="y", labelsize=8)
+        axis.spines[["top", "right"]].set_visible(False)
+    axes[-1, 0].set(xlim=(0, 1), xlabel="share of the predicted time")
+    figure.legend(*axes[0, 0].get_legend_handles_labels(), frameon=False, ncols=len(SHARES),
+                  loc="upper center", fontsize=8)
+    figure.tight_layout(rect=(0, 0.04, 1, 0.97))
     save_chart(figure, out / "era_machine.png", "A kernel's time counts as the part that bounds "
                "it; the share of idle lanes counts as waiting lanes.")

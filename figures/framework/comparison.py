@@ -1,20 +1,23 @@
-"""Comparison: a table of measured times by scene and method, beside the published times.
+"""Comparison: a table of times by scene and method: predicted for the paper's card, published, and
+measured here.
 
 Figures 12, 13, 16, 20 and 22 have this form.
 """
 from __future__ import annotations
 
-from collections.abc import Callable
+import math
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from gpgpu_rt.text_format import titled
 
-from . import verdicts
+from . import predicted_times, verdicts
 from .cell import ON_CPU, PERIOD_TEST, Cell
 from .kendall import tau_b
 from .output import COLOURS, markdown_table, number, plt, save_chart, write_csv, write_text
+from .predicted_times import PaperCard, PredictedRow
 from .published_numbers import nanoseconds, published_row, published_triangles
 from .results import read
 
@@ -26,6 +29,8 @@ TESTED_BY = ("Our methods test triangles as Möller and Trumbore 1997 do, becaus
              "projections, as Wald et al. 2001 do, ours is the nearest test that is available. "
              "The default of this program, the watertight test of Woop, Benthin and Wald 2013, is "
              "not used here.")
+PREDICTED = ("Nothing is fitted. If the rays of a packet are the lanes of a warp, a lane is "
+             "assumed to run the kernels of a single ray.")
 
 
 @dataclass(frozen=True)
@@ -59,6 +64,7 @@ class MethodColumn:
 
 Results = dict[tuple[Panel, str], dict[str, Any]]   # by panel and column label
 Rows = dict[Panel, list[dict[str, Any]]]
+Taus = dict[Panel, tuple[float, float]]   # tau-b of the predicted and of the measured times
 
 
 @dataclass(frozen=True)
@@ -79,6 +85,7 @@ class Comparison:
     notes: tuple[str, ...]
     remarks: Callable[[Results], list[str]] = lambda results: []
     full_only: tuple[str, ...] = ()       # scenes that the quick size leaves out
+    paper_card: PaperCard | None = None   # the card on which the paper measured
 
     def pairs(self, full: bool) -> list[tuple[Panel, MethodColumn]]:
         """The pairs of a panel and a column that are measured."""
@@ -98,7 +105,9 @@ class Comparison:
         return replace(cell, options=(*cell.options, PERIOD_TEST))
 
     def cells(self, full: bool) -> list[Cell]:
-        return [self.cell(panel, column, full) for panel, column in self.pairs(full)]
+        """The cells that time methods here, and the cells that count what the card issues."""
+        return [*(self.cell(panel, column, full) for panel, column in self.pairs(full)),
+                *predicted_times.cells(self, full)]
 
     def draw(self, data: Path, out: Path, full: bool) -> None:
         """Write out/NAME.csv, .md and .png from the measured cells."""
@@ -108,7 +117,13 @@ class Comparison:
             if (panel, column.label) in results:
                 rows.setdefault(panel, []).append(
                     self._row(panel, column, results[panel, column.label]))
-        taus = {panel: self._tau(panel, results) for panel in rows}
+        predicted = self._predicted(data, full)
+        for panel, chosen in rows.items():
+            for row in chosen:
+                one = predicted.get((panel, row["method"]))
+                row["predicted_ns_per_ray"] = None if one is None else one.nanoseconds()
+        taus = {panel: (_tau_on_card(panel, predicted), self._tau(panel, results))
+                for panel in rows}
         flat = [row for chosen in rows.values() for row in chosen]
         heads = list(flat[0]) if flat else []
         write_csv(out / f"{self.name}.csv", heads, [list(row.values()) for row in flat])
@@ -117,7 +132,44 @@ class Comparison:
             self._chart(rows, taus, out, results)
 
     def judge(self, data: Path, full: bool) -> verdicts.Verdict:
-        """The verdict on the order of the methods and on the ratios between them."""
+        """The verdict on the order of the methods and on the ratios between them.
+
+        The times are those predicted for the paper's card. The verdict on the times of the present
+        renderer is the ``renderer`` of the result.
+        """
+        here = self._judge_renderer(data, full)
+        if self.paper_card is None:
+            return here
+        rows: dict[Panel, list[PredictedRow]] = {}
+        for (panel, _), row in self._predicted(data, full).items():
+            rows.setdefault(panel, []).append(row)
+        said = verdicts.of_groups([
+            verdicts.MethodTimes(panel.scene, panel.label, [row.nanoseconds() for row in some],
+                                 [row.published for row in some], some[0].stand_in)
+            for panel, some in rows.items()])
+        if said.word == verdicts.UNMEASURED and here.word != verdicts.UNMEASURED:
+            said = verdicts.Verdict(verdicts.TOO_LITTLE, "no panel has two methods with a "
+                                    "predicted time.")
+        return replace(said, why=f"Times predicted for the {self.paper_card.card.name}: {said.why}"
+                       + self._not_predicted(), renderer=here)
+
+    def _not_predicted(self) -> str:
+        """A sentence on the methods of the paper whose times are not predicted, or ""."""
+        assert self.paper_card is not None
+        names = list(dict.fromkeys(
+            column.label for column in self.columns
+            if column.method != ON_CPU and not self.paper_card.forms_of(column.method)
+            and any(self.published_row(panel, column) for panel in self.panels)))
+        return "" if not names else (" No time is predicted for these methods, because they have "
+                                     f"no era form: {', '.join(names)}.")
+
+    def _predicted(self, data: Path, full: bool) -> dict[tuple[Panel, str], PredictedRow]:
+        """The predictions that the verdict takes, by panel and column label."""
+        return {(row.panel, row.column.label): row
+                for row in predicted_times.rows(self, data, full) if row.judged}
+
+    def _judge_renderer(self, data: Path, full: bool) -> verdicts.Verdict:
+        """The verdict on the times that were measured here."""
         results = self._results(data, full)
         groups = []
         for panel in dict.fromkeys(panel for panel, _ in results):
@@ -134,12 +186,13 @@ class Comparison:
                  for panel, column in self.pairs(full)}
         return {key: result for key, result in found.items() if result is not None}
 
-    def _published(self, panel: Panel, column: MethodColumn) -> dict[str, str] | None:
+    def published_row(self, panel: Panel, column: MethodColumn) -> dict[str, str] | None:
+        """The row of ``published.csv`` for a panel and a column, or None."""
         return published_row(self.name, panel.scene, column.published_method or column.method,
                              column.published_options, panel.rays)
 
     def _row(self, panel: Panel, column: MethodColumn, result: dict[str, Any]) -> dict[str, Any]:
-        theirs = self._published(panel, column)
+        theirs = self.published_row(panel, column)
         counters = result["counters"]
         return {"scene": panel.scene, "rays": panel.rays,
                 "triangles": result["scene"]["triangles"],
@@ -148,7 +201,7 @@ class Comparison:
                 "ns_per_ray": result["ns_per_ray"],
                 "published": None if theirs is None else float(theirs["value"]),
                 "published_unit": None if theirs is None else theirs["unit"],
-                "published_ns_per_ray": nanoseconds(theirs),
+                "published_ns_per_ray": nanoseconds(theirs), "predicted_ns_per_ray": None,
                 **{name: counters.get(name) for name in ("steps", "nodes_visited",
                                                          "triangles_tested")},
                 "passes": result["statistics"].get("passes")}
@@ -157,7 +210,7 @@ class Comparison:
                  ) -> list[tuple[MethodColumn, dict[str, Any], float]]:
         """The columns that tau-b compares, each with our result and the published ns per ray."""
         found = [(column, results.get((panel, column.label)),
-                  nanoseconds(self._published(panel, column)))
+                  nanoseconds(self.published_row(panel, column)))
                  for column in self._columns_of(panel) if column.published_method is None]
         return [(c, ours, theirs) for c, ours, theirs in found if ours and theirs]
 
@@ -205,32 +258,39 @@ class Comparison:
                              "model.")
         return lines + list(self.notes)
 
-    def _markdown(self, rows: Rows, taus: dict[Panel, float], results: Results) -> str:
+    def _markdown(self, rows: Rows, taus: Taus, results: Results) -> str:
         parts = [f"# {self.title}\n"]
         for panel, chosen in rows.items():
             best = min(row["ns_per_ray"] for row in chosen)
             theirs = [row for row in chosen if row["published"] is not None]
             their_best = min((row["published_ns_per_ray"] for row in theirs), default=1.0)
             unit = theirs[0]["published_unit"] if theirs else ""
-            table = [[row["method"], f"{row['size']}x{row['size']}", number(row["median_ms"]),
-                      number(row["ns_per_ray"]), number(row["ns_per_ray"] / best),
-                      number(row["published"], 4), "-" if row["published"] is None
+            table = [[row["method"], number(row["published"], 4), "-" if row["published"] is None
                       else number(row["published_ns_per_ray"] / their_best),
+                      *(number(row[name]) for name in ("published_ns_per_ray",
+                                                       "predicted_ns_per_ray", "ns_per_ray")),
+                      number(row["ns_per_ray"] / best), f"{row['size']}x{row['size']}",
+                      number(row["median_ms"]),
                       *(number(row[name]) for name in ("steps", "nodes_visited",
                                                        "triangles_tested")),
                       row["passes"] or "-"] for row in chosen]
             title = titled(panel.label, chosen[0]["stand_in"])
-            parts.append(f"## {title}, {chosen[0]['triangles']:,} triangles: tau-b "
-                         f"{number(taus[panel], 2)}\n")
+            parts.append(f"## {title}, {chosen[0]['triangles']:,} triangles: "
+                         f"{_says(taus[panel])}\n")
             parts.append(markdown_table(
-                ("method", "rays", "ms", "ns a ray", "time / fastest time", f"published {unit}",
-                 "published time / fastest published time", "steps a ray", "nodes a ray",
+                ("method", f"published {unit}", "published time / fastest published time",
+                 "published ns a ray", "predicted ns a ray", "ns a ray here",
+                 "time / fastest time here", "rays here", "ms here", "steps a ray", "nodes a ray",
                  "triangles a ray", "passes"), table))
-            explained = self._explained(panel, results) if taus[panel] < LOW else []
+            explained = self._explained(panel, results) if taus[panel][1] < LOW else []
             if explained:
-                parts.append("Where the order differs:\n\n" + "\n".join(
+                parts.append("Where the order differs here:\n\n" + "\n".join(
                     f"* {line}" for line in explained) + "\n")
-        parts.append("tau-b says how well our order of the methods agrees with the published "
+        if self.paper_card is not None:
+            parts.append(f"Predicted: the time that the {self.paper_card.card.name} would have "
+                         "taken, by the machine model of [era_machine](era_machine.md), from "
+                         f"kernels that the card's compiler compiled. {PREDICTED}\n")
+        parts.append("tau-b says how well an order of the methods agrees with the published "
                      "order: 1 for the same order, -1 for the reverse. Ties between published "
                      "numbers make the highest value smaller than 1. Published numbers within "
                      "5 % count as ties.\n")
@@ -240,7 +300,7 @@ class Comparison:
                 parts.append(f"{head}:\n\n" + "\n".join(f"* {line}" for line in lines) + "\n")
         return "\n".join(parts)
 
-    def _chart(self, rows: Rows, taus: dict[Panel, float], out: Path, results: Results) -> None:
+    def _chart(self, rows: Rows, taus: Taus, out: Path, results: Results) -> None:
         kinds = list(dict.fromkeys(panel.rays for panel in rows))
         wide = max(sum(panel.rays == kind for panel in rows) for kind in kinds)
         figure, axes = plt.subplots(len(kinds), wide, squeeze=False,
@@ -252,21 +312,23 @@ class Comparison:
             axis.remove()
         for axis in axes[:, 0]:
             axis.set_ylabel("nanoseconds a ray (log)")
-        figure.suptitle(f"{self.title}\nplain bars: measured here; hatched bars: published",
-                        fontsize=11)
+        figure.suptitle(f"{self.title}\nhatched: published; dotted: predicted for the paper's "
+                        "card; plain: measured here", fontsize=11)
         figure.tight_layout(rect=(0, 0.07 / len(kinds), 1, 1))
         save_chart(figure, out / f"{self.name}.png", "  ".join(self._differences(results)[:2]))
 
 
-def _bars(axis: Any, panel: Panel, chosen: list[dict[str, Any]], tau: float) -> None:
-    """Draw a panel: our time and the published time of each method."""
+def _bars(axis: Any, panel: Panel, chosen: list[dict[str, Any]],
+          taus: tuple[float, float]) -> None:
+    """Draw a panel: the published, the predicted and the measured time of each method."""
     for at, row in enumerate(chosen):
         colour = COLOURS.get(row["method"], "#555555")
-        pairs = ((at - 0.2, row["ns_per_ray"], {}),
-                 (at + 0.2, row["published_ns_per_ray"], {"hatch": "///", "alpha": 0.45}))
-        for x, height, style in pairs:
+        bars = ((at - 0.27, row["published_ns_per_ray"], {"hatch": "///", "alpha": 0.45}),
+                (at, row["predicted_ns_per_ray"], {"hatch": "...", "alpha": 0.7}),
+                (at + 0.27, row["ns_per_ray"], {}))
+        for x, height, style in bars:
             if height is not None:
-                axis.bar(x, height, 0.38, color=colour, edgecolor="white", **style)
+                axis.bar(x, height, 0.26, color=colour, edgecolor="white", **style)
                 axis.annotate(number(height), (x, height), ha="center", va="bottom",
                               fontsize=6.5, rotation=90, xytext=(0, 2),
                               textcoords="offset points")
@@ -275,9 +337,20 @@ def _bars(axis: Any, panel: Panel, chosen: list[dict[str, Any]], tau: float) -> 
     axis.set_xticks(range(len(chosen)),
                     [row["method"].replace("bvh-threaded ", "bvh\n") for row in chosen],
                     rotation=35, ha="right", fontsize=8)
-    kind = "\n(stand-in)" if chosen[0]["stand_in"] else "\n"
-    axis.set_title(f"{panel.label}{kind} tau-b {number(tau, 2)}", fontsize=10)
+    kind = " (stand-in)\n" if chosen[0]["stand_in"] else "\n"
+    axis.set_title(f"{panel.label}{kind}{_says(taus)}", fontsize=9)
     axis.spines[["top", "right"]].set_visible(False)
+
+
+def _tau_on_card(panel: Panel, predicted: Mapping[tuple[Panel, str], PredictedRow]) -> float:
+    some = [row for (one, _), row in predicted.items() if one == panel]
+    return tau_b([row.nanoseconds() for row in some], [row.published for row in some])
+
+
+def _says(taus: tuple[float, float]) -> str:
+    predicted, here = taus
+    on_card = "" if math.isnan(predicted) else f"tau-b predicted {number(predicted, 2)}, "
+    return f"{on_card}tau-b here {number(here, 2)}"
 
 
 def _work(label: str, result: dict[str, Any]) -> str:

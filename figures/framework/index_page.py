@@ -33,6 +33,8 @@ RULES = (
     f"**{verdicts.REDRAWN}**: a diagram or a picture, made from this program's own passes and "
     "tables; the survey prints nothing in it that could be scored",
     f"**{verdicts.UNMEASURED}**: all cells are missing",
+    "If a figure's paper measured on a card, the verdict is on the times that are predicted for "
+    "that card. The verdict on the times of the present renderer follows, by the same rules",
     "Procedural stand-ins for scenes are never scored. The verdict is followed by what the same "
     "rules say of the stand-ins")
 COLOURS = {verdicts.REPRODUCED: "#cfe8d5", verdicts.ORDER: "#f5e6b8",
@@ -89,7 +91,8 @@ def write_index(out: Path, lines: Sequence[IndexEntry], opening: Sequence[str],
 
 
 def _why(verdict: Verdict) -> str:
-    return " ".join(filter(None, (verdict.why, verdicts.stand_ins_say(verdict))))
+    return " ".join(filter(None, (verdict.why, verdicts.stand_ins_say(verdict),
+                                  verdicts.renderer_says(verdict))))
 
 
 def _links(line: IndexEntry) -> str:

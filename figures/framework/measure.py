@@ -7,7 +7,6 @@ from __future__ import annotations
 import datetime
 import json
 import os
-import sys
 import time
 from collections.abc import Iterable, Iterator
 from pathlib import Path
@@ -18,8 +17,6 @@ from tqdm import tqdm
 from gpgpu_rt.bench.workloads import load
 from gpgpu_rt.disk.files import replacing
 from gpgpu_rt.gl.context import is_software, open_gpu
-from gpgpu_rt.hardware.compiler import check_countable
-from gpgpu_rt.hardware.program import NotCountable
 from gpgpu_rt.threads import cores
 from gpgpu_rt.workers import Workers
 from gpgpu_rt.workers.machine import helped, taken
@@ -27,7 +24,7 @@ from gpgpu_rt.workers.machine import helped, taken
 from . import sweep
 from .aside import Aside, Result, worth_workers
 from .cell import Cell
-from .results import LEFT_OUT, commit, left_out, read, settings
+from .results import commit, read, settings
 from .works import work_of
 
 
@@ -38,8 +35,7 @@ def measure(cells: Iterable[Cell], data: Path, again: bool = False,
     An interrupt loses only the cells in progress. If ``workers`` are given, they measure all
     cells. Otherwise this process measures the timed cells, and one further process for each other
     core measures the untimed cells. If there are few untimed cells, this process measures them
-    too. A line on stderr counts the cells that are left out because this machine cannot count
-    instructions.
+    too.
     """
     data.mkdir(parents=True, exist_ok=True)
     todo = [cell for cell in dict.fromkeys(cells) if again or read(cell, data) is None]
@@ -48,8 +44,6 @@ def measure(cells: Iterable[Cell], data: Path, again: bool = False,
             progress.set_description(_words(cell))
             _write(cell, result, data)
             progress.update()
-    for reason, count in left_out(todo, data).items():
-        print(f"figures: {count} of {len(todo)} cells left out: {reason}", file=sys.stderr)
 
 
 def _results(todo: list[Cell], workers: Workers | None,
@@ -110,18 +104,13 @@ def _words(cell: Cell) -> str:
 
 
 def run(cell: Cell) -> dict[str, Any]:
-    """Measure a cell, or find the reason why it must be left out.
+    """Measure a cell.
 
-    Besides the measurement or the reason, the result holds the settings, the renderer, the commit,
-    the date and the scene.
+    Besides the measurement, the result holds the settings, the renderer, the commit, the date and
+    the scene.
     """
     work = work_of(cell)
-    try:
-        if work.counted:
-            check_countable()    # fail before anything is traced
-        found = work.measure(cell, cell.work.removeprefix(work.name))
-    except NotCountable as reason:
-        found = {LEFT_OUT: " ".join(str(reason).split())}
+    found = work.measure(cell, cell.work.removeprefix(work.name))
     heading = {"settings": settings(cell), "gpu": open_gpu().info(), "commit": commit(),
                "date": datetime.date.today().isoformat()}
     if work.catalogued:

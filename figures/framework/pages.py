@@ -1,7 +1,7 @@
 """Pages: draws the pages of figures, with a process per core if there are many pages."""
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 from tqdm import tqdm
@@ -12,10 +12,9 @@ from gpgpu_rt.workers import Workers
 
 from . import provenance, verdicts
 from .aside import worth_workers
-from .catalogue import FIGURES, figure_of, of_survey
+from .catalogue import figure_of, of_survey
 from .contradictions import of_page
 from .output import write_text
-from .results import left_out
 
 
 def draw(names: Sequence[str], data: Path, out: Path, full: bool) -> None:
@@ -36,21 +35,15 @@ def draw(names: Sequence[str], data: Path, out: Path, full: bool) -> None:
 
 def _draw(name: str, data: Path, out: Path, full: bool) -> None:
     figure = figure_of(name)
-    reasons = left_out(cells := figure.cells(full), data)
     page = out / f"{name}.md"
-    if reasons:     # delete the older page: a figure that has nothing to draw would keep it
-        for kind in (".md", ".csv", ".png"):
-            page.with_suffix(kind).unlink(missing_ok=True)
     figure.draw(data, out, full)
     _add_notes(name, out)
-    if reasons:
-        _add_left_out(page, FIGURES[name], reasons, len(set(cells)))
     _add_works(page)
     judged = None
     if of_survey(name):
         judged = figure.judge(data, full) if hasattr(figure, "judge") else verdicts.DIAGRAM
         _add_verdict(page, judged)
-    provenance.record(name, cells, data, out, full, judged, reasons)
+    provenance.record(name, figure.cells(full), data, out, full, judged)
 
 
 def _add_verdict(page: Path, judged: verdicts.Verdict) -> None:
@@ -59,7 +52,7 @@ def _add_verdict(page: Path, judged: verdicts.Verdict) -> None:
         title, _, rest = page.read_text().partition("\n")
         says = (f"**{judged.word}**: {judged.why}",
                 f"The verdict rests on {verdicts.rests_on(judged)}.",
-                verdicts.stand_ins_say(judged))
+                verdicts.stand_ins_say(judged), verdicts.renderer_says(judged))
         write_text(page, "\n\n".join((title, *filter(None, says), rest.lstrip())))
 
 
@@ -79,15 +72,3 @@ def _add_works(page: Path) -> None:
     if works:
         lines = "\n".join(f"* {work}." for work in works)
         write_text(page, f"{text.rstrip()}\n\n## Works\n\n{lines}\n")
-
-
-def _add_left_out(page: Path, title: str, reasons: Mapping[str, int], cells: int) -> None:
-    """Append to a page how many of its cells are left out, and why.
-
-    A figure that has drawn nothing gets a page with these lines alone.
-    """
-    text = page.read_text().rstrip() if page.exists() else f"# {title}"
-    lines = "\n".join(f"* {count} of {cells} cells (measurements); their columns are empty. The "
-                      f"reason: {reason}."
-                      for reason, count in reasons.items())
-    write_text(page, f"{text}\n\n## What is left out\n\n{lines}\n")

@@ -10,7 +10,7 @@ import csv
 import datetime
 import importlib.metadata
 import json
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -33,13 +33,12 @@ def sources(cells: Iterable[Cell], data: Path) -> list[dict[str, Any]]:
 
 
 def record(name: str, cells: Iterable[Cell], data: Path, out: Path, full: bool,
-           judged: Verdict | None = None, reasons: Mapping[str, int] | None = None) -> None:
+           judged: Verdict | None = None) -> None:
     """Write out/NAME.json for a page that was drawn.
 
     Parameters
     ----------
     judged : the verdict; None for a figure beyond the survey
-    reasons : the reasons why cells could not be measured here, and the number of cells of each
     """
     table = out / f"{name}.csv"
     rows: list[dict[str, str]] = []
@@ -50,7 +49,7 @@ def record(name: str, cells: Iterable[Cell], data: Path, out: Path, full: bool,
             "drawn": {"renderer": open_gpu().renderer, "commit": commit(),
                       "date": datetime.date.today().isoformat(),
                       "version": importlib.metadata.version("gpgpu_rt")},
-            "verdict": judged and asdict(judged), "left_out": dict(reasons or {}),
+            "verdict": judged and asdict(judged),
             "cells": sources(cells, data), "rows": rows}
     with replacing(out / f"{name}.json") as path:
         path.write_text(json.dumps(held, indent=1))
@@ -62,7 +61,7 @@ def held(name: str, out: Path) -> dict[str, Any] | None:
         found = read_json(out / f"{name}.json")
     except (OSError, ValueError):
         return None
-    whole = isinstance(found, dict) and {"verdict", "left_out"} <= set(found) and (
+    whole = isinstance(found, dict) and {"verdict", "cells"} <= set(found) and (
         found["verdict"] is None or Verdict.from_json(found["verdict"]) is not None)
     return found if whole and (out / f"{name}.md").exists() else None
 

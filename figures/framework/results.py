@@ -5,7 +5,6 @@ import functools
 import importlib.metadata
 import json
 import subprocess
-from collections import Counter
 from collections.abc import Iterable
 from dataclasses import asdict
 from pathlib import Path
@@ -16,8 +15,6 @@ from gpgpu_rt.gl.context import open_gpu
 
 from .cell import Cell
 from .works import work_of
-
-LEFT_OUT = "left out"     # the file of a cell that cannot be measured holds the reason at this key
 
 
 def settings(cell: Cell) -> dict[str, Any]:
@@ -35,19 +32,8 @@ def as_kept(found: dict[str, Any]) -> dict[str, Any]:
 def read(cell: Cell, data: Path) -> dict[str, Any] | None:
     """The result of a finished cell, or None.
 
-    It is None if the file is missing or damaged, has other settings, or holds only a reason.
+    It is None if the file is missing or damaged, or has other settings.
     """
-    result = _held(cell, data)
-    return None if result is None or LEFT_OUT in result else result
-
-
-def left_out(cells: Iterable[Cell], data: Path) -> dict[str, int]:
-    """The reasons why cells could not be measured here, and the number of cells of each."""
-    held = (_held(cell, data) for cell in dict.fromkeys(cells))
-    return Counter(result[LEFT_OUT] for result in held if result and LEFT_OUT in result)
-
-
-def _held(cell: Cell, data: Path) -> dict[str, Any] | None:
     try:
         result = read_json(data / cell.name)
         return result if result["settings"] == as_kept(settings(cell)) else None

@@ -86,14 +86,17 @@ def _score(verdict: Verdict) -> str:
 def _order(judged: Sequence[Judged]) -> str:
     """A sentence on the order of methods in all tables of times, even those too small to judge."""
     # Leave out figures that make claims. Table 1 is one of them: its pairs are Figure 26's.
-    scored = [one.verdict for one in judged if not one.verdict.claims]
-    (agreed, pairs), (others, rest) = (
-        (sum(one.agreed for one in tables if one.agreed is not None),
-         sum(one.pairs for one in tables if one.agreed is not None))
-        for tables in (scored, [one.stand_ins for one in scored if one.stand_ins is not None]))
+    tables = [one.verdict for one in judged if not one.verdict.claims]
+    here = [one.renderer or one for one in tables]
+    (agreed, pairs), (ours, all_ours), (others, rest) = (
+        (sum(one.agreed for one in some if one is not None and one.agreed is not None),
+         sum(one.pairs for one in some if one is not None and one.agreed is not None))
+        for some in ([one for one in tables if one.renderer is not None], here,
+                     [one.stand_ins for one in here]))
     return (f"In all tables of times together, {agreed} of {counted(pairs, 'pair')} of methods "
-            f"have the published order on scored scenes, and {others} of {rest} on stand-ins, "
-            "which are never scored.")
+            "have the published order in the times predicted for the papers' cards. In the times "
+            f"of the present renderer {ours} of {all_ours} have it on scored scenes, and "
+            f"{others} of {rest} on stand-ins, which are never scored.")
 
 
 def _too_little(some: Sequence[Judged]) -> list[str]:
@@ -136,15 +139,10 @@ def _not_tried(own: dict[str, dict[str, Any]], unmeasured: Sequence[Judged]) -> 
     scenes = {size: {cell.scene for name in quick for cell in figure_of(name).cells(size)}
               for size in (True, False)}
     left = sorted(scenes[True] - scenes[False])
-    reasons = Counter[str]()
-    for page in own.values():
-        reasons.update(page["left_out"])
     return (f"All measurements are missing for {counted(len(unmeasured), 'figure')}"
             + (f" ({_figures(unmeasured)})" if unmeasured else "")
-            + f", the quick size leaves out {counted(len(left), 'scene')}"
-            + (f" ({_and(left)})" if left else "") + ", and this machine cannot make "
-            + f"{counted(sum(reasons.values()), 'measurement')}"
-            + (f" ({_and(list(reasons))})" if reasons else "") + ".")
+            + f", and the quick size leaves out {counted(len(left), 'scene')}"
+            + (f" ({_and(left)})" if left else "") + ".")
 
 
 def _figures(some: Iterable[Judged]) -> str:

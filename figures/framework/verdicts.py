@@ -53,6 +53,8 @@ class Verdict:
     held : Number of these claims that hold.
     structure : Number of these claims that no scene can change.
     stand_ins : The verdict of the same rules on the stand-ins. Its `scenes` are the stand-ins.
+    renderer : The verdict of the same rules on times of the present renderer, where the verdict
+        itself is on times predicted for the paper's card.
     """
 
     word: str
@@ -64,6 +66,7 @@ class Verdict:
     held: int = 0
     structure: int = 0
     stand_ins: Verdict | None = None
+    renderer: Verdict | None = None
 
     @classmethod
     def from_json(cls, found: Any) -> Verdict | None:
@@ -71,7 +74,7 @@ class Verdict:
         if not isinstance(found, dict) or set(found) != {one.name for one in fields(cls)}:
             return None
         return cls(**{**found, "scenes": tuple(found["scenes"]),
-                      "stand_ins": cls.from_json(found["stand_ins"])})
+                      **{name: cls.from_json(found[name]) for name in ("stand_ins", "renderer")}})
 
 
 @dataclass(frozen=True)
@@ -252,6 +255,16 @@ def stand_ins_say(verdict: Verdict) -> str:
         return ""
     return ("Stand-ins are never scored. By the same rules the verdict on "
             f"{_counts(aside, 'stand-in')} would be \"{aside.word}\": {aside.why}")
+
+
+def renderer_says(verdict: Verdict) -> str:
+    """A sentence on the times that were measured here, or "" if the verdict itself is on them."""
+    here = verdict.renderer
+    if here is None:
+        return ""
+    return " ".join(filter(None, (
+        f"By the same rules the verdict on the times of the present renderer is \"{here.word}\": "
+        f"{here.why}", stand_ins_say(here))))
 
 
 def _counts(verdict: Verdict, scene: str) -> str:

@@ -19,10 +19,10 @@ from gpgpu_rt.workers.machine import alone
 
 from ..experiments import (
     bundle_errors, caustic_errors, coherence, era_counts, extreme_runs, first_hit_times,
-    frame_times, gap_work, needs_times, path_errors, period_work, reduction_times,
-    refraction_errors, update_times
+    frame_times, gap_work, needs_times, path_errors, reduction_times, refraction_errors,
+    update_times
 )
-from ..survey import pass_work, tree_sizes
+from ..survey import ray_engine_work, tree_sizes
 from . import trace_times
 from .cell import Cell
 
@@ -89,13 +89,6 @@ def _accuracy(cell: Cell, _: str) -> dict[str, Any]:
             "ns_per_ray": 1e9 / row["all"]["rays_per_second"], "accuracy": row}
 
 
-def _period_work(cell: Cell, name: str) -> dict[str, Any]:
-    """The work that graphics hardware of the papers' time would have to do for the rays."""
-    manner = next((m for m in (period_work.SQUARES, period_work.KERNELS) if name.endswith(m)), "")
-    return {"work": period_work.measure(load(cell.scene), _rays(cell, name.removesuffix(manner)),
-                                        cell.method, dict(cell.options), manner)}
-
-
 def _era_counts(cell: Cell, name: str) -> dict[str, Any]:
     """The issues of kernels on a card; the rest of the cell's ``work`` names rays and chip."""
     rays, _, chip = name.partition(era_counts.ON)
@@ -158,10 +151,8 @@ WORKS = (
     MeasurementKind(COHERENCE, lambda cell, rays: {"coherence": coherence.measure(
         load(cell.scene), _rays(cell, rays))}, timed=False),
     MeasurementKind(era_counts.WORK, _era_counts, timed=False),
-    MeasurementKind(period_work.WORK, _period_work, timed=False, counted=True),
-    MeasurementKind(pass_work.PASSES, lambda cell, rays: {"passes": pass_work.measure(
-        load(cell.scene), _rays(cell, rays), cell.method, dict(cell.options))}, timed=False,
-        counted=True),
+    MeasurementKind(ray_engine_work.WORK, lambda cell, rays: {"engine": ray_engine_work.measure(
+        load(cell.scene), _rays(cell, rays), dict(cell.options))}, timed=False),
     *map(_gap_work, gap_work.KINDS),
 )
 TRACED = MeasurementKind("", lambda cell, _: trace_times.measure(cell))

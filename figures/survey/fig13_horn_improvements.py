@@ -2,10 +2,13 @@
 from __future__ import annotations
 
 from gpgpu_rt.bench.workloads import EYE, SHADOW
+from gpgpu_rt.hardware.issue import STEP, WHILE_WHILE
 
+from ..experiments.era_counts import PASSES
 from ..framework.cell import Cell, timed_runs
 from ..framework.comparison import Comparison, MethodColumn, Panel, Results
 from ..framework.output import number
+from ..framework.predicted_times import PaperCard
 
 WORK = {"primary": EYE, "shadow": SHADOW}
 PLAIN, PACKETS, PUSH_DOWN, SHORT_STACK = LABELS = (
@@ -86,4 +89,6 @@ FIGURE = Comparison(
      "For cornell's primary rays the survey prints 17.5 Mrays/s for packets, less than the 38.3 "
      "of kd-restart, and then 88.8 for push-down. For shadow rays packets are not slower. The "
      "17.5 may be a misprint, so tau-b may be misleading for cornell's primary rays."),
-    _remarks)
+    _remarks,
+    # The paper does not publish the order of its loop.
+    paper_card=PaperCard("R580", 1024, (WHILE_WHILE, STEP, PASSES)))

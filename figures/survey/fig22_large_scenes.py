@@ -3,10 +3,12 @@ from __future__ import annotations
 
 from gpgpu_rt.bench.engines import EMBREE as CPU
 from gpgpu_rt.bench.workloads import EYE
+from gpgpu_rt.hardware.issue import STEP, WHILE_WHILE
 
 from ..framework.cell import ON_CPU, Cell, timed_runs
 from ..framework.comparison import Comparison, MethodColumn, Panel, Results
 from ..framework.output import number
+from ..framework.predicted_times import PaperCard
 
 WORK = {"primary": EYE, "primary+shadow": "picture", "primary+secondary": "picture"}
 BVH, ROPES = "bvh-packet", "kd-ropes-packet"
@@ -70,4 +72,5 @@ FIGURE = Comparison(
      "bvh-packet has 2x2 rays a fragment and per-ray votes, as published except for the packet's "
      "size. The row with the interval test is ours: 4x2 rays and quantised nodes.",
      "Soda Hall and the Power Plant are measured at full size only."),
-    _remarks, full_only=HUGE)
+    _remarks, full_only=HUGE,
+    paper_card=PaperCard("G80", 1024, (WHILE_WHILE, STEP)))

@@ -9,23 +9,20 @@ import math
 import statistics
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 from gpgpu_rt.gl.context import is_software
 from gpgpu_rt.hardware.cards import find_card
-from gpgpu_rt.hardware.model import loop_work, predict
 
-from ..experiments import period
-from ..experiments.period_work import counted_rays, image_scale
 from ..framework import verdicts
 from ..framework.cell import Cell
 from ..framework.comparison import TESTED_BY
 from ..framework.kendall import tau_b
 from ..framework.output import markdown_table, number, plt, save_chart, write_csv, write_text
+from ..framework.predicted_times import time_of_image
 from ..framework.results import read
-from .pass_work import counted, unseen
-from .scaled import CHIP, scaled, speeds
-from .surveyed import BASE, SCENE, SurveyedMethod, entries, published_speed, rays_of_columns
+from .ray_engine_work import predicted_seconds
+from .scaled import scaled, speeds
+from .surveyed import BASE, CHIP, SCENE, SurveyedMethod, entries, published_speed, rays_of_columns
 
 ON_SOFTWARE = ("Measured on a software renderer: rasterising, blending and transfers have the "
                "cost of memory accesses.")
@@ -37,11 +34,12 @@ NOTES = (
     "own: they are Table 1's.",
     "`tenk` has 24 balls on a floor, 10,000 triangles.",
     TESTED_BY,
-    "Predicted: the work is counted by emulating tiles of the image. If a method runs in many "
-    "passes, all passes over the image are counted instead. The time is computed from the work "
-    "and the card's data, as on the page of period hardware. A packet's rays are the lanes of a "
-    "warp. The Ray Engine's host is left out: only its passes and transfers count. The Ray "
-    "Engine is therefore predicted too fast, and all other methods too slow relative to it.",
+    "Predicted: the machine model of [era_machine](era_machine.md), with kernels that the card's "
+    "compiler compiled. A packet's rays are the lanes of a warp, and each lane runs the kernels "
+    "of a single ray. kd-stack runs the kernels of kd-texture-stack in a loop. Methods without an "
+    "era form are not predicted. The Ray Engine's host is left out: only its passes and transfers "
+    "count. The Ray Engine is therefore predicted too fast, and all other methods too slow "
+    "relative to it.",
     "Measured: the Ray Engine's host is numpy.",
     "Zhou's paper is about building kd-trees. Its row is therefore the kd-tree with a full stack, "
     "built by Zhou's method.")
@@ -65,38 +63,34 @@ class MethodSpeed:
 
 
 def cells(full: bool) -> list[Cell]:
-    """The cells of the entries, and the cells that the card's constant is fitted to."""
-    return [*(cell for entry in entries() for cell in (entry.measured(full), entry.counted())),
-            *period.cells(full, CHIP)]
+    """The cells that time the entries here, and the cells that count what the card does."""
+    return [cell for entry in entries() for cell in (entry.measured(full), entry.counted())
+            if cell is not None]
 
 
-def predicted_ns(entry: SurveyedMethod, result: dict[str, Any], share: float) -> tuple[float, str]:
-    """Predicted nanoseconds per ray on the card, and the resource that bounds them."""
-    card = find_card(CHIP)
-    if "passes" in result:
-        work, rays = counted(card, result["passes"]), result["passes"]["rays"]
+def predicted_ns(entry: SurveyedMethod, data: Path) -> tuple[float | None, str]:
+    """Predicted nanoseconds per ray on the card, and what takes most of the time."""
+    cell, card = entry.counted(), find_card(CHIP)
+    result = None if cell is None else read(cell, data)
+    if result is None:
+        return None, "-"
+    if entry.form is None:
+        seconds, bound = predicted_seconds(card, result["engine"])
+        rays = result["engine"]["rays"]
     else:
-        done = result["work"]
-        lanes = math.prod(period.WARP_PACKET) if entry.packed else 1
-        work = loop_work(card, done, card.branch_width // lanes).scaled(image_scale(done))
-        rays = counted_rays(done)
-    found = predict(card, work, share)
-    return 1e9 * found.seconds / max(rays, 1), found.bound
-
-
-def fitted(data: Path) -> period.Fit | None:
-    """The card's constant, or None if no cell is measured to which it can be fitted."""
-    return period.fit(period.rows(data)).get(CHIP)
+        counts = result["counts"]
+        time = time_of_image(card, entry.method, entry.form, counts, any_hit=False)
+        seconds, bound = time.seconds, max(time.parts, key=time.parts.__getitem__)
+        rays = counts["rays"]
+    return 1e9 * seconds / max(rays, 1), bound
 
 
 def rows(data: Path, full: bool) -> list[MethodSpeed]:
     """Every entry that has a measurement or a prediction."""
-    card, found = fitted(data), []
+    found = []
     for entry in entries():
-        timed, work = (read(cell, data) for cell in (entry.measured(full), entry.counted()))
-        ns, bound = (None, "-") if work is None or card is None else predicted_ns(
-            entry, work, card.share)
-        if timed is not None or work is not None:
+        timed, (ns, bound) = read(entry.measured(full), data), predicted_ns(entry, data)
+        if timed is not None or ns is not None:
             found.append(MethodSpeed(entry, timed["ns_per_ray"] if timed else None, ns, bound))
     base = next((row for row in found if row.entry.source == BASE), None)
     again = speeds(scaled())
@@ -164,14 +158,19 @@ def packet_pairs(found: list[MethodSpeed]) -> list[str]:
 
 
 def judge(data: Path, full: bool) -> verdicts.Verdict:
-    """The verdict on the measured column; the reason also covers the predicted and the scaled."""
+    """The verdict on the predicted column, with the verdict on the measured column beside it. The
+    reason also covers the scaled column."""
     found = rows(data, full)
-    pairs = [(1 / row.measured, 1 / row.published) for row in found
-             if row.measured and row.published]
-    said = verdicts.of_groups([verdicts.MethodTimes(SCENE, "all methods", *zip(*pairs))]
+    said, here = (_judge(found, column) for column in ("predicted", "measured"))
+    return replace(said, renderer=here, why=f"Times predicted for the {find_card(CHIP).name}: "
+                   f"{said.why} Scaled again: {_agreed(found, 'scaled', 'published')}.")
+
+
+def _judge(found: list[MethodSpeed], column: str) -> verdicts.Verdict:
+    pairs = [(1 / ours, 1 / row.published) for row in found
+             if (ours := value(row, column)) and row.published]
+    return verdicts.of_groups([verdicts.MethodTimes(SCENE, "all methods", *zip(*pairs))]
                               if pairs else [])
-    return replace(said, why=said.why + " Other columns: " + "; ".join(
-        f"{name}: {_agreed(found, name, 'published')}" for name, _ in COLUMNS[1:3]) + ".")
 
 
 def _agreed(found: list[MethodSpeed], one: str, other: str) -> str:
@@ -195,7 +194,6 @@ def draw(data: Path, out: Path, full: bool) -> None:
 
 def _page(found: list[MethodSpeed], data: Path, full: bool) -> str:
     known = next((r for e in entries() if (r := read(e.measured(full), data))), None)
-    card = fitted(data)
     table = [[row.entry.source or "-", row.entry.label, number(row.measured_ns),
               number(row.predicted_ns), row.bound, number(row.measured), number(row.predicted),
               "-" if row.scaled is None else " to ".join(map(number, sorted(row.scaled))),
@@ -207,9 +205,7 @@ def _page(found: list[MethodSpeed], data: Path, full: bool) -> str:
     parts = [
         "# Figure 26: every method at 10,000 triangles, relative to the Ray Engine\n",
         "" if known is None else f"Measured on: {known['gpu']['renderer']}, {known['date']}. "
-        f"Predicted and scaled to: {find_card(CHIP).name}"
-        + ("" if card is None else f"; programs reach {number(card.share)} of its rates, fitted "
-           f"to {card.says()} of the page of [period hardware](period.md)") + ".\n",
+        f"Predicted and scaled to: {find_card(CHIP).name}.\n",
         markdown_table(("source", "method here", "measured ns a ray", "predicted ns a ray",
                         "bound by", "measured", "predicted", "scaled again", "published"), table),
         "The last four columns are speeds relative to the Ray Engine. \"Scaled again\" repeats "
@@ -229,18 +225,8 @@ def _page(found: list[MethodSpeed], data: Path, full: bool) -> str:
         *(f"* {line}." for name, _ in COLUMNS for line in claims(found, name)),
         *(f"* {line}." for line in packet_pairs(found)), "",
         "## Notes\n", *(f"* {note}" for note in (rays_of_columns(full), *NOTES)),
-        *([f"* {ON_SOFTWARE}"] if known and is_software(known["gpu"]["renderer"]) else []),
-        *(f"* {note}" for note in _least(data)), ""]
+        *([f"* {ON_SOFTWARE}"] if known and is_software(known["gpu"]["renderer"]) else []), ""]
     return "\n".join(parts)
-
-
-def _least(data: Path) -> list[str]:
-    """Sentences on the passes whose predicted work is only a lower bound."""
-    results = {e.label: r for e in entries() if (r := read(e.counted(), data))}
-    return [f"Predicted, {label}: in {', '.join(names)} each loop counts as one iteration, the "
-            "minimum. The number of iterations is unknown, because a vertex program places the "
-            "fragments."
-            for label, r in results.items() if "passes" in r and (names := unseen(r["passes"]))]
 
 
 def _chart(found: list[MethodSpeed], out: Path) -> None:

@@ -14,13 +14,13 @@ import numpy as np
 
 from gpgpu_rt.hardware.cards import Card, find_card
 
-from ..experiments.period import EXPERIMENTS
+from ..experiments.era_machine import ON_CARDS
 from ..framework.published_numbers import (
     nanoseconds, published, published_row, published_triangles
 )
-from .surveyed import BASE
+from .surveyed import BASE, CHIP
 
-CHIP, TRIANGLES = "G80", 10_000
+TRIANGLES = 10_000
 # Source -> the survey's figure with its rates, and the figure's method, options and kind of rays.
 PRINTED = {
     "Foley and Sugerman 2005": ("fig12", "kd-restart", "", "primary"),
@@ -69,15 +69,17 @@ def scaled() -> list[Scaled]:
     rate = published("text", scene, method, quantity="rate")
     assert rate is not None
     found = [Scaled(BASE, find_card(chip), rate, (f"{triangles:,} triangles",))]
-    chips = {one.figure.name: one.card for one in EXPERIMENTS}
+    figures = {one.name: one for one in ON_CARDS}
     for source, (figure, method, options, rays) in PRINTED.items():
         points = {}
-        for panel in next(one for one in EXPERIMENTS if one.figure.name == figure).figure.panels:
+        paper = figures[figure].paper_card
+        assert paper is not None
+        for panel in figures[figure].panels:
             row = published_row(figure, panel.scene, method, options, rays)
             count, ns = published_triangles(figure, panel.scene), nanoseconds(row)
             if count is not None and ns is not None:
                 points[panel.scene] = (count, 1e9 / ns)
-        found.append(Scaled(source, chips[figure], at_triangles(list(points.values())),
+        found.append(Scaled(source, paper.card, at_triangles(list(points.values())),
                             tuple(points)))
     return found
 

@@ -14,14 +14,16 @@ from typing import Any
 
 import gpgpu_rt as rt
 from gpgpu_rt.bench.workloads import EYE
+from gpgpu_rt.hardware.issue import WHILE_WHILE
 
-from ..experiments.period import WARP_PACKET
-from ..experiments.period_work import WORK
+from ..experiments.era_counts import forms_of
 from ..framework.cell import PERIOD_TEST, Cell, timed_runs
-from .pass_work import PASSES
+from ..framework.predicted_times import counted_cell
+from . import ray_engine_work
 
 SCENE = "tenk"            # 10,000 triangles, as in Table 1
 BASE = "Carr et al. 2002"    # the Ray Engine: all speeds are relative to it
+CHIP = "G80"              # of the GeForce 8800 GTX, to which the survey scales all rates
 # Pixels per side of the image whose rays the predictions cover. It is the same for every method.
 # At this size neighbouring rays are as close as in most of the papers.
 PREDICTED_SIZE = 1024
@@ -60,28 +62,25 @@ class SurveyedMethod:
     def row(self) -> rt.Method:
         return next(row for row in rt.methods() if row.name == self.method)
 
-    @property
-    def packed(self) -> bool:
-        """Whether the rays of a packet are the lanes of a warp, as in Figures 16 and 22."""
-        return self.row.packet
-
     def measured(self, full: bool) -> Cell:
         """The cell that times eye rays of the scene here."""
         return Cell(SCENE, self.method, (*self.options, PERIOD_TEST), measured_size(full), EYE,
                     runs=timed_runs(full))
 
-    def counted(self) -> Cell:
-        """The cell that counts the work of the rays that the prediction covers.
+    @property
+    def form(self) -> str | None:
+        """The form of its programs on the card of the prediction; None without an era form."""
+        return next(iter(forms_of(self.method, CHIP, (WHILE_WHILE,))), None)
 
-        If one program does all of the work, tiles of the image are emulated. Otherwise the passes
-        over the whole image are counted.
-        """
+    def counted(self) -> Cell | None:
+        """The cell that counts what the card does for the rays that the prediction covers, or None
+        for a method without a prediction."""
         options = (*self.options, PERIOD_TEST)
-        if "loop" not in self.row.schedules:
-            return Cell(SCENE, self.method, options, PREDICTED_SIZE, PASSES + EYE, runs=1)
-        if self.packed:
-            options += (("packet", WARP_PACKET),)
-        return Cell(SCENE, self.method, options, PREDICTED_SIZE, WORK + EYE, runs=1)
+        if self.method == ray_engine_work.METHOD:
+            return Cell(SCENE, self.method, options, PREDICTED_SIZE, ray_engine_work.WORK + EYE,
+                        runs=1)
+        return counted_cell(SCENE, self.method, options, PREDICTED_SIZE, EYE,
+                            CHIP) if self.form else None
 
 
 def measured_size(full: bool) -> int:

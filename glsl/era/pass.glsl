@@ -3,6 +3,10 @@
 // choice of the kernel; a ray that leaves the kernel earlier is copied from pass to pass. With START the pass
 // sets up the rays' states.
 //
+// With IN_LOOP the text is a kernel inside a loop, as on cards with branches (Horn et al. 2007): the loop has
+// branched to the kernel, so the kernel does not ask which rays wait for it. A card's compiler counts the
+// instructions of this text; nothing runs it.
+//
 // Departures from the project's present kernels (drivers/traverse.frag): no integers, no step counts, no
 // counters, no slack of boxes, the test of Moeller and Trumbore, and the first triangle found keeps a tie.
 
@@ -32,9 +36,13 @@ void main() {
 #else
     state = state_load();
     hit = hit_load();
+#ifdef IN_LOOP
+    KERNEL(ray, state, hit);
+#else
     if (state.phase == KERNEL_PHASE) {
         KERNEL(ray, state, hit);
     }
+#endif
 #endif
     state_store(state);
 #ifdef WRITES_HIT

@@ -1,5 +1,5 @@
 // A ray of the era form. The counterpart of core/ray.glsl. The inverse of a zero component is infinite, as
-// on the cards.
+// on the cards. A loop computes the inverse once, so its kernels read it.
 
 uniform vec3 scene_lo;
 uniform vec3 scene_hi;
@@ -16,6 +16,13 @@ struct Ray {
     vec3 inv_dir;
 };
 
+#ifdef IN_LOOP
+uniform sampler2D inverse_texel_0;
+Ray ray_setup(Rays texels) {
+    return Ray(texels.origin, texels.t_min, texels.direction, texels.t_max, texel_of(inverse_texel_0).xyz);
+}
+#else
 Ray ray_setup(Rays texels) {
     return Ray(texels.origin, texels.t_min, texels.direction, texels.t_max, R(1.0 / texels.direction));
 }
+#endif

@@ -4,12 +4,10 @@ from __future__ import annotations
 import functools
 import importlib.resources
 import json
-import math
 from dataclasses import dataclass
 from typing import Any
 
 from ..errors import OptionError, nearest_names
-from .program import Program
 
 
 @dataclass(frozen=True)
@@ -18,15 +16,15 @@ class Needs:
 
     Attributes
     ----------
-    arithmetic, textures : numbers of arithmetic instructions and of fetches in the program's text
-    dependent_reads : levels of fetches whose coordinates depend on another fetch
+    arithmetic, textures : numbers of arithmetic instructions and of fetches in the program's text;
+        0 for a program that no card's compiler has compiled
+    dependent_reads : levels of fetches whose coordinates depend on another fetch; 0 likewise
     loops : whether the program has loops
     targets : number of render targets
     texture_size : side of the largest table in texels, if the table were square
     largest_index : number of texels in the largest table, which an index must distinguish
     floats : whether the program needs float textures
     queries : whether the host counts rays by occlusion queries
-    counted : whether ``arithmetic``, ``textures``, ``dependent_reads`` and ``loops`` are known
     """
 
     arithmetic: int = 0
@@ -38,21 +36,6 @@ class Needs:
     largest_index: int = 0
     floats: bool = True
     queries: bool = False
-    counted: bool = True
-
-    @classmethod
-    def of(cls, program: Program | None, targets: int, texels: int = 0,
-           queries: bool = False) -> Needs:
-        """Return the needs of a program whose largest table has ``texels`` texels.
-
-        ``program`` is None if its instructions cannot be counted.
-        """
-        counts = (0, 0, 0, False) if program is None else (
-            sum(work.vector for work in program.work),
-            sum(sum(work.fetches.values()) for work in program.work),
-            program.dependent_reads, bool(program.loops))
-        return cls(*counts, targets, math.isqrt(max(texels - 1, 0)) + 1, texels, True, queries,
-                   program is not None)
 
 
 @dataclass(frozen=True)

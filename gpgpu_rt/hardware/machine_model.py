@@ -76,12 +76,13 @@ class CardTime:
         return CardTime({name: factor * seconds for name, seconds in self.parts.items()})
 
 
-def stream_fetches(method: str, kernel: str) -> int:
-    """Return how many of a kernel's fetches read the ray, its state and its hit.
+def stream_fetches(method: str, kernel: str, any_hit: bool = False) -> int:
+    """Return how many fetches of a kernel in a loop read the ray, its state and its hit.
 
     A loop keeps these in registers. The pruned text declares each sampler that it reads.
     """
-    text = next(one.text for one in era_programs(method) if one.kernel == kernel)
+    text = next(one.text for one in era_programs(method, any_hit, in_loop=True)
+                if one.kernel == kernel)
     return sum(line.startswith("uniform sampler2D") and STREAM in line
                for line in text.splitlines())
 
@@ -113,7 +114,7 @@ def time_of_loop(card: Card, issued: KernelIssues, costs: Mapping[str, StaticCos
     Parameters
     ----------
     issued : of `issue.issued_in_loop`
-    costs : of each kernel
+    costs : of each kernel in a loop
     streams : fetches of each kernel that a loop does not make (`stream_fetches`)
     pixels : of the image, which one pass covers
     """

@@ -1,7 +1,9 @@
-"""Methods on cards: compare the compiled programs of each method with the limits of a card.
+"""Methods on cards: compare the programs of each method with the limits of a card.
 
-The compared programs are this package's own, not the programs of the papers. For example, the ray
-engine of Carr et al. (2002) ran in fixed point on the Radeon 8500, but ours needs float textures.
+The era form of a method is judged by the counts of the card's own compiler. Today's programs are
+judged by their targets, tables, loops and queries alone, because no card's compiler accepts them.
+For example, the ray engine of Carr et al. (2002) ran in fixed point on the Radeon 8500, but ours
+needs float textures.
 """
 from __future__ import annotations
 
@@ -13,13 +15,13 @@ from ..methods import find_method, methods
 from ..scene.loading import load_scene
 from ..tracer import Tracer
 from .cards import Card, Needs, Refusal
-from .compiler import not_countable
-from .sample import programs_of
 from .static_costs import COMPILERS, era_programs, static_cost
 
 # This program is an addition of this project and saves time only: it finds tiles without live
 # rays.
 LEFT_OUT = {"drivers/tile_counts.frag"}
+# Under the schedule `loop`, these programs have a loop whose length depends on the rays.
+LOOPS = {"drivers/traverse.frag", "drivers/packet.frag"}
 ERA = "era"     # stands for the era form in the place of a schedule
 SIZE = 8   # side of the image in pixels; programs do not depend on the size
 
@@ -49,9 +51,6 @@ def method_needs(names: list[str] | None = None, scene_name: str = "cornell"
                  ) -> dict[tuple[str, str], dict[str, Needs]]:
     """Return the needs of each program, by (method, schedule) and by the program's name.
 
-    If instructions cannot be counted on this machine (`compiler.not_countable`), the needs hold
-    only targets, tables and queries, and ``counted`` is false.
-
     Parameters
     ----------
     names : methods; None for all methods
@@ -67,15 +66,15 @@ def method_needs(names: list[str] | None = None, scene_name: str = "cornell"
                 with tracer.gpu.observed(watch):
                     tracer.trace(*rays)
             seen[row.name, schedule] = watch.found
-    texts = list(dict.fromkeys(text for found in seen.values() for text in found))
-    programs = {} if not_countable() else dict(zip(texts, programs_of(texts)))
     needs = {}
     for key, found in seen.items():
         asked: dict[str, Needs] = {}
-        for text, (name, targets, texels) in found.items():
+        for name, targets, texels in found.values():
             same = sum(label.split(" ")[0] == name.split("/")[-1] for label in asked)
             label = name.split("/")[-1] + (f" {same + 1}" if same else "")
-            asked[label] = Needs.of(programs.get(text), targets, texels, key[1] != "loop")
+            loops = key[1] == "loop" and name in LOOPS
+            asked[label] = Needs(loops=loops, targets=targets, texture_size=_side(texels),
+                                 largest_index=texels, queries=key[1] != "loop")
         needs[key] = asked
     return needs
 
@@ -113,11 +112,16 @@ def era_refusals(card: Card, texels: Mapping[str, int]) -> dict[tuple[str, str],
         costs = [static_cost(compiler, name, one.kernel) for one in era_programs(name)]
         # The slots of a card that issues vector and scalar operations in pairs count both kinds.
         needs = [Needs(max(one.vector + one.scalar, one.arithmetic), one.fetches, one.levels,
-                       False, one.targets, math.isqrt(largest - 1) + 1, largest, True, True)
+                       False, one.targets, _side(largest), largest, True, True)
                  for one in costs]
         found[name, ERA] = list(dict.fromkeys(
             reason for one in needs for reason in card.refuses(one)))
     return found
+
+
+def _side(texels: int) -> int:
+    """Return the side of the smallest square table that holds ``texels`` texels."""
+    return math.isqrt(max(texels - 1, 0)) + 1
 
 
 def refusals(card: Card, needs: dict[tuple[str, str], dict[str, Needs]]

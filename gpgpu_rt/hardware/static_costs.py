@@ -109,13 +109,15 @@ def era_methods() -> list[str]:
     return [row.name for row in methods() if not row.why_no_era_form()]
 
 
-def era_programs(method: str, any_hit: bool = False, **options: Any) -> tuple[EraProgram, ...]:
+def era_programs(method: str, any_hit: bool = False, in_loop: bool = False,
+                 **options: Any) -> tuple[EraProgram, ...]:
     """Return the kernels of a method in the era form, in the dialect of the cards.
 
     Parameters
     ----------
     method : a name of the method table
     any_hit : whether rays stop at their first hit
+    in_loop : whether the kernels are branches in a loop, not passes
     options : the method's options; by default those of its row
 
     Raises
@@ -123,28 +125,29 @@ def era_programs(method: str, any_hit: bool = False, **options: Any) -> tuple[Er
     OptionError
         for a method without an era form
     """
-    return _programs(method, any_hit, tuple(sorted(options.items())))
+    return _programs(method, any_hit, in_loop, tuple(sorted(options.items())))
 
 
 @functools.cache    # a text takes 20 ms
-def _programs(method: str, any_hit: bool,
+def _programs(method: str, any_hit: bool, in_loop: bool,
               options: tuple[tuple[str, Any], ...]) -> tuple[EraProgram, ...]:
     row = find_method(method)
     # The chip's numbers change no instruction: the cards compute in their own numbers.
     resolved = row.resolved({**dict(options), "era": "nv40"})
     found = []
-    for kernel in era_kernels(row.formed(resolved), resolved, any_hit, DEFINES):
+    for kernel in era_kernels(row.formed(resolved), resolved, any_hit, DEFINES, in_loop):
         text = program_text(kernel.source("card"))
         found.append(EraProgram(method, kernel.name, text, digest_of(text)))
     return tuple(found)
 
 
 def all_era_programs() -> list[EraProgram]:
-    """Return the kernels of every method that has an era form, for nearest and for any hits: with
-    the method's default options, and with SETTINGS."""
+    """Return the kernels of every method that has an era form, for nearest and for any hits, as
+    passes and in loops: with the method's default options, and with SETTINGS."""
     chosen = [*((name, {}) for name in era_methods()), *SETTINGS]
     return [program for name, options in chosen for any_hit in (False, True)
-            for program in era_programs(name, any_hit, **options)]
+            for in_loop in (False, True)
+            for program in era_programs(name, any_hit, in_loop, **options)]
 
 
 def digest_of(text: str) -> str:
@@ -174,7 +177,7 @@ def compiled_costs(card: str) -> CompiledCosts:
 
 
 def static_cost(card: str, method: str, kernel: str, any_hit: bool = False,
-                **options: Any) -> StaticCost:
+                in_loop: bool = False, **options: Any) -> StaticCost:
     """Return what a card's compiler said of a kernel of a method.
 
     Raises
@@ -183,7 +186,7 @@ def static_cost(card: str, method: str, kernel: str, any_hit: bool = False,
         for an unknown card or kernel, a method without an era form, or a kernel that was not
         compiled for this card
     """
-    programs = {one.kernel: one for one in era_programs(method, any_hit, **options)}
+    programs = {one.kernel: one for one in era_programs(method, any_hit, in_loop, **options)}
     if kernel not in programs:
         raise OptionError(f"method {method} has no kernel {kernel!r}"
                           + nearest_names(kernel, programs))

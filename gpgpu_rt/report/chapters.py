@@ -126,9 +126,9 @@ speeds mixes numbers of different papers, cards and scenes. Here the same method
 and one renderer, with the same rays.
 """, ("table1", "fig26")),
     Chapter("The graphics cards of the papers", """
-How long would these programs have taken on the cards of their papers? An emulated fragment
-processor runs the programs and counts their instructions and fetches. A cost model then predicts a
-time from these counts and from the numbers in a card's data sheet. One constant for each card is
-fitted to times that the papers printed; the rest is arithmetic.
-""", ("era_machine", "period", "ideal_hardware")),
+How long would these programs have taken on the cards of their papers? Each card's own compiler,
+which Mesa still has, compiles the kernels. Traces of the rays count how often a card issues each
+kernel, and how many pixels wait meanwhile. A model predicts a time from these counts and from the
+numbers in a card's data sheet. No constant is fitted.
+""", ("era_machine", "ideal_hardware")),
 )

@@ -53,7 +53,7 @@ class EraKernel:
 
 
 def era_kernel(method: Method, options: Mapping[str, Any], name: str, any_hit: bool = False,
-               defines: Mapping[str, object] | None = None) -> EraKernel:
+               defines: Mapping[str, object] | None = None, in_loop: bool = False) -> EraKernel:
     """Return a kernel of a method in the era form.
 
     Parameters
@@ -63,13 +63,15 @@ def era_kernel(method: Method, options: Mapping[str, Any], name: str, any_hit: b
     name : a kernel of the row, or INIT
     any_hit : whether rays stop at their first hit
     defines : the defines that follow from the accelerator
+    in_loop : whether the kernel is the body of a branch in a loop, not a pass
     """
     start = name == INIT
     chosen = {
         **method.defines(options), **(defines or {}), **Precision.of(options).defines(),
         **kernel_defines(method.kernels),
         word_define("INTERSECTION", options["intersection"]): True,
-        "ERA": True, "ANY_HIT": any_hit, "START": start, "KERNEL": None if start else name,
+        "ERA": True, "ANY_HIT": any_hit, "START": start, "IN_LOOP": in_loop,
+        "KERNEL": None if start else name,
         "KERNEL_PHASE": None if start else method.kernels.index(name) + 1}
     writes_hit = start or name == TESTS_TRIANGLES
     return EraKernel(name, {**chosen, "WRITES_HIT": writes_hit},
@@ -77,9 +79,10 @@ def era_kernel(method: Method, options: Mapping[str, Any], name: str, any_hit: b
 
 
 def era_kernels(method: Method, options: Mapping[str, Any], any_hit: bool = False,
-                defines: Mapping[str, object] | None = None) -> list[EraKernel]:
+                defines: Mapping[str, object] | None = None,
+                in_loop: bool = False) -> list[EraKernel]:
     """Return all kernels of a method in the era form, INIT first."""
-    return [era_kernel(method, options, name, any_hit, defines)
+    return [era_kernel(method, options, name, any_hit, defines, in_loop)
             for name in (INIT, *method.kernels)]
 
 

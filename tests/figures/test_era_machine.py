@@ -2,15 +2,17 @@
 from __future__ import annotations
 
 import csv
-import json
 from pathlib import Path
 
 import pytest
+from faked_cells import write_cell
 
+import gpgpu_rt as rt
 from gpgpu_rt.bench.workloads import EYE, workload
 from gpgpu_rt.figures.experiments import era_counts, era_machine
 from gpgpu_rt.figures.experiments.era_machine_page import bars
-from gpgpu_rt.figures.framework import results
+from gpgpu_rt.figures.framework import predicted_times
+from gpgpu_rt.figures.survey import fig13_horn_improvements as fig13
 from gpgpu_rt.hardware.cards import find_card
 from gpgpu_rt.hardware.issue import STEP, WHILE_WHILE
 from gpgpu_rt.hardware.machine_model import ASSUMED
@@ -28,13 +30,9 @@ def _counts() -> dict:
 
 
 def _write(data: Path) -> None:
-    for one, panel, column, cells in era_machine._pairs():
-        if (one.figure.name, panel.scene, column.method) != ("fig13", "cornell", "kd-restart"):
-            continue
-        for cell in cells:
-            (data / cell.name).write_text(json.dumps({
-                "settings": results.settings(cell), "counts": _counts(),
-                "scene": {"stand_in": None, "triangles": 32, "name": "cornell"}}))
+    for cell in predicted_times.cells(fig13.FIGURE, False):
+        if (cell.scene, cell.method) == ("cornell", "kd-restart"):
+            write_cell(cell, data, counts=_counts())
 
 
 def test_the_table_holds_what_the_counts_say(tmp_path: Path) -> None:
@@ -77,6 +75,20 @@ def test_counts_of_an_image_keep_the_runs_of_each_ray() -> None:
     loop, passes = (found["issued"][form] for form in (WHILE_WHILE, era_counts.PASSES))
     assert all(lanes >= ran for lanes, ran in zip(loop["lanes"], loop["runs"]))
     assert sum(passes["passes"]) > 0 and not loop["passes"]
+
+
+def test_lanes_of_a_warp_run_what_their_packet_visits() -> None:
+    """A packet's counters say how often each of its lanes runs a kernel."""
+    scene, size = load_scene("cornell"), 64
+    found = era_counts.measure(scene, workload("cornell", EYE, size), "bvh-packet", {}, "G80")
+    issued = found["issued"][era_counts.PACKETS]
+    with rt.Tracer(scene, "bvh-packet", statistics=True, packet=era_counts.WARP_PACKET,
+                   intersection="moller-trumbore") as tracer:
+        hits = tracer.trace(*scene.camera.rays((size, size)))
+    # Each ray of a packet stores the packet's counts. A node has two boxes.
+    assert issued["kernels"] == ("traverse", "intersect")
+    assert issued["lanes"] == (2 * hits.nodes_visited.sum(), hits.triangles_tested.sum() / 16)
+    assert era_counts.forms_of("bvh-packet", "R580", (STEP,)) == ()
 
 
 def test_brute_force_tests_every_triangle() -> None:

@@ -197,7 +197,7 @@ def test_another_cpu_is_left_out_of_tau(tmp_path) -> None:
         _fake(figure.cell(panel, column, False), tmp_path, ns)
     figure.draw(tmp_path, tmp_path, False)
     page = (tmp_path / "fig16.md").read_text()
-    assert "bunny, primary, 9 triangles: tau-b 1" in page
+    assert "bunny, primary, 9 triangles: tau-b here 1" in page
     assert "packets have 1.5 times the rate of single rays, 1.43 times in the paper" in page
 
 

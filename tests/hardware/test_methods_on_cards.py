@@ -11,7 +11,7 @@ import gpgpu_rt as rt
 from gpgpu_rt.cli import main
 from gpgpu_rt.hardware import methods_on_cards
 from gpgpu_rt.hardware.cards import cards, find_card
-from gpgpu_rt.hardware.methods_on_cards import era_refusals, era_texels, method_needs, refusals
+from gpgpu_rt.hardware.methods_on_cards import era_refusals, era_texels, method_needs
 from gpgpu_rt.hardware.static_costs import static_cost
 
 PAIRS = {(row.name, schedule) for row in rt.methods() for schedule in row.schedules}
@@ -23,19 +23,6 @@ PAIRS = {(row.name, schedule) for row in rt.methods() for schedule in row.schedu
 def test_every_kernel_of_a_method_is_judged(row: rt.Method) -> None:
     asked = method_needs([row.name])[row.name, "kernels"]
     assert set(row.kernels) <= {label.split(" ")[0] for label in asked}
-
-
-def test_programs_of_one_file_are_held_apart(countable) -> None:
-    """The grid's two kernels are separate programs of one file. The kernel that tests triangles
-    fetches their corners and needs more arithmetic."""
-    asked = method_needs(["grid"])["grid", "kernels"]
-    walk, test = asked["traverse"], asked["intersect"]
-    assert test.textures >= 3 and test.arithmetic > 20 and walk != test
-    card = find_card("R420")
-    few = type(card)(card.name, card.chip, card.year, {**card.figures, "arithmetic_slots": {
-        **card.figures["arithmetic_slots"], "value": test.arithmetic - 1}})
-    limits = [one.limit for one in refusals(few, {("grid", "kernels"): asked})["grid", "kernels"]]
-    assert "slots" in limits
 
 
 def test_the_largest_table_of_a_program_counts() -> None:
@@ -61,7 +48,7 @@ def _table(capsys: pytest.CaptureFixture[str]) -> tuple[dict[tuple[str, str], li
     return {(line.split()[0], line.split()[1]): line.split()[2:] for line in lines}, text
 
 
-def test_the_table_fits_a_terminal_and_says_why(few, countable, capsys) -> None:
+def test_the_table_fits_a_terminal_and_says_why(few, capsys) -> None:
     found, text = _table(capsys)
     assert set(found) == {("grid", "era"), *((row.name, schedule) for row in few
                                              for schedule in row.schedules)}
@@ -75,10 +62,9 @@ def test_the_table_fits_a_terminal_and_says_why(few, countable, capsys) -> None:
             "the card has 4") in text
 
 
-def test_json_has_every_reason_of_every_card(few, countable, capsys) -> None:
+def test_json_has_every_reason_of_every_card(few, capsys) -> None:
     assert main(["hardware", "--methods", "--json"]) == 0
     found = {card["chip"]: card for card in json.loads(capsys.readouterr().out)}
-    assert "not_counted" not in found["G80"]
     # Under `loop` the state stays in registers, so only `step` needs the targets.
     assert found["R420"]["refuses"]["kd-short-stack loop"] == [
         "needs loops, the card has no branches"]
@@ -88,16 +74,6 @@ def test_json_has_every_reason_of_every_card(few, countable, capsys) -> None:
             "needs float textures, the card has fixed, 9 bits in [-1, 1]"} <= set(
         found["NV25"]["refuses"]["kd-short-stack loop"])
     assert found["G80"]["refuses"]["grid kernels"] == []
-
-
-def test_without_counts_the_other_limits_are_judged(few, uncountable, capsys) -> None:
-    found, text = _table(capsys)
-    assert found["grid", "kernels"] == ["floats", "floats", *4 * ["unknown"]]
-    assert found["kd-short-stack", "step"][2:] == ["targets", "targets", "targets", "unknown"]
-    assert uncountable in " ".join(text.split())
-    assert found["grid", "era"] == ["floats", "floats", *4 * ["yes"]]
-    assert main(["hardware", "--methods", "--json"]) == 0
-    assert json.loads(capsys.readouterr().out)[0]["not_counted"] == uncountable
 
 
 def test_the_era_form_is_judged_by_every_kernel() -> None:

@@ -1,0 +1,192 @@
+"""Predicted times: the times that the machine model predicts for the card of a figure's paper.
+
+The kernels are compiled by the card's own compiler, traces count their issues, and no constant is
+fitted.
+"""
+from __future__ import annotations
+
+import functools
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from gpgpu_rt.bench.workloads import EYE, SHADOW
+from gpgpu_rt.hardware.cards import Card, find_card
+from gpgpu_rt.hardware.issue import KernelIssues
+from gpgpu_rt.hardware.machine_model import (
+    ASSUMED, Assumptions, CardTime, stream_fetches, time_of_loop, time_of_passes
+)
+from gpgpu_rt.hardware.static_costs import StaticCost, static_cost
+from gpgpu_rt.scene.catalogue import mesh_path
+
+from ..experiments.era_counts import ON, PASSES, WORK, forms_of, kernels_from
+from .cell import Cell
+from .published_numbers import nanoseconds
+from .results import read
+from .trace_times import PICTURE
+
+if TYPE_CHECKING:
+    from .comparison import Comparison, MethodColumn, Panel
+
+# The quick size leaves these scenes out if no mesh file is named for them.
+STAND_INS = ("shirley6", "fairyforest", "cows", "sodahall", "powerplant")
+
+
+@dataclass(frozen=True)
+class PaperCard:
+    """The card on which a paper measured, and the form of its programs.
+
+    Attributes
+    ----------
+    chip : the card's chip
+    size : pixels per side of the paper's images
+    forms : forms of the programs (`era_counts`); the first is judged
+    """
+
+    chip: str
+    size: int
+    forms: tuple[str, ...]
+
+    @property
+    def card(self) -> Card:
+        return find_card(self.chip)
+
+    def forms_of(self, method: str) -> tuple[str, ...]:
+        """Return the forms in which a method runs on this card; the first is judged. It is empty
+        for a method whose kernels no compiler of the card has compiled."""
+        return forms_of(method, self.chip, self.forms)
+
+
+@dataclass(frozen=True)
+class PredictedRow:
+    """A published number, and the counts that predict it.
+
+    Attributes
+    ----------
+    figure : the figure, which has a ``paper_card``
+    form : the form of the programs
+    published : nanoseconds a ray, or a pixel of a picture
+    counts : results of `era_counts.measure`, an entry for each kind of rays
+    stand_in : whether the scene's mesh is missing, so that the row is not scored
+    """
+
+    figure: Comparison
+    panel: Panel
+    column: MethodColumn
+    form: str
+    published: float
+    counts: Mapping[str, dict[str, Any]]
+    stand_in: bool
+
+    @property
+    def paper_card(self) -> PaperCard:
+        assert self.figure.paper_card is not None
+        return self.figure.paper_card
+
+    @property
+    def judged(self) -> bool:
+        """Whether the figure's verdict takes this row."""
+        return self.form == self.paper_card.forms_of(self.column.method)[0]
+
+    @property
+    def scored(self) -> bool:
+        return self.judged and not self.stand_in
+
+    @property
+    def group(self) -> tuple[str, str]:
+        """The figure and the panel, within which methods are ordered."""
+        return self.figure.name, self.panel.label
+
+    def time(self, assumed: Assumptions = ASSUMED) -> CardTime:
+        """Return the predicted time a ray, or a pixel of a picture."""
+        card, method = self.paper_card.card, self.column.method
+        whole = [time_of_image(card, method, self.form, counts, kind == SHADOW, assumed)
+                 for kind, counts in self.counts.items()]
+        per = "rays" if SHADOW in self.counts and len(whole) == 1 else "pixels"
+        total = whole[0] if len(whole) == 1 else whole[0] + whole[1]
+        return total.scaled(1 / max(next(iter(self.counts.values()))[per], 1))
+
+    def nanoseconds(self, assumed: Assumptions = ASSUMED) -> float:
+        """Return the predicted nanoseconds a ray, or a pixel of a picture."""
+        return 1e9 * self.time(assumed).seconds
+
+    def ratio(self, assumed: Assumptions = ASSUMED) -> float:
+        """Return predicted over published."""
+        return self.nanoseconds(assumed) / self.published
+
+
+def time_of_image(card: Card, method: str, form: str, counts: Mapping[str, Any], any_hit: bool,
+                  assumed: Assumptions = ASSUMED) -> CardTime:
+    """Return the predicted time of an image's rays.
+
+    Parameters
+    ----------
+    form : the form of the programs
+    counts : a result of `era_counts.measure`
+    any_hit : whether any hit is enough
+    """
+    found = {name: tuple(value) if isinstance(value, list) else value
+             for name, value in counts["issued"][form].items()}
+    issued = KernelIssues(**found)
+    costs, streams = _compiled(card.chip.lower(), kernels_from(method), issued.kernels, any_hit,
+                               form != PASSES)
+    if form == PASSES:
+        return time_of_passes(card, issued, costs, counts["pixels"], assumed)
+    return time_of_loop(card, issued, costs, streams, counts["pixels"], assumed)
+
+
+@functools.cache
+def _compiled(chip: str, method: str, kernels: tuple[str, ...], any_hit: bool,
+              in_loop: bool) -> tuple[dict[str, StaticCost], dict[str, int]]:
+    """Return the static cost and the fetches of streams of each kernel."""
+    return ({name: static_cost(chip, method, name, any_hit, in_loop) for name in kernels},
+            {name: stream_fetches(method, name, any_hit) for name in kernels})
+
+
+def counted_cell(scene: str, method: str, options: tuple[tuple[str, Any], ...], size: int,
+                 rays: str, chip: str) -> Cell:
+    """Return the cell that counts the issues of a method's kernels on a card."""
+    return Cell(scene, method, options, size, WORK + rays + ON + chip, runs=1)
+
+
+def cells(figure: Comparison, full: bool) -> list[Cell]:
+    """Return the cells that count what a figure's card would have issued.
+
+    The quick size leaves out scenes of which only a stand-in exists.
+    """
+    return list(dict.fromkeys(
+        cell for panel, _, some in _pairs(figure, full) for cell in some.values()
+        if full or panel.scene not in STAND_INS or mesh_path(panel.scene)))
+
+
+def rows(figure: Comparison, data: Path, full: bool) -> list[PredictedRow]:
+    """Return a row for each published number and form whose counts are measured."""
+    found = []
+    for panel, column, some in _pairs(figure, full):
+        results = {kind: result for kind, cell in some.items()
+                   if (result := read(cell, data)) is not None}
+        published = nanoseconds(figure.published_row(panel, column))
+        if len(results) < len(some) or published is None or figure.paper_card is None:
+            continue
+        counts = {kind: result["counts"] for kind, result in results.items()}
+        stand_in = any(result["scene"]["stand_in"] for result in results.values())
+        found += [PredictedRow(figure, panel, column, form, published, counts, stand_in)
+                  for form in figure.paper_card.forms_of(column.method)]
+    return found
+
+
+def _pairs(figure: Comparison,
+           full: bool) -> Iterator[tuple[Panel, MethodColumn, dict[str, Cell]]]:
+    """Yield each pair with a published number and a prediction, with a cell for each kind of
+    rays."""
+    paper = figure.paper_card
+    for panel, column in figure.pairs(full) if paper is not None else ():
+        if (paper is None or not paper.forms_of(column.method)
+                or figure.published_row(panel, column) is None):
+            continue
+        asked = figure.cell(panel, column, False)
+        kinds = (EYE, SHADOW) if asked.work == PICTURE else (asked.work,)
+        yield panel, column, {kind: counted_cell(
+            panel.scene, column.method, asked.options, paper.size, kind, paper.chip)
+            for kind in kinds}

@@ -1,0 +1,46 @@
+"""Ray Engine work: what the Ray Engine of Carr et al. 2002 does on a card, and its predicted time.
+
+Cells whose ``work`` is "ray engine's work for" and a workload measure it. The card tests every
+pair of a ray and a triangle; the host collects the pairs and is left out.
+"""
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import gpgpu_rt as rt
+from gpgpu_rt.bench.workloads import Workload
+from gpgpu_rt.gl.pass_log import logged
+from gpgpu_rt.hardware.cards import Card
+from gpgpu_rt.hardware.issue import KernelIssues
+from gpgpu_rt.hardware.machine_model import time_of_passes
+from gpgpu_rt.hardware.static_costs import static_cost
+from gpgpu_rt.statistics import Statistics
+
+METHOD, WORK = "ray-engine", "ray engine's work for "
+# The Ray Engine has no era form. Its kernel tests one triangle, as brute force's kernel does.
+KERNEL = ("brute-force", "intersect")
+
+
+def measure(scene: rt.Scene, rays: Workload, options: Mapping[str, Any]) -> dict[str, float]:
+    """Return the pairs of a ray and a triangle, the draws, and the bytes on the bus."""
+    with rt.Tracer(scene, METHOD, **options) as tracer:
+        with tracer.gpu, logged(tracer.gpu, Statistics()) as log:
+            rays.trace(tracer)
+        split = tracer.statistics.split
+    return {"rays": rays.live, "pairs": split["pairs"],
+            "draws": sum(one.draws for one in log.passes.values()),
+            "uploaded": split["bytes_up"], "read_back": split["bytes_down"]}
+
+
+def predicted_seconds(card: Card, work: Mapping[str, float]) -> tuple[float, str]:
+    """Return the card's seconds for measured work, and what takes most of the time."""
+    method, kernel = KERNEL
+    pairs = round(work["pairs"])
+    issued = KernelIssues((kernel,), (pairs,), (pairs,), passes=(round(work["draws"]),))
+    # A draw covers the pairs of a cell alone, so early depth has no other pixels to reject.
+    time = time_of_passes(card, issued, {kernel: static_cost(card.chip.lower(), method, kernel)},
+                          pixels=0)
+    moved = work["uploaded"] / card.upload + work["read_back"] / card.readback
+    parts = {**time.parts, "transfers": moved}
+    return sum(parts.values()), max(parts, key=parts.__getitem__)

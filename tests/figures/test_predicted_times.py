@@ -1,0 +1,99 @@
+"""A figure whose paper measured on a card is judged by the times predicted for the card."""
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from faked_cells import write_cell
+
+from gpgpu_rt.figures.experiments.era_counts import PASSES
+from gpgpu_rt.figures.framework import pages, predicted_times, provenance, verdicts
+from gpgpu_rt.figures.framework.comparison import Panel
+from gpgpu_rt.figures.framework.published_numbers import nanoseconds
+from gpgpu_rt.figures.survey import fig12_eye_rays as fig12
+from gpgpu_rt.figures.survey import fig13_horn_improvements as fig13
+from gpgpu_rt.figures.survey import fig20_whole_images as fig20
+
+COUNTERS = {"nodes_visited": 1.0, "triangles_tested": 1.0, "steps": 2.0}
+SCENES = ("robots", "kitchen")
+STAND_IN = {"triangles": 10_000, "stand_in": "a mesh"}
+
+
+def _write(data: Path, reverse: bool = False, **scene: object) -> None:
+    """Writes the cells of Figure 12: counts whose predicted times have the published order, and
+    measured times that have the reverse order; with ``reverse`` the other way round."""
+    figure = fig12.FIGURE
+    assert figure.paper_card is not None
+    for name in SCENES:
+        for column in figure.columns:
+            panel = Panel(name)
+            published = nanoseconds(figure.published_row(panel, column))
+            assert published is not None
+            predicted, measured = (1e6 / published, published) if reverse else (
+                published, 1e6 / published)
+            write_cell(figure.cell(panel, column, False), data, ns_per_ray=measured,
+                       median_ms=1.0, counters=COUNTERS, **scene)
+            runs = round(1000 * predicted)
+            issued = {"kernels": ["intersect"], "runs": [runs], "lanes": [runs], "iterations": 0,
+                      "passes": [0], "queries": 0}
+            for cell in predicted_times.cells(figure, False):
+                if (cell.scene, cell.method) == (name, column.method):
+                    write_cell(cell, data, counts={"pixels": 100, "rays": 100,
+                                                   "issued": {PASSES: issued}}, **scene)
+
+
+@pytest.mark.parametrize("reverse", [False, True])
+def test_the_card_decides_and_the_renderer_stands_beside(reverse: bool, tmp_path: Path) -> None:
+    _write(tmp_path, reverse)
+    said = fig12.FIGURE.judge(tmp_path, False)
+    assert said.renderer is not None and said.scenes == said.renderer.scenes == SCENES
+    card, here = (one.word == verdicts.CONTRADICTED for one in (said, said.renderer))
+    assert (card, here) == (reverse, not reverse)
+    assert said.why.startswith("Times predicted for the ATI Radeon X800 XT PE: ")
+    pages.draw(["fig12"], tmp_path, tmp_path, False)
+    page = (tmp_path / "fig12.md").read_text()
+    assert page.count(f'times of the present renderer is "{said.renderer.word}"') == 1
+    assert ("tau-b predicted -1, tau-b here 1" if reverse
+            else "tau-b predicted 1, tau-b here -1") in page
+    held = provenance.held("fig12", tmp_path)
+    assert held is not None and verdicts.Verdict.from_json(held["verdict"]) == said
+    for row in held["rows"]:
+        assert float(row["predicted_ns_per_ray"]) > 0
+
+
+def test_stand_ins_are_not_scored_on_a_card_either(tmp_path: Path) -> None:
+    _write(tmp_path, scene=STAND_IN)
+    said = fig12.FIGURE.judge(tmp_path, False)
+    assert (said.word, said.scenes) == (verdicts.TOO_LITTLE, ())
+    assert said.stand_ins is not None and said.stand_ins.scenes == SCENES
+
+
+def test_without_predictions_the_verdict_says_which_methods_lack_them(tmp_path: Path) -> None:
+    figure = fig13.FIGURE
+    for panel in figure.panels:
+        for column in figure.columns:
+            write_cell(figure.cell(panel, column, False), tmp_path, ns_per_ray=1.0, median_ms=1.0)
+    said = figure.judge(tmp_path, False)
+    assert said.word == verdicts.TOO_LITTLE and said.renderer is not None
+    assert "they have no era form: packets, + push-down, + short stack." in said.why
+    assert "empty leaves skipped" not in said.why     # the paper has no such row
+
+
+def test_a_picture_is_its_eye_rays_and_its_shadow_rays(tmp_path: Path) -> None:
+    cells = [cell for cell in predicted_times.cells(fig20.FIGURE, False)
+             if (cell.scene, cell.method) == ("cornell", "grid")]
+    assert len(cells) == 2
+    issued = {"kernels": ["intersect"], "runs": [7000], "lanes": [7000], "iterations": 0,
+              "passes": [0], "queries": 0}
+    forms = fig20.FIGURE.paper_card.forms
+    for cell in cells:
+        write_cell(cell, tmp_path, counts={"pixels": 100, "rays": 100,
+                                           "issued": dict.fromkeys(forms, issued)})
+    rows = predicted_times.rows(fig20.FIGURE, tmp_path, False)
+    assert [row.form for row in rows] == list(forms)
+    assert [row.judged for row in rows] == [True, False, False]
+    row = rows[0]
+    parts = [predicted_times.time_of_image(row.paper_card.card, "grid", row.form, counts, any_hit)
+             for any_hit, counts in zip((False, True), row.counts.values())]
+    assert row.nanoseconds() == pytest.approx(1e7 * sum(one.seconds for one in parts))
+    assert parts[0].seconds != parts[1].seconds     # the any-hit kernel has other instructions
