@@ -3,6 +3,7 @@ from __future__ import annotations
 
 import functools
 import re
+import statistics
 import time
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -10,8 +11,9 @@ from typing import Any
 
 import numpy as np
 
-from gpgpu_rt.bench import roofline
 from gpgpu_rt.gl.context import open_gpu
+from gpgpu_rt.gl.full_screen import FullScreenPass
+from gpgpu_rt.gl.textures import make_texture
 
 # Single precision operations per core and clock, by the widest vectors in the processor's flags.
 # A core is assumed to have two vector units. Both multiply and add in one instruction; without
@@ -19,6 +21,10 @@ from gpgpu_rt.gl.context import open_gpu
 A_CLOCK = (("avx512f", 64), ("fma", 32), ("avx", 16), ("sse2", 8))
 BASE = Path("/sys/devices/system/cpu/cpu0/cpufreq/base_frequency")   # kHz
 MATRIX = 768   # rows of the matrices whose product is timed
+SIDE = 512     # side in pixels of the render target of the timed fragment program
+TURNS, ROUNDS = 64, 8             # iterations of its two loops, one inside the other
+FLOPS_A_FRAGMENT = TURNS * ROUNDS * 3 * 4 * 2     # multiply-adds of three vectors of four
+RUNS = 5       # timed runs of the fragment program, after a warm-up run
 
 
 @functools.cache
@@ -82,7 +88,22 @@ def _cpuinfo() -> list[dict[str, str]]:
 
 @functools.cache
 def _of_fragments() -> float:
-    return roofline.peaks(open_gpu()).flops
+    gpu, times = open_gpu(), []
+    with gpu:
+        drawn = make_texture(gpu, (SIDE, SIDE), 4, "the multiply-adds' target")
+        target = gpu.context.framebuffer([drawn])
+        program = FullScreenPass(gpu, "bench/peak_arithmetic.frag",
+                                 {"TURNS": TURNS, "ROUNDS": ROUNDS})
+        for _ in range(RUNS + 1):
+            gpu.finish()
+            began = time.perf_counter()
+            program.draw(target, {})
+            gpu.finish()
+            times.append(time.perf_counter() - began)
+        program.release()
+        gpu.release(target)
+        drawn.release()
+    return SIDE * SIDE * FLOPS_A_FRAGMENT / statistics.median(times[1:])
 
 
 @functools.cache

@@ -1,5 +1,5 @@
 #version 330 core
-// Measures the arithmetic peak of the roofline (gpgpu_rt/bench/roofline.py). Each of three vectors gets TURNS
+// Measures the rate of multiply-adds (figures/experiments/cpu_peak.py). Each of three vectors gets TURNS
 // times ROUNDS multiply-adds. The three vectors are nearly independent, so their operations can overlap, and
 // few enough to stay in a processor's registers.
 

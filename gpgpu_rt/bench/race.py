@@ -17,7 +17,6 @@ from ..options import spell
 from ..text_format import counted
 from ..tracer import Tracer
 from .engines import EMBREE, ENGINES, Engine
-from .work import Work, work_of
 from .workloads import Workload, load, told, workload
 
 NOISY = 1.5    # no verdict if embreex's slowest run took longer than its fastest by this factor
@@ -38,7 +37,6 @@ class Entry:
         baseline is embreex on one thread.
     over_wall : The same with the entry's rate by ``wall_seconds``.
     bytes_a_triangle : Size of a method's tables, divided by the number of triangles.
-    work : The work of a method per ray, measured on a sample.
     out_of : Number of all rays, if the entry traced only a part of them; else None.
     """
 
@@ -50,7 +48,6 @@ class Entry:
     over: list[float] = field(default_factory=list)
     over_wall: list[float] = field(default_factory=list)
     bytes_a_triangle: float | None = None
-    work: Work | None = None
     out_of: int | None = None
 
     @property
@@ -90,8 +87,7 @@ class Entry:
         return "slower" if max(self.over) < 1 else "not told apart"
 
     def to_dict(self) -> dict[str, Any]:
-        found = {**asdict(self), "work": self.work and self.work.to_dict(),
-                 "rays_per_second": self.rays_per_second, "spread": self.spread}
+        found = {**asdict(self), "rays_per_second": self.rays_per_second, "spread": self.spread}
         for name, turns in (("over_embree", self.over), ("over_embree_wall", self.over_wall)):
             if turns:
                 found[name] = statistics.median(turns)
@@ -148,14 +144,13 @@ def race(scene: str, kind: str, candidates: Sequence[tuple[str, dict[str, Any]]]
         raise OptionError(f"{scene} has no {told(kind)} at {size} x {size} pixels; "
                           "choose other rays or a larger size")
     report(f"{what}: building for {counted(len(candidates), 'candidate')}")
-    entries, calls, opened = [], [], []
+    entries, calls = [], []
     with ExitStack() as tracers:
         for name, options in candidates:
             tracer = tracers.enter_context(Tracer(load(scene), name, **options))
             entries.append(Entry(name, options, rays.live, bytes_a_triangle=sum(
                 tracer.statistics.table_bytes.values()) / len(load(scene))))
             calls.append(_ours(tracer, rays))
-            opened.append(tracer)
         for engine in engines:
             if engine.missing:
                 continue
@@ -171,9 +166,6 @@ def race(scene: str, kind: str, candidates: Sequence[tuple[str, dict[str, Any]]]
             times = [[call() for _ in range(2 if turn else 1)] for call in calls]
             if turn:
                 _note(entries, [last for *_, last in times])
-        for entry, tracer in zip(entries, opened):     # the candidates come first
-            report(f"{what}: measuring the work per ray of {entry.label}")
-            entry.work = work_of(tracer, rays)
     return entries
 
 

@@ -5,9 +5,7 @@ import argparse
 from collections.abc import Callable
 from typing import Any
 
-from ..bench import ENGINES, RAY_SETS, Entry, Peaks, load, peaks, race, ranked, told, too_noisy
-from ..bench.roofline import FLOPS_AN_INSTRUCTION
-from ..bench.work import Work
+from ..bench import ENGINES, RAY_SETS, Entry, load, race, ranked, told, too_noisy
 from ..disk.files import check_writable
 from ..errors import Error, OptionError, how_to_install, nearest_names
 from ..gl.context import Gpu, open_gpu, threads_of
@@ -59,28 +57,25 @@ def _bench(chosen: argparse.Namespace) -> None:
     for scene in chosen.scenes:      # report a wrong name now, not after hours of timing
         load(scene)
     gpu = open_gpu(given_options(chosen).get("context"))
-    found, peak = [], None
+    found = []
     for scene in chosen.scenes:
         if not chosen.json:
             print_stand_in(load(scene))
         for kind in kinds:
             entries = race(scene, RAY_SETS[kind], candidates, chosen.size, chosen.runs,
                            report=say)
-            peak = peak or peaks(gpu)     # measured after the first race has accepted its inputs
             found.append((scene, kind, entries))
             if not chosen.json:
-                _print(scene, kind, entries, chosen.size, peak)
-    assert peak is not None
+                _print(scene, kind, entries, chosen.size)
     if chosen.json:
-        print_json({"gpu": gpu.info(), "peaks": peak.to_dict(), "size": chosen.size,
+        print_json({"gpu": gpu.info(), "size": chosen.size,
                     "threads": threads_of(gpu.renderer), "missing": _missing(),
                     "races": [{**load(scene).facts(), "rays": kind,
                                "too_noisy": too_noisy(entries),
-                               "entries": [{**entry.to_dict(), **_shares(entry, peak)}
-                                           for entry in entries]}
+                               "entries": [entry.to_dict() for entry in entries]}
                               for scene, kind, entries in found]})
     else:
-        _print_notes(gpu, peak, found)
+        _print_notes(gpu, found)
     if chosen.plot is not None:
         _chart(chosen.plot)(
             [(load(scene).title, _rays(kind, chosen.size), entries)
@@ -109,36 +104,23 @@ def _candidates(chosen: argparse.Namespace) -> list[tuple[str, dict[str, Any]]]:
     return [one for one in best if one not in plain] + plain
 
 
-def _shares(entry: Entry, peak: Peaks) -> dict[str, float | None]:
-    """Return the entry's rates of fetches and instructions as shares of the renderer's peak rates,
-    by name. For engines they are unknown."""
-    return (entry.work or Work(unknown="an engine")).shares(peak, entry.rays_per_second)
-
-
-def _print(scene: str, kind: str, entries: list[Entry], size: int, peak: Peaks) -> None:
+def _print(scene: str, kind: str, entries: list[Entry], size: int) -> None:
     noise = too_noisy(entries)
     print(f"{load(scene).name}, {len(load(scene)):,} triangles, "
           f"{entries[0].rays:,} {_rays(kind, size)}")
     heads = ["method", "options", "Mrays/s", "over embreex", "arrays in to out", "spread",
-             "bytes per triangle", "fetches of peak", "arithmetic of peak",
-             "against embreex"]
+             "bytes per triangle", "against embreex"]
     rows = []
     for entry in ranked(entries):
-        told, shares = entry.to_dict(), _shares(entry, peak)
+        told = entry.to_dict()
         rows.append([
             entry.title, entry.words or "-", number(entry.rays_per_second / 1e6),
             *(number(told.get(name))
               for name in ("over_embree", "over_embree_wall")),
             number(entry.spread),
             "-" if entry.bytes_a_triangle is None else f"{entry.bytes_a_triangle:.0f}",
-            *("-" if shares.get(name) is None else f"{shares[name]:.1%}"
-              for name in ("fetch_share", "arithmetic_share")),
             "-" if noise else entry.verdict() or "-"])
     print_table(heads, rows)
-    for why in dict.fromkeys(entry.work.unknown for entry in entries if entry.work is not None):
-        if why:
-            names = [e.label for e in entries if e.work is not None and e.work.unknown == why]
-            print(f"shares of the peaks are unknown for {', '.join(names)}: {why}")
     print(f"no verdict: {noise}\n" if noise else "")
 
 
@@ -152,7 +134,7 @@ def _renderer(gpu: Gpu) -> str:
     return gpu.renderer + ("" if threads is None else f", on {counted(threads, 'thread')}")
 
 
-def _print_notes(gpu: Gpu, peak: Peaks, found: Races) -> None:
+def _print_notes(gpu: Gpu, found: Races) -> None:
     """Print the meaning of the tables' columns."""
     if any(entry.over for *_, entries in found for entry in entries):
         print("over embreex: our rate divided by the rate of embreex on one thread, as the median "
@@ -163,14 +145,7 @@ def _print_notes(gpu: Gpu, peak: Peaks, found: Races) -> None:
               "against embreex: faster or slower, if all rounds agree")
     print("spread: time of the slowest round divided by the time of the fastest\n"
           "bytes per triangle: size of the method's tables divided by the number of triangles; "
-          "without rays and hits\n"
-          "fetches of peak, arithmetic of peak: texels and instructions per ray, times rays per "
-          "second of our passes, divided by\n"
-          f"the peak rate of {_renderer(gpu)}. Programs that do nothing else measured\n"
-          f"the peaks, per second of wall time: {number(peak.near_texels / 1e9)} G texels from a "
-          f"cache ({number(peak.far_texels / 1e9)} at random in 64 MiB, not used as a peak), and\n"
-          f"{number(peak.flops / FLOPS_AN_INSTRUCTION / 1e9)} G multiply-adds, each of which is "
-          f"one instruction ({number(peak.flops / 1e9)} GFLOP)")
+          "without rays and hits")
     for why in dict.fromkeys(_missing().values()):
         print(f"left out because {why}: "
               + "; ".join(name for name, reason in _missing().items() if reason == why))

@@ -7,17 +7,17 @@ from collections.abc import Mapping, Sequence
 
 from ..errors import OptionError
 from ..hardware.cards import Card, Refusal, cards
-from ..hardware.compiler import not_countable
-from ..hardware.methods_on_cards import ERA, era_refusals, era_texels, method_needs, refusals
+from ..hardware.methods_on_cards import era_refusals, era_texels, method_needs, refusals
 from .shared import Command, print_json, print_table, say
 
 SCENE = "cornell"   # the tables depend on the scene; the programs hardly do
 WIDTH = 100         # columns to which text is wrapped: the table of methods has about this width
-NOTE = ("The table judges the programs of this package. The rows `era` judge the kernels as the "
-        "papers had them, by the cards' own compilers (docs/era.md). Programs store an index in "
-        "one channel; two coordinates would address more texels. The ray engine of 2002 ran in "
-        "fixed point; ours needs float textures. The number of loop iterations is not compared "
-        "with a card's limit, because it depends on the rays.")
+NOTE = ("The rows `era` judge the kernels as the papers had them, by the cards' own compilers "
+        "(docs/era.md). The other rows judge today's programs by their targets, tables, loops and "
+        "queries; no card's compiler counts their instructions. Programs store an index in one channel; two "
+        "coordinates would address more texels. The ray engine of 2002 ran in fixed point; ours "
+        "needs float textures. The number of loop iterations is not compared with a card's "
+        "limit, because it depends on the rays.")
 
 
 def add_command(command: Command) -> None:
@@ -37,25 +37,24 @@ def _hardware(chosen: argparse.Namespace) -> None:
     if chosen.sources and chosen.methods:
         raise OptionError("--sources and --methods print different tables; give one of them")
     found = cards()
-    refused, unknown = {}, ""
+    refused = {}
     if chosen.methods:
         say("compiling every method's programs")
         needs = method_needs(scene_name=chosen.scene or SCENE)
         texels = era_texels(scene_name=chosen.scene or SCENE)
         refused = {card.name: {**refusals(card, needs), **era_refusals(card, texels)}
                    for card in found}
-        unknown = not_countable()
     if chosen.json:
         return print_json([{**card.to_dict(), **({"refuses": {
             f"{method} {schedule}": [one.says for one in reasons]
-            for (method, schedule), reasons in refused[card.name].items()}} if refused else {}),
-            **({"not_counted": unknown} if unknown else {})} for card in found])
+            for (method, schedule), reasons in refused[card.name].items()}} if refused else {})}
+            for card in found])
     if chosen.sources:
         return print_table(("card", "figure", "value", "source"), [
             (card.name, name, _value(card, name), one["source"] + ("" if one["read"] else " *"))
             for card in found for name, one in card.figures.items()])
     if refused:
-        _print_methods(found, refused, unknown)
+        _print_methods(found, refused)
         return
     names = list(found[0].figures)
     print_table(("figure", *(f"{card.chip}, {card.year}" for card in found)),
@@ -67,26 +66,22 @@ def _hardware(chosen: argparse.Namespace) -> None:
 
 
 def _print_methods(found: Sequence[Card],
-                   refused: Mapping[str, Mapping[tuple[str, str], list[Refusal]]],
-                   unknown: str) -> None:
+                   refused: Mapping[str, Mapping[tuple[str, str], list[Refusal]]]) -> None:
     """Print a row per method and schedule: "yes", or the first limit of the card that the programs
     exceed."""
     def word(card: Card, pair: tuple[str, str]) -> str:
         reasons = refused[card.name][pair]
-        unsure = unknown and pair[1] != ERA
-        return reasons[0].limit if reasons else "unknown" if unsure else "yes"
+        return reasons[0].limit if reasons else "yes"
     pairs = list(refused[found[0].name])
     print_table(("method", "schedule", *(card.chip for card in found)),
                 [(*pair, *(word(card, pair) for card in found)) for pair in pairs])
-    print("\nyes: the card could run it. Other words name the first limit that programs exceed:")
+    print("\nyes: no compared limit is exceeded. Other words name the first exceeded limit:")
     for limit in dict.fromkeys(r[0].limit for of in refused.values() for r in of.values() if r):
         # Print one example for each limit; --json prints all of them.
         card, pair = next((card, pair) for pair in pairs for card in found
                           if word(card, pair) == limit)
         _print_filled(f"{limit}: for example {' '.join(pair)} on the {card.chip}: "
                       f"{refused[card.name][pair][0].says}")
-    if unknown:
-        _print_filled(f"unknown: the numbers of instructions and fetches are unknown; {unknown}")
     print()
     _print_filled(NOTE)
 

@@ -17,14 +17,11 @@ from PIL import Image
 import gpgpu_rt as rt
 from gpgpu_rt import cli
 from gpgpu_rt.bench import (
-    ENGINES, RAY_SETS, Entry, Peaks, Work, Workload, engines, peaks, race, ranked, too_noisy,
-    work_of, workload
+    ENGINES, RAY_SETS, Entry, Workload, engines, race, ranked, too_noisy, workload
 )
 from gpgpu_rt.bench.engines import EMBREE
 from gpgpu_rt.cli import benching
 from gpgpu_rt.gl.context import open_gpu, threads_of
-from gpgpu_rt.hardware.compiler import not_countable
-from gpgpu_rt.methods.settings import SAFE_DEFAULT
 
 SIZE = 24
 # `gpgpu_rt.bench.race` is the function, so import its module by the full name.
@@ -78,7 +75,7 @@ def test_an_engine_of_few_rays_says_of_how_many(capsys) -> None:
                         [replace(own, most=100)], lines.append)
     assert (ours.title, theirs.title) == ("grid", "trimesh's own, 100 of 576 rays")
     assert "building for 1 candidate" in [line.partition(": ")[2] for line in lines]
-    benching._print("cornell", "eye", [ours, theirs], SIZE, Peaks(1.0, 1.0, 1.0))
+    benching._print("cornell", "eye", [ours, theirs], SIZE)
     assert "trimesh's own, 100 of 576 rays" in capsys.readouterr().out
 
 
@@ -119,18 +116,16 @@ def apart() -> list[Entry]:
     grid = _entry("grid", [0.5, 1.1, 1.1], [2, 1.8, 0.9])
     packet = _entry("bvh-packet", [1.0, 2.0, 0.9], [1, 1.0, 1.1])
     packet.options = {"packet": (4, 2), "octants": True}
-    grid.work = packet.work = Work(unknown="umin is not known")
     return [embree, packet, grid]
 
 
 def test_rows_are_in_order_of_the_ratio(apart: list[Entry], capsys) -> None:
     assert apart[1].rays_per_second > apart[2].rays_per_second
-    benching._print("cornell", "mirror", apart, 64, Peaks(1.0, 1.0, 1.0))
+    benching._print("cornell", "mirror", apart, 64)
     out = capsys.readouterr().out.splitlines()
     assert [line.split()[0].strip(",") for line in out[3:6]] == ["grid", "embreex", "bvh-packet"]
     assert out[0].endswith("mirror rays of 64 x 64 pixels")
-    assert "for bvh-packet packet=4x2 octants, grid: umin is not known" in out[6]
-    assert out[7].startswith("no verdict: the slowest run")
+    assert out[6].startswith("no verdict: the slowest run")
     for entry in apart:  # without embreex, only rates count
         entry.over = []
     assert [entry.name for entry in ranked(apart)][0] == EMBREE
@@ -156,79 +151,6 @@ def test_the_chart_says_what_the_table_does(apart: list[Entry], tmp_path) -> Non
     assert "million rays per second" in texts and any("1e-05 (1)" in text for text in texts)
 
 
-def test_peaks_are_rates() -> None:
-    found = peaks(open_gpu())
-    assert found.near_texels > 1e6 and found.far_texels > 1e5 and found.flops > found.near_texels
-    with rt.Tracer("cornell") as tracer:  # `peaks` leaves the context usable for later tracers
-        assert tracer.trace([[0, 0, 9]], [[0, 0, -1]]).hit.shape == (1,)
-
-
-# Shares of the peaks -----------------------------------------------------------------------------
-
-
-def test_shares_are_of_the_peaks() -> None:
-    peak = Peaks(near_texels=1000.0, far_texels=1.0, flops=4000.0)  # 2000 multiply-adds
-    assert Work(10, 30).shares(peak, 50) == {"fetch_share": 0.5, "arithmetic_share": 0.75}
-    assert set(Work(unknown="why").shares(peak, 50).values()) == {None}
-
-
-@pytest.mark.parametrize("size", [8, 64])
-def test_brute_force_works_for_a_ray_as_its_triangles_ask(size: int, countable) -> None:
-    """Brute force fetches three texels per triangle, and a few per ray. First every pixel has a
-    ray, then every other pixel."""
-    rays, triangles = workload("cornell", RAY_SETS["eye"], size), len(rt.load_scene("cornell"))
-    half = rays.origins.copy()
-    half[::2] = np.nan
-    with rt.Tracer("cornell", "brute-force") as tracer:
-        found = work_of(tracer, rays)
-        assert not found.unknown and 0 <= found.texels - 3 * triangles <= 16
-        assert found.instructions > 20 * triangles
-        sparse = work_of(tracer, Workload(half, rays.directions, size))
-        # Pixels without a ray also read a few texels.
-        assert found.texels < sparse.texels < found.texels + 16
-        assert "no ray" in work_of(tracer, Workload(half * np.nan, rays.directions, size)).unknown
-
-
-def test_quantised_nodes_are_half_the_fetches(countable) -> None:
-    """Quantised nodes fetch one integer texel instead of two float texels. Triangles and rays need
-    the same fetches as before."""
-    rays, found = workload("cornell", RAY_SETS["eye"], 64), []
-    for options in ({}, {"quantise_nodes": 16}):
-        with rt.Tracer("cornell", "bvh-threaded", **options) as tracer:
-            found.append(work_of(tracer, rays))
-    assert not any(one.unknown for one in found)
-    assert 0.5 * found[0].texels < found[1].texels < 0.9 * found[0].texels
-
-
-@pytest.mark.parametrize("method, options, why", [
-    ("grid", {"statistics": True}, "statistics=True"),
-    ("ray-tiles", {}, "number of rays in a call")])
-def test_why_a_share_is_not_known(method: str, options: dict, why: str, countable) -> None:
-    with rt.Tracer("cornell", method, **options) as tracer:
-        found = work_of(tracer, workload("cornell", RAY_SETS["eye"], 8))
-    assert why in found.unknown and "\n" not in found.unknown
-
-
-@pytest.mark.parametrize("method, options", [*benching.BEST, *SAFE_DEFAULT.values()])
-def test_the_shares_of_what_is_recommended_are_known(method: str, options: dict,
-                                                     countable) -> None:
-    with rt.Tracer("cornell", method, **options) as tracer:
-        assert work_of(tracer, workload("cornell", RAY_SETS["eye"], 48)).unknown == ""
-
-
-def test_no_mesa_that_counts_is_a_line(uncountable: str, capsys) -> None:
-    bench = ["bench", "cornell", "--size", "8", "--runs", "1", "-m", "grid,kd-restart"]
-    assert cli.main(bench) == 0
-    text = capsys.readouterr().out
-    line, = (line for line in text.splitlines() if "shares of the peaks are unknown" in line)
-    assert "grid" in line and "kd-restart" in line and line.endswith(f": {uncountable}")
-    assert cli.main([*bench, "--json"]) == 0
-    entries = json.loads(capsys.readouterr().out)["races"][0]["entries"]
-    for one in entries[:2]:
-        assert one["rays_per_second"] > 0 and one["fetch_share"] is None
-        assert one["work"]["unknown"] == uncountable
-
-
 def test_bench_command(capsys, tmp_path) -> None:
     pytest.importorskip("matplotlib")
     chart = tmp_path / "b.png"
@@ -237,16 +159,6 @@ def test_bench_command(capsys, tmp_path) -> None:
     found = json.loads(capsys.readouterr().out)
     assert [one["rays"] for one in found["races"]] == ["eye", "random"]
     assert all(one["rays_per_second"] > 0 for race in found["races"] for one in race["entries"])
-    for one in (one for race in found["races"] for one in race["entries"]):
-        if one["name"] in ("grid", "kd-restart"):
-            if not_countable():
-                assert one["fetch_share"] is None and one["work"]["unknown"] == not_countable()
-                continue
-            assert 0 < one["fetch_share"] < 2 and 0 < one["arithmetic_share"] < 2
-            assert one["fetch_share"] == pytest.approx(one["work"]["texels"] * one[
-                "rays_per_second"] / found["peaks"]["near_texels"])
-        else:
-            assert one["fetch_share"] is None and one["work"] is None
     assert Image.open(chart).width > 100
 
 
