@@ -3,7 +3,6 @@ the check for GL errors."""
 from __future__ import annotations
 
 import itertools
-import json
 import os
 import tempfile
 from collections.abc import Generator, Iterable, Iterator, Mapping
@@ -16,7 +15,6 @@ import trimesh
 
 import gpgpu_rt as rt
 from gpgpu_rt.gl.context import Gpu, open_gpu
-from gpgpu_rt.hardware import compiler, sample
 from gpgpu_rt.methods import find_method
 from gpgpu_rt.methods.bvh.gpu_build.build import GPU_BUILDS
 from gpgpu_rt.methods.bvh.tree import Bvh
@@ -125,28 +123,6 @@ def exact_renderer(gpu: Gpu) -> Gpu:
     if "llvmpipe" not in gpu.renderer:
         pytest.skip(f"bits are compared on llvmpipe only, this is {gpu.renderer}")
     return gpu
-
-
-@pytest.fixture
-def countable() -> None:
-    """Skip the test if this machine's Mesa does not print compiled programs."""
-    if reason := compiler.not_countable():
-        pytest.skip(reason)
-
-
-@pytest.fixture
-def uncountable(monkeypatch: pytest.MonkeyPatch) -> Iterator[str]:
-    """Simulate Mesa 25.0, whose format of printed programs is not supported.
-
-    The fixture's value is the reason why no instruction can be counted.
-    """
-    text = (Path(__file__).parent / "hardware" / "texts" / "mesa-25.0.txt").read_text()
-    monkeypatch.setattr(compiler, "_ask", lambda line: (
-        f"{compiler._MARK}\nshader: MESA_SHADER_FRAGMENT\n{text}" * len(json.loads(line)), True))
-    monkeypatch.setattr(sample, "_programs", {})
-    compiler.not_countable.cache_clear()
-    yield compiler.not_countable()
-    compiler.not_countable.cache_clear()
 
 
 def variants(name: str) -> list[dict[str, object]]:

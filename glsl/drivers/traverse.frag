@@ -11,9 +11,7 @@
 // Each kernel has a loop of its own that runs while rays need the kernel (while-while; Aila and Laine
 // 2009). A renderer that executes both sides of a branch still skips a loop that no ray enters. If a loop
 // breaks at its top, such a renderer runs the body once more, without effect. Loops here therefore test at
-// their bottom (`if` and `do while`), and a single step has no loop at all. STEP_A_TURN instead runs one
-// step in each iteration of the outer loop, as a program with one loop for all kernels does. The cost model
-// of period hardware requires this form.
+// their bottom (`if` and `do while`), and a single step has no loop at all.
 
 #include "core/precision.glsl"
 #include "core/fetch.glsl"
@@ -45,7 +43,7 @@ uniform int step_cap;
     state = state_stored(state); \
     hit = hit_stored(hit);
 
-#if defined(SINGLE_STEP) || defined(STEP_A_TURN)
+#ifdef SINGLE_STEP
 #define RUN(number, kernel) \
     if (RUNS(number) && phase == number) { \
         STEP(kernel) \

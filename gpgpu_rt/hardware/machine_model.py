@@ -12,14 +12,15 @@ latency of fetches that too few fragments in flight would expose.
 """
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
 
 from .cards import Card
 from .issue import KernelIssues
-from .static_costs import StaticCost, era_programs
+from .static_costs import StaticCost, static_cost
 
-STREAM = "_texel_"     # part of the sampler's name of a stream: ray, state, hit
+_LISTED, _OWN_FETCH = "nv40", re.compile(r"TEX TEMP\[\d+\]\S*, IN\[")
 SHARES = ("arithmetic", "texture", "bandwidth", "waiting lanes", "passes", "queries")
 
 
@@ -79,12 +80,10 @@ class CardTime:
 def stream_fetches(method: str, kernel: str, any_hit: bool = False) -> int:
     """Return how many fetches of a kernel in a loop read the ray, its state and its hit.
 
-    A loop keeps these in registers. The pruned text declares each sampler that it reads.
+    A loop keeps these in registers. NV40's listing shows them: they are fetched at the fragment's
+    own coordinates. The compilers of all cards remove the same unused fetches.
     """
-    text = next(one.text for one in era_programs(method, any_hit, in_loop=True)
-                if one.kernel == kernel)
-    return sum(line.startswith("uniform sampler2D") and STREAM in line
-               for line in text.splitlines())
+    return len(_OWN_FETCH.findall(static_cost(_LISTED, method, kernel, any_hit, True).listing))
 
 
 def time_of_passes(card: Card, issued: KernelIssues, costs: Mapping[str, StaticCost], pixels: int,

@@ -7,7 +7,6 @@ from conftest import assert_same_bits, soup_scene
 
 import gpgpu_rt as rt
 from gpgpu_rt.gl.observation import Observer
-from gpgpu_rt.hardware.counters import counted
 from gpgpu_rt.rays import batch as ray_batch
 from gpgpu_rt.rays.batch import RayBatch
 from gpgpu_rt.rays.tile_bounds import SIDE
@@ -179,18 +178,3 @@ def fragments(tracer: rt.Tracer) -> dict[str, int]:
     for entry in tracer.statistics.pass_log:
         found[entry["name"]] = found.get(entry["name"], 0) + entry["fragments"]
     return found
-
-
-@pytest.mark.parametrize("tile", ENTRIES)
-def test_work_is_counted_of_what_is_drawn(exact_renderer, countable,
-                                          tile: int | None) -> None:
-    scene, origins, directions = seen((64, 64), 8)
-    t_max = np.full(origins.shape[:2], np.inf)
-    t_max[:, 32:] = -1
-    with rt.Tracer(scene, "bvh-packet", packet=(4, 2), entry_points=tile) as tracer:
-        passes, _ = counted(tracer, lambda: tracer.trace(origins, directions, t_max=t_max.ravel()))
-    drawn = {one["name"]: one for one in passes}
-    packets, none = (drawn[f"drivers/{name}.frag"] for name in ("packet", "packet_none"))
-    assert 0 < packets["fragments"] <= 64 * 32 // 8
-    assert packets["fragments"] + none["fragments"] == 64 * 64 // 8
-    assert packets["total"]["scalar"] > 0
