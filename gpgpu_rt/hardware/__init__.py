@@ -16,7 +16,10 @@ The modules compute the time of a program on a card, step by step:
 * ``loop_counts``, ``counters``: Operations, fetches and bytes of every pass of a call. The
   iterations of loops are counted by emulation.
 * ``model``: Predicts seconds from counted work, with one fitted constant per card.
-* ``machines``, ``local_store``: The same for machines with ray tracing units, and for the Cell.
+* ``trace``, ``issue``, ``table_reads``: The kernels that rays run, the lanes that groups of rays
+  take for them, and the texels that they read, from passes that really ran.
+* ``machines``, ``loop_costs``, ``local_store``: Times of machines with ray tracing units, and of
+  the Cell, from these traces and from the static costs of kernels.
 * ``methods_on_cards``: The methods that a card could have run.
 
 The compiler needs the softpipe driver of Mesa 22.3. Without it, `compiler.not_countable` gives the
