@@ -81,7 +81,7 @@ def measure(scene: rt.Scene, rays: Workload, method: str, options: dict[str, Any
                                       len(scene) // 16)}
         return {"pixels": pixels, "rays": live * pixels, "issued": _plain(found)}
     with rt.Tracer(scene, SAME_WALK.get(method, method), **{**options, **STEPWISE}) as tracer:
-        image, tiles = (_recorded(tracer, part) for part in (sparse, rays.part(_tiles(size))))
+        image, tiles = (_recorded(tracer, part) for part in (sparse, rays.part(tile_pixels(size))))
     passes = issued_in_passes(image)
     found = {PASSES: _scaled(issued_in_passes(tiles), image, pixels, passes)}
     group = GROUPS[chip]
@@ -115,10 +115,17 @@ def _sparse(size: int) -> np.ndarray:
     return places[:, None] * size + places
 
 
-def _tiles(size: int) -> np.ndarray:
-    """Return the pixels of tiles in the middles of the image's parts, one tile beside another."""
-    starts = (2 * np.arange(TILES) + 1) * size // (2 * TILES) - TILE // 2
-    places = (starts[:, None] + np.arange(TILE)).reshape(-1)
+def tile_pixels(size: int, tile: int = TILE, tiles: int = TILES) -> np.ndarray:
+    """Return the pixels of tiles in the middles of the image's parts, one tile beside another.
+
+    Parameters
+    ----------
+    size : side of the image in pixels
+    tile : side of a tile in pixels
+    tiles : number of tiles across, and down
+    """
+    starts = (2 * np.arange(tiles) + 1) * size // (2 * tiles) - tile // 2
+    places = (starts[:, None] + np.arange(tile)).reshape(-1)
     return places[:, None] * size + places
 
 

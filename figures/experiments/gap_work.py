@@ -1,36 +1,46 @@
 """Gap work: the measurements of the experiments on the survey's sections 4.3 and 5.
 
-There are three kinds of cells. They measure the bytes that passes move, the work of programs at
+There are three kinds of cells. They measure the bytes that passes move, the runs of kernels at
 every SIMD width, and the depth of stacks.
 """
 from __future__ import annotations
 
-import math
 from typing import Any
 
 import numpy as np
 
 import gpgpu_rt as rt
+from gpgpu_rt.accel.morton import morton_2d
 from gpgpu_rt.bench.workloads import Workload
 from gpgpu_rt.gl.pass_log import logged
-from gpgpu_rt.hardware.emulate import texels_along_morton
-from gpgpu_rt.hardware.local_store import Fetches, transfers
-from gpgpu_rt.hardware.sample import emulated, tile_pixels
+from gpgpu_rt.hardware.issue import WHILE_WHILE, WITHIN, KernelIssues, issued_in_loop
+from gpgpu_rt.hardware.local_store import lines_of, transfers
+from gpgpu_rt.hardware.table_reads import FIELDS, table_reads
+from gpgpu_rt.hardware.trace import KernelTrace, record_trace
 from gpgpu_rt.inspect.time_travel import Pass, travel
-from gpgpu_rt.methods import find_method
 from gpgpu_rt.statistics import Statistics
 
 from .coherence import observe_order
+from .era_counts import STEPWISE, tile_pixels
 
 # The kinds are the beginnings of a cell's ``work``; a workload follows. MOVED measures the bytes
 # that the passes of the workload move, DONE the work at each width, STACKS the stacks of its rays.
 MOVED, DONE, STACKS = "moved by ", "done by ", "stacks of "
 KINDS = (MOVED, DONE, STACKS)
-WIDTHS = (1, 2, 4, 8, 16, 32, 48, 64)
-# The side of an emulated square of rays, and the number of squares across and down the image.
-SIDE, SPREAD = 32, (2, 2)
+# The (h, w) of the pixels that branch together, by their number: rectangles nearest to a square.
+GROUPS = {1: (1, 1), 2: (1, 2), 4: (2, 2), 8: (2, 4), 16: (4, 4), 32: (4, 8), 48: (6, 8),
+          64: (8, 8)}
+WIDTHS = tuple(GROUPS)
+# The side of a traced square of rays, and the number of squares across and down the image. A
+# square has whole groups of every width, of rays and of packets of 2x2 rays.
+SIDE, SPREAD = 48, 2
+# A limit of the static costs, for the pages that use them.
+AS_PASSES = ("A kernel was compiled as a pass, so its instructions include loading and storing "
+             "the state, which a loop would keep in registers. Times of shaders are therefore "
+             "upper bounds.")
 # Caches: their bytes, the bytes of a transfer, and the number of rays that fetch together.
 STORES, LINES, TOGETHER = (8192, 16384, 131072), (16, 128), (4, 32)
+MISSES = ("kd-restart", "kd-texture-stack", "bvh-threaded")     # methods whose misses are counted
 
 
 def measure(kind: str, scene: rt.Scene, rays: Workload, method: str,
@@ -61,53 +71,48 @@ def _moved(scene: rt.Scene, rays: Workload, method: str,
 
 def _done(scene: rt.Scene, rays: Workload, method: str,
           options: dict[str, Any]) -> dict[str, Any]:
-    """Return how often each region of the program runs, by width, and the misses of caches.
+    """Return the runs of each kernel, the lanes that they take by width, and the misses of caches.
 
-    Squares of rays are emulated. With ``sort_rays`` the squares are filled with rays in their
-    sorted order.
+    Squares of rays are traced. With ``sort_rays`` the squares are filled with rays in their sorted
+    order. A packet counts as one fragment.
     """
     ordered = options.pop("sort_rays", False)
-    chosen = _sorted_squares(scene, rays) if ordered else tile_pixels(rays.size, (SIDE, SIDE),
-                                                                      SPREAD)
-    t_max: Any = np.inf if rays.t_max is None else rays.t_max[chosen].ravel()
-    fetches = Fetches()
-    with rt.Tracer(scene, method, **options) as tracer:
-        run, watch = emulated(tracer, rays.origins[chosen], rays.directions[chosen], rays.any_hit,
-                              t_max, (SIDE, SIDE), WIDTHS, look=fetches)
-    program = run.program
+    part = rays.part(_sorted_squares(scene, rays) if ordered
+                     else tile_pixels(rays.size, SIDE, SPREAD))
+    assert part.shape is not None
     missed = {}
-    for line in LINES:
-        for together in TOGETHER:
-            lines = fetches.in_order(line, together)
-            missed |= {f"{store} {line} {together}": transfers(lines, store // line)
-                       for store in STORES}
-    return {"count": int(np.isfinite(rays.origins[chosen]).all(axis=2).sum()),
-            "fragments": run.fragments, "kernels": kernels_of(program, method),
-            "regions": [{"vector": w.vector, "scalar": w.scalar, "fetches": dict(w.fetches),
-                         "loop": at in program.loops, "parent": program.parents[at],
-                         "runs": {str(width): int(run.runs[width][at]) for width in WIDTHS}}
-                        for at, w in enumerate(program.work)],
-            "texel_bytes": watch.texel_bytes, "written_bytes": watch.written_bytes,
-            "fetched": len(lines), "transfers": missed}
+    with rt.Tracer(scene, method, **{**options, **STEPWISE}) as tracer:
+        trace = record_trace(tracer, part.shape, lambda: part.trace(tracer),
+                             FIELDS if method in MISSES else ())
+        if method in MISSES:
+            missed = _missed(trace, tracer)
+    issued = {width: issued_in_loop(trace, group, WHILE_WHILE, WITHIN)
+              for width, group in GROUPS.items()}
+    return {"count": part.live, "runs": trace.totals(), "transfers": missed,
+            "lanes": {str(width): _lanes(one) for width, one in issued.items()}}
 
 
-def kernels_of(program: Any, method: str) -> list[str]:
-    """For each region, the kernel that contains it, or "" outside of all kernels."""
-    names = find_method(method).kernels
-    found = [""] * len(program.work)
-    inner = program.loops[1:1 + len(names)]
-    for at, parent in enumerate(program.parents):
-        if at in inner:
-            found[at] = names[inner.index(at)]
-        elif parent >= 0:
-            found[at] = found[parent]
+def _lanes(issued: KernelIssues) -> dict[str, int]:
+    return dict(zip(issued.kernels, issued.lanes))
+
+
+def _missed(trace: KernelTrace, tracer: rt.Tracer) -> dict[str, int]:
+    """Return the misses of each cache, by its bytes, the bytes of a line, and the rays that fetch
+    together."""
+    found = {}
+    for together in TOGETHER:
+        places = table_reads(trace, tracer.accelerator.tables, GROUPS[together])
+        for line in LINES:
+            lines = lines_of(places, line)
+            found |= {f"{store} {line} {together}": transfers(lines, store // line)
+                      for store in STORES}
     return found
 
 
 def _sorted_squares(scene: rt.Scene, rays: Workload) -> np.ndarray:
-    """Squares as in `tile_pixels`, filled with rays in their sorted order.
+    """Return squares side by side, (SIDE, SPREAD * SPREAD * SIDE), of rays in their sorted order.
 
-    Neighbours in an emulated square are neighbours in the order.
+    Neighbours in a square are neighbours in the order, which goes along a Morton curve.
     """
     with rt.Tracer(scene, "bvh-threaded", sort_rays=True) as tracer:
         with observe_order(tracer) as orders:
@@ -115,11 +120,13 @@ def _sorted_squares(scene: rt.Scene, rays: Workload) -> np.ndarray:
     order = orders[0]
     order = order[order < len(rays.origins)]
     order = order[np.isfinite(rays.origins[order]).all(axis=1)]
-    squares, inside = math.prod(SPREAD), texels_along_morton(SIDE, SIDE)
+    squares = SPREAD * SPREAD
+    y, x = np.divmod(np.arange(SIDE * SIDE), SIDE)
+    curve = np.argsort(morton_2d(y, x))
     found = np.zeros((SIDE, squares * SIDE), np.int64)
     for square in range(squares):
         first = (len(order) * (2 * square + 1)) // (2 * squares) - SIDE * SIDE // 2
-        found[inside[:, 1], inside[:, 0] + SIDE * square] = order[first:first + SIDE * SIDE]
+        found[y[curve], x[curve] + SIDE * square] = order[first:first + SIDE * SIDE]
     return found
 
 

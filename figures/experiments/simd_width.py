@@ -8,24 +8,24 @@ from pathlib import Path
 from typing import Any
 
 from gpgpu_rt.bench.workloads import EYE, diffuse
+from gpgpu_rt.hardware.issue import WITHIN
 
 from ..framework.cell import Cell
 from ..framework.output import markdown_table, number, plt, save_chart, write_csv, write_text
 from ..framework.results import finished, read
-from .gap_work import DONE, WIDTHS
+from .gap_work import DONE, SIDE, WIDTHS
 
 SCENE = "kitchen"
 RAYS = (EYE, diffuse(2))
-# Label -> method, its options, and the number of rays per fragment.
-METHODS: dict[str, tuple[str, tuple[tuple[str, Any], ...], int]] = {
-    "kd-short-stack": ("kd-short-stack", (), 1),
-    "kd-packet 2x2": ("kd-packet", (("packet", (2, 2)),), 4),
-    "bvh-stack": ("bvh-stack", (), 1),
-    "bvh-packet 2x2": ("bvh-packet", (("packet", (2, 2)),), 4)}
+PACKET = (("packet", (2, 2)),)
+# Label -> method and its options.
+METHODS: dict[str, tuple[str, tuple[tuple[str, Any], ...]]] = {
+    "kd-short-stack": ("kd-short-stack", ()), "kd-packet 2x2": ("kd-packet", PACKET),
+    "bvh-stack": ("bvh-stack", ()), "bvh-packet 2x2": ("bvh-packet", PACKET)}
 ORDERS = {"as they come": (), "sorted": (("sort_rays", True),)}
 COLOURS = {"kd-short-stack": "#7a4fa3", "kd-packet 2x2": "#c27bd1", "bvh-stack": "#3d8b57",
            "bvh-packet 2x2": "#8cc79d"}
-HEADS = ("rays", "method", "order", "width", "utilisation", "instructions a ray")
+HEADS = ("rays", "method", "order", "width", "utilisation", "kernel runs a ray")
 
 
 def size(full: bool) -> int:
@@ -34,7 +34,7 @@ def size(full: bool) -> int:
 
 
 def _cell(rays: str, label: str, order: str, full: bool) -> Cell:
-    method, options, _ = METHODS[label]
+    method, options = METHODS[label]
     return Cell(SCENE, method, (*options, *ORDERS[order]), size(full), DONE + rays, 1)
 
 
@@ -43,9 +43,9 @@ def cells(full: bool) -> list[Cell]:
             for order in ORDERS]
 
 
-def lanes(one: dict[str, Any], width: int) -> float:
-    """Vector instructions of all lanes, including the lanes that wait."""
-    return sum(width * region["runs"][str(width)] * region["vector"] for region in one["regions"])
+def lanes(one: dict[str, Any], width: int) -> int:
+    """Runs of the kernels that visit nodes and test triangles, including the lanes that wait."""
+    return sum(count for kernel, count in one["lanes"][str(width)].items() if kernel not in WITHIN)
 
 
 def rows(data: Path, full: bool) -> list[tuple[Any, ...]]:
@@ -69,9 +69,8 @@ def draw(data: Path, out: Path, full: bool) -> None:
     if not found:
         return
     _, heading = finished(cells(full), data)[0]
-    note = (f"{SCENE}, squares of 32x32 out of {size(full)}x{size(full)} rays; programs emulated "
-            f"instruction by instruction; {heading['gpu']['renderer']}, commit "
-            f"{heading['commit']}."
+    note = (f"{SCENE}, squares of {SIDE}x{SIDE} out of {size(full)}x{size(full)} rays; each step "
+            f"of each ray recorded; {heading['gpu']['renderer']}, commit {heading['commit']}."
             + (f" {SCENE} is a procedural stand-in." if heading["scene"]["stand_in"] else ""))
     write_csv(out / "simd_width.csv", HEADS, found)
     table = [(rays, label, order, *(number(100 * row[4], 2) for row in mine),
@@ -79,12 +78,15 @@ def draw(data: Path, out: Path, full: bool) -> None:
              for rays in RAYS for label in METHODS for order in ORDERS
              if (mine := [row for row in found if row[:3] == (rays, label, order)])]
     write_text(out / "simd_width.md", "# Wide SIMD\n\n" + _paragraph(found) + "\n\n" + note
-               + "\n\nThe columns with numbers as heads show the percentage of the lanes' time "
-               "that is not spent waiting, by the number of fragments that branch together (the "
-               "width). The last two columns show vector instructions per ray at widths 1 and "
-               f"{WIDTHS[-1]}.\n\n" + markdown_table(
-                   ("rays", "method", "order", *map(str, WIDTHS), "instructions at 1",
-                    f"instructions at {WIDTHS[-1]}"),
+               + "\n\nA kernel visits a node or tests a triangle. The program has a loop for each "
+               "kernel inside an outer loop, and a group runs a kernel while any of its fragments "
+               "waits for the kernel. The columns with numbers as heads show the percentage of "
+               "the lanes' kernel runs that are not spent waiting, by the number of fragments "
+               "that branch together (the width). A packet is one fragment. The last two columns "
+               f"show kernel runs per ray at widths 1 and {WIDTHS[-1]}, with waiting lanes.\n\n"
+               + markdown_table(
+                   ("rays", "method", "order", *map(str, WIDTHS), "runs at 1",
+                    f"runs at {WIDTHS[-1]}"),
                    table))
     figure, axes = plt.subplots(2, len(RAYS), figsize=(11, 7.6), sharex=True, sharey="row")
     for column, rays in enumerate(RAYS):
@@ -99,14 +101,14 @@ def draw(data: Path, out: Path, full: bool) -> None:
                         label=f"{label}, {order}" if mine else None)
         axes[0, column].set_title(rays, fontsize=10)
         axes[1, column].set(xlabel="fragments that branch together")
-    axes[0, 0].set(ylabel="lanes' time not spent waiting, %", ylim=(0, 105))
-    axes[1, 0].set(ylabel="vector instructions a ray, with waiting", yscale="log")
+    axes[0, 0].set(ylabel="lanes' runs not spent waiting, %", ylim=(0, 105))
+    axes[1, 0].set(ylabel="kernel runs a ray, with waiting", yscale="log")
     for axis in axes.ravel():
         axis.set_xscale("log", base=2)
         axis.set_xticks(WIDTHS, map(str, WIDTHS), fontsize=8)
         axis.minorticks_off()
         axis.spines[["top", "right"]].set_visible(False)
-    ticks = [digit * 10 ** power for power in range(2, 6) for digit in (1, 2, 5)]
+    ticks = [digit * 10 ** power for power in range(0, 5) for digit in (1, 2, 5)]
     axes[1, 0].set_yticks(ticks, [f"{tick:,}" for tick in ticks])
     axes[1, 0].set_ylim(0.8 * min(row[5] for row in found), 1.2 * max(row[5] for row in found))
     axes[0, 0].legend(frameon=False, fontsize=8, loc="lower left")
@@ -135,22 +137,25 @@ def _paragraph(found: list[tuple[Any, ...]]) -> str:
     return (
         "The survey says that pixels which must run in lockstep waste time, unlike a CPU, that "
         "packets help where rays are coherent, and that sorting might help where they are not. If "
-        f"{widest} eye rays branch together, {used(eye, single, plain)} of the lanes' time is "
-        f"useful with {single}, and {used(eye, tree, plain)} with {tree}. For rays after two "
+        f"{widest} eye rays branch together, {used(eye, single, plain)} of the lanes' kernel runs "
+        f"are useful with {single}, and {used(eye, tree, plain)} with {tree}. For rays after two "
         f"diffuse bounces, {used(wild, single, plain)} and {used(wild, tree, plain)} are useful, "
         f"and after sorting {used(wild, single, ordered)} and {used(wild, tree, ordered)}.\n\n"
-        f"For eye rays, packets of four rays issue {cost(eye, packet, plain)} instructions a ray "
-        f"in a kd-tree, and single rays {cost(eye, single, plain)}; in a BVH the numbers are "
+        f"For eye rays, packets of four rays need {cost(eye, packet, plain)} kernel runs a ray in "
+        f"a kd-tree, and single rays {cost(eye, single, plain)}; in a BVH the numbers are "
         f"{cost(eye, packed, plain)} and {cost(eye, tree, plain)}. After the bounces, packets "
-        f"issue {cost(wild, packet, plain)} and single rays {cost(wild, single, plain)} "
-        f"instructions (BVH: {cost(wild, packed, plain)} and {cost(wild, tree, plain)}). With "
-        f"sorting these become {cost(wild, packet, ordered)} and {cost(wild, single, ordered)} "
-        f"(BVH: {cost(wild, packed, ordered)} and {cost(wild, tree, ordered)}).\n\n"
+        f"need {cost(wild, packet, plain)} and single rays {cost(wild, single, plain)} runs (BVH: "
+        f"{cost(wild, packed, plain)} and {cost(wild, tree, plain)}). With sorting these become "
+        f"{cost(wild, packet, ordered)} and {cost(wild, single, ordered)} (BVH: "
+        f"{cost(wild, packed, ordered)} and {cost(wild, tree, ordered)}). A run of a packet "
+        "fetches a node or a triangle once, but does the arithmetic of four rays. Packets "
+        "therefore save fetches if they need fewer runs, and save arithmetic if they need less "
+        "than a quarter of the runs.\n\n"
         "At the same width, four times as many rays branch together in packets as without. On "
-        f"{widest // 4} lanes, where packets also have {widest} rays, they issue "
-        f"{cost(eye, packet, plain, widest // 4)} instructions for eye rays and "
+        f"{widest // 4} lanes, where packets also have {widest} rays, they need "
+        f"{cost(eye, packet, plain, widest // 4)} runs for eye rays and "
         f"{cost(wild, packet, plain, widest // 4)} after the bounces "
         f"(BVH: {cost(eye, packed, plain, widest // 4)} and "
         f"{cost(wild, packed, plain, widest // 4)}). A packet also wastes time when it tests a "
-        "node for rays that need not visit the node. Here this counts as work, so only the "
-        "instructions per ray show it.")
+        "node for rays that need not visit the node. Here this counts as work, so only the kernel "
+        "runs per ray show it.")

@@ -1,12 +1,14 @@
 """Stacks (survey, section 4.3): the bytes that a ray keeps on the chip, and the rays in flight."""
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from gpgpu_rt.bench.workloads import EYE
 from gpgpu_rt.gl.record import Field
+from gpgpu_rt.hardware.loop_costs import LoopCost, loop_costs
 from gpgpu_rt.hardware.machines import machines
 from gpgpu_rt.methods import find_method
 from gpgpu_rt.rays.records import HIT, RAY_TEXELS
@@ -16,7 +18,7 @@ from ..framework.cell import Cell
 from ..framework.output import markdown_table, number, plt, save_chart, write_csv, write_text
 from ..framework.published_numbers import published
 from ..framework.results import finished, read
-from .gap_work import DONE, STACKS
+from .gap_work import AS_PASSES, DONE, SIDE, STACKS
 
 SCENE, CARD = "kitchen", "G80"
 WARP, CLOCKS = 32, 4      # rays of a warp, and clocks that an instruction of a warp takes
@@ -47,6 +49,9 @@ METHODS: dict[str, tuple[str, tuple[tuple[str, Any], ...], int, int | None]] = {
     "kd-stack": ("kd-stack", (), KD_ENTRY, None),
     "bvh-threaded octants": ("bvh-threaded", (("octants", True),), 0, 0),
     "bvh-stack": ("bvh-stack", (), NODE, None)}
+# Label -> the method whose kernels are compiled and traced, if not the label's own method.
+# kd-texture-stack has kd-stack's walk, but its stack lies in textures.
+KERNELS = {"kd-stack": "kd-texture-stack"}
 # Label -> the method whose states show how deep the stack is.
 DEPTHS = {"kd-stack": "kd-texture-stack", "bvh-stack": "bvh-stack"}
 COLOURS = {"kd-restart": "#2f6db3", "kd-push-down": "#1b3f73", "kd-ropes": "#b33a3a",
@@ -62,9 +67,19 @@ def size(full: bool) -> int:
     return 1024 if full else 256
 
 
+def compiled(label: str) -> str:
+    """The method whose kernels the card's compiler has compiled for a label."""
+    return KERNELS.get(label, METHODS[label][0])
+
+
+def missing_kernels() -> dict[str, str]:
+    """Label -> why the card's compiler has no kernels of the method."""
+    reasons = {label: find_method(compiled(label)).why_no_era_form() for label in METHODS}
+    return {label: reason for label, reason in reasons.items() if reason}
+
+
 def _cell(label: str, full: bool) -> Cell:
-    method, options, _, _ = METHODS[label]
-    return Cell(SCENE, method, options, size(full), DONE + EYE, 1)
+    return Cell(SCENE, compiled(label), METHODS[label][1], size(full), DONE + EYE, 1)
 
 
 def _depths(label: str, full: bool) -> Cell:
@@ -72,51 +87,70 @@ def _depths(label: str, full: bool) -> Cell:
 
 
 def cells(full: bool) -> list[Cell]:
-    return [*(_cell(label, full) for label in METHODS), *(_depths(one, full) for one in DEPTHS)]
+    return [*(_cell(label, full) for label in METHODS if label not in missing_kernels()),
+            *(_depths(one, full) for one in DEPTHS)]
 
 
+@dataclass(frozen=True)
+class WarpWork:
+    """The work of a ray, idle lanes of its warp included: instructions, fetches of tables, and the
+    fetches that wait for one another."""
+
+    instructions: float
+    fetches: float
+    levels: float
+
+    @classmethod
+    def of(cls, gap: Mapping[str, Any], costs: Mapping[str, LoopCost]) -> WarpWork:
+        """Return the work of the kernels of a `gap_work` result of the kind DONE."""
+        def a_ray(field: str) -> float:
+            return sum(lanes * getattr(costs[kernel], field)
+                       for kernel, lanes in gap["lanes"][str(WARP)].items()) / gap["count"]
+        return cls(a_ray("instructions"), a_ray("fetches"), a_ray("levels"))
+
+
+@dataclass(frozen=True)
+class Kept:
+    """The bytes that a ray keeps on the chip: in registers, and in its stack."""
+
+    registers: int
+    stack: int
+
+    def fitting(self, memory: int) -> int:
+        """The number of a multiprocessor's rays whose states fit the registers and whose stacks
+        fit ``memory`` bytes.
+
+        Only whole warps count. The card's limit of resident rays applies as well.
+        """
+        card = machines()[CARD]
+        states = card.registers // (self.registers * WARP) * WARP
+        stacks = memory // (self.stack * WARP) * WARP if self.stack else states
+        return min(states, stacks, card.resident)
+
+
+@dataclass(frozen=True)
 class Flight:
-    """The number of rays that fit a multiprocessor, and the rate that they reach.
+    """The rate of the rays that fit: ``kept`` bytes each, with the work of ``work``."""
 
-    Parameters
-    ----------
-    work : the result of a `gap_work` cell of the kind DONE
-    kept : bytes of a ray in registers
-    stack : bytes of a ray's stack, besides the registers
-    """
-
-    def __init__(self, work: dict[str, Any], kept: int, stack: int) -> None:
-        self.card, self.kept, self.stack = machines()[CARD], kept, stack
-        warps = {region: one["runs"][str(WARP)] * WARP / work["count"]
-                 for region, one in enumerate(work["regions"])}
-        self.instructions = sum(warps[at] * one["scalar"]
-                                for at, one in enumerate(work["regions"]))
-        # The texels of a record are fetched at the same time, so they count once.
-        self.fetches = sum(warps[at] * sum(name.endswith("_table") for name in one["fetches"])
-                           for at, one in enumerate(work["regions"]))
+    kept: Kept
+    work: WarpWork
 
     @property
     def clocks(self) -> float:
         """Clocks that a warp takes for its rays if no other warp runs on the multiprocessor."""
-        return CLOCKS * self.instructions + self.card.fetch_latency * self.fetches
+        return (CLOCKS * self.work.instructions
+                + machines()[CARD].fetch_latency * self.work.levels)
 
     @property
     def needed(self) -> float:
         """The number of rays in flight that is needed to issue an instruction in every clock."""
-        return WARP * self.clocks / (CLOCKS * self.instructions)
-
-    def fitting(self, memory: int) -> int:
-        """The number of rays whose states fit the registers and whose stacks fit ``memory`` bytes.
-
-        Only whole warps count. The card's limit of resident rays applies as well.
-        """
-        states = self.card.registers // (self.kept * WARP) * WARP
-        stacks = memory // (self.stack * WARP) * WARP if self.stack else states
-        return min(states, stacks, self.card.resident)
+        return WARP * self.clocks / (CLOCKS * self.work.instructions)
 
     def rate(self, memory: int) -> float:
         """Rays per second of the card, with this memory for stacks."""
-        return self._rate(self.fitting(memory))
+        card = machines()[CARD]
+        return min(self.peak, card.multiprocessors * self.kept.fitting(memory) * card.clock
+                   / self.clocks)
 
     @property
     def best(self) -> float:
@@ -126,11 +160,8 @@ class Flight:
     @property
     def peak(self) -> float:
         """Rays per second if no ray waited for a fetch."""
-        return self.card.multiprocessors * self.card.clock * WARP / (CLOCKS * self.instructions)
-
-    def _rate(self, rays: float) -> float:
-        in_flight = self.card.multiprocessors * rays * self.card.clock / self.clocks
-        return min(self.peak, in_flight)
+        card = machines()[CARD]
+        return card.multiprocessors * card.clock * WARP / (CLOCKS * self.work.instructions)
 
 
 def state_bytes(label: str) -> int:
@@ -146,55 +177,77 @@ def state_bytes(label: str) -> int:
     return _bytes(RAY_TEXELS.fields) + _bytes(HIT.fields) + kept
 
 
-def flights(data: Path, full: bool) -> dict[str, tuple[Flight, int | None]]:
-    """Return for each method its `Flight`, and the deepest stack of a ray (None without stack)."""
-    found = {}
+def kept(data: Path, full: bool) -> dict[str, tuple[Kept, int | None]]:
+    """Return for each method what a ray keeps, and the deepest stack of a ray (None without
+    stack)."""
+    found: dict[str, tuple[Kept, int | None]] = {}
     for label, (_, _, entry, entries) in METHODS.items():
-        result = read(_cell(label, full), data)
-        if result is None:
+        if label not in DEPTHS:     # a few entries fit into registers
+            found[label] = Kept(state_bytes(label) + entry * (entries or 0), 0), None
+        elif seen := read(_depths(label, full), data):
+            found[label] = (Kept(state_bytes(label), entry * seen["gap"]["levels"]),
+                            len(seen["gap"]["histogram"]) - 1)
+    return found
+
+
+def flights(data: Path, full: bool) -> dict[str, Flight]:
+    """Return the flight of each method whose kernels are compiled and whose work is measured."""
+    found = {}
+    for label, (one, _) in kept(data, full).items():
+        if label in missing_kernels() or not (result := read(_cell(label, full), data)):
             continue
-        deepest, kept, stack = None, state_bytes(label), 0
-        if label in DEPTHS:
-            seen = read(_depths(label, full), data)
-            if seen is None:
-                continue
-            stack, deepest = entry * seen["gap"]["levels"], len(seen["gap"]["histogram"]) - 1
-        else:     # a few entries fit into registers
-            kept += entry * (entries or 0)
-        found[label] = Flight(result["gap"], kept, stack), deepest
+        costs = loop_costs(CARD.lower(), compiled(label), **dict(METHODS[label][1]))
+        found[label] = Flight(one, WarpWork.of(result["gap"], costs))
     return found
 
 
 def rows(data: Path, full: bool) -> list[list[Any]]:
     """The rows of the table whose columns are HEADS, for the card's own memory."""
-    card = machines()[CARD]
-    return [[label, one.kept, one.stack, deepest, one.instructions, one.fetches, one.needed,
-             one.fitting(card.on_chip), one.rate(card.on_chip) / one.peak,
-             1e-6 * one.rate(card.on_chip), 1e-6 * one.best]
-            for label, (one, deepest) in flights(data, full).items()]
+    card, flying, found = machines()[CARD], flights(data, full), []
+    for label, (one, deepest) in kept(data, full).items():
+        numbers: list[Any] = [one.registers, one.stack, deepest, *[None] * 3,
+                              one.fitting(card.on_chip), *[None] * 3]
+        if label in flying:
+            flight = flying[label]
+            rate = flight.rate(card.on_chip)
+            numbers[3:6] = flight.work.instructions, flight.work.fetches, flight.needed
+            numbers[7:] = rate / flight.peak, 1e-6 * rate, 1e-6 * flight.best
+        elif label not in missing_kernels():
+            continue
+        found.append([label, *numbers])
+    return found
 
 
 def draw(data: Path, out: Path, full: bool) -> None:
     """Write out/stacks.csv, .md and .png."""
-    found, card = rows(data, full), machines()[CARD]
-    if not found:
+    measured = finished(cells(full), data)
+    if not measured:
         return
-    _, heading = finished(cells(full), data)[0]
-    note = (f"{SCENE}, squares of 32x32 out of {size(full)}x{size(full)} eye rays, emulated in "
-            f"warps of {WARP}; {card.name}: {card.multiprocessors} multiprocessors, "
-            f"{card.fetch_latency} clocks per fetch, at most {card.resident} rays each. "
+    found, heading, card = rows(data, full), measured[0][1], machines()[CARD]
+    note = (f"{SCENE}, squares of {SIDE}x{SIDE} out of {size(full)}x{size(full)} eye rays, in "
+            f"warps of {WARP}; kernels compiled by the {CARD}'s own compiler; multiprocessors of "
+            f"the GeForce 8800 GTX: {card.multiprocessors} multiprocessors, {card.fetch_latency} "
+            f"clocks per fetch, at most {card.resident} rays each. "
             f"{heading['gpu']['renderer']}, commit {heading['commit']}."
             + (f" {SCENE} is a procedural stand-in." if heading["scene"]["stand_in"] else ""))
+    notes = [f"* {label} has no instructions, fetches and rates: the {CARD}'s compiler has no "
+             f"kernels of {compiled(label)}, because {reason}."
+             for label, reason in missing_kernels().items()]
+    notes += [f"* {label} has the kernels and the walk of {other}. A pop reads on-chip memory, so "
+              "it fetches no texel." for label, other in KERNELS.items()]
     write_csv(out / "stacks.csv", HEADS, found)
     write_text(out / "stacks.md", "# Stack against stackless\n\n" + _paragraph(found) + "\n\n"
-               + note + "\n\n" + markdown_table(HEADS, [
+               + note + "\n\nInstructions and fetches include the idle lanes of a warp. The "
+               "texels of a record are fetched at the same time, so a warp waits for them once. "
+               + AS_PASSES + "\n\n"
+               + markdown_table(HEADS, [
                    [number(v) if isinstance(v, float) else "-" if v is None else v for v in row]
-                   for row in found]))
+                   for row in found]) + "\n" + "\n".join(notes) + "\n")
     figure, axis = plt.subplots(figsize=(10.5, 5.2))
-    for label, (one, _) in flights(data, full).items():
+    for label, one in flights(data, full).items():
         axis.plot([m / 1024 for m in MEMORIES], [1e-6 * one.rate(m) for m in MEMORIES],
-                  "-" if one.stack else "--", color=COLOURS[label],
-                  label=f"{label}: {one.kept} + {one.stack} bytes a ray")
+                  "-" if one.kept.stack else "--", color=COLOURS[label],
+                  label=f"{label}: {one.kept.registers} + {one.kept.stack} bytes a ray")
     axis.axvline(card.on_chip / 1024, color="#555555", linewidth=1, linestyle=":")
     axis.annotate(f"{card.on_chip // 1024} KiB, the card's own", (card.on_chip / 1024, 0),
                   xytext=(4, 8), textcoords="offset points", fontsize=8)
@@ -211,6 +264,18 @@ def draw(data: Path, out: Path, full: bool) -> None:
     save_chart(figure, out / "stacks.png", note)
 
 
+def _holds(claim: bool) -> str:
+    return "holds" if claim else "does not hold"
+
+
+def _rate(row: list[Any], share: float) -> float:
+    """Mrays/s of a row if its kernels had only this share of their instructions."""
+    card = machines()[CARD]
+    peak = 1e-6 * card.multiprocessors * card.clock * WARP / (CLOCKS * share * row[4])
+    needed = WARP + (row[6] - WARP) / share
+    return float(peak * min(1.0, row[7] / needed))
+
+
 def _paragraph(found: list[list[Any]]) -> str:
     """Sentences on what the survey expects, and on what the rows show."""
     card, by = machines()[CARD], {row[0]: row for row in found}
@@ -221,25 +286,29 @@ def _paragraph(found: list[list[Any]]) -> str:
         f"each multiprocessor has its own {card.on_chip // 1024} KiB. {card.on_chip // SURVEYS} "
         f"such stacks fit into a multiprocessor of {WARP // CLOCKS} lanes, and "
         f"{card.multiprocessors * card.on_chip // SURVEYS} on the card. There are enough rays for "
-        "the lanes, but not always enough to hide the latency of fetches."]
-    for label in ("kd-stack", "bvh-stack"):
+        "the lanes; the question is whether there are enough to hide the latency of fetches."]
+    for label in DEPTHS:
         if label in by:
             row = by[label]
             parts.append(
                 f"{label} keeps a stack of {row[2]} bytes a ray, as deep as the tree requires "
-                f"(rays filled {row[3]} entries at most). {row[7]} rays fit, while "
-                f"{number(row[6])} would be needed to hide fetches, and {number(100 * row[8])} % "
-                "of the peak rate remains.")
-    if {"kd-restart", "kd-short-stack", "kd-stack"} <= by.keys():
-        most = max(found, key=lambda row: row[9])
+                f"(rays filled {row[3]} entries at most). {row[7]} rays fit" + (
+                    "." if row[6] is None else f", while {number(row[6])} would be needed to hide "
+                    f"fetches, and {number(100 * row[8])} % of the peak rate remains."))
+    if {"kd-restart", "kd-stack"} <= by.keys():
+        restart, stack = by["kd-restart"], by["kd-stack"]
+        best = max((row for row in found if row[9] is not None), key=lambda row: row[9])
         parts.append(
-            f"kd-restart fits {by['kd-restart'][7]} rays into registers and reaches "
-            f"{number(by['kd-restart'][9])} Mrays/s, kd-stack {number(by['kd-stack'][9])} and "
-            f"kd-short-stack {number(by['kd-short-stack'][9])}. With unlimited memory they reach "
-            f"{number(by['kd-restart'][10])}, {number(by['kd-stack'][10])} and "
-            f"{number(by['kd-short-stack'][10])}. {most[0]} is the fastest method. With the "
-            "card's memory, the survey's claim "
-            + ("holds" if by["kd-stack"][9] < by["kd-restart"][9] else "does not hold")
-            + " for kd-stack against kd-restart. What decides is whether fetches are hidden, and "
-            "not, as the survey says, the number of rays for the lanes.")
+            f"kd-restart fits {restart[7]} rays into registers and reaches {number(restart[9])} "
+            f"Mrays/s, and kd-stack {number(stack[9])}. With unlimited memory they reach "
+            f"{number(restart[10])} and {number(stack[10])}. {best[0]} is the fastest of the "
+            "methods with a rate. With the card's memory, the survey's claim "
+            + _holds(stack[9] < restart[9]) + " for kd-stack against kd-restart. "
+            + ("The reason is that too few rays fit to hide kd-stack's fetches, and not, as the "
+               "survey says, the number of rays for the lanes."
+               if stack[9] < restart[9] <= stack[10]
+               else "More memory for stacks would not change this order.")
+            + " With half of the compiled instructions the claim "
+            + _holds(_rate(stack, 0.5) < _rate(restart, 0.5)) + ", and with a quarter it "
+            + _holds(_rate(stack, 0.25) < _rate(restart, 0.25)) + ".")
     return " ".join(parts)

@@ -98,8 +98,7 @@ def _era_counts(cell: Cell, name: str) -> dict[str, Any]:
 
 def _gap_work(kind: str) -> MeasurementKind:
     return MeasurementKind(kind, lambda cell, rays: {"gap": gap_work.measure(
-        kind, load(cell.scene), _rays(cell, rays), cell.method, dict(cell.options))}, timed=False,
-        counted=kind == gap_work.DONE)
+        kind, load(cell.scene), _rays(cell, rays), cell.method, dict(cell.options))}, timed=False)
 
 
 WORKS = (

@@ -1,6 +1,7 @@
 """Issue: how often pixels that branch together issue each kernel, from a trace of the rays."""
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,6 +12,9 @@ QUAD = (2, 2)        # every card of the survey shades pixels in quads, for thei
 PASSES_A_CHOICE = 16    # the schedule `kernels` runs this many passes between occlusion queries
 WHILE_WHILE, STEP = "while-while", "step"
 ORDERS = (WHILE_WHILE, STEP)
+# Under `step`, a pass cannot write a stack or begin a packet's next turn within a visit, so these
+# are kernels. A loop runs them within the visit or the triangle test that asks for them.
+WITHIN = ("push", "pop", "leave", "begin")
 
 
 @dataclass(frozen=True)
@@ -43,17 +47,19 @@ class KernelIssues:
 def in_groups(steps: np.ndarray, group: tuple[int, int]) -> np.ndarray:
     """Return the steps (n, h, w) by groups of (h, w) pixels, (n, groups, lanes).
 
-    Lanes beyond the image's edge are FINISHED.
+    Lanes beyond the image's edge are FINISHED. Another field's values are grouped alike.
     """
     count, height, width = steps.shape
     down, across = -(-height // group[0]), -(-width // group[1])
-    padded = np.full((count, down * group[0], across * group[1]), FINISHED, np.uint8)
+    padded = np.full((count, down * group[0], across * group[1]), FINISHED,
+                     steps.dtype)
     padded[:, :height, :width] = steps
     parts = padded.reshape(count, down, group[0], across, group[1])
     return parts.transpose(0, 1, 3, 2, 4).reshape(count, down * across, group[0] * group[1])
 
 
-def issued_in_loop(trace: KernelTrace, group: tuple[int, int], order: str) -> KernelIssues:
+def issued_in_loop(trace: KernelTrace, group: tuple[int, int], order: str,
+                   within: Collection[str] = ()) -> KernelIssues:
     """Return the issues of a program with a loop, whose pixels branch together in groups.
 
     Parameters
@@ -62,11 +68,14 @@ def issued_in_loop(trace: KernelTrace, group: tuple[int, int], order: str) -> Ke
     order : WHILE_WHILE has a loop for each kernel inside the outer loop: a group issues a kernel
         while any of its rays waits for the kernel. STEP has one loop, whose iteration runs one
         step of each ray: a group issues each kernel that any of its rays needs
+    within : under WHILE_WHILE, kernels without a loop of their own. A ray runs such a kernel right
+        after the kernel before it, and its group issues the kernel if any ray runs it
     """
     steps, count = in_groups(trace.steps, group), len(trace.kernels)
     lanes = steps.shape[2]
-    issue = _in_turns if order == WHILE_WHILE else _in_step
-    issues, iterations = issue(steps, count)
+    inner = np.array([False, *(name in within for name in trace.kernels)])
+    issues, iterations = (_in_turns(steps, inner) if order == WHILE_WHILE
+                          else _in_step(steps, count))
     totals = trace.totals()
     return KernelIssues(trace.kernels, tuple(totals[name] for name in trace.kernels),
                         tuple(int(number) * lanes for number in issues), iterations * lanes)
@@ -77,11 +86,13 @@ def _in_step(steps: np.ndarray, count: int) -> tuple[np.ndarray, int]:
     return issues, int((steps != FINISHED).any(axis=2).sum())
 
 
-def _in_turns(steps: np.ndarray, count: int) -> tuple[np.ndarray, int]:
+def _in_turns(steps: np.ndarray, within: np.ndarray) -> tuple[np.ndarray, int]:
     """Return the issues of each kernel and the iterations of the outer loop, over all groups.
 
-    All groups advance side by side: in each turn, every unfinished group issues one kernel.
+    All groups advance side by side: in each turn, every unfinished group issues one kernel, and
+    those ``within`` it (bool by the kernel's number) that its rays then ask for.
     """
+    count = len(within) - 1
     padded = np.concatenate([steps, np.zeros((1, *steps.shape[1:]), np.uint8)])
     issues, iterations = np.zeros(count, np.int64), 0
     groups = np.arange(steps.shape[1])
@@ -104,7 +115,15 @@ def _in_turns(steps: np.ndarray, count: int) -> tuple[np.ndarray, int]:
         iterations += int((after < kernel).sum())
         kernel = after
         issues += np.bincount(kernel - 1, minlength=count)
-        place += waits == kernel[:, None]
+        ran = waits == kernel[:, None]
+        place += ran
+        while within.any():
+            waits = padded[place, groups[:, None], lane]
+            ran &= within[waits]
+            if not ran.any():
+                break
+            issues += [int((ran & (waits == k)).any(axis=1).sum()) for k in range(1, count + 1)]
+            place += ran
 
 
 def issued_in_passes(trace: KernelTrace, choice: int = PASSES_A_CHOICE) -> KernelIssues:

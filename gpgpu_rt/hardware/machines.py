@@ -4,7 +4,11 @@ The survey's section 5 proposes such units; section 4.4 describes machines that 
 unit executes a kernel, the kernel costs the shader nothing. The unit needs a clock for each step
 of a ray, or of a packet. Shader, units and memory work in parallel, and the slowest decides.
 Memory traffic is the misses of a simulated cache of the machine's size (`local_store`). Nothing is
-fitted: each time is the work of our programs, done at the machine's peak rates.
+fitted: each time is the work of traced rays, done at the machine's peak rates. The work leaves out
+the setting up of rays and the loops' own branches.
+
+A kernel costs what a card's compiler made of it (`loop_costs`). For a machine without a compiler,
+``compiler`` in ``machines.json`` names the card whose instructions are most like the machine's.
 """
 from __future__ import annotations
 
@@ -16,7 +20,8 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from .cards import Card, Sourced
-from .model import loop_work
+from .issue import WITHIN
+from .loop_costs import LoopCost
 
 TESTS = ("intersect",)     # kernels that test triangles; all other kernels traverse
 
@@ -55,49 +60,57 @@ class Least:
         return "waiting" if self.waiting > self.seconds / 2 else max(parts, key=parts.__getitem__)
 
 
-def without(work: Mapping[str, Any], taken: str) -> dict[str, Any]:
-    """Return the work without the cost of the kernels that units execute.
+def by_unit(kernel: str, taken: str) -> bool:
+    """Return whether units execute a kernel.
 
-    ``taken`` names these kernels: "steps" are kernels that traverse, "tests" are kernels that test
+    ``taken`` names their kernels: "steps" are kernels that traverse, "tests" are kernels that test
     triangles, "both" are all kernels, and "" is none.
     """
-    def hard(kernel: str) -> bool:
-        kind = "tests" if kernel in TESTS else "steps"
-        return bool(kernel) and taken in (kind, "both")
-    return {**work, "regions": [
-        {**region, "vector": 0, "scalar": 0, "fetches": {}} if hard(kernel) else region
-        for region, kernel in zip(work["regions"], work["kernels"])]}
+    return taken in ("tests" if kernel in TESTS else "steps", "both")
 
 
 def runs(work: Mapping[str, Any], kind: str, width: int = 1) -> float:
     """Return how often groups of ``width`` rays ran the kernels of a kind ("steps" or "tests"),
-    divided by the number of rays."""
-    total = 0
-    for region, kernel in zip(work["regions"], work["kernels"]):
-        if region["loop"] and kernel and (kernel in TESTS) == (kind == "tests"):
-            total += region["runs"][str(width)]
-    return total / work["count"]
+    divided by the number of rays.
+
+    A stack's push or pop is part of the step before it.
+    """
+    lanes = work["lanes"][str(width)]
+    return sum(count for kernel, count in lanes.items()
+               if kernel not in WITHIN and by_unit(kernel, kind)) / width / work["count"]
 
 
-def on_card(card: Card, work: Mapping[str, Any], units: Machine | None = None, taken: str = "",
-            width: int | None = None) -> Least:
+def issued(work: Mapping[str, Any], costs: Mapping[str, LoopCost], width: int = 1,
+           taken: str = "") -> float:
+    """Return the instructions a ray, including those of idle lanes, of groups of ``width`` rays.
+
+    ``taken`` names the kernels that cost nothing, because units execute them.
+    """
+    return sum(lanes * costs[kernel].instructions
+               for kernel, lanes in work["lanes"][str(width)].items()
+               if not by_unit(kernel, taken)) / work["count"]
+
+
+def on_card(card: Card, work: Mapping[str, Any], costs: Mapping[str, LoopCost],
+            units: Machine | None = None, taken: str = "", width: int | None = None) -> Least:
     """Return the time on a card's shaders, with units that execute some of the kernels.
 
     Parameters
     ----------
     card : the card
-    work : the work of ``count`` rays, as for `model.loop_work`, with two further keys. ``kernels``
-        has the name of each region's kernel. ``transfers`` has numbers of cache misses; the key
-        "8192 16 4" stands for a cache of 8192 bytes, lines of 16 bytes and 4 rays that fetch
-        together
+    work : the work of ``count`` rays. ``runs`` has the number of runs by the kernel's name.
+        ``lanes`` has the number of lanes that groups took, by the number of rays in a group and
+        the kernel's name. ``transfers`` has numbers of cache misses; the key "8192 16 4" stands
+        for a cache of 8192 bytes, lines of 16 bytes and 4 rays that fetch together
+    costs : each kernel's cost by the card's compiler
     units : the units; None for the card alone
-    taken : the kernels that the units execute: "steps", "tests", "both" or ""
+    taken : the kernels that the units execute, as for `by_unit`
     width : number of fragments that branch together; None for the card's own number
     """
-    left = loop_work(card, without(work, taken), width)
-    rate = card.scalar_rate if card.scalar_units else card.vector_rate
-    count = work["count"]
-    shader = max(left.instructions / rate, left.texels / card.texel_rate) / count
+    texels = sum(count * costs[kernel].fetches for kernel, count in work["runs"].items()
+                 if not by_unit(kernel, taken)) / work["count"]
+    shader = max(issued(work, costs, width or card.branch_width, taken) / card.issue_rate,
+                 texels / card.texel_rate)
     if units is None:
         # Assume that the card's texture cache misses as often as the ideal machine's cache.
         return Least(shader, memory=_memory(work, machines()["ideal"], card.bandwidth))
@@ -108,45 +121,41 @@ def on_card(card: Card, work: Mapping[str, Any], units: Machine | None = None, t
                  _memory(work, units))
 
 
-def on_prototype(machine: Machine, work: Mapping[str, Any]) -> Least:
+def on_prototype(machine: Machine, work: Mapping[str, Any],
+                 costs: Mapping[str, LoopCost]) -> Least:
     """Return the time on a machine whose units traverse.
 
     If the machine also has units for triangle tests, these do the tests. Otherwise its shader does
-    the tests, for a packet at a time.
+    the tests, for a packet at a time. ``work`` and ``costs`` are as for `on_card`.
     """
     each, packet = machine.units * machine.clock, machine.packet
     steps = runs(work, "steps", packet) / (each * machine.steps)
     memory = _memory(work, machine)
     if machine.tests:
         return Least(0.0, steps, runs(work, "tests", packet) / (each * machine.tests), memory)
-    left = without(work, "steps")["regions"]
-    lanes = sum(packet * region["runs"][str(packet)] * region["vector"] for region in left)
-    return Least(lanes / work["count"] / machine.vector_rate, steps, 0.0, memory)
+    return Least(issued(work, costs, packet, "steps") / machine.vector_rate, steps, 0.0, memory)
 
 
-def on_cell(cell: Machine, work: Mapping[str, Any], hidden: bool, packet: int = 4) -> Least:
+def on_cell(cell: Machine, work: Mapping[str, Any], costs: Mapping[str, LoopCost],
+            hidden: bool) -> Least:
     """Return the time on processors that access only their local store.
 
     Every fetch looks into a software cache in the local store, and every miss is a transfer from
-    memory.
+    memory. Each ray of a packet has a component of the processors' vectors, so a scalar
+    instruction of all its rays is one vector instruction. The rays of a packet fetch together.
 
     Parameters
     ----------
     cell : the machine
-    work : as for `on_card`
+    work, costs : as for `on_card`; the costs are in scalar instructions
     hidden : whether another packet runs while a packet waits for a transfer. Benthin et al. (2006)
         call this "software hyperthreading"
-    packet : rays per packet. Each ray has a component of the processors' vectors, and the rays of
-    a
-        packet fetch together
     """
-    count = work["count"]
-    components = sum(packet * region["runs"][str(packet)] * region["scalar"]
-                     for region in work["regions"])
-    fetched = sum(region["runs"][str(packet)] * sum(
-        n for name, n in region["fetches"].items() if name.endswith("_table"))
-        for region in work["regions"])
-    shader = (components / 4 + cell.lookup * fetched) / cell.vector_rate / count
+    count, packet = work["count"], cell.together
+    fetched = sum(lanes / packet * costs[kernel].fetches
+                  for kernel, lanes in work["lanes"][str(packet)].items()) / count
+    vectors = issued(work, costs, packet) / packet
+    shader = (vectors + cell.lookup * fetched) / cell.vector_rate
     missed = _missed(work, cell) / count
     stalled = 0.0 if hidden else missed * cell.latency / (cell.clock * cell.units)
     return Least(shader, memory=_memory(work, cell), waiting=stalled)

@@ -6,8 +6,8 @@ pixels that branch together (issue.py); no program is emulated.
 """
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -15,24 +15,30 @@ from ..errors import OptionError
 from ..gl.observation import ObservedPass
 from ..gl.target import Target
 from ..inspect.observe import observe_states
+from ..inspect.time_travel import kernels_of
+from ..rays.records import HIT
 from ..tracer import Tracer
+from ..traversal.packet_steps import PacketSteps
+from ..traversal.packets import packet_of
 
 FINISHED = 0    # the kernel number of a ray that has ended
 
 
 @dataclass(frozen=True)
 class KernelTrace:
-    """The kernels of an image's rays, step by step.
+    """The kernels of an image's rays, step by step. A packet of rays counts as one ray.
 
     Attributes
     ----------
     kernels : names of the method's kernels; kernel number k has the name ``kernels[k - 1]``
     steps : (n, h, w) uint8, the number of the kernel that each ray runs in each step, or FINISHED.
         A ray that has ended stays FINISHED
+    fields : (n, h, w) int32 by the field's name: the state that the kernel of each step reads
     """
 
     kernels: tuple[str, ...]
     steps: np.ndarray
+    fields: Mapping[str, np.ndarray] = field(default_factory=dict)
 
     @property
     def rays(self) -> int:
@@ -49,8 +55,8 @@ class KernelTrace:
         return {name: int(counts[number]) for number, name in enumerate(self.kernels, 1)}
 
 
-def record_trace(tracer: Tracer, size: tuple[int, int],
-                 trace: Callable[[], object]) -> KernelTrace:
+def record_trace(tracer: Tracer, size: tuple[int, int], trace: Callable[[], object],
+                 fields: Sequence[str] = ()) -> KernelTrace:
     """Trace the rays of an image and record the kernels that they run.
 
     Parameters
@@ -58,6 +64,7 @@ def record_trace(tracer: Tracer, size: tuple[int, int],
     tracer : a tracer under the schedule ``step``, one step a pass
     size : (h, w) of the image
     trace : calls ``tracer.trace`` or ``tracer.occluded`` once, with h times w rays row by row
+    fields : integer fields of the state to record as well
 
     Raises
     ------
@@ -67,15 +74,26 @@ def record_trace(tracer: Tracer, size: tuple[int, int],
     if tracer.options["schedule"] != "step" or tracer.options["steps_per_pass"] != 1:
         raise OptionError(f"method {tracer.method.name} does not run a step of every ray a pass; "
                           "set schedule to step and steps_per_pass to 1")
-    state, kernels = tracer.method.state.name, tracer.method.kernels
+    state, kernels = tracer.method.state.name, kernels_of(tracer)
+    packets = isinstance(tracer.session.driver, PacketSteps)
+    across, down = packet_of(tracer.options) if packets else (1, 1)
+    size = -(-size[0] // down), -(-size[1] // across)
     found: list[np.ndarray] = []
+    values: dict[str, list[np.ndarray]] = {name: [] for name in fields}
 
     def take(one: ObservedPass) -> None:
         assert isinstance(one.target, Target)
-        phase = one.target.fields(state)["phase"][:size[0] * size[1]].reshape(size)
+        if packets and HIT.name in one.target.records:
+            return      # the pass over a packet's rays; the packet's own state is in another pass
+        states = {name: texels[:size[0] * size[1]].reshape(size)
+                  for name, texels in one.target.fields(state).items()
+                  if name == "phase" or name in fields}
+        phase = states["phase"]
         # Phases outside of the kernels' numbers mean that a ray has ended.
         found.append(np.where((phase >= 1) & (phase <= len(kernels)), phase, FINISHED)
                      .astype(np.uint8))
+        for name in fields:
+            values[name].append(states[name].astype(np.int32))
 
     with observe_states(tracer, take):
         trace()
@@ -83,4 +101,6 @@ def record_trace(tracer: Tracer, size: tuple[int, int],
     while found and not found[-1].any():
         found.pop()
     steps = np.stack(found) if found else np.zeros((0, *size), np.uint8)
-    return KernelTrace(kernels, steps)
+    return KernelTrace(kernels, steps, {
+        name: np.stack(some[:len(steps)]) if len(steps) else np.zeros(steps.shape, np.int32)
+        for name, some in values.items()})

@@ -97,10 +97,11 @@ def decode(batch: RayBatch, one: Pass) -> Hits:
 
 def phase_names(tracer: Tracer) -> dict[int, str]:
     """Return the meaning of each value of the state's ``phase``."""
-    return {**ENDS, **dict(enumerate(_kernels(tracer), 1))}
+    return {**ENDS, **dict(enumerate(kernels_of(tracer), 1))}
 
 
-def _kernels(tracer: Tracer) -> tuple[str, ...]:
+def kernels_of(tracer: Tracer) -> tuple[str, ...]:
+    """Return the kernels that a ray's state can wait for, or a packet's, in the phases' order."""
     driver = tracer.session.driver
     if isinstance(driver, PacketSteps):
         assert tracer.method.packet_state is not None

@@ -6,14 +6,20 @@ import json
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 import gpgpu_rt as rt
 from gpgpu_rt.bench.workloads import EYE, workload
 from gpgpu_rt.figures.experiments import gap_work, ideal_hardware, retention, simd_width, stacks
+from gpgpu_rt.figures.experiments.coherence import observe_order
+from gpgpu_rt.figures.experiments.era_counts import STEPWISE, tile_pixels
 from gpgpu_rt.figures.framework import results
 from gpgpu_rt.figures.framework.cell import Cell
+from gpgpu_rt.hardware.issue import WHILE_WHILE, WITHIN, issued_in_loop
 from gpgpu_rt.hardware.machines import machines
+from gpgpu_rt.hardware.static_costs import static_cost
+from gpgpu_rt.hardware.trace import record_trace
 
 
 def _keep(data: Path, cell: Cell, gap: dict[str, Any]) -> None:
@@ -31,19 +37,20 @@ def _page(module: Any, tmp_path: Path) -> list[dict[str, str]]:
         return list(csv.DictReader(file))
 
 
-def _done(instructions: int, turns: int) -> dict[str, Any]:
-    """Returns the recorded work of 32 rays, in a loop that runs ``turns`` times for each ray.
+def _done(cell: Cell, visits: int, tests: int = 0) -> dict[str, Any]:
+    """Returns the recorded work of 32 rays with ``visits`` visits and ``tests`` tests each.
 
-    The number of runs is the same at each width, so utilisation halves when the width doubles.
+    Groups take the same number of issues at each width, so utilisation halves when the width
+    doubles. A stack or a packet also pushes once per ray.
     """
-    return {"count": 32, "fragments": 32, "kernels": ["", "down", "intersect"],
-            "written_bytes": 0, "texel_bytes": {}, "fetched": 0,
+    names = ("traverse" if cell.method.startswith("bvh") or "packet" in cell.method else "down",
+             "intersect", "push")
+    each = dict(zip(names, (visits, tests, 1 if "stack" in cell.method else 0)))
+    return {"count": 32, "runs": {name: 32 * count for name, count in each.items() if count},
+            "lanes": {str(width): {name: 32 * width * count for name, count in each.items()
+                                   if count} for width in gap_work.WIDTHS},
             "transfers": {f"{store} {line} {together}": 100 for store in gap_work.STORES
-                          for line in gap_work.LINES for together in gap_work.TOGETHER},
-            "regions": [{"vector": cost, "scalar": 2 * cost, "parent": at - 1, "loop": at > 0,
-                         "fetches": {"kd_node_table": 1} if at else {},
-                         "runs": {str(w): 32 * (turns if at else 1) for w in gap_work.WIDTHS}}
-                        for at, cost in enumerate((0, instructions, 0))]}
+                          for line in gap_work.LINES for together in gap_work.TOGETHER}}
 
 
 def test_bytes_moved_are_those_of_the_log(tmp_path: Path) -> None:
@@ -86,42 +93,138 @@ def test_schedules_of_a_scene_differ_in_what_they_move() -> None:
 
 
 def test_utilisation_is_what_lanes_do_over_what_they_wait(tmp_path: Path) -> None:
+    """A push is not counted as a run."""
     for cell in simd_width.cells(False):
-        _keep(tmp_path, cell, _done(40 if cell.method == "bvh-stack" else 10, 5))
+        _keep(tmp_path, cell, _done(cell, 40 if cell.method == "bvh-stack" else 10, 5))
     rows = _page(simd_width, tmp_path)
     for row in rows:
         width = int(row["width"])
         assert float(row["utilisation"]) == pytest.approx(1 / width)
-        cost = 40 if row["method"] == "bvh-stack" else 10
-        assert float(row["instructions a ray"]) == pytest.approx(width * 5 * cost)
+        runs = 45 if row["method"] == "bvh-stack" else 15
+        assert float(row["kernel runs a ray"]) == pytest.approx(width * runs)
+    table = (tmp_path / "simd_width.md").read_text()
+    assert "packets of four rays need 960 kernel runs a ray in a kd-tree, and single" in table
+    assert "in a BVH the numbers are 960 and 2880" in table
 
 
 def test_stacks_leave_rays_in_flight_that_fit(tmp_path: Path) -> None:
     for cell in stacks.cells(False):
         deep = cell.work.startswith(gap_work.STACKS)
-        _keep(tmp_path, cell, {"levels": 32, "histogram": [0, 5, 2]} if deep else _done(10, 5))
+        _keep(tmp_path, cell, {"levels": 32, "histogram": [0, 5, 2]} if deep
+              else _done(cell, 10, 2))
     rows = {row["method"]: row for row in _page(stacks, tmp_path)}
+    assert list(rows) == list(stacks.METHODS)
     card = machines()["G80"]
-    assert int(rows["kd-stack"]["bytes of stack"]) == 256
-    assert int(rows["kd-stack"]["rays in flight"]) == 64  # the survey's number
-    assert int(rows["kd-stack"]["deepest seen"]) == 2
+    stack = rows["kd-stack"]
+    assert int(stack["bytes of stack"]) == 256
+    assert int(stack["rays in flight"]) == 64  # the survey's number
+    assert int(stack["deepest seen"]) == 2
     kept = int(rows["kd-restart"]["bytes a ray in registers"])
     assert kept == 4 * (8 + 4 + 8)
     assert int(rows["kd-restart"]["rays in flight"]) == card.registers // kept // 32 * 32
-    # A warp runs the loop 32 x 5 times. Each iteration costs 20 scalar instructions and a fetch,
-    # and its inner region costs another fetch.
-    clocks = 4 * 32 * 5 * 20 + card.fetch_latency * 32 * 10
-    assert float(rows["kd-stack"]["Mrays/s"]) == pytest.approx(
-        1e-6 * card.multiprocessors * 64 * card.clock / clocks)
+    # A warp issues 32 lanes for each run. A visit fetches a node; a test waits for two fetches.
+    costs = {name: static_cost("g80", "kd-texture-stack", name).arithmetic
+             for name in ("down", "intersect", "push")}
+    instructions = 32 * (10 * costs["down"] + 2 * costs["intersect"] + costs["push"])
+    assert float(stack["instructions a ray"]) == pytest.approx(instructions)
+    assert float(stack["fetches a ray"]) == pytest.approx(32 * (10 * 1 + 2 * 4))
+    clocks = 4 * instructions + card.fetch_latency * 32 * (10 + 2 * 2)
+    assert float(stack["rays to hide fetches"]) == pytest.approx(32 * clocks / (4 * instructions))
+    assert float(stack["Mrays/s"]) == pytest.approx(1e-6 * card.multiprocessors * card.clock * min(
+        64 / clocks, 32 / (4 * instructions)))
+
+
+def test_a_method_without_compiled_kernels_keeps_its_bytes(tmp_path: Path) -> None:
+    for cell in stacks.cells(False):
+        deep = cell.work.startswith(gap_work.STACKS)
+        _keep(tmp_path, cell, {"levels": 12, "histogram": [1]} if deep else _done(cell, 10, 2))
+    rows = {row["method"]: row for row in _page(stacks, tmp_path)}
+    for label, bytes_kept in (("kd-short-stack", 4 * (8 + 4 + 11 + 6)), ("bvh-stack", 4 * 15)):
+        row = rows[label]
+        assert int(row["bytes a ray in registers"]) == bytes_kept
+        assert int(row["rays in flight"]) > 0
+        assert {row[head] for head in stacks.HEADS[4:7] + stacks.HEADS[8:]} == {""}
+    page = (tmp_path / "stacks.md").read_text()
+    assert "* bvh-stack has no instructions, fetches and rates:" in page
+    assert "kd-stack has the kernels and the walk of kd-texture-stack" in page
+
+
+@pytest.mark.parametrize("latency, held", [(500, False), (50_000, True)])
+def test_the_paragraph_on_stacks_follows_the_numbers(tmp_path: Path, monkeypatch,
+                                                     latency: int, held: bool) -> None:
+    """The survey's claim holds if fetches are so slow that kd-stack's rays cannot hide them."""
+    machine = machines()["G80"]
+    monkeypatch.setitem(machine.figures, "fetch_latency", {
+        **machine.figures["fetch_latency"], "value": latency})
+    for cell in stacks.cells(False):
+        deep = cell.work.startswith(gap_work.STACKS)
+        visits = 30 if cell.method == "kd-restart" else 10
+        _keep(tmp_path, cell, {"levels": 32, "histogram": [1]} if deep
+              else _done(cell, visits, 2))
+    rows = {row["method"]: float(row["Mrays/s"] or 0) for row in _page(stacks, tmp_path)}
+    assert (rows["kd-stack"] < rows["kd-restart"]) is held
+    page = (tmp_path / "stacks.md").read_text()
+    assert f"the survey's claim {'holds' if held else 'does not hold'} for kd-stack" in page
+
+
+def test_fewer_instructions_need_more_rays_to_hide_fetches() -> None:
+    """A warp waits as long as it computes, so 64 rays hide its fetches; 48 rays fit."""
+    peak = 16 * 1350 * 32 / (4 * 17280)     # Mrays/s
+    row = ["", 0, 0, None, 17280, 0, 64.0, 48, 0.75, 0.75 * peak, peak]
+    assert stacks._rate(row, 1) == pytest.approx(7.5)
+    # Half of the arithmetic: the peak doubles, and 32 + 2 * 32 rays would be needed.
+    assert stacks._rate(row, 0.5) == pytest.approx(20 * 48 / 96)
 
 
 def test_units_are_as_fast_as_their_figures_allow(tmp_path: Path) -> None:
     for cell in ideal_hardware.cells(False):
-        _keep(tmp_path, cell, _done(10, 5))
-    rows = _page(ideal_hardware, tmp_path)
-    ideal = machines()["ideal"]
-    both = next(row for row in rows if row["machine"] == "G80 and both")
+        _keep(tmp_path, cell, _done(cell, 10, 5))
+    rows = {(row["scene"], row["method"], row["machine"]): row
+            for row in _page(ideal_hardware, tmp_path)}
+    ideal, rpu = machines()["ideal"], machines()["RPU"]
+    both = rows["kitchen", "kd-restart", "G80 and both"]
     assert float(both["steps ns"]) == pytest.approx(
-        1e9 * 5 / (ideal.units * ideal.clock * ideal.steps))
-    assert "Cell, transfers hidden" in {row["machine"] for row in rows}
-    assert "from memory" in (tmp_path / "ideal_hardware.md").read_text()
+        1e9 * 10 / (ideal.units * ideal.clock * ideal.steps))
+    # Each machine has the instructions of the compiler that it names.
+    test = static_cost("r580", "kd-texture-stack", "intersect").arithmetic
+    prototype = rows["conference", "kd-texture-stack", "RPU"]
+    assert float(prototype["shader ns"]) == pytest.approx(1e9 * 4 * 5 * test / rpu.vector_rate)
+    assert prototype["published Mrays/s"] == "1.08"
+    assert "Cell, transfers hidden" in {machine for _, _, machine in rows}
+    page = (tmp_path / "ideal_hardware.md").read_text()
+    assert "from memory" in page and "| RPU | compiler | r580 |" in page
+
+
+@pytest.mark.parametrize("method, options", [
+    ("kd-texture-stack", {}), ("bvh-threaded", {"octants": True}),
+    ("kd-packet", {"packet": (2, 2)}), ("bvh-stack", {"sort_rays": True})])
+def test_traced_squares_have_whole_groups_of_every_width(method: str, options: dict) -> None:
+    """Without waiting, lanes are runs; wider groups take at least as many lanes."""
+    scene, rays = rt.load_scene("cornell"), workload("cornell", EYE, 128)
+    found = gap_work.measure(gap_work.DONE, scene, rays, method, dict(options))
+    assert found["count"] == 4 * gap_work.SIDE ** 2
+    assert found["lanes"]["1"] == found["runs"]
+    part = rays.part(tile_pixels(128, gap_work.SIDE, gap_work.SPREAD))
+    if "sort_rays" not in options:
+        with rt.Tracer(scene, method, **options, **STEPWISE) as tracer:
+            trace = record_trace(tracer, part.shape, lambda: part.trace(tracer))
+        issued = issued_in_loop(trace, (4, 8), WHILE_WHILE, WITHIN)
+        assert found["lanes"]["32"] == dict(zip(issued.kernels, issued.lanes))
+    lanes = [sum(found["lanes"][str(width)].values()) for width in (1, 2, 4, 8, 16, 32, 64)]
+    assert lanes == sorted(lanes)
+    assert bool(found["transfers"]) is (method in gap_work.MISSES)
+    one, most = "131072 16 4", "8192 16 4"      # a larger cache misses less
+    assert not found["transfers"] or 0 < found["transfers"][one] <= found["transfers"][most]
+
+
+def test_a_square_of_sorted_rays_follows_their_order() -> None:
+    """Each aligned block of 8x8 rays holds 64 consecutive rays of the order."""
+    rays = workload("cornell", EYE, 128)
+    squares = gap_work._sorted_squares(rt.load_scene("cornell"), rays)
+    with rt.Tracer(rt.load_scene("cornell"), "bvh-threaded", sort_rays=True) as tracer:
+        with observe_order(tracer) as orders:
+            rays.trace(tracer)
+    place = np.argsort(orders[0])[squares]
+    assert squares.shape == (48, 192) and len(np.unique(squares)) == squares.size
+    blocks = place.reshape(6, 8, 24, 8).transpose(0, 2, 1, 3).reshape(-1, 64)
+    assert (np.ptp(blocks, axis=1) == 63).all()

@@ -10,7 +10,7 @@ import gpgpu_rt as rt
 from gpgpu_rt.errors import OptionError
 from gpgpu_rt.hardware.cards import find_card
 from gpgpu_rt.hardware.issue import (
-    ORDERS, STEP, KernelIssues, in_groups, issued_in_loop, issued_in_passes
+    ORDERS, STEP, WHILE_WHILE, KernelIssues, in_groups, issued_in_loop, issued_in_passes
 )
 from gpgpu_rt.hardware.machine_model import ASSUMED, stream_fetches, time_of_loop, time_of_passes
 from gpgpu_rt.hardware.static_costs import StaticCost
@@ -90,6 +90,48 @@ def test_groups_issue_what_a_program_with_loops_issues(order: str) -> None:
     issued = issued_in_loop(trace, (4, 8), order)
     assert issued.lanes == tuple(32 * expected[kernel] for kernel in (1, 2, 3))
     assert 0 < issued.idle < 1 and issued.iterations >= 32 * 4
+
+
+def test_a_kernel_within_another_has_no_loop_of_its_own() -> None:
+    """Two rays visit twice, and the first pushes in between. If the push has a loop of its own,
+    the first ray waits for it, and the group visits once more."""
+    steps = np.array([[1, 1], [3, 1], [1, 2], [0, 0]], np.uint8)[:, None, :]
+    trace = KernelTrace(("down", "intersect", "push"), steps)
+    assert issued_in_loop(trace, (1, 2), WHILE_WHILE).lanes == (6, 2, 2)
+    within = issued_in_loop(trace, (1, 2), WHILE_WHILE, ("push",))
+    assert within.lanes == (4, 2, 2) and within.runs == (4, 1, 1)
+    # A kernel within another is issued once for all rays that run it in the same visit.
+    both = KernelTrace(trace.kernels, np.array([[1, 1], [3, 3], [1, 1]], np.uint8)[:, None, :])
+    assert issued_in_loop(both, (1, 2), WHILE_WHILE, ("push",)).lanes == (4, 0, 2)
+    # A ray that has not run the visit waits with its push until the others leave the inner loop.
+    begins = KernelTrace(trace.kernels, np.array([[1, 3], [1, 1]], np.uint8)[:, None, :])
+    assert issued_in_loop(begins, (1, 2), WHILE_WHILE, ("push",)).lanes == (6, 0, 2)
+
+
+@pytest.mark.parametrize("method, side", [("kd-packet", 2), ("bvh-packet", 2), ("bvh-stack", 1)])
+def test_a_packet_runs_as_one_ray(method: str, side: int) -> None:
+    """The visits and tests of a packet are the steps that the shaders count for its rays."""
+    scene = rt.load_scene("cornell")
+    options = {"packet": (side, side)} if side > 1 else {}
+    found = []
+    with rt.Tracer(scene, method, schedule="step", statistics=True, **options) as tracer:
+        trace = record_trace(tracer, SIZE, lambda: found.append(
+            tracer.trace(*scene.camera.rays(SIZE[::-1]))))
+    visits = trace.runs("traverse") + trace.runs("intersect")
+    assert (visits == found[0].steps.reshape(SIZE)[::side, ::side]).all() and visits.any()
+
+
+def test_recorded_fields_are_those_that_a_step_reads() -> None:
+    scene = rt.load_scene("cornell")
+    with rt.Tracer(scene, "kd-restart", schedule="step", steps_per_pass=1) as tracer:
+        trace = record_trace(tracer, SIZE, lambda: tracer.trace(*scene.camera.rays(SIZE[::-1])),
+                             ("node", "cursor", "steps"))
+    down, test = (trace.steps == number for number in (1, 2))
+    assert trace.fields["node"].shape == trace.steps.shape
+    assert (trace.fields["node"][0][down[0]] == 0).all() and down[0].any()      # the root
+    # A ray's step count is the number of its steps before this step.
+    ran = np.concatenate([np.zeros((1, *SIZE), int), np.cumsum(trace.steps != 0, axis=0)[:-1]])
+    assert (trace.fields["steps"] == ran)[down | test].all()
 
 
 def test_a_group_of_one_ray_never_waits() -> None:

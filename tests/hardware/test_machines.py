@@ -1,102 +1,80 @@
-"""Predicted times of machines with ray tracing units, and the misses of a software cache."""
+"""Predicted times of machines with ray tracing units."""
 from __future__ import annotations
 
-import numpy as np
+from typing import Any
+
 import pytest
 
-import gpgpu_rt as rt
 from gpgpu_rt.hardware.cards import find_card
-from gpgpu_rt.hardware.local_store import Fetches, transfers
+from gpgpu_rt.hardware.loop_costs import LoopCost, loop_costs
 from gpgpu_rt.hardware.machines import (
-    machines, on_card, on_cell, on_prototype, runs, with_shading, without
+    issued, machines, on_card, on_cell, on_prototype, runs, with_shading
 )
-from gpgpu_rt.hardware.sample import emulated
+from gpgpu_rt.hardware.static_costs import static_cost
 
-
-@pytest.mark.parametrize("seed", [3, 4])
-def test_a_direct_mapped_cache_misses_what_its_places_lost(seed: int) -> None:
-    random = np.random.default_rng(seed)
-    lines = random.integers(0, 40, 500) + (random.integers(1, 3, 500) << 40)
-    for places in (1, 8, 16, 1000):
-        held: dict[int, int] = {}
-        missed = 0
-        for line in lines.tolist():
-            place = (line + (line >> 40) * 7919) % places
-            missed += held.get(place) != line
-            held[place] = line
-        assert transfers(lines, places) == missed
-    assert transfers(lines, 1 << 23) == len(set(lines.tolist()))
-
-
-def test_every_fetch_of_an_emulation_is_seen_ray_after_ray(countable) -> None:
-    scene, fetches = rt.load_scene("cornell"), Fetches()
-    origins, directions = scene.camera.rays((16, 16))
-    with rt.Tracer(scene, "kd-restart") as tracer:
-        run, _ = emulated(tracer, origins, directions, tile=(16, 16), widths=(1,), look=fetches)
-    tables = sum(n for name, n in run.fetches().items() if name.endswith("_table"))
-    lines = fetches.in_order(16)
-    assert len(lines) == tables > 0
-    root = lines[0]  # every ray starts here
-    assert np.count_nonzero(lines == root) >= run.fragments
-    # In lockstep, every ray begins before any ray continues.
-    assert (fetches.in_order(16, run.fragments)[:run.fragments] == root).all()
-    whole = [transfers(fetches.in_order(line), 1 << 20) for line in (16, 128)]
-    assert whole[0] >= whole[1] >= whole[0] / 8
-
-
-def _work(runs_of: dict[str, dict[int, int]]) -> dict:
-    """Returns a record of the work of 32 rays. A ray needs 10 instructions outside the loops, 20
-    instructions and a fetch per step, and 50 instructions and three fetches per triangle test."""
-    def region(cost: int, fetches: dict, parent: int, loop: bool, name: str) -> dict:
-        return {"vector": cost, "scalar": 2 * cost, "fetches": fetches, "parent": parent,
-                "loop": loop, "runs": {str(w): n for w, n in runs_of[name].items()}}
-    return {"count": 32, "fragments": 32, "written_bytes": 0, "texel_bytes": {},
-            "kernels": ["", "", "down", "intersect"],
-            "transfers": {"8192 16 32": 64, "8192 16 4": 99, "131072 128 4": 16},
-            "regions": [region(10, {}, -1, False, "once"), region(0, {}, 0, True, "once"),
-                        region(20, {"kd_node_table": 1}, 1, True, "down"),
-                        region(50, {"triangle_table": 3}, 1, True, "intersect")]}
-
-
-WORK = _work({"once": {1: 32, 4: 8, 32: 1}, "down": {1: 640, 4: 200, 32: 40},
-              "intersect": {1: 96, 4: 40, 32: 12}})
+# The work of 32 rays. A ray runs 20 visits, 3 tests and 5 pushes.
+WORK: dict[str, Any] = {
+    "count": 32, "runs": {"down": 640, "intersect": 96, "push": 160},
+    "lanes": {"1": {"down": 640, "intersect": 96, "push": 160},
+              "4": {"down": 800, "intersect": 160, "push": 200},
+              "32": {"down": 1280, "intersect": 384, "push": 320}},
+    "transfers": {"8192 16 32": 64, "8192 16 4": 99, "131072 128 4": 16}}
+COSTS = {"down": LoopCost(60, 1, 1), "intersect": LoopCost(100, 4, 2), "push": LoopCost(5)}
 
 
 def test_units_take_their_kernels_out_of_the_shader() -> None:
     card, ideal = find_card("G80"), machines()["ideal"]
     assert (runs(WORK, "steps"), runs(WORK, "tests")) == (20, 3)
-    alone = on_card(card, WORK)
-    assert alone.shader == pytest.approx(
-        32 * (20 + 40 * 40 + 12 * 100) / card.scalar_rate / 32)
+    visits, tests, pushes = 1280 * 60 / 32, 384 * 100 / 32, 320 * 5 / 32
+    alone = on_card(card, WORK, COSTS)
+    assert alone.shader == pytest.approx((visits + tests + pushes) / card.issue_rate)
     assert alone.memory == pytest.approx(16 * 64 / card.bandwidth / 32)
-    older = on_card(find_card("R420"), WORK)  # each card has its own memory
+    older = on_card(find_card("R420"), WORK, COSTS, width=32)   # each card has its own memory
     assert older.memory == pytest.approx(16 * 64 / find_card("R420").bandwidth / 32)
-    assert older.memory > alone.memory
-    nobody_waits = on_card(card, WORK, width=1)
-    assert nobody_waits.shader == pytest.approx((20 + 20 * 40 + 3 * 100) / card.scalar_rate)
-    tests = on_card(card, WORK, ideal, "tests")
-    assert tests.shader == pytest.approx((20 + 40 * 40) / card.scalar_rate)
-    assert tests.tests == pytest.approx(3 / (ideal.units * ideal.clock)) and tests.steps == 0
-    both = on_card(card, WORK, ideal, "both")
-    assert both.shader == pytest.approx(20 / card.scalar_rate)
+    nobody_waits = on_card(card, WORK, COSTS, width=1)
+    assert nobody_waits.shader == pytest.approx(
+        (20 * 60 + 3 * 100 + 5 * 5) / card.issue_rate)
+    hard_tests = on_card(card, WORK, COSTS, ideal, "tests")
+    assert hard_tests.shader == pytest.approx((visits + pushes) / card.issue_rate)
+    assert hard_tests.tests == pytest.approx(3 / (ideal.units * ideal.clock))
+    assert hard_tests.steps == 0
+    hard_steps = on_card(card, WORK, COSTS, ideal, "steps")     # a push is part of a step
+    assert hard_steps.shader == pytest.approx(tests / card.issue_rate)
+    both = on_card(card, WORK, COSTS, ideal, "both")
+    assert both.shader == 0
     assert both.steps == pytest.approx(20 / (ideal.units * ideal.clock))
     assert both.memory == pytest.approx(2 * 16 / ideal.bandwidth)
-    assert both.seconds == max(both.steps, both.memory, both.shader, both.tests)
-    assert without(WORK, "") == WORK
+    assert both.seconds == max(both.steps, both.memory, both.tests)
 
 
-def test_prototypes_step_packets_and_the_cell_waits_for_transfers() -> None:
-    rpu, cell = machines()["RPU"], machines()["Cell"]
-    least = on_prototype(rpu, WORK)
-    assert least.steps == pytest.approx(200 / 32 / rpu.clock)
-    assert least.shader == pytest.approx(4 * (8 * 10 + 40 * 50) / 32 / rpu.vector_rate)
-    saarcor = on_prototype(machines()["SaarCOR"], WORK)
-    assert saarcor.shader == 0
-    assert saarcor.tests == pytest.approx(3 / machines()["SaarCOR"].clock)
-    hidden, waited = (on_cell(cell, WORK, one) for one in (True, False))
-    fetched = 200 + 3 * 40
+def test_a_card_that_fetches_more_than_it_computes_is_bound_by_its_texels() -> None:
+    """Idle lanes fetch nothing."""
+    card, costs = find_card("G80"), {name: LoopCost(1, 50) for name in COSTS}
+    assert on_card(card, WORK, costs).shader == pytest.approx(28 * 50 / card.texel_rate)
+
+
+def test_prototypes_step_packets() -> None:
+    """The RPU's units traverse and push, and its shader tests triangles for packets of four."""
+    rpu, saarcor = machines()["RPU"], machines()["SaarCOR"]
+    least = on_prototype(rpu, WORK, COSTS)
+    assert least.steps == pytest.approx(800 / 4 / 32 / rpu.clock)
+    assert least.shader == pytest.approx(160 * 100 / 32 / rpu.vector_rate)
+    assert least.memory == pytest.approx(99 * 16 / 32 / rpu.bandwidth)
+    other = on_prototype(saarcor, WORK, COSTS)
+    assert other.shader == 0
+    assert other.tests == pytest.approx(3 / saarcor.clock)
+    assert other.steps == pytest.approx(20 / 4 / saarcor.clock)
+
+
+def test_the_cell_waits_for_transfers() -> None:
+    """A scalar instruction of four rays is a vector instruction. Each packet's fetch is looked up
+    once, in 200 visits and 40 tests of four texels."""
+    cell = machines()["Cell"]
+    hidden, waited = (on_cell(cell, WORK, COSTS, one) for one in (True, False))
+    vectors = 200 * 60 + 40 * 100 + 50 * 5
     assert hidden.shader == pytest.approx(
-        (8 * 20 + 200 * 40 + 40 * 100 + cell.lookup * fetched) / cell.vector_rate / 32)
+        (vectors + cell.lookup * (200 + 4 * 40)) / cell.vector_rate / 32)
+    assert hidden.memory == pytest.approx(16 * 128 / cell.bandwidth / 32)
     assert hidden.waiting == 0
     assert waited.seconds - hidden.seconds == pytest.approx(
         16 * cell.latency / (cell.clock * cell.units) / 32)
@@ -104,7 +82,7 @@ def test_prototypes_step_packets_and_the_cell_waits_for_transfers() -> None:
 
 def test_shading_on_the_cell_waits_for_its_transfers() -> None:
     cell = machines()["Cell"]
-    traced = on_cell(cell, WORK, True)
+    traced = on_cell(cell, WORK, COSTS, True)
     shaded = with_shading(cell, traced)
     assert shaded.shader - traced.shader == pytest.approx(cell.shading / cell.vector_rate)
     assert shaded.waiting == pytest.approx(
@@ -117,8 +95,29 @@ def test_shading_on_the_cell_waits_for_its_transfers() -> None:
 
 def test_the_saarcor_of_2002_outruns_the_prototype_by_clock_and_cores() -> None:
     design, prototype = machines()["SaarCOR 2002"], machines()["SaarCOR"]
-    faster = on_prototype(prototype, WORK).steps / on_prototype(design, WORK).steps
+    faster = (on_prototype(prototype, WORK, COSTS).steps / on_prototype(design, WORK, COSTS).steps)
     assert faster == pytest.approx(design.clock * design.units / prototype.clock)
+
+
+def test_a_loop_fetches_tables_alone() -> None:
+    """A visit of a kd-tree reads a node, and a test reads a reference and then a triangle. The
+    rest of a pass's fetches are its streams; a push and a pop read nothing else."""
+    costs = loop_costs("g80", "kd-texture-stack")
+    found = {kernel: (cost.fetches, cost.levels) for kernel, cost in costs.items()}
+    assert found == {"init": (0, 0), "down": (1, 1), "intersect": (4, 2), "push": (0, 0),
+                     "pop": (0, 0)}
+    assert costs["down"].instructions == static_cost("g80", "kd-texture-stack", "down").arithmetic
+    # The compiler dropped a stream that the kernel's text declares.
+    ropes = loop_costs("g80", "kd-ropes")
+    assert (ropes["down"].fetches, ropes["follow_rope"].fetches) == (1, 4)
+    bvh = loop_costs("r580", "bvh-threaded", octants=True)
+    assert (bvh["traverse"].fetches, bvh["intersect"].fetches) == (2, 3)
+
+
+def test_issued_instructions_include_idle_lanes() -> None:
+    assert issued(WORK, COSTS, 32) == (1280 * 60 + 384 * 100 + 320 * 5) / 32
+    assert issued(WORK, COSTS, 4, "steps") == 160 * 100 / 32
+    assert issued(WORK, COSTS, 1, "both") == 0
 
 
 def test_every_figure_of_a_machine_has_its_source() -> None:

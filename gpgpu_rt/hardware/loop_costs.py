@@ -1,0 +1,46 @@
+"""Loop costs: what a run of a kernel costs within a loop, by a card's own compiler."""
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from .machine_model import STREAM, stream_fetches
+from .static_costs import era_programs, static_cost
+
+
+@dataclass(frozen=True)
+class LoopCost:
+    """The cost of a run of a kernel, whose loop keeps ray, state and hit in registers.
+
+    Attributes
+    ----------
+    instructions : arithmetic instructions as the compiler's card issues them
+    fetches : texels of tables
+    levels : fetches that wait for one another; texels of a record are fetched at the same time
+    """
+
+    instructions: int
+    fetches: int = 0
+    levels: int = 0
+
+
+def loop_costs(card: str, method: str, **options: Any) -> dict[str, LoopCost]:
+    """Return the cost of each kernel of a method that has an era form.
+
+    Parameters
+    ----------
+    card : the compiler, one of `static_costs.COMPILERS`
+    options : the method's options; by default those of its row
+    """
+    found = {}
+    for program in era_programs(method, **options):
+        cost = static_cost(card, method, program.kernel, **options)
+        tables = sum(line.startswith("uniform sampler2D") and STREAM not in line
+                     for line in program.text.splitlines())
+        # A kernel reads each texel of its tables' records at least once. The compiler may drop
+        # streams that the text declares, so the difference alone may be too small.
+        fetches = max(cost.fetches - stream_fetches(method, program.kernel), tables)
+        # The first level of a pass fetches ray, state and hit.
+        found[program.kernel] = LoopCost(cost.arithmetic, fetches,
+                                         cost.levels - 1 if fetches else 0)
+    return found

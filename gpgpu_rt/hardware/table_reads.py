@@ -1,0 +1,83 @@
+"""Table reads: the places of the tables' texels that rays fetch, from a trace of their kernels.
+
+The state that a kernel reads names the record: the node to visit, or the position in a list of
+triangles. The trace has both fields (``FIELDS``), so no fetch is observed.
+"""
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import numpy as np
+
+from ..errors import OptionError
+from ..gl.record import Record
+from ..methods.bvh.records import BVH_NODE
+from ..methods.kdtree.records import KD_NODE
+from ..traversal.triangle_table import REFERENCE, TRIANGLE
+from .issue import in_groups
+from .trace import KernelTrace
+
+FIELDS = ("node", "cursor")
+TABLES = (KD_NODE, BVH_NODE, REFERENCE, TRIANGLE)
+# The records that a run of each kernel reads, in this order. `push` and `pop` access the stack.
+READS: Mapping[str, tuple[Record, ...]] = {
+    "down": (KD_NODE,), "traverse": (BVH_NODE,), "intersect": (REFERENCE, TRIANGLE),
+    "push": (), "pop": ()}
+TABLE = 1 << 40     # the tables' first places lie this far apart
+
+
+def table_reads(trace: KernelTrace, tables: Mapping[str, Mapping[str, Any]],
+                group: tuple[int, int]) -> np.ndarray:
+    """Return the places that rays read, (reads,) int64, one group of (h, w) rays after another.
+
+    The rays of a group run their steps side by side, kernel by kernel: a texel of all rays comes
+    before the next texel. A place is a byte in the table, plus the table's number times TABLE.
+
+    Parameters
+    ----------
+    trace : of a kd-tree's or a threaded BVH's single rays, with FIELDS
+    tables : the fields of the method's tables (``Accelerator.tables``)
+    group : (h, w) of the rays that fetch together
+
+    Raises
+    ------
+    OptionError
+        for a kernel whose reads are not known
+    """
+    unknown = [kernel for kernel in trace.kernels if kernel not in READS or not all(
+        record is REFERENCE or record.name in tables for record in READS[kernel])]
+    if unknown:
+        raise OptionError(f"the reads of kernel {unknown[0]} are not known; trace kd-restart, "
+                          "kd-texture-stack or bvh-threaded")
+    steps, fields = (_by_group(trace.steps, group), {
+        name: _by_group(trace.fields[name], group) for name in FIELDS})
+    places, order = [np.zeros(0, np.int64)], [np.zeros(0, np.int64)]
+    for number, kernel in enumerate(trace.kernels, 1):
+        runs = steps == number
+        moment = np.flatnonzero(runs) // steps.shape[2]     # a step of a group
+        index = {name: values[runs].astype(np.int64) for name, values in fields.items()}
+        for read in _places(READS[kernel], index, tables):
+            places.append(read)
+            order.append(moment)
+    return np.concatenate(places)[np.argsort(np.concatenate(order), kind="stable")]
+
+
+def _by_group(values: np.ndarray, group: tuple[int, int]) -> np.ndarray:
+    """Return values (n, h, w) as (groups, n, lanes)."""
+    return in_groups(values, group).transpose(1, 0, 2)
+
+
+def _places(records: tuple[Record, ...], index: Mapping[str, np.ndarray],
+            tables: Mapping[str, Mapping[str, Any]]) -> Iterator[np.ndarray]:
+    """Yield the places of each texel that the runs of a kernel read, an entry a run."""
+    at = index["cursor" if TRIANGLE in records else "node"]
+    for record in records:
+        if record.name not in tables:
+            continue        # a BVH's cursor is a row of the triangle table itself
+        (plane,) = record.planes
+        texel_bytes = plane.components * np.dtype(plane.dtype).itemsize
+        for texel in range(plane.texels):
+            yield TABLES.index(record) * TABLE + (at * plane.texels + texel) * texel_bytes
+        if record is REFERENCE:
+            at = np.asarray(tables[record.name]["triangle"])[at].astype(np.int64)
