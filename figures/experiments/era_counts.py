@@ -13,7 +13,7 @@ import numpy as np
 
 import gpgpu_rt as rt
 from gpgpu_rt.bench.workloads import Workload
-from gpgpu_rt.hardware.issue import ORDERS, KernelIssues, issued_in_loop, issued_in_passes
+from gpgpu_rt.hardware.issue import ORDERS, WITHIN, KernelIssues, issued_in_loop, issued_in_passes
 from gpgpu_rt.hardware.static_costs import era_methods
 from gpgpu_rt.hardware.trace import KernelTrace, record_trace
 from gpgpu_rt.methods import find_method
@@ -86,7 +86,7 @@ def measure(scene: rt.Scene, rays: Workload, method: str, options: dict[str, Any
     found = {PASSES: _scaled(issued_in_passes(tiles), image, pixels, passes)}
     group = GROUPS[chip]
     if group is not None:
-        found |= {order: _scaled(issued_in_loop(tiles, group, order), image, pixels)
+        found |= {order: _scaled(issued_in_loop(tiles, group, order, WITHIN), image, pixels)
                   for order in ORDERS}
     return {"pixels": pixels, "rays": live * pixels, "issued": _plain(found)}
 

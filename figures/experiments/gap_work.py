@@ -35,9 +35,9 @@ WIDTHS = tuple(GROUPS)
 # square has whole groups of every width, of rays and of packets of 2x2 rays.
 SIDE, SPREAD = 48, 2
 # A limit of the static costs, for the pages that use them.
-AS_PASSES = ("A kernel was compiled as a pass, so its instructions include loading and storing "
-             "the state, which a loop would keep in registers. Times of shaders are therefore "
-             "upper bounds.")
+COMPILED = ("A kernel was compiled as a program of its own. The moves of the state to the "
+            "program's outputs count, although a loop would keep the state in registers. Times of "
+            "shaders are therefore upper bounds.")
 # Caches: their bytes, the bytes of a transfer, and the number of rays that fetch together.
 STORES, LINES, TOGETHER = (8192, 16384, 131072), (16, 128), (4, 32)
 MISSES = ("kd-restart", "kd-texture-stack", "bvh-threaded")     # methods whose misses are counted

@@ -19,7 +19,7 @@ from ..framework.cell import PERIOD_TEST, Cell
 from ..framework.output import markdown_table, number, plt, save_chart, write_csv, write_text
 from ..framework.published_numbers import published_range
 from ..framework.results import finished, read
-from .gap_work import AS_PASSES, DONE, SIDE
+from .gap_work import COMPILED, DONE, SIDE
 
 SCENES = ("kitchen", "conference")
 # kd-texture-stack stands for kd-stack, which has the same walk but no era form.
@@ -110,7 +110,7 @@ def draw(data: Path, out: Path, full: bool) -> None:
                + _paragraph(found, data, full)
                + "\n\n" + note + f"\n\n{TREE} has the walk of kd-stack. A push or a pop is part "
                "of the step before it and accesses the stack on the chip. Shaders need the "
-               "instructions that a card's own compiler made of each kernel. " + AS_PASSES
+               "instructions that a card's own compiler made of each kernel. " + COMPILED
                + " A machine without a compiler borrows the compiler that is named below.\n\n"
                + markdown_table(HEADS, [
                    [number(v) if isinstance(v, float) else "-" if v is None else v for v in row]

@@ -18,7 +18,7 @@ from ..framework.cell import Cell
 from ..framework.output import markdown_table, number, plt, save_chart, write_csv, write_text
 from ..framework.published_numbers import published
 from ..framework.results import finished, read
-from .gap_work import AS_PASSES, DONE, SIDE, STACKS
+from .gap_work import COMPILED, DONE, SIDE, STACKS
 
 SCENE, CARD = "kitchen", "G80"
 WARP, CLOCKS = 32, 4      # rays of a warp, and clocks that an instruction of a warp takes
@@ -239,7 +239,7 @@ def draw(data: Path, out: Path, full: bool) -> None:
     write_text(out / "stacks.md", "# Stack against stackless\n\n" + _paragraph(found) + "\n\n"
                + note + "\n\nInstructions and fetches include the idle lanes of a warp. The "
                "texels of a record are fetched at the same time, so a warp waits for them once. "
-               + AS_PASSES + "\n\n"
+               + COMPILED + "\n\n"
                + markdown_table(HEADS, [
                    [number(v) if isinstance(v, float) else "-" if v is None else v for v in row]
                    for row in found]) + "\n" + "\n".join(notes) + "\n")

@@ -147,11 +147,8 @@ class Comparison:
             verdicts.MethodTimes(panel.scene, panel.label, [row.nanoseconds() for row in some],
                                  [row.published for row in some], some[0].stand_in)
             for panel, some in rows.items()])
-        if said.word == verdicts.UNMEASURED and here.word != verdicts.UNMEASURED:
-            said = verdicts.Verdict(verdicts.TOO_LITTLE, "no panel has two methods with a "
-                                    "predicted time.")
-        return replace(said, why=f"Times predicted for the {self.paper_card.card.name}: {said.why}"
-                       + self._not_predicted(), renderer=here)
+        said = verdicts.on_card(self.paper_card.card.name, said, here)
+        return replace(said, why=said.why + self._not_predicted())
 
     def _not_predicted(self) -> str:
         """A sentence on the methods of the paper whose times are not predicted, or ""."""

@@ -40,6 +40,7 @@ UNMEASURED = "not measured"
 WORDS = (REPRODUCED, ORDER, MOSTLY, CONTRADICTED, REFUTED, TOO_LITTLE, REDRAWN, UNMEASURED)
 HIGH, FACTOR = 0.8, 2.0        # orders agree if tau-b >= HIGH; ratios agree if off by < FACTOR
 LEAST_SCENES, LEAST_PAIRS = 2, 4
+RENDERER = "By the same rules the verdict on the times of the present renderer"
 
 
 @dataclass(frozen=True)
@@ -257,14 +258,21 @@ def stand_ins_say(verdict: Verdict) -> str:
             f"{_counts(aside, 'stand-in')} would be \"{aside.word}\": {aside.why}")
 
 
+def on_card(card: str, said: Verdict, here: Verdict) -> Verdict:
+    """The verdict on times predicted for a card, with the verdict on the times measured here."""
+    if said.word == UNMEASURED and here.word != UNMEASURED:
+        said = Verdict(TOO_LITTLE, "no scene has two methods with a predicted time.")
+    return replace(said, why=f"Times predicted for the {card}: {said.why}", renderer=here)
+
+
 def renderer_says(verdict: Verdict) -> str:
     """A sentence on the times that were measured here, or "" if the verdict itself is on them."""
     here = verdict.renderer
     if here is None:
         return ""
     return " ".join(filter(None, (
-        f"By the same rules the verdict on the times of the present renderer is \"{here.word}\": "
-        f"{here.why}", stand_ins_say(here))))
+        f"{RENDERER} is \"{here.word}\": {here.why} It rests on {rests_on(here)}.",
+        stand_ins_say(here))))
 
 
 def _counts(verdict: Verdict, scene: str) -> str:

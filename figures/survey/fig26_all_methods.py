@@ -162,8 +162,9 @@ def judge(data: Path, full: bool) -> verdicts.Verdict:
     reason also covers the scaled column."""
     found = rows(data, full)
     said, here = (_judge(found, column) for column in ("predicted", "measured"))
-    return replace(said, renderer=here, why=f"Times predicted for the {find_card(CHIP).name}: "
-                   f"{said.why} Scaled again: {_agreed(found, 'scaled', 'published')}.")
+    said = verdicts.on_card(find_card(CHIP).name, said, here)
+    return replace(said, why=f"{said.why} Scaled again: "
+                   f"{_agreed(found, 'scaled', 'published')}.")
 
 
 def _judge(found: list[MethodSpeed], column: str) -> verdicts.Verdict:

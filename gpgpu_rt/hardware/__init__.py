@@ -4,12 +4,11 @@ The modules compute the time of a program on a card, step by step:
 
 * ``cards``: The figures of the cards, each with its source (``cards.json``), and their limits.
 * ``static_costs``: The instructions of each kernel, as the card's own compiler left them.
-  **Why a compiler and not the GLSL text**: the compiler merges repeated fetches and removes unused
-  code.
+  **Why a compiler and not the GLSL text**: the compiler merges fetches and removes unused code.
 * ``trace``: The kernel that each ray runs in each step, recorded from passes that really ran.
 * ``issue``: How often pixels that branch together issue each kernel, and how many of them wait.
-  **Why not counters in the shaders**: a counter shows how often a ray did something, but not how
-  long the ray waited for its neighbours.
+  **Why not counters in the shaders**: a counter does not show how long a ray waited for its
+  neighbours.
 * ``machine_model``: Predicts seconds from these counts, with no fitted constant.
 * ``era_time``: The predicted time of passes in the era form, as ``render --era`` prints it.
 * ``published_kernels``: The instructions of kernels that papers printed.

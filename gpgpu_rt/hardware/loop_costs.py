@@ -4,8 +4,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from .machine_model import STREAM, stream_fetches
+from .machine_model import stream_fetches
 from .static_costs import era_programs, static_cost
+
+ON_CHIP = ("push", "pop")     # kernels that access a stack, which lies in on-chip memory here
 
 
 @dataclass(frozen=True)
@@ -34,12 +36,9 @@ def loop_costs(card: str, method: str, **options: Any) -> dict[str, LoopCost]:
     """
     found = {}
     for program in era_programs(method, **options):
-        cost = static_cost(card, method, program.kernel, **options)
-        tables = sum(line.startswith("uniform sampler2D") and STREAM not in line
-                     for line in program.text.splitlines())
-        # A kernel reads each texel of its tables' records at least once. The compiler may drop
-        # streams that the text declares, so the difference alone may be too small.
-        fetches = max(cost.fetches - stream_fetches(method, program.kernel), tables)
+        cost = static_cost(card, method, program.kernel, in_loop=True, **options)
+        fetches = 0 if program.kernel in ON_CHIP else (
+            cost.fetches - stream_fetches(method, program.kernel))
         # The first level of a pass fetches ray, state and hit.
         found[program.kernel] = LoopCost(cost.arithmetic, fetches,
                                          cost.levels - 1 if fetches else 0)

@@ -20,7 +20,7 @@ from .cards import Card
 from .issue import KernelIssues
 from .static_costs import StaticCost, static_cost
 
-_LISTED, _OWN_FETCH = "nv40", re.compile(r"TEX TEMP\[\d+\]\S*, IN\[")
+_LISTED, _OWN_FETCH = "nv40", re.compile(r"TEX \S+, IN\[")
 SHARES = ("arithmetic", "texture", "bandwidth", "waiting lanes", "passes", "queries")
 
 

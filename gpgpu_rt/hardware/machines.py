@@ -100,7 +100,7 @@ def on_card(card: Card, work: Mapping[str, Any], costs: Mapping[str, LoopCost],
     card : the card
     work : the work of ``count`` rays. ``runs`` has the number of runs by the kernel's name.
         ``lanes`` has the number of lanes that groups took, by the number of rays in a group and
-        the kernel's name. ``transfers`` has numbers of cache misses; the key "8192 16 4" stands
+        the kernel's name. ``transfers`` has numbers of cache misses. Its key "8192 16 4" stands
         for a cache of 8192 bytes, lines of 16 bytes and 4 rays that fetch together
     costs : each kernel's cost by the card's compiler
     units : the units; None for the card alone

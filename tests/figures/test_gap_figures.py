@@ -123,7 +123,7 @@ def test_stacks_leave_rays_in_flight_that_fit(tmp_path: Path) -> None:
     assert kept == 4 * (8 + 4 + 8)
     assert int(rows["kd-restart"]["rays in flight"]) == card.registers // kept // 32 * 32
     # A warp issues 32 lanes for each run. A visit fetches a node; a test waits for two fetches.
-    costs = {name: static_cost("g80", "kd-texture-stack", name).arithmetic
+    costs = {name: static_cost("g80", "kd-texture-stack", name, in_loop=True).arithmetic
              for name in ("down", "intersect", "push")}
     instructions = 32 * (10 * costs["down"] + 2 * costs["intersect"] + costs["push"])
     assert float(stack["instructions a ray"]) == pytest.approx(instructions)
@@ -186,7 +186,7 @@ def test_units_are_as_fast_as_their_figures_allow(tmp_path: Path) -> None:
     assert float(both["steps ns"]) == pytest.approx(
         1e9 * 10 / (ideal.units * ideal.clock * ideal.steps))
     # Each machine has the instructions of the compiler that it names.
-    test = static_cost("r580", "kd-texture-stack", "intersect").arithmetic
+    test = static_cost("r580", "kd-texture-stack", "intersect", in_loop=True).arithmetic
     prototype = rows["conference", "kd-texture-stack", "RPU"]
     assert float(prototype["shader ns"]) == pytest.approx(1e9 * 4 * 5 * test / rpu.vector_rate)
     assert prototype["published Mrays/s"] == "1.08"
