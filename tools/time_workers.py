@@ -15,9 +15,9 @@ from gpgpu_rt.figures.framework.measure import measure
 from gpgpu_rt.workers import Workers
 
 TURNS = 3
-WARM_UP = [Cell("cornell", "kd-restart", (), 64, "period work of eye rays")]
+WARM_UP = [Cell("cornell", "kd-restart", (), 64, "moved by eye rays")]
 CELLS = [Cell("shirley6", "kd-restart", (("max_depth", depth),), 64,
-              work=f"period work of {rays} rays")
+              work=f"moved by {rays} rays")
          for depth in range(4, 24) for rays in ("eye", "random")]
 
 

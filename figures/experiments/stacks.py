@@ -110,7 +110,7 @@ class WarpWork:
 
 
 @dataclass(frozen=True)
-class Kept:
+class OnChip:
     """The bytes that a ray keeps on the chip: in registers, and in its stack."""
 
     registers: int
@@ -132,7 +132,7 @@ class Kept:
 class Flight:
     """The rate of the rays that fit: ``kept`` bytes each, with the work of ``work``."""
 
-    kept: Kept
+    kept: OnChip
     work: WarpWork
 
     @property
@@ -177,15 +177,15 @@ def state_bytes(label: str) -> int:
     return _bytes(RAY_TEXELS.fields) + _bytes(HIT.fields) + kept
 
 
-def kept(data: Path, full: bool) -> dict[str, tuple[Kept, int | None]]:
+def kept(data: Path, full: bool) -> dict[str, tuple[OnChip, int | None]]:
     """Return for each method what a ray keeps, and the deepest stack of a ray (None without
     stack)."""
-    found: dict[str, tuple[Kept, int | None]] = {}
+    found: dict[str, tuple[OnChip, int | None]] = {}
     for label, (_, _, entry, entries) in METHODS.items():
         if label not in DEPTHS:     # a few entries fit into registers
-            found[label] = Kept(state_bytes(label) + entry * (entries or 0), 0), None
+            found[label] = OnChip(state_bytes(label) + entry * (entries or 0), 0), None
         elif seen := read(_depths(label, full), data):
-            found[label] = (Kept(state_bytes(label), entry * seen["gap"]["levels"]),
+            found[label] = (OnChip(state_bytes(label), entry * seen["gap"]["levels"]),
                             len(seen["gap"]["histogram"]) - 1)
     return found
 

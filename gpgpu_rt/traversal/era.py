@@ -70,7 +70,7 @@ def era_kernel(method: Method, options: Mapping[str, Any], name: str, any_hit: b
         **method.defines(options), **(defines or {}), **Precision.of(options).defines(),
         **kernel_defines(method.kernels),
         word_define("INTERSECTION", options["intersection"]): True,
-        "ERA": True, "ANY_HIT": any_hit, "START": start, "IN_LOOP": in_loop,
+        "ERA": True, "ANY_HIT": any_hit, "START": start, "IN_LOOP": in_loop and not start,
         "KERNEL": None if start else name,
         "KERNEL_PHASE": None if start else method.kernels.index(name) + 1}
     writes_hit = start or name == TESTS_TRIANGLES

@@ -84,3 +84,23 @@ def test_the_page_has_these_counts() -> None:
     for method, kernel, cells in rows:
         costs = [static_cost(card, method, kernel) for card in ("r420", "r580", "nv40", "g80")]
         assert cells.split(" | ") == [f"{one.arithmetic} + {one.fetches}" for one in costs]
+
+
+def test_the_page_has_the_counts_of_loops() -> None:
+    page = (Path(__file__).parents[2] / "docs" / "era.md").read_text()
+    counts = re.search(r"then takes (\d+), (\d+) and (\d+) instructions .* `traverse` of "
+                       r"`bvh-threaded` (\d+), (\d+)\s+and (\d+)\.", page, re.S)
+    assert counts is not None
+    assert [int(count) for count in counts.groups()] == [
+        static_cost(card, method, kernel, in_loop=True).arithmetic
+        for method, kernel in (("kd-restart", "down"), ("bvh-threaded", "traverse"))
+        for card in ("r580", "nv40", "g80")]
+
+
+@pytest.mark.parametrize("card", ("r580", "nv40", "g80"))
+@pytest.mark.parametrize("method, kernel", KERNELS)
+def test_a_kernel_in_a_loop_asks_less(card: str, method: str, kernel: str) -> None:
+    """In a loop a kernel does not ask which rays wait for it, so it is no longer."""
+    alone, looped = (static_cost(card, method, kernel, in_loop=loop) for loop in (False, True))
+    assert (looped.arithmetic < alone.arithmetic) == (kernel != "init")
+    assert looped.arithmetic <= alone.arithmetic
