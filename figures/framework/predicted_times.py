@@ -6,7 +6,7 @@ fitted.
 from __future__ import annotations
 
 import functools
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -103,9 +103,52 @@ class PredictedRow:
         card, method = self.paper_card.card, self.column.method
         whole = [time_of_image(card, method, self.form, counts, kind == SHADOW, assumed)
                  for kind, counts in self.counts.items()]
-        per = "rays" if SHADOW in self.counts and len(whole) == 1 else "pixels"
         total = whole[0] if len(whole) == 1 else whole[0] + whole[1]
-        return total.scaled(1 / max(next(iter(self.counts.values()))[per], 1))
+        return total.scaled(1 / self._number)
+
+    @property
+    def of(self) -> str:
+        """What the published time is for: "a ray", or "a pixel" of a picture."""
+        return "a ray" if len(self.counts) == 1 else "a pixel"
+
+    @property
+    def _number(self) -> float:
+        """The number of rays or pixels."""
+        counts = next(iter(self.counts.values()))
+        return max(counts["rays" if list(self.counts) == [SHADOW] else "pixels"], 1)
+
+    @property
+    def runs(self) -> float:
+        """Useful runs of kernels a ray or pixel."""
+        return self._sum("runs", lambda cost: 1) / self._number
+
+    @property
+    def instructions(self) -> float:
+        """The instructions of a run, as the mean over all runs."""
+        return self._sum("runs", _arithmetic) / max(self._sum("runs", lambda cost: 1), 1)
+
+    @property
+    def issued_instructions(self) -> float:
+        """As `instructions`, with those of the lanes that wait during a run."""
+        return self._sum("lanes", _arithmetic) / max(self._sum("runs", lambda cost: 1), 1)
+
+    @property
+    def allowed(self) -> float:
+        """The instructions for which the published time of a run leaves time at the card's rate.
+        """
+        seconds = 1e-9 * self.published / max(self.runs, 1e-9)
+        return float(seconds * self.paper_card.card.issue_rate)
+
+    def _sum(self, field: str, weight: Callable[[StaticCost], float]) -> float:
+        """Return the sum of runs or lanes, each with a weight by the kernel's cost."""
+        total = 0.0
+        for kind, counts in self.counts.items():
+            issued = counts["issued"][self.form]
+            costs, _ = _compiled(self.paper_card.chip.lower(), kernels_from(self.column.method),
+                                 tuple(issued["kernels"]), kind == SHADOW, self.form != PASSES)
+            total += sum(number * weight(costs[kernel])
+                         for kernel, number in zip(issued["kernels"], issued[field]))
+        return total
 
     def nanoseconds(self, assumed: Assumptions = ASSUMED) -> float:
         """Return the predicted nanoseconds a ray, or a pixel of a picture."""
@@ -114,6 +157,10 @@ class PredictedRow:
     def ratio(self, assumed: Assumptions = ASSUMED) -> float:
         """Return predicted over published."""
         return self.nanoseconds(assumed) / self.published
+
+
+def _arithmetic(cost: StaticCost) -> float:
+    return cost.arithmetic
 
 
 def time_of_image(card: Card, method: str, form: str, counts: Mapping[str, Any], any_hit: bool,

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 
 from ..errors import OptionError
 from ..hardware.cards import Card, Refusal, cards
-from ..hardware.methods_on_cards import era_refusals, era_texels, method_needs, refusals
+from ..hardware.methods_on_cards import ERA, era_refusals, era_texels, method_needs, refusals
 from .shared import Command, print_json, print_table, say
 
 SCENE = "cornell"   # the tables depend on the scene; the programs hardly do
@@ -67,15 +67,17 @@ def _hardware(chosen: argparse.Namespace) -> None:
 
 def _print_methods(found: Sequence[Card],
                    refused: Mapping[str, Mapping[tuple[str, str], list[Refusal]]]) -> None:
-    """Print a row per method and schedule: "yes", or the first limit of the card that the programs
-    exceed."""
+    """Print a row per method and schedule: the first limit of the card that the programs exceed.
+    If they exceed none, the word is "yes" for an era form, and "-" for today's programs, whose
+    instructions are not compared."""
     def word(card: Card, pair: tuple[str, str]) -> str:
         reasons = refused[card.name][pair]
-        return reasons[0].limit if reasons else "yes"
+        return reasons[0].limit if reasons else "yes" if pair[1] == ERA else "-"
     pairs = list(refused[found[0].name])
     print_table(("method", "schedule", *(card.chip for card in found)),
                 [(*pair, *(word(card, pair) for card in found)) for pair in pairs])
-    print("\nyes: no compared limit is exceeded. Other words name the first exceeded limit:")
+    print("\nyes: the card could run it. -: no limit but that of instructions, which are not "
+          "compared,\nis exceeded. Other words name the first exceeded limit:")
     for limit in dict.fromkeys(r[0].limit for of in refused.values() for r in of.values() if r):
         # Print one example for each limit; --json prints all of them.
         card, pair = next((card, pair) for pair in pairs for card in found

@@ -9,7 +9,7 @@ from ..errors import OptionError
 from ..gl.pass_log import PassLog, logged
 from ..statistics import Statistics
 from ..tracer import Tracer
-from .cards import Card, cards
+from .cards import Card, find_card
 from .issue import KernelIssues
 from .machine_model import CardTime, host_time, time_of_passes
 from .methods_on_cards import ERA, era_refusals
@@ -37,13 +37,10 @@ class EraTime:
         Raises
         ------
         OptionError
-            if no figures of the card are known, if the kernels were not compiled for the card, or
-            if the card could not have run them
+            if the kernels were not compiled for the card, or if the card could not have run them
         """
         chip, method = str(self.tracer.options["era"]), self.tracer.method
-        card = next((one for one in cards() if one.chip.lower() == chip), None)
-        if card is None:
-            raise OptionError(f"the clock and the rates of a card with {chip} are not known here")
+        card = find_card(chip.upper())
         tables = self.tracer.session.tables.samplers().values()
         most = max(texture.width * texture.height for texture in tables)
         if refused := era_refusals(card, {method.name: most})[method.name, ERA]:

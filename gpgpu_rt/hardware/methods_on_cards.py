@@ -99,8 +99,8 @@ def era_texels(names: Sequence[str] | None = None, scene_name: str = "cornell"
 def era_refusals(card: Card, texels: Mapping[str, int]) -> dict[tuple[str, str], list[Refusal]]:
     """Return the reasons why a card cannot run each method in the era form, a kernel a pass.
 
-    The counts of instructions are those of the card's own compiler. For the cards of 2001 and
-    2002, which have none, they are those of the R300.
+    The counts of instructions are those of the card's own compiler. For R200 and NV25,
+    which have none, they are those of the R300.
 
     Parameters
     ----------

@@ -70,7 +70,7 @@ def test_a_picture_in_the_era_form_says_what_the_card_would_have_taken(capsys, t
     shares = [int(share) for share in re.findall(r"(\d+)%", told)]
     assert 97 <= sum(shares) <= 103     # rounded shares of the whole
     assert "would have taken" not in _rendered(capsys, tmp_path)
-    assert "no prediction: the clock and the rates of a card with r300" in _rendered(
+    assert "the ATI Radeon 9700 Pro would have taken about" in _rendered(
         capsys, tmp_path, "--era", "r300")
     assert "in fp24 a kd-tree loses hits" in _rendered(capsys, tmp_path, "--era", "r420")
     data = json.loads(_rendered(capsys, tmp_path, "--era", "NV40", "--json"))

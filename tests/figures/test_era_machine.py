@@ -10,7 +10,7 @@ from faked_cells import write_cell
 import gpgpu_rt as rt
 from gpgpu_rt.bench.workloads import EYE, workload
 from gpgpu_rt.figures.experiments import era_counts, era_machine
-from gpgpu_rt.figures.experiments.era_machine_page import bars
+from gpgpu_rt.figures.experiments.era_machine_page import bars, far_off
 from gpgpu_rt.figures.framework import predicted_times
 from gpgpu_rt.figures.survey import fig13_horn_improvements as fig13
 from gpgpu_rt.hardware.cards import find_card
@@ -41,8 +41,8 @@ def test_the_table_holds_what_the_counts_say(tmp_path: Path) -> None:
     with (tmp_path / "era_machine.csv").open() as file:
         rows = {(row["scene"], row["form"]): row for row in csv.DictReader(file)}
     assert len(rows) == 6
-    card, cost = find_card("R580"), static_cost("r580", "kd-restart", "down")
-    # The loop fetches a node alone; the pass form fetches the ray, its state and its hit too.
+    card, cost = find_card("R580"), static_cost("r580", "kd-restart", "down", in_loop=True)
+    # The loop fetches a node alone; a pass fetches the ray, its state and its hit too.
     each = max((cost.arithmetic + ASSUMED.branch_instructions) / card.issue_rate,
                1 / card.texel_rate)
     written = 3 * ASSUMED.texel_bytes / card.bandwidth
@@ -57,6 +57,22 @@ def test_the_table_holds_what_the_counts_say(tmp_path: Path) -> None:
     page = (tmp_path / "era_machine.md").read_text()
     assert "draw_seconds doubled" in page and "missed by" in page
     assert (tmp_path / "era_machine.png").stat().st_size > 5_000
+
+
+def test_a_prediction_that_is_far_off_names_its_instructions(tmp_path: Path) -> None:
+    _write(tmp_path)
+    rows = [row for row in era_machine.rows(tmp_path, False) if row.form == WHILE_WHILE]
+    card = find_card("R580")
+    cost = static_cost("r580", "kd-restart", "down", in_loop=True).arithmetic
+    primary = next(row for row in rows if row.panel.rays == "primary")
+    assert (primary.of, primary.runs, primary.instructions) == ("a ray", RUNS / PIXELS, cost)
+    assert primary.issued_instructions == 2 * cost
+    # The published 38.3 million rays a second leave this many instructions for each run.
+    assert primary.allowed == pytest.approx(card.issue_rate / 38.3e6 / (RUNS / PIXELS))
+    said = far_off(rows)
+    assert len(said) == len(rows) == 2 and "kd-restart: predicted" in said[0]
+    assert (f"the compiled kernels take {cost}, and waiting lanes raise this to {2 * cost}"
+            in said[0])
 
 
 def test_a_missed_bar_is_named_with_its_distance() -> None:

@@ -9,7 +9,7 @@ from gpgpu_rt.cli.main import main
 from gpgpu_rt.errors import OptionError
 from gpgpu_rt.hardware.cards import Needs, cards, find_card
 
-CHIPS = ("R200", "NV25", "R420", "NV40", "R580", "G80")
+CHIPS = ("R200", "NV25", "R300", "R420", "NV40", "R580", "G80")
 
 
 def test_every_card_has_every_figure_with_its_source() -> None:
