@@ -1,6 +1,6 @@
 """Era counts: the issues of a method's kernels on a card, from traces of an image's rays.
 
-Cells whose ``work`` is "era counts of", a workload and a chip measure them.
+Cells whose ``work`` is "issues of", a workload and a chip measure them.
 """
 from __future__ import annotations
 
@@ -13,19 +13,22 @@ import numpy as np
 
 import gpgpu_rt as rt
 from gpgpu_rt.bench.workloads import Workload
-from gpgpu_rt.hardware.issue import ORDERS, WITHIN, KernelIssues, issued_in_loop, issued_in_passes
+from gpgpu_rt.hardware.issue import (
+    ORDERS, QUAD, WITHIN, KernelIssues, issued_in_loop, issued_in_passes
+)
 from gpgpu_rt.hardware.static_costs import era_methods
 from gpgpu_rt.hardware.trace import KernelTrace, record_trace
 from gpgpu_rt.methods import find_method
 
-WORK, ON = "era counts of ", " on "
+WORK, ON = "issues of ", " on "
 # The (h, w) of the pixels that branch together, as many as cards.json's branch_width. The survey
 # states no shape: these are the rectangles nearest to a square. R420 cannot branch.
 GROUPS = {"R420": None, "NV40": (32, 32), "R580": (6, 8), "G80": (4, 8)}
 # A tile has whole groups of every card; neighbouring pixels stay neighbours.
 TILE, TILES = 96, 2
 SPARSE = 128     # the image is also sampled by this many pixels a side, evenly spread
-PASSES, PACKETS = "passes", "packets"
+PASSES, BLOCKS, PACKETS = "passes", "passes, blocks", "packets"
+BLOCK = (8, 8)   # the (h, w) of the pixels that early depth rejects together under BLOCKS
 # The trace needs a step of every ray a pass. The papers' triangle test is that of the era form.
 STEPWISE = {"schedule": "step", "steps_per_pass": 1, "intersection": "moller-trumbore"}
 # A method without an era form -> the method whose kernels it runs. kd-stack has the kernels of
@@ -83,7 +86,8 @@ def measure(scene: rt.Scene, rays: Workload, method: str, options: dict[str, Any
     with rt.Tracer(scene, SAME_WALK.get(method, method), **{**options, **STEPWISE}) as tracer:
         image, tiles = (_recorded(tracer, part) for part in (sparse, rays.part(tile_pixels(size))))
     passes = issued_in_passes(image)
-    found = {PASSES: _scaled(issued_in_passes(tiles), image, pixels, passes)}
+    found = {form: _scaled(issued_in_passes(tiles, block=block), image, pixels, passes)
+             for form, block in ((PASSES, QUAD), (BLOCKS, BLOCK))}
     group = GROUPS[chip]
     if group is not None:
         found |= {order: _scaled(issued_in_loop(tiles, group, order, WITHIN), image, pixels)

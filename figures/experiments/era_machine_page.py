@@ -36,6 +36,8 @@ count. Published numbers do not name these causes, so a missed bar remains unexp
 A figure's first form is scored. Most papers do not publish the order of their loops, so the choice
 of the form is an assumption too; the other forms stand in the table. `step` runs one step of each
 ray an iteration. `while-while` has an inner loop for each kernel, `passes` a pass for each kernel.
+In `passes` early depth rejects each quad of pixels without a waiting ray. In `passes, blocks` it
+rejects only whole blocks of 8x8 pixels, in case the card's early depth was that coarse.
 In `packets` the rays of a packet of 4x4 are lanes of a warp. Each lane runs the kernels of a
 single ray at every node of its packet. Votes, shared stacks and waiting between the two packets of
 a warp are left out.

@@ -20,7 +20,7 @@ from gpgpu_rt.hardware.machine_model import (
 from gpgpu_rt.hardware.static_costs import StaticCost, static_cost
 from gpgpu_rt.scene.catalogue import mesh_path
 
-from ..experiments.era_counts import ON, PASSES, WORK, forms_of, kernels_from
+from ..experiments.era_counts import BLOCKS, ON, PASSES, WORK, forms_of, kernels_from
 from .cell import Cell
 from .published_numbers import nanoseconds
 from .results import read
@@ -145,7 +145,8 @@ class PredictedRow:
         for kind, counts in self.counts.items():
             issued = counts["issued"][self.form]
             costs, _ = _compiled(self.paper_card.chip.lower(), kernels_from(self.column.method),
-                                 tuple(issued["kernels"]), kind == SHADOW, self.form != PASSES)
+                                 tuple(issued["kernels"]), kind == SHADOW,
+                                 self.form not in (PASSES, BLOCKS))
             total += sum(number * weight(costs[kernel])
                          for kernel, number in zip(issued["kernels"], issued[field]))
         return total
@@ -177,8 +178,8 @@ def time_of_image(card: Card, method: str, form: str, counts: Mapping[str, Any],
              for name, value in counts["issued"][form].items()}
     issued = KernelIssues(**found)
     costs, streams = _compiled(card.chip.lower(), kernels_from(method), issued.kernels, any_hit,
-                               form != PASSES)
-    if form == PASSES:
+                               form not in (PASSES, BLOCKS))
+    if form in (PASSES, BLOCKS):
         return time_of_passes(card, issued, costs, counts["pixels"], assumed)
     return time_of_loop(card, issued, costs, streams, counts["pixels"], assumed)
 

@@ -126,21 +126,22 @@ def _in_turns(steps: np.ndarray, within: np.ndarray) -> tuple[np.ndarray, int]:
             place += ran
 
 
-def issued_in_passes(trace: KernelTrace, choice: int = PASSES_A_CHOICE) -> KernelIssues:
+def issued_in_passes(trace: KernelTrace, choice: int = PASSES_A_CHOICE,
+                     block: tuple[int, int] = QUAD) -> KernelIssues:
     """Return the issues of the schedule ``kernels``: a kernel a pass.
 
     The host counts by occlusion queries how many rays wait for each kernel. It then draws
-    ``choice`` passes of the kernel with the most waiting rays. Early depth rejects the quads
-    without a ray that waited at the queries.
+    ``choice`` passes of the kernel with the most waiting rays. Early depth rejects the blocks of
+    (h, w) pixels without a ray that waited at the queries.
     """
     count = len(trace.kernels)
-    steps = in_groups(trace.steps, QUAD)
+    steps = in_groups(trace.steps, block)
     padded = np.concatenate([steps, np.zeros((1, *steps.shape[1:]), np.uint8)])
-    quad, lane = np.arange(steps.shape[1])[:, None], np.arange(steps.shape[2])
+    group, lane = np.arange(steps.shape[1])[:, None], np.arange(steps.shape[2])
     place = np.zeros(steps.shape[1:], np.int64)
     passes, lanes, queries = np.zeros(count, np.int64), np.zeros(count, np.int64), 0
     while True:
-        waits = padded[place, quad, lane]
+        waits = padded[place, group, lane]
         queries += count
         waiting = np.bincount(waits.reshape(-1), minlength=count + 1)[1:]
         kernel = int(waiting.argmax()) + 1
@@ -154,7 +155,7 @@ def issued_in_passes(trace: KernelTrace, choice: int = PASSES_A_CHOICE) -> Kerne
             if not on.any():
                 break
             place += on
-            waits = padded[place, quad, lane]
+            waits = padded[place, group, lane]
     totals = trace.totals()
     return KernelIssues(trace.kernels, tuple(totals[name] for name in trace.kernels),
                         tuple(map(int, lanes)), 0, tuple(map(int, passes)), queries)

@@ -87,7 +87,7 @@ def test_counts_of_an_image_keep_the_runs_of_each_ray() -> None:
     found = era_counts.measure(scene, workload("cornell", EYE, 256), "bvh-threaded", {}, "G80")
     assert found["pixels"] == 256 * 256
     runs = {form: issued["runs"] for form, issued in found["issued"].items()}
-    assert len(set(map(tuple, runs.values()))) == 1 and len(runs) == 3
+    assert len(set(map(tuple, runs.values()))) == 1 and len(runs) == 4
     loop, passes = (found["issued"][form] for form in (WHILE_WHILE, era_counts.PASSES))
     assert all(lanes >= ran for lanes, ran in zip(loop["lanes"], loop["runs"]))
     assert sum(passes["passes"]) > 0 and not loop["passes"]

@@ -183,3 +183,15 @@ def test_each_assumption_is_halved_and_doubled() -> None:
     half, double = varied["query_seconds"]
     assert double.query_seconds == 4 * half.query_seconds
     assert half.draw_seconds == ASSUMED.draw_seconds and len(varied) == 5
+
+
+@pytest.mark.parametrize("seed", range(3), ids="seed{}".format)
+def test_coarser_early_depth_runs_more_lanes_in_the_same_passes(seed: int) -> None:
+    kernels = np.random.default_rng(seed).integers(0, 3, (6, 16, 16)).astype(np.uint8)
+    kernels[np.cumsum(kernels == 0, axis=0) > 0] = 0      # a ray that has ended stays ended
+    trace = KernelTrace(("down", "intersect"), kernels)
+    each, quads, blocks = (issued_in_passes(trace, 1, block) for block in (
+        (1, 1), (2, 2), (16, 16)))
+    assert each.runs == quads.runs == blocks.runs == each.lanes      # no lane of one pixel waits
+    assert each.passes == quads.passes == blocks.passes
+    assert sum(each.lanes) < sum(quads.lanes) < sum(blocks.lanes) == 256 * sum(blocks.passes)
