@@ -19,7 +19,7 @@ from gpgpu_rt.workers.machine import alone
 
 from ..experiments import (
     bundle_errors, caustic_errors, coherence, era_counts, extreme_runs, first_hit_times,
-    frame_times, gap_work, needs_times, path_errors, reduction_times, refraction_errors,
+    frame_times, gap_work, lost_rays, needs_times, path_errors, reduction_times, refraction_errors,
     update_times
 )
 from ..survey import ray_engine_work, tree_sizes
@@ -150,6 +150,8 @@ WORKS = (
     MeasurementKind(COHERENCE, lambda cell, rays: {"coherence": coherence.measure(
         load(cell.scene), _rays(cell, rays))}, timed=False),
     MeasurementKind(era_counts.WORK, _era_counts, timed=False),
+    MeasurementKind(lost_rays.WORK, lambda cell, _: {"numbers": lost_rays.measure(
+        load(cell.scene), cell.method, dict(cell.options), cell.size)}, timed=False),
     MeasurementKind(ray_engine_work.WORK, lambda cell, rays: {"engine": ray_engine_work.measure(
         load(cell.scene), _rays(cell, rays), dict(cell.options))}, timed=False),
     *map(_gap_work, gap_work.KINDS),

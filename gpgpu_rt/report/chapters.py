@@ -130,5 +130,8 @@ How long would these programs have taken on the cards of their papers? Each card
 which Mesa still has, compiles the kernels. Traces of the rays count how often a card issues each
 kernel, and how many pixels wait meanwhile. A model predicts a time from these counts and from the
 numbers in a card's data sheet. No constant is fitted.
-""", ("era_machine", "ideal_hardware")),
+
+The cards also rounded as they did then: to 9 or 16 bits of fixed point, to 24 bits, or to 32 bits.
+The pictures show which rays that costs.
+""", ("era_numbers", "era_machine", "ideal_hardware")),
 )

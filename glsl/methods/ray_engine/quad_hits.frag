@@ -10,7 +10,7 @@
 #include "core/slack.glsl"
 #include "core/ray.glsl"
 #include "core/hit.glsl"
-#include "core/triangle.glsl"
+#include <pair_test>
 
 void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
@@ -18,7 +18,7 @@ void main() {
     Hit hit = no_hit(ray.t_max);
     int triangle = found_load(pixel).triangle;
     if (triangle != NO_TRIANGLE) {
-        test_triangle(ray, triangle, hit);
+        test_pair(ray, triangle, hit);
     }
     hit_store(hit);
 }

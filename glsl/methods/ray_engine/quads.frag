@@ -12,7 +12,7 @@
 #include "core/ray.glsl"
 #include "core/hit.glsl"
 #include <method>
-#include "core/triangle.glsl"
+#include <pair_test>
 
 uniform float depth_end;   // the t at depth 1
 const float DEPTH_STEPS = 16777215.0;
@@ -21,7 +21,7 @@ void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
     Ray ray = ray_setup(rays_load(pixel));
     Hit hit = no_hit(ray.t_max);
-    test_triangle(ray, quad_triangle, hit);
+    test_pair(ray, quad_triangle, hit);
     if (!hit_found(hit)) {
         discard;
     }

@@ -9,22 +9,24 @@ import numpy as np
 from ...accel.cache import cached
 from ...errors import OptionError
 from ...options import Option
-from ...traversal.method import Accelerator, Method
+from ...traversal.method import Accelerator, Method, Part
 from ...traversal.records import STATE
 from ...traversal.triangle_table import TRIANGLE, triangle_table
 from ..grid.cells import Grid, build_grid
 from .driver import RayEngine
+from .fixed_point import FIXED_POINT, fixed_uniforms
 from .octree import Octree, build_octree
 
 
 def _prepare(triangles: np.ndarray, options: Mapping[str, Any]) -> Accelerator:
     plain = (options["intersection"] == "woop-watertight" and options["storage"] == "fp32"
-             and options["arithmetic"] == "fp32")
+             and options["arithmetic"] == "fp32" and options["fixed_point"] is None)
     if options["cpu_below"] > 1 and not plain:
         raise OptionError(f"cpu_below={options['cpu_below']}: the host has only the watertight "
-                          "test in fp32; leave cpu_below at 0 with other tests and precisions")
+                          "test in fp32; leave cpu_below at 0 with other tests and numbers")
     grid = _cells(triangles, options)
-    uniforms = {"scene_lo": tuple(grid.lo), "scene_hi": tuple(grid.hi)}
+    uniforms = {"scene_lo": tuple(grid.lo), "scene_hi": tuple(grid.hi),
+                **fixed_uniforms(options["fixed_point"], triangles)}
     # As in the method `grid`, a ray enters each cell at most once, and tests each list at most
     # once.
     bound = (int(grid.resolution.sum()) + len(grid.references)
@@ -61,6 +63,9 @@ ROWS = (Method(
         Option("nearest", "blend", "how the nearest hit of a ray is kept: MIN blending of floats, "
                "or a 24-bit depth test, which may lose hits", choices=("blend", "depth"),
                relaxed=("depth",)),
+        Option("fixed_point", None, "test pairs in the fixed point of a card: r200 (16 bits in "
+               "[-8, 8)) or nv25 (9 bits in [-1, 1]); default: floats",
+               choices=tuple(FIXED_POINT), optional=True, relaxed=tuple(FIXED_POINT)),
         Option("batch", 16_384, "largest number of rays in a batch", int, minimum=1),
         Option("queue", 64, "a cell's queue is intersected once it has this many rays, or once no "
                "queue has as many", int, minimum=1),
@@ -68,6 +73,8 @@ ROWS = (Method(
                "are the same to the bit if the renderer rounds as IEEE 754 requires and keeps "
                "subnormal numbers", int, minimum=0),
     ),
+    parts=(Part("pair_test", "fixed_point", "methods/ray_engine/float_point.glsl",
+                {True: "methods/ray_engine/fixed_point.glsl"}),),
     schedules=("kernels",),
     drivers={"kernels": RayEngine},
 ),)

@@ -1,0 +1,41 @@
+"""Lost rays: the eye rays of an image that a method's numbers lose, beside an exact method.
+
+Cells whose ``work`` is "lost rays" measure it.
+"""
+from __future__ import annotations
+
+import base64
+from typing import Any
+
+import numpy as np
+
+import gpgpu_rt as rt
+
+WORK = "lost rays"
+EXACT = "bvh-packet"    # any method: the hits of all methods in fp32 are the same to the bit
+
+
+def measure(scene: rt.Scene, method: str, options: dict[str, Any], size: int) -> dict[str, Any]:
+    """Return the shares of wrong eye rays, and a map of them.
+
+    ``map`` has two bits a pixel in base64, row by row: no hit, and another triangle.
+    """
+    rays = scene.camera.rays((size, size))
+    with rt.Tracer(scene, EXACT) as tracer:
+        exact = tracer.trace(*rays)
+    with rt.Tracer(scene, method, **options) as tracer:
+        found = tracer.trace(*rays)
+    lost = exact.hit & ~found.hit
+    other = found.hit & (found.triangle != exact.triangle)
+    same = found.hit & ~other
+    error = np.abs(found.t[same] / exact.t[same] - 1)
+    return {"lost": float(lost.mean()), "other": float(other.mean()),
+            "t_error": float(np.median(error)) if same.any() else None,
+            "map": base64.b64encode(np.packbits(np.stack([lost, other]))).decode()}
+
+
+def wrong_pixels(result: dict[str, Any], size: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return the pixels without a hit and those with another triangle, (size, size) bool each."""
+    bits = np.unpackbits(np.frombuffer(base64.b64decode(result["map"]), np.uint8))
+    lost, other = bits[:2 * size * size].reshape(2, size, size).astype(bool)
+    return lost, other

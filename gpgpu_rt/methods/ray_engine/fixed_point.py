@@ -1,0 +1,47 @@
+"""Fixed point: the numbers of the Ray Engine's cards (Carr, Hall and Hart 2002)."""
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class FixedPoint:
+    """A card's fixed point: the multiples of ``step`` from ``least`` to ``most``.
+
+    Attributes
+    ----------
+    half : half of the largest side of the scene's box, in these numbers. The rest of the range is
+        for origins outside of the box, and for t, which is a distance
+    """
+
+    step: float
+    least: float
+    most: float
+    half: float
+
+
+# The ranges are those of hardware/cards.json. The R200 has three bits before the point and twelve
+# behind it. The register combiners of the NV25 have a sign and eight bits.
+FIXED_POINT = {"r200": FixedPoint(2.0 ** -12, -8.0, 8 - 2.0 ** -12, 1.0),
+               "nv25": FixedPoint(1 / 255, -1.0, 1.0, 0.25)}
+
+
+def fixed_uniforms(name: str | None, triangles: np.ndarray) -> dict[str, Any]:
+    """Return the uniforms of ``fixed_point.glsl``; none if ``name`` is None.
+
+    Parameters
+    ----------
+    name : a name of FIXED_POINT, or None
+    triangles : (n, 3, 3) float32, corners in world units
+    """
+    if name is None:
+        return {}
+    numbers = FIXED_POINT[name]
+    lo, hi = triangles.min((0, 1)), triangles.max((0, 1))
+    side = max(float((hi - lo).max()), np.finfo(np.float32).tiny)
+    return {"fixed_centre": tuple(map(float, (lo + hi) / 2)),
+            "fixed_scale": float(np.float32(2 * numbers.half / side)),
+            "fixed_step": numbers.step, "fixed_least": numbers.least, "fixed_most": numbers.most}
