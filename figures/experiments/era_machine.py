@@ -16,15 +16,9 @@ from ..framework import predicted_times
 from ..framework.cell import Cell
 from ..framework.kendall import tau_b
 from ..framework.predicted_times import PredictedRow
-from ..survey import (
-    fig12_eye_rays, fig13_horn_improvements, fig16_ropes_and_packets, fig20_whole_images,
-    fig22_large_scenes
-)
+from ..survey.on_cards import ON_CARDS
 from .era_machine_page import write_page
 
-ON_CARDS = tuple(module.FIGURE for module in (
-    fig12_eye_rays, fig13_horn_improvements, fig16_ropes_and_packets, fig20_whole_images,
-    fig22_large_scenes))
 # Figure 22 repeats Popov's numbers of Figure 16, so its median counts them once.
 REPEATED = ("fig22", "kd-ropes-packet")
 

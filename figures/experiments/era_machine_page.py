@@ -23,15 +23,17 @@ HEADS = ("figure", "card", "scene", "method", "form", "scored", "published_ns", 
          "ratio", *SHARES)
 ABOUT = """# The papers' cards: predicted times without fitted constants
 
-The era form of each kernel is compiled by the card's own compiler. Traces of the rays give the
+Mesa's compiler for the card compiles the era form of each kernel. Traces of the rays give the
 issues of each kernel, with the lanes that wait. The rates are those that `gpgpu-rt hardware`
 prints. No constant is fitted. A ratio is predicted over published time. Figures 12, 13, 16, 20 and
 22 hold the same predictions beside the times measured here.
 
 The model leaves out the misses of the texture cache, latency that too few fragments in flight
-expose, shading, transfers, and the passes that a card's limit on loop iterations adds. A kernel in
-a loop was compiled as a program of its own, so the moves of the state to the program's outputs
-count. Published numbers do not name these causes, so a missed bar remains unexplained among them.
+expose, shading, transfers, the set-up of rays, and the passes that a card's limit on loop
+iterations adds. The vendors' compilers may have needed fewer instructions than Mesa's; on NV40,
+Mesa takes three for a selection. A kernel in a loop was compiled as a program of its own, so the
+moves of the state to the program's outputs count. Published numbers do not name these causes, so
+a missed bar remains unexplained among them.
 
 A figure's first form is scored. Most papers do not publish the order of their loops, so the choice
 of the form is an assumption too; the other forms stand in the table. `step` runs one step of each
@@ -96,7 +98,7 @@ def far_off(found: Sequence[PredictedRow]) -> list[str]:
     far = sorted((row for row in found if row.scored and abs(math.log2(row.ratio())) > FAR),
                  key=lambda row: -abs(math.log2(row.ratio())))
     return [f"{row.figure.name}, {row.panel.label}, {row.column.label}: predicted "
-            f"{number(row.ratio())} times the published time. {row.of.capitalize()} runs "
+            f"{number(row.ratio())} times the published time. {row.per.capitalize()} runs "
             f"{number(row.runs)} kernels. The published time leaves {number(row.allowed)} "
             f"instructions for each run; the compiled kernels take {number(row.instructions)}, "
             f"and waiting lanes raise this to {number(row.issued_instructions)}." for row in far]

@@ -1,4 +1,4 @@
-"""Era numbers: the rays that the numbers of the papers' cards lose (`lost_rays`).
+"""Era numbers: the rays that the number formats of the papers' cards lose (`lost_rays`).
 
 The Ray Engine computes in the fixed point of R200 and NV25, and methods in the era form compute in
 fp24 and fp32.
@@ -21,21 +21,21 @@ from .lost_rays import EXACT, WORK, wrong_pixels
 
 SCENES = ("cornell", "bunny", "robots", "kitchen")
 # Label -> method and options.
-NUMBERS: dict[str, tuple[str, tuple[tuple[str, Any], ...]]] = {
+FORMATS: dict[str, tuple[str, tuple[tuple[str, Any], ...]]] = {
     "Ray Engine, R200": ("ray-engine", (("fixed_point", "r200"),)),
     "Ray Engine, NV25": ("ray-engine", (("fixed_point", "nv25"),)),
     "grid, fp24": ("grid", (("era", "r420"),)),
     "kd-restart, fp24": ("kd-restart", (("era", "r420"),)),
     "bvh-threaded, fp24": ("bvh-threaded", (("era", "r420"),)),
     "bvh-threaded, fp32": ("bvh-threaded", (("era", "nv40"),))}
-HEADS = ("scene", "numbers", "rays", "no hit", "another triangle", "median error of t")
-ABOUT = """# The numbers of the time: what fixed point and fp24 lose
+HEADS = ("scene", "method and format", "rays", "no hit", "another triangle", "median error of t")
+ABOUT = """# Number formats of the papers' cards: what fixed point and fp24 lose
 
 R200 and NV25 computed in fixed point, R300 and R420 in fp24, NV40 and R580 in fp32. Each row
 compares the eye rays of an image with the exact methods of this program. A ray has *no hit* if the
-exact ray has one. It has *another triangle* if both hit different triangles; where two surfaces
-meet, this may be a tie that other rounding decides. The error of t is relative, over rays with the
-same triangle.
+exact ray has one. It has *another triangle* if it hits a triangle that the exact ray does not hit.
+Where two surfaces meet, this may be a tie that other rounding decides. The error of t is relative,
+over rays with the same triangle.
 
 The fixed point of the Ray Engine is a reconstruction (`glsl/methods/ray_engine/fixed_point.glsl`).
 The era form has the triangle test of the papers and no slack around boxes. `docs/era.md` says
@@ -44,19 +44,19 @@ which hits its kd-trees lose.
 
 
 def _cell(scene: str, label: str, full: bool) -> Cell:
-    method, options = NUMBERS[label]
+    method, options = FORMATS[label]
     return Cell(scene, method, options, 512 if full else 256, WORK, 1)
 
 
 def cells(full: bool) -> list[Cell]:
-    return [_cell(scene, label, full) for scene in SCENES for label in NUMBERS]
+    return [_cell(scene, label, full) for scene in SCENES for label in FORMATS]
 
 
 def rows(data: Path, full: bool) -> list[tuple[Any, ...]]:
     """The rows of the table whose columns are HEADS."""
     return [(scene, label, _cell(scene, label, full).size ** 2,
              *(result["numbers"][key] for key in ("lost", "other", "t_error")))
-            for scene in SCENES for label in NUMBERS
+            for scene in SCENES for label in FORMATS
             if (result := read(_cell(scene, label, full), data))]
 
 
@@ -74,18 +74,18 @@ def draw(data: Path, out: Path, full: bool) -> None:
         + (f"\nThese scenes are procedural stand-ins: {', '.join(stand_ins)}.\n"
            if stand_ins else ""))
     scenes = list(dict.fromkeys(row[0] for row in found))
-    figure, axes = plt.subplots(len(scenes), len(NUMBERS), squeeze=False, layout="constrained",
-                                figsize=(2.1 * len(NUMBERS), 0.9 + 2.3 * len(scenes)))
+    figure, axes = plt.subplots(len(scenes), len(FORMATS), squeeze=False, layout="constrained",
+                                figsize=(2.1 * len(FORMATS), 0.9 + 2.3 * len(scenes)))
     for axis in axes.flat:
         axis.set_axis_off()
     for line, scene in zip(axes, scenes):
-        for axis, label in zip(line, NUMBERS):
+        for axis, label in zip(line, FORMATS):
             result = read(_cell(scene, label, full), data)
             if result is not None:
                 axis.imshow(_picture(scene, result["numbers"], _cell(scene, label, full).size))
                 axis.set_title(f"{scene}: {label}", fontsize=7)
-    figure.suptitle("Eye rays in the numbers of the time. Red: no hit; blue: another triangle",
-                    fontsize=10)
+    figure.suptitle("Eye rays in the number formats of the papers' cards. Red: no hit; blue: "
+                    "another triangle", fontsize=10)
     save_chart(figure, out / "era_numbers.png", f"{results[0]['gpu']['renderer']}, commit "
                f"{results[0]['commit']}.")
 

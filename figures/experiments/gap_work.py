@@ -20,8 +20,8 @@ from gpgpu_rt.hardware.trace import KernelTrace, record_trace
 from gpgpu_rt.inspect.time_travel import Pass, travel
 from gpgpu_rt.statistics import Statistics
 
+from ..framework.era_counts import STEPWISE, tile_pixels
 from .coherence import observe_order
-from .era_counts import STEPWISE, tile_pixels
 
 # The kinds are the beginnings of a cell's ``work``; a workload follows. MOVED measures the bytes
 # that the passes of the workload move, DONE the work at each width, STACKS the stacks of its rays.

@@ -110,7 +110,7 @@ def draw(data: Path, out: Path, full: bool) -> None:
                + _paragraph(found, data, full)
                + "\n\n" + note + f"\n\n{TREE} has the walk of kd-stack. A push or a pop is part "
                "of the step before it and accesses the stack on the chip. Shaders need the "
-               "instructions that a card's own compiler made of each kernel. " + COMPILED
+               "instructions that Mesa's compiler for a card made of each kernel. " + COMPILED
                + " A machine without a compiler borrows the compiler that is named below.\n\n"
                + markdown_table(HEADS, [
                    [number(v) if isinstance(v, float) else "-" if v is None else v for v in row]

@@ -14,7 +14,7 @@ from gpgpu_rt.methods import find_method
 from gpgpu_rt.rays.records import HIT, RAY_TEXELS
 from gpgpu_rt.traversal.records import STACK_ENTRY
 
-from ..framework.cell import Cell
+from ..framework.cell import PERIOD_TEST, Cell
 from ..framework.output import markdown_table, number, plt, save_chart, write_csv, write_text
 from ..framework.published_numbers import published
 from ..framework.results import finished, read
@@ -25,6 +25,7 @@ WARP, CLOCKS = 32, 4      # rays of a warp, and clocks that an instruction of a 
 MEMORIES = range(512, 128 * 1024 + 1, 512)    # on-chip bytes of a multiprocessor
 TICKS = (1, 2, 4, 8, 16, 32, 64, 128)         # KiB
 CHANNEL = 4               # bytes of a channel
+INVERSE = 3 * CHANNEL     # bytes of the inverse of a direction, which a loop computes once
 # The survey's numbers: bytes of stack per ray, and rays that could run at once.
 SURVEYS = int(published("text", "", "bvh stack", quantity="local stack per ray") or 0)
 AT_ONCE = int(published("text", "", "", quantity="processes in parallel") or 0)
@@ -68,18 +69,19 @@ def size(full: bool) -> int:
 
 
 def compiled(label: str) -> str:
-    """The method whose kernels the card's compiler has compiled for a label."""
+    """The method whose kernels are compiled for a label."""
     return KERNELS.get(label, METHODS[label][0])
 
 
 def missing_kernels() -> dict[str, str]:
-    """Label -> why the card's compiler has no kernels of the method."""
+    """Label -> why no kernels of the method are compiled."""
     reasons = {label: find_method(compiled(label)).why_no_era_form() for label in METHODS}
     return {label: reason for label, reason in reasons.items() if reason}
 
 
 def _cell(label: str, full: bool) -> Cell:
-    return Cell(SCENE, compiled(label), METHODS[label][1], size(full), DONE + EYE, 1)
+    return Cell(SCENE, compiled(label), (*METHODS[label][1], PERIOD_TEST), size(full), DONE + EYE,
+                1)
 
 
 def _depths(label: str, full: bool) -> Cell:
@@ -165,7 +167,8 @@ class Flight:
 
 
 def state_bytes(label: str) -> int:
-    """Bytes that a ray carries besides a stack: the ray, its hit, and the method's state.
+    """Bytes that a ray carries besides a stack: the ray, its direction's inverse, its hit and the
+    method's state.
 
     Stacks inside the state are left out.
     """
@@ -174,7 +177,7 @@ def state_bytes(label: str) -> int:
         kept = _bytes(row.packet_state({}).state.fields, LOCAL)
     else:
         kept = _bytes(one for one in row.state.fields if not one.name.startswith("stack_"))
-    return _bytes(RAY_TEXELS.fields) + _bytes(HIT.fields) + kept
+    return _bytes(RAY_TEXELS.fields) + INVERSE + _bytes(HIT.fields) + kept
 
 
 def kept(data: Path, full: bool) -> dict[str, tuple[OnChip, int | None]]:
@@ -225,7 +228,7 @@ def draw(data: Path, out: Path, full: bool) -> None:
         return
     found, heading, card = rows(data, full), measured[0][1], machines()[CARD]
     note = (f"{SCENE}, squares of {SIDE}x{SIDE} out of {size(full)}x{size(full)} eye rays, in "
-            f"warps of {WARP}; kernels compiled by the {CARD}'s own compiler; multiprocessors of "
+            f"warps of {WARP}; kernels compiled by Mesa for the {CARD}; multiprocessors of "
             f"the GeForce 8800 GTX: {card.multiprocessors} multiprocessors, {card.fetch_latency} "
             f"clocks per fetch, at most {card.resident} rays each. "
             f"{heading['gpu']['renderer']}, commit {heading['commit']}."

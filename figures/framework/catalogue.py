@@ -41,7 +41,7 @@ FIGURES = {
     "cpu": "Ray tracing on the CPU: rays per second and per GFLOP (section 4.2)",
     "entry_points": "Entry points and rasterised bounds",
     "era_machine": "The papers' cards: how well a model without fitted constants predicts them",
-    "era_numbers": "The numbers of the time: the rays that fixed point and fp24 lose",
+    "era_numbers": "Number formats of the papers' cards: the rays that fixed point and fp24 lose",
     "retention": "Data retention: bytes that passes move because no pass keeps data for the next",
     "simd_width": "Wide SIMD: how long incoherent rays wait for each other",
     "stacks": "Stack against stackless: the number of rays in flight",

@@ -158,7 +158,8 @@ class Comparison:
             if column.method != ON_CPU and not self.paper_card.forms_of(column.method)
             and any(self.published_row(panel, column) for panel in self.panels)))
         return "" if not names else (" No time is predicted for these methods, because they have "
-                                     f"no era form: {', '.join(names)}.")
+                                     "no era form, or because the model has no packets on this "
+                                     f"card: {', '.join(names)}.")
 
     def _predicted(self, data: Path, full: bool) -> dict[tuple[Panel, str], PredictedRow]:
         """The predictions that the verdict takes, by panel and column label."""
@@ -286,7 +287,7 @@ class Comparison:
         if self.paper_card is not None:
             parts.append(f"Predicted: the time that the {self.paper_card.card.name} would have "
                          "taken, by the machine model of [era_machine](era_machine.md), from "
-                         f"kernels that the card's compiler compiled. {PREDICTED}\n")
+                         f"kernels that Mesa compiled for the card. {PREDICTED}\n")
         parts.append("tau-b says how well an order of the methods agrees with the published "
                      "order: 1 for the same order, -1 for the reverse. Ties between published "
                      "numbers make the highest value smaller than 1. Published numbers within "

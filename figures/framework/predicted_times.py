@@ -1,6 +1,6 @@
 """Predicted times: the times that the machine model predicts for the card of a figure's paper.
 
-The kernels are compiled by the card's own compiler, traces count their issues, and no constant is
+Mesa's compiler for the card compiles the kernels, traces count their issues, and no constant is
 fitted.
 """
 from __future__ import annotations
@@ -20,8 +20,8 @@ from gpgpu_rt.hardware.machine_model import (
 from gpgpu_rt.hardware.static_costs import StaticCost, static_cost
 from gpgpu_rt.scene.catalogue import mesh_path
 
-from ..experiments.era_counts import BLOCKS, ON, PASSES, WORK, forms_of, kernels_from
 from .cell import Cell
+from .era_counts import BLOCKS, ON, PASSES, WORK, forms_of, kernels_from
 from .published_numbers import nanoseconds
 from .results import read
 from .trace_times import PICTURE
@@ -29,8 +29,7 @@ from .trace_times import PICTURE
 if TYPE_CHECKING:
     from .comparison import Comparison, MethodColumn, Panel
 
-# The quick size leaves these scenes out if no mesh file is named for them.
-STAND_INS = ("shirley6", "fairyforest", "cows", "sodahall", "powerplant")
+BUILT_IN = ("cornell", "tenk")     # scenes that need no mesh
 
 
 @dataclass(frozen=True)
@@ -54,7 +53,7 @@ class PaperCard:
 
     def forms_of(self, method: str) -> tuple[str, ...]:
         """Return the forms in which a method runs on this card; the first is judged. It is empty
-        for a method whose kernels no compiler of the card has compiled."""
+        for a method without an era form, and for packets on a card without warps."""
         return forms_of(method, self.chip, self.forms)
 
 
@@ -107,7 +106,7 @@ class PredictedRow:
         return total.scaled(1 / self._number)
 
     @property
-    def of(self) -> str:
+    def per(self) -> str:
         """What the published time is for: "a ray", or "a pixel" of a picture."""
         return "a ray" if len(self.counts) == 1 else "a pixel"
 
@@ -201,17 +200,17 @@ def counted_cell(scene: str, method: str, options: tuple[tuple[str, Any], ...], 
 def cells(figure: Comparison, full: bool) -> list[Cell]:
     """Return the cells that count what a figure's card would have issued.
 
-    The quick size leaves out scenes of which only a stand-in exists.
+    Stand-ins are left out, because they are never scored and may have very long rays.
     """
     return list(dict.fromkeys(
-        cell for panel, _, some in _pairs(figure, full) for cell in some.values()
-        if full or panel.scene not in STAND_INS or mesh_path(panel.scene)))
+        cell for panel, _, some in pairs(figure, full) for cell in some.values()
+        if panel.scene in BUILT_IN or mesh_path(panel.scene)))
 
 
 def rows(figure: Comparison, data: Path, full: bool) -> list[PredictedRow]:
     """Return a row for each published number and form whose counts are measured."""
     found = []
-    for panel, column, some in _pairs(figure, full):
+    for panel, column, some in pairs(figure, full):
         results = {kind: result for kind, cell in some.items()
                    if (result := read(cell, data)) is not None}
         published = nanoseconds(figure.published_row(panel, column))
@@ -224,8 +223,8 @@ def rows(figure: Comparison, data: Path, full: bool) -> list[PredictedRow]:
     return found
 
 
-def _pairs(figure: Comparison,
-           full: bool) -> Iterator[tuple[Panel, MethodColumn, dict[str, Cell]]]:
+def pairs(figure: Comparison,
+          full: bool) -> Iterator[tuple[Panel, MethodColumn, dict[str, Cell]]]:
     """Yield each pair with a published number and a prediction, with a cell for each kind of
     rays."""
     paper = figure.paper_card

@@ -261,7 +261,7 @@ def stand_ins_say(verdict: Verdict) -> str:
 def on_card(card: str, said: Verdict, here: Verdict) -> Verdict:
     """The verdict on times predicted for a card, with the verdict on the times measured here."""
     if said.word == UNMEASURED and here.word != UNMEASURED:
-        said = Verdict(TOO_LITTLE, "no scene has two methods with a predicted time.")
+        said = Verdict(TOO_LITTLE, "no scored scene has two methods with a predicted time.")
     return replace(said, why=f"Times predicted for the {card}: {said.why}", renderer=here)
 
 
@@ -272,7 +272,9 @@ def renderer_says(verdict: Verdict) -> str:
         return ""
     return " ".join(filter(None, (
         f"{RENDERER} is \"{here.word}\": {here.why} It rests on {rests_on(here)}.",
-        stand_ins_say(here))))
+        "" if here.stand_ins is None else "On the renderer's times the verdict on "
+        f"{_counts(here.stand_ins, 'stand-in')} would be \"{here.stand_ins.word}\": "
+        f"{here.stand_ins.why}")))
 
 
 def _counts(verdict: Verdict, scene: str) -> str:

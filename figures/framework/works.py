@@ -18,12 +18,11 @@ from gpgpu_rt.bench.workloads import Workload, load, workload
 from gpgpu_rt.workers.machine import alone
 
 from ..experiments import (
-    bundle_errors, caustic_errors, coherence, era_counts, extreme_runs, first_hit_times,
-    frame_times, gap_work, lost_rays, needs_times, path_errors, reduction_times, refraction_errors,
-    update_times
+    bundle_errors, caustic_errors, coherence, extreme_runs, first_hit_times, frame_times, gap_work,
+    lost_rays, needs_times, path_errors, reduction_times, refraction_errors, update_times
 )
 from ..survey import ray_engine_work, tree_sizes
-from . import trace_times
+from . import era_counts, trace_times
 from .cell import Cell
 
 COHERENCE = "coherence of "
@@ -62,7 +61,6 @@ class MeasurementKind:
     catalogued: bool = True     # whether `load_scene` knows the cell's scene
     # Digest of the scene's triangles. It changes when a mesh replaces the scene's stand-in.
     digest: Callable[[Cell], str] = _of_catalogue
-    counted: bool = False       # whether it needs the instruction counts of programs
 
 
 def _rays(cell: Cell, name: str) -> Workload:

@@ -1,9 +1,9 @@
 """Figure 12: primary rays by brute force, grid and kd-trees (Foley and Sugerman 2005)."""
 from __future__ import annotations
 
-from ..experiments.era_counts import BLOCKS, PASSES
 from ..framework.cell import Cell, timed_runs
 from ..framework.comparison import Comparison, MethodColumn, Panel, Results
+from ..framework.era_counts import BLOCKS, PASSES
 from ..framework.output import number
 from ..framework.predicted_times import PaperCard
 from ..framework.published_numbers import published

@@ -3,9 +3,9 @@ from __future__ import annotations
 
 from gpgpu_rt.hardware.issue import STEP, WHILE_WHILE
 
-from ..experiments.era_counts import PASSES
 from ..framework.cell import Cell, timed_runs
 from ..framework.comparison import Comparison, MethodColumn, Panel, Results
+from ..framework.era_counts import PASSES
 from ..framework.output import number
 from ..framework.predicted_times import PaperCard
 from ..framework.published_numbers import published

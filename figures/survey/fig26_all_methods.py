@@ -153,7 +153,8 @@ def packet_pairs(found: list[MethodSpeed]) -> list[str]:
             gains = [_over(getattr(by_name[single], name), getattr(by_name[packet], name))
                      for name in ("measured_ns", "predicted_ns")]
             lines.append(f"{packet} compared with {single}: {number(gains[0])} times as fast by "
-                         f"measurement, {number(gains[1])} times by prediction")
+                         "measurement" + (f", {number(gains[1])} times by prediction"
+                                          if gains[1] else ""))
     return lines
 
 

@@ -6,6 +6,7 @@ pair of a ray and a triangle; the host collects the pairs and is left out.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 import gpgpu_rt as rt
@@ -18,13 +19,18 @@ from gpgpu_rt.hardware.static_costs import static_cost
 from gpgpu_rt.statistics import Statistics
 
 METHOD, WORK = "ray-engine", "ray engine's work for "
-# The Ray Engine has no era form. Its kernel tests one triangle, as brute force's kernel does.
-KERNEL = ("brute-force", "intersect")
+# The Ray Engine has no era form. Its kernel tests one triangle, as brute force's kernel does. But
+# it fetches the two texels of a ray alone, because the quad has the corners, and writes one
+# target.
+KERNEL, FETCHES, TARGETS = ("brute-force", "intersect"), 2, 1
 
 
 def measure(scene: rt.Scene, rays: Workload, options: Mapping[str, Any]) -> dict[str, float]:
-    """Return the pairs of a ray and a triangle, the draws, and the bytes on the bus."""
-    with rt.Tracer(scene, METHOD, **options) as tracer:
+    """Return the pairs of a ray and a triangle, the draws, and the bytes on the bus.
+
+    The depth test keeps the nearest hit, as in the paper, so each pair is drawn once.
+    """
+    with rt.Tracer(scene, METHOD, **{**options, "nearest": "depth"}) as tracer:
         with tracer.gpu, logged(tracer.gpu, Statistics()) as log:
             rays.trace(tracer)
         split = tracer.statistics.split
@@ -39,8 +45,9 @@ def predicted_seconds(card: Card, work: Mapping[str, float]) -> tuple[float, str
     pairs = round(work["pairs"])
     issued = KernelIssues((kernel,), (pairs,), (pairs,), passes=(round(work["draws"]),))
     # A draw covers the pairs of a cell alone, so early depth has no other pixels to reject.
-    time = time_of_passes(card, issued, {kernel: static_cost(card.chip.lower(), method, kernel)},
-                          pixels=0)
+    cost = replace(static_cost(card.chip.lower(), method, kernel), fetches=FETCHES,
+                   targets=TARGETS)
+    time = time_of_passes(card, issued, {kernel: cost}, pixels=0)
     moved = work["uploaded"] / card.upload + work["read_back"] / card.readback
     parts = {**time.parts, "transfers": moved}
     return sum(parts.values()), max(parts, key=parts.__getitem__)

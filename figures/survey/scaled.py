@@ -14,10 +14,10 @@ import numpy as np
 
 from gpgpu_rt.hardware.cards import Card, find_card
 
-from ..experiments.era_machine import ON_CARDS
 from ..framework.published_numbers import (
     nanoseconds, published, published_row, published_triangles
 )
+from .on_cards import ON_CARDS
 from .surveyed import BASE, CHIP
 
 TRIANGLES = 10_000

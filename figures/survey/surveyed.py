@@ -16,8 +16,8 @@ import gpgpu_rt as rt
 from gpgpu_rt.bench.workloads import EYE
 from gpgpu_rt.hardware.issue import WHILE_WHILE
 
-from ..experiments.era_counts import forms_of
 from ..framework.cell import PERIOD_TEST, Cell, timed_runs
+from ..framework.era_counts import forms_of
 from ..framework.predicted_times import counted_cell
 from . import ray_engine_work
 

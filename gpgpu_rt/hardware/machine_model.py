@@ -81,7 +81,7 @@ def stream_fetches(method: str, kernel: str, any_hit: bool = False) -> int:
     """Return how many fetches of a kernel in a loop read the ray, its state and its hit.
 
     A loop keeps these in registers. NV40's listing shows them: they are fetched at the fragment's
-    own coordinates. The compilers of all cards remove the same unused fetches.
+    own coordinates. All compilers keep the same fetches of streams.
     """
     return len(_OWN_FETCH.findall(static_cost(_LISTED, method, kernel, any_hit, True).listing))
 

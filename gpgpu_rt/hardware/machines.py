@@ -80,8 +80,8 @@ def runs(work: Mapping[str, Any], kind: str, width: int = 1) -> float:
                if kernel not in WITHIN and by_unit(kernel, kind)) / width / work["count"]
 
 
-def issued(work: Mapping[str, Any], costs: Mapping[str, LoopCost], width: int = 1,
-           taken: str = "") -> float:
+def instructions_a_ray(work: Mapping[str, Any], costs: Mapping[str, LoopCost], width: int = 1,
+                       taken: str = "") -> float:
     """Return the instructions a ray, including those of idle lanes, of groups of ``width`` rays.
 
     ``taken`` names the kernels that cost nothing, because units execute them.
@@ -109,8 +109,8 @@ def on_card(card: Card, work: Mapping[str, Any], costs: Mapping[str, LoopCost],
     """
     texels = sum(count * costs[kernel].fetches for kernel, count in work["runs"].items()
                  if not by_unit(kernel, taken)) / work["count"]
-    shader = max(issued(work, costs, width or card.branch_width, taken) / card.issue_rate,
-                 texels / card.texel_rate)
+    issued = instructions_a_ray(work, costs, width or card.branch_width, taken)
+    shader = max(issued / card.issue_rate, texels / card.texel_rate)
     if units is None:
         # Assume that the card's texture cache misses as often as the ideal machine's cache.
         return Least(shader, memory=_memory(work, machines()["ideal"], card.bandwidth))
@@ -133,7 +133,8 @@ def on_prototype(machine: Machine, work: Mapping[str, Any],
     memory = _memory(work, machine)
     if machine.tests:
         return Least(0.0, steps, runs(work, "tests", packet) / (each * machine.tests), memory)
-    return Least(issued(work, costs, packet, "steps") / machine.vector_rate, steps, 0.0, memory)
+    issued = instructions_a_ray(work, costs, packet, "steps")
+    return Least(issued / machine.vector_rate, steps, 0.0, memory)
 
 
 def on_cell(cell: Machine, work: Mapping[str, Any], costs: Mapping[str, LoopCost],
@@ -154,7 +155,7 @@ def on_cell(cell: Machine, work: Mapping[str, Any], costs: Mapping[str, LoopCost
     count, packet = work["count"], cell.together
     fetched = sum(lanes / packet * costs[kernel].fetches
                   for kernel, lanes in work["lanes"][str(packet)].items()) / count
-    vectors = issued(work, costs, packet) / packet
+    vectors = instructions_a_ray(work, costs, packet) / packet
     shader = (vectors + cell.lookup * fetched) / cell.vector_rate
     missed = _missed(work, cell) / count
     stalled = 0.0 if hidden else missed * cell.latency / (cell.clock * cell.units)

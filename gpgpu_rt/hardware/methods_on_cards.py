@@ -111,7 +111,7 @@ def era_refusals(card: Card, texels: Mapping[str, int]) -> dict[tuple[str, str],
     for name, largest in texels.items():
         costs = [static_cost(compiler, name, one.kernel) for one in era_programs(name)]
         # The slots of a card that issues vector and scalar operations in pairs count both kinds.
-        needs = [Needs(max(one.vector + one.scalar, one.arithmetic), one.fetches, one.levels,
+        needs = [Needs((2 if one.vector else 1) * one.arithmetic, one.fetches, one.levels,
                        False, one.targets, _side(largest), largest, True, True)
                  for one in costs]
         found[name, ERA] = list(dict.fromkeys(

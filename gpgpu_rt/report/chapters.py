@@ -30,9 +30,10 @@ A graphics card of 2002 could do one thing fast: run a short program on every pi
 that it draws. Ray tracing asks another question: which triangle does a ray hit first? The methods
 on this page are the answers that were found between 2002 and 2007.
 
-Each method runs here as it ran then. This program measured every new number on the renderer that
-the table names. The number from the paper stands beside it. Compare ratios and orders, not times:
-twenty years of hardware lie between the two columns.
+Each method runs here as it ran then. This program measured its times on the renderer that the
+table names. The number from the paper stands beside them. Compare ratios and orders, not times:
+twenty years of hardware lie between the two. Where a paper measured on a card, a third number is
+the time that a model predicts for this card.
 """, ("fig01",)),
     Chapter("A pass is a function over a stream (survey, section 2)", """
 Store a ray in each texel of a texture. Draw a square over all texels, and the fragment program
@@ -126,12 +127,12 @@ speeds mixes numbers of different papers, cards and scenes. Here the same method
 and one renderer, with the same rays.
 """, ("table1", "fig26")),
     Chapter("The graphics cards of the papers", """
-How long would these programs have taken on the cards of their papers? Each card's own compiler,
-which Mesa still has, compiles the kernels. Traces of the rays count how often a card issues each
-kernel, and how many pixels wait meanwhile. A model predicts a time from these counts and from the
-numbers in a card's data sheet. No constant is fitted.
+How long would these programs have taken on the cards of their papers? Mesa still has a compiler
+for each of these cards, and it compiles the kernels. Traces of the rays count how often a card
+issues each kernel, and how many pixels wait meanwhile. A model predicts a time from these counts
+and from the numbers in a card's data sheet. No constant is fitted.
 
-The cards also rounded as they did then: to 9 or 16 bits of fixed point, to 24 bits, or to 32 bits.
-The pictures show which rays that costs.
+The cards rounded each result to 9 or 16 bits of fixed point, or to floats of 24 or 32 bits. The
+pictures show the rays that this loses.
 """, ("era_numbers", "era_machine", "ideal_hardware")),
 )

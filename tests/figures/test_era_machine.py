@@ -9,9 +9,9 @@ from faked_cells import write_cell
 
 import gpgpu_rt as rt
 from gpgpu_rt.bench.workloads import EYE, workload
-from gpgpu_rt.figures.experiments import era_counts, era_machine
+from gpgpu_rt.figures.experiments import era_machine
 from gpgpu_rt.figures.experiments.era_machine_page import bars, far_off
-from gpgpu_rt.figures.framework import predicted_times
+from gpgpu_rt.figures.framework import era_counts, predicted_times
 from gpgpu_rt.figures.survey import fig13_horn_improvements as fig13
 from gpgpu_rt.hardware.cards import find_card
 from gpgpu_rt.hardware.issue import STEP, WHILE_WHILE
@@ -65,7 +65,7 @@ def test_a_prediction_that_is_far_off_names_its_instructions(tmp_path: Path) -> 
     card = find_card("R580")
     cost = static_cost("r580", "kd-restart", "down", in_loop=True).arithmetic
     primary = next(row for row in rows if row.panel.rays == "primary")
-    assert (primary.of, primary.runs, primary.instructions) == ("a ray", RUNS / PIXELS, cost)
+    assert (primary.per, primary.runs, primary.instructions) == ("a ray", RUNS / PIXELS, cost)
     assert primary.issued_instructions == 2 * cost
     # The published 38.3 million rays a second leave this many instructions for each run.
     assert primary.allowed == pytest.approx(card.issue_rate / 38.3e6 / (RUNS / PIXELS))

@@ -13,9 +13,9 @@ import gpgpu_rt as rt
 from gpgpu_rt.bench.workloads import EYE, workload
 from gpgpu_rt.figures.experiments import gap_work, ideal_hardware, retention, simd_width, stacks
 from gpgpu_rt.figures.experiments.coherence import observe_order
-from gpgpu_rt.figures.experiments.era_counts import STEPWISE, tile_pixels
 from gpgpu_rt.figures.framework import results
 from gpgpu_rt.figures.framework.cell import Cell
+from gpgpu_rt.figures.framework.era_counts import STEPWISE, tile_pixels
 from gpgpu_rt.hardware.issue import WHILE_WHILE, WITHIN, issued_in_loop
 from gpgpu_rt.hardware.machines import machines
 from gpgpu_rt.hardware.static_costs import static_cost
@@ -69,10 +69,10 @@ def test_bytes_moved_are_those_of_the_log(tmp_path: Path) -> None:
 
 
 def test_a_ray_s_bytes_are_those_of_its_records() -> None:
-    # A ray has eight numbers and its hit has four. A kd-tree's state has interval, node, cursor,
-    # phase and steps. A BVH's state has node, cursor and stack height.
+    # A ray has eight numbers, its direction's inverse three and its hit four. A kd-tree's state has
+    # interval, node, cursor, phase and steps. A BVH's state has node, cursor and stack height.
     assert (stacks.NODE, stacks.KD_ENTRY) == (4, 8)
-    assert stacks.state_bytes("bvh-stack") == 4 * (8 + 4 + 3)
+    assert stacks.state_bytes("bvh-stack") == 4 * (8 + 3 + 4 + 3)
     plain = stacks.state_bytes("kd-restart")
     assert plain == stacks.state_bytes("kd-stack")
     assert stacks.state_bytes("kd-push-down") == plain + 4 * 2
@@ -120,7 +120,7 @@ def test_stacks_leave_rays_in_flight_that_fit(tmp_path: Path) -> None:
     assert int(stack["rays in flight"]) == 64  # the survey's number
     assert int(stack["deepest seen"]) == 2
     kept = int(rows["kd-restart"]["bytes a ray in registers"])
-    assert kept == 4 * (8 + 4 + 8)
+    assert kept == 4 * (8 + 3 + 4 + 8)
     assert int(rows["kd-restart"]["rays in flight"]) == card.registers // kept // 32 * 32
     # A warp issues 32 lanes for each run. A visit fetches a node; a test waits for two fetches.
     costs = {name: static_cost("g80", "kd-texture-stack", name, in_loop=True).arithmetic
@@ -139,7 +139,8 @@ def test_a_method_without_compiled_kernels_keeps_its_bytes(tmp_path: Path) -> No
         deep = cell.work.startswith(gap_work.STACKS)
         _keep(tmp_path, cell, {"levels": 12, "histogram": [1]} if deep else _done(cell, 10, 2))
     rows = {row["method"]: row for row in _page(stacks, tmp_path)}
-    for label, bytes_kept in (("kd-short-stack", 4 * (8 + 4 + 11 + 6)), ("bvh-stack", 4 * 15)):
+    for label, bytes_kept in (("kd-short-stack", 4 * (8 + 3 + 4 + 11 + 6)),
+                              ("bvh-stack", 4 * (15 + 3))):
         row = rows[label]
         assert int(row["bytes a ray in registers"]) == bytes_kept
         assert int(row["rays in flight"]) > 0

@@ -20,8 +20,7 @@ from faked_cells import write_cell
 
 from gpgpu_rt.bench.workloads import EYE, SHADOW, mirror
 from gpgpu_rt.figures import command
-from gpgpu_rt.figures.experiments import era_counts
-from gpgpu_rt.figures.framework import pages, verdicts
+from gpgpu_rt.figures.framework import era_counts, pages, predicted_times, verdicts
 from gpgpu_rt.figures.framework.catalogue import FIGURES, figure_of, of_survey
 from gpgpu_rt.figures.framework.cell import Cell
 from gpgpu_rt.figures.survey import fig14_mirrors as fig14
@@ -199,7 +198,10 @@ def drawn(request, tmp_path_factory) -> Iterator[tuple[tuple[str, ...], Path, Pa
     for each in (data, out):
         each.mkdir()
     for name in JUDGED:
-        for cell in figure_of(name).cells(False):
+        figure = figure_of(name)
+        counted = [cell for _, _, some in predicted_times.pairs(figure, False)
+                   for cell in some.values()] if name in PREDICTED else []
+        for cell in [*figure.cells(False), *counted]:
             if cell.work in (EYE, SHADOW, "picture", "tree", "updates") or (
                     cell.work.startswith("mirror")):
                 _write(cell, name, data, request.param)

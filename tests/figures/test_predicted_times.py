@@ -6,9 +6,10 @@ from pathlib import Path
 import pytest
 from faked_cells import write_cell
 
-from gpgpu_rt.figures.experiments.era_counts import PASSES
 from gpgpu_rt.figures.framework import pages, predicted_times, provenance, verdicts
-from gpgpu_rt.figures.framework.comparison import Panel
+from gpgpu_rt.figures.framework.cell import Cell
+from gpgpu_rt.figures.framework.comparison import Comparison, Panel
+from gpgpu_rt.figures.framework.era_counts import PASSES
 from gpgpu_rt.figures.framework.published_numbers import nanoseconds
 from gpgpu_rt.figures.survey import fig12_eye_rays as fig12
 from gpgpu_rt.figures.survey import fig13_horn_improvements as fig13
@@ -17,6 +18,11 @@ from gpgpu_rt.figures.survey import fig20_whole_images as fig20
 COUNTERS = {"nodes_visited": 1.0, "triangles_tested": 1.0, "steps": 2.0}
 SCENES = ("robots", "kitchen")
 STAND_IN = {"triangles": 10_000, "stand_in": "a mesh"}
+
+
+def _cells(figure: Comparison) -> list[Cell]:
+    """Returns the counted cells, whether or not the scenes' meshes are there."""
+    return [cell for _, _, some in predicted_times.pairs(figure, False) for cell in some.values()]
 
 
 def _write(data: Path, reverse: bool = False, **scene: object) -> None:
@@ -36,7 +42,7 @@ def _write(data: Path, reverse: bool = False, **scene: object) -> None:
             runs = round(1000 * predicted)
             issued = {"kernels": ["intersect"], "runs": [runs], "lanes": [runs], "iterations": 0,
                       "passes": [0], "queries": 0}
-            for cell in predicted_times.cells(figure, False):
+            for cell in _cells(figure):
                 if (cell.scene, cell.method) == (name, column.method):
                     write_cell(cell, data, counts={"pixels": 100, "rays": 100,
                                                    "issued": {PASSES: issued}}, **scene)
@@ -75,12 +81,12 @@ def test_without_predictions_the_verdict_says_which_methods_lack_them(tmp_path: 
             write_cell(figure.cell(panel, column, False), tmp_path, ns_per_ray=1.0, median_ms=1.0)
     said = figure.judge(tmp_path, False)
     assert said.word == verdicts.TOO_LITTLE and said.renderer is not None
-    assert "they have no era form: packets, + push-down, + short stack." in said.why
+    assert "has no packets on this card: packets, + push-down, + short stack." in said.why
     assert "empty leaves skipped" not in said.why     # the paper has no such row
 
 
 def test_a_picture_is_its_eye_rays_and_its_shadow_rays(tmp_path: Path) -> None:
-    cells = [cell for cell in predicted_times.cells(fig20.FIGURE, False)
+    cells = [cell for cell in _cells(fig20.FIGURE)
              if (cell.scene, cell.method) == ("cornell", "grid")]
     assert len(cells) == 2
     issued = {"kernels": ["intersect"], "runs": [7000], "lanes": [7000], "iterations": 0,
@@ -97,3 +103,10 @@ def test_a_picture_is_its_eye_rays_and_its_shadow_rays(tmp_path: Path) -> None:
              for any_hit, counts in zip((False, True), row.counts.values())]
     assert row.nanoseconds() == pytest.approx(1e7 * sum(one.seconds for one in parts))
     assert parts[0].seconds != parts[1].seconds     # the any-hit kernel has other instructions
+
+
+def test_nothing_is_counted_on_stand_ins(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(predicted_times, "mesh_path", lambda scene: None)
+    assert {cell.scene for cell in predicted_times.cells(fig12.FIGURE, False)} == {"cornell"}
+    monkeypatch.setattr(predicted_times, "mesh_path", lambda scene: Path(scene))
+    assert len(predicted_times.cells(fig12.FIGURE, False)) == 16

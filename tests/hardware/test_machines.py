@@ -8,7 +8,7 @@ import pytest
 from gpgpu_rt.hardware.cards import find_card
 from gpgpu_rt.hardware.loop_costs import LoopCost, loop_costs
 from gpgpu_rt.hardware.machines import (
-    issued, machines, on_card, on_cell, on_prototype, runs, with_shading
+    instructions_a_ray, machines, on_card, on_cell, on_prototype, runs, with_shading
 )
 from gpgpu_rt.hardware.static_costs import static_cost
 
@@ -116,9 +116,9 @@ def test_a_loop_fetches_tables_alone() -> None:
 
 
 def test_issued_instructions_include_idle_lanes() -> None:
-    assert issued(WORK, COSTS, 32) == (1280 * 60 + 384 * 100 + 320 * 5) / 32
-    assert issued(WORK, COSTS, 4, "steps") == 160 * 100 / 32
-    assert issued(WORK, COSTS, 1, "both") == 0
+    assert instructions_a_ray(WORK, COSTS, 32) == (1280 * 60 + 384 * 100 + 320 * 5) / 32
+    assert instructions_a_ray(WORK, COSTS, 4, "steps") == 160 * 100 / 32
+    assert instructions_a_ray(WORK, COSTS, 1, "both") == 0
 
 
 def test_every_figure_of_a_machine_has_its_source() -> None:

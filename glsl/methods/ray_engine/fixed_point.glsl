@@ -2,10 +2,11 @@
 // [-8, 8) on the Radeon 8500, 9 bits in [-1, 1] on the GeForce4. Every result is rounded to a multiple of
 // `fixed_step` and kept within the range, so t is coarse, and a ray near an edge may miss both triangles.
 //
-// Departure: this test is a reconstruction, because the paper's program is not known to this project. The
-// host scales the scene into the range. It attaches to each triangle its unit normal and the unit normals of
-// its edges: in these formats a determinant of small edges would be zero. A quotient stands for a lookup
-// texture. u and v are not rounded, because the cards' programs did not interpolate with them.
+// Departure: this test is a reconstruction, because the paper's program is not known to this project. We
+// assume that the host scales the scene into the range, and that it attaches to each quad the triangle's unit
+// normal and the unit normals of its edges: in these numbers a determinant of small edges would be zero. This
+// file computes in float32 what such a host would attach. A quotient stands for a lookup texture. u and v are
+// not rounded, because no result depends on them.
 
 #include "core/triangle.glsl"
 
@@ -28,42 +29,45 @@ float F_dot(vec3 a, vec3 b) {
     return F(F(p.x + p.y) + p.z);
 }
 
-// A point of the world in the card's units.
-vec3 placed(vec3 p) {
-    return F((p - fixed_centre) * fixed_scale);
+// A point of the world in the card's units, as the host computes it before it rounds it.
+vec3 scaled(vec3 p) {
+    PRECISE vec3 q = (p - fixed_centre) * fixed_scale;
+    return q;
 }
 
-// The distance of a point from the edge that begins at `from`, towards the inside of the triangle.
-float inside_edge(vec3 point, vec3 from, vec3 to, vec3 normal) {
-    vec3 across = F(normalize(cross(normal, to - from)));
-    return F_dot(across, F(point - from));
+// The unit normal of the edge between two corners, towards the inside of the triangle. The host attaches it.
+vec3 edge_normal(vec3 from, vec3 to, vec3 normal) {
+    PRECISE vec3 across = normalize(cross(normal, to - from));
+    return F(across);
 }
 
 void test_pair(Ray ray, int i, inout Hit hit) {
-    vec3 v0 = placed(triangle_v0(i));
-    vec3 v1 = placed(triangle_v1(i));
-    vec3 v2 = placed(triangle_v2(i));
-    vec3 area = cross(v1 - v0, v2 - v0);
+    vec3 v0 = scaled(triangle_v0(i));
+    vec3 v1 = scaled(triangle_v1(i));
+    vec3 v2 = scaled(triangle_v2(i));
+    PRECISE vec3 area = cross(v1 - v0, v2 - v0);
     if (dot(area, area) == 0.0) {
-        return;    // in these numbers the triangle is a line
+        return;
     }
-    vec3 normal = F(normalize(area));
-    float speed = length(ray.direction);
-    vec3 origin = placed(ray.origin);
-    vec3 direction = F(ray.direction / speed);
-    float facing = F_dot(normal, direction);
+    PRECISE vec3 normal = normalize(area);
+    PRECISE float speed = length(ray.direction);
+    PRECISE vec3 towards = ray.direction / speed;
+    vec3 origin = F(scaled(ray.origin));
+    vec3 direction = F(towards);
+    float facing = F_dot(F(normal), direction);
     if (facing == 0.0) {
         return;
     }
-    PRECISE float t = F(F_dot(normal, F(v0 - origin)) / facing);
-    vec3 point = F(origin + F(t * direction));
-    vec3 w = vec3(inside_edge(point, v1, v2, normal), inside_edge(point, v2, v0, normal),
-                  inside_edge(point, v0, v1, normal));
+    PRECISE float t = F(F_dot(F(normal), F(F(v0) - origin)) / facing);
+    PRECISE vec3 way = t * direction;
+    vec3 point = F(origin + F(way));
+    vec3 w = vec3(F_dot(edge_normal(v1, v2, normal), F(point - F(v1))),
+                  F_dot(edge_normal(v2, v0, normal), F(point - F(v2))),
+                  F_dot(edge_normal(v0, v1, normal), F(point - F(v0))));
     if (min(min(w.x, w.y), w.z) >= 0.0) {
-        vec3 p = cross(v2 - v0, point - v0);
-        vec3 q = cross(point - v0, v1 - v0);
-        float u = clamp(-dot(p, area) / dot(area, area), 0.0, 1.0);
-        float v = clamp(-dot(q, area) / dot(area, area), 0.0, 1.0 - u);
-        accept(ray, t / (speed * fixed_scale), u, v, triangle_index(i), hit);
+        float u = clamp(dot(cross(point - v0, v2 - v0), area) / dot(area, area), 0.0, 1.0);
+        float v = clamp(dot(cross(v1 - v0, point - v0), area) / dot(area, area), 0.0, 1.0 - u);
+        PRECISE float t_world = t / (speed * fixed_scale);
+        accept(ray, t_world, u, v, triangle_index(i), hit);
     }
 }

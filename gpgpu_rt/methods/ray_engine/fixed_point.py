@@ -14,7 +14,8 @@ class FixedPoint:
     Attributes
     ----------
     half : half of the largest side of the scene's box, in these numbers. The rest of the range is
-        for origins outside of the box, and for t, which is a distance
+        for origins outside of the box, and for t, which is a distance. An eighth of the range
+        suits most views of a scene
     """
 
     step: float
@@ -26,7 +27,7 @@ class FixedPoint:
 # The ranges are those of hardware/cards.json. The R200 has three bits before the point and twelve
 # behind it. The register combiners of the NV25 have a sign and eight bits.
 FIXED_POINT = {"r200": FixedPoint(2.0 ** -12, -8.0, 8 - 2.0 ** -12, 1.0),
-               "nv25": FixedPoint(1 / 255, -1.0, 1.0, 0.25)}
+               "nv25": FixedPoint(1 / 255, -1.0, 1.0, 0.125)}
 
 
 def fixed_uniforms(name: str | None, triangles: np.ndarray) -> dict[str, Any]:

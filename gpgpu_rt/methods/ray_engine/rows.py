@@ -65,7 +65,8 @@ ROWS = (Method(
                relaxed=("depth",)),
         Option("fixed_point", None, "test pairs in the fixed point of a card: r200 (16 bits in "
                "[-8, 8)) or nv25 (9 bits in [-1, 1]); default: floats",
-               choices=tuple(FIXED_POINT), optional=True, relaxed=tuple(FIXED_POINT)),
+               choices=tuple(FIXED_POINT), optional=True, relaxed=tuple(FIXED_POINT),
+               excludes=("intersection", "arithmetic", "precision")),
         Option("batch", 16_384, "largest number of rays in a batch", int, minimum=1),
         Option("queue", 64, "a cell's queue is intersected once it has this many rays, or once no "
                "queue has as many", int, minimum=1),

@@ -39,7 +39,7 @@ SAME_WALK = {"kd-stack": "kd-texture-stack"}
 SINGLE_RAYS = {"kd-packet": "kd-push-down", "kd-ropes-packet": "kd-ropes",
                "bvh-packet": "bvh-threaded"}
 WARPS = "G80"    # the chip whose warps run packets
-WARP_PACKET = (4, 4)
+WARP_PACKET = (4, 4)    # the largest packet here; two of them make a warp
 # Kernel -> the counter of packets that says how often each lane runs the kernel, and the runs for
 # each count. bvh-packet tests the boxes of two children at a node. A packet's tests are the sum
 # over its rays.
@@ -139,10 +139,11 @@ def _scaled(issued: KernelIssues, image: KernelTrace, pixels: int,
 
     ``host`` has the passes and queries of the whole image.
     """
-    factor = pixels / image.steps[0].size
+    factor = pixels / math.prod(image.steps.shape[1:])
     runs = [factor * image.totals()[name] for name in issued.kernels]
     grown = [new / max(old, 1) for new, old in zip(runs, issued.runs)]
-    lanes = [count * more for count, more in zip(issued.lanes, grown)]
+    # A kernel that no ray of the tiles runs has no known lanes: assume that none waits.
+    lanes = [max(count * more, new) for count, more, new in zip(issued.lanes, grown, runs)]
     overall = sum(runs) / max(sum(issued.runs), 1)
     return KernelIssues(issued.kernels, tuple(map(round, runs)), tuple(map(round, lanes)),
                         round(issued.iterations * overall), host.passes if host else (),
