@@ -28,16 +28,20 @@ FORMATS: dict[str, tuple[str, tuple[tuple[str, Any], ...]]] = {
     "kd-restart, fp24": ("kd-restart", (("era", "r420"),)),
     "bvh-threaded, fp24": ("bvh-threaded", (("era", "r420"),)),
     "bvh-threaded, fp32": ("bvh-threaded", (("era", "nv40"),))}
-HEADS = ("scene", "method and format", "rays", "no hit", "another triangle", "median error of t")
+HEADS = ("scene", "method and format", "rays that hit", "no hit", "another triangle", "false hit",
+         "median error of t")
 ABOUT = """# Number formats of the papers' cards: what fixed point and fp24 lose
 
 R200 and NV25 computed in fixed point, R300 and R420 in fp24, NV40 and R580 in fp32. Each row
-compares the eye rays of an image with the exact methods of this program. A ray has *no hit* if the
-exact ray has one. It has *another triangle* if it hits a triangle that the exact ray does not hit.
-Where two surfaces meet, this may be a tie that other rounding decides. The error of t is relative,
-over rays with the same triangle.
+compares the eye rays of an image with the exact methods of this program. Of the rays that
+hit in exact arithmetic, some have *no hit*, and some hit *another triangle*. Where two surfaces
+meet, this may be a tie that other rounding decides. A *false hit* is the hit of a ray that should
+miss. Shares are of the rays that hit. The error of t is relative, over rays with the same
+triangle.
 
-The fixed point of the Ray Engine is a reconstruction (`glsl/methods/ray_engine/fixed_point.glsl`).
+A card could not run every row: R300 and R420 address at most 131,072 texels in a list, and
+NV25's numbers have some 64 steps across a scene. The fixed point of the Ray Engine is a
+reconstruction (`glsl/methods/ray_engine/fixed_point.glsl`).
 The era form has the triangle test of the papers and no slack around boxes. `docs/era.md` says
 which hits its kd-trees lose.
 """
@@ -54,8 +58,8 @@ def cells(full: bool) -> list[Cell]:
 
 def rows(data: Path, full: bool) -> list[tuple[Any, ...]]:
     """The rows of the table whose columns are HEADS."""
-    return [(scene, label, _cell(scene, label, full).size ** 2,
-             *(result["numbers"][key] for key in ("lost", "other", "t_error")))
+    return [(scene, label, *(result["numbers"][key]
+                             for key in ("hit", "lost", "other", "false", "t_error")))
             for scene in SCENES for label in FORMATS
             if (result := read(_cell(scene, label, full), data))]
 
@@ -69,8 +73,8 @@ def draw(data: Path, out: Path, full: bool) -> None:
     results = [result for _, result in finished(cells(full), data)]
     stand_ins = sorted({one["scene"]["name"] for one in results if one["scene"]["stand_in"]})
     write_text(out / "era_numbers.md", ABOUT + "\n" + markdown_table(HEADS, [
-        (scene, label, f"{rays:,}", *(f"{100 * share:.3g} %" for share in (lost, other)),
-         number(error)) for scene, label, rays, lost, other, error in found])
+        (scene, label, f"{hit:,}", *(f"{100 * count / max(hit, 1):.3g} %" for count in wrong),
+         number(error)) for scene, label, hit, *wrong, error in found])
         + (f"\nThese scenes are procedural stand-ins: {', '.join(stand_ins)}.\n"
            if stand_ins else ""))
     scenes = list(dict.fromkeys(row[0] for row in found))
@@ -85,7 +89,7 @@ def draw(data: Path, out: Path, full: bool) -> None:
                 axis.imshow(_picture(scene, result["numbers"], _cell(scene, label, full).size))
                 axis.set_title(f"{scene}: {label}", fontsize=7)
     figure.suptitle("Eye rays in the number formats of the papers' cards. Red: no hit; blue: "
-                    "another triangle", fontsize=10)
+                    "a wrong hit", fontsize=10)
     save_chart(figure, out / "era_numbers.png", f"{results[0]['gpu']['renderer']}, commit "
                f"{results[0]['commit']}.")
 
@@ -101,6 +105,6 @@ def _picture(scene: str, result: dict[str, Any], size: int) -> np.ndarray:
     facing = np.abs((normals * towards).sum(axis=-1))
     grey = np.where(hits.image("hit"), 0.35 + 0.5 * facing, 0.95)
     picture = np.repeat(grey[..., None], 3, axis=2)
-    lost, other = wrong_pixels(result, size)
-    picture[lost], picture[other] = (0.85, 0.1, 0.1), (0.1, 0.3, 0.9)
+    lost, wrong = wrong_pixels(result, size)
+    picture[lost], picture[wrong] = (0.85, 0.1, 0.1), (0.1, 0.3, 0.9)
     return picture

@@ -16,9 +16,11 @@ EXACT = "bvh-packet"    # any method: the hits of all methods in fp32 are the sa
 
 
 def measure(scene: rt.Scene, method: str, options: dict[str, Any], size: int) -> dict[str, Any]:
-    """Return the shares of wrong eye rays, and a map of them.
+    """Return the numbers of eye rays that are wrong, and a map of them.
 
-    ``map`` has two bits a pixel in base64, row by row: no hit, and another triangle.
+    ``hit`` is the number of rays that should hit. Of these, ``lost`` have no hit, and ``other``
+    hit another triangle. ``false`` rays hit although they should miss. ``map`` has two bits a
+    pixel in base64, row by row: no hit, and a wrong hit.
     """
     rays = scene.camera.rays((size, size))
     with rt.Tracer(scene, EXACT) as tracer:
@@ -26,16 +28,17 @@ def measure(scene: rt.Scene, method: str, options: dict[str, Any], size: int) ->
     with rt.Tracer(scene, method, **options) as tracer:
         found = tracer.trace(*rays)
     lost = exact.hit & ~found.hit
-    other = found.hit & (found.triangle != exact.triangle)
-    same = found.hit & ~other
+    wrong = found.hit & (found.triangle != exact.triangle)
+    same = found.hit & ~wrong
     error = np.abs(found.t[same] / exact.t[same] - 1)
-    return {"lost": float(lost.mean()), "other": float(other.mean()),
+    return {"hit": int(exact.hit.sum()), "lost": int(lost.sum()),
+            "other": int((wrong & exact.hit).sum()), "false": int((wrong & ~exact.hit).sum()),
             "t_error": float(np.median(error)) if same.any() else None,
-            "map": base64.b64encode(np.packbits(np.stack([lost, other]))).decode()}
+            "map": base64.b64encode(np.packbits(np.stack([lost, wrong]))).decode()}
 
 
 def wrong_pixels(result: dict[str, Any], size: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return the pixels without a hit and those with another triangle, (size, size) bool each."""
+    """Return the pixels without a hit and those with a wrong hit, (size, size) bool each."""
     bits = np.unpackbits(np.frombuffer(base64.b64decode(result["map"]), np.uint8))
-    lost, other = bits[:2 * size * size].reshape(2, size, size).astype(bool)
-    return lost, other
+    lost, wrong = bits[:2 * size * size].reshape(2, size, size).astype(bool)
+    return lost, wrong

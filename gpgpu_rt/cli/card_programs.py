@@ -13,7 +13,8 @@ from ..hardware.static_costs import StaticCost, compiled_costs, era_programs, st
 from ..tracer import Tracer
 
 # Attribute of a cost, its label, and the figure of the card that limits it.
-_ROWS = (("arithmetic", "arithmetic instructions", "arithmetic_slots"),
+_ROWS = (("arithmetic", "arithmetic instructions", ""),
+         ("slots", "instruction slots", "arithmetic_slots"),
          ("vector", "  vector operations", ""), ("scalar", "  scalar operations", ""),
          ("fetches", "texture fetches", "texture_slots"),
          ("levels", "levels of indirection", "dependent_reads"),
@@ -98,7 +99,8 @@ def card_time_lines(found: Mapping[str, Any], tracer: Tracer) -> list[str]:
             f"the {found['card']} would have taken about {found['seconds'] * 1e3:,.0f} ms for the "
             "traversal's passes, without shading ("
             + ", ".join(f"{name} {part / found['seconds']:.0%}" for name, part in shares)
-            + "); docs/hardware.md says how well such predictions fit")
+            + "); `python -m gpgpu_rt.figures --only era_machine` says how well such predictions "
+            "fit")
     elif found:
         lines.append(f"no prediction: {found['no_prediction']}")
     if found and "interval" in tracer.options and tracer.options["arithmetic"] == "fp24":

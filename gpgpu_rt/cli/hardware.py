@@ -16,8 +16,8 @@ NOTE = ("The rows `era` judge the kernels as the papers had them, by the cards' 
         "(docs/era.md). The other rows judge today's programs by their targets, tables, loops and "
         "queries; no card's compiler counts their instructions. Programs store an index in one "
         "channel; two coordinates would address more texels. The ray engine of 2002 ran in fixed "
-        "point; ours needs float textures. The number of loop iterations is not compared with a "
-        "card's limit, because it depends on the rays.")
+        "point; ours emulates it in float textures (`--fixed-point`). The number of loop "
+        "iterations is not compared with a card's limit, because it depends on the rays.")
 
 
 def add_command(command: Command) -> None:
@@ -54,7 +54,7 @@ def _hardware(chosen: argparse.Namespace) -> None:
             (card.name, name, _value(card, name), one["source"] + ("" if one["read"] else " *"))
             for card in found for name, one in card.figures.items()])
     if refused:
-        _print_methods(found, refused)
+        _print_methods(found, refused, chosen.scene or SCENE)
         return
     names = list(found[0].figures)
     print_table(("figure", *(f"{card.chip}, {card.year}" for card in found)),
@@ -66,7 +66,8 @@ def _hardware(chosen: argparse.Namespace) -> None:
 
 
 def _print_methods(found: Sequence[Card],
-                   refused: Mapping[str, Mapping[tuple[str, str], list[Refusal]]]) -> None:
+                   refused: Mapping[str, Mapping[tuple[str, str], list[Refusal]]],
+                   scene: str) -> None:
     """Print a row per method and schedule: the first limit of the card that the programs exceed.
     If they exceed none, the word is "yes" for an era form, and "-" for today's programs, whose
     instructions are not compared."""
@@ -76,8 +77,8 @@ def _print_methods(found: Sequence[Card],
     pairs = list(refused[found[0].name])
     print_table(("method", "schedule", *(card.chip for card in found)),
                 [(*pair, *(word(card, pair) for card in found)) for pair in pairs])
-    print("\nyes: the card could run it. -: no limit but that of instructions, which are not "
-          "compared,\nis exceeded. Other words name the first exceeded limit:")
+    print("\nyes: the card could run it. -: not decided, because the instructions of today's "
+          "programs are\nnot compared. Other words name the first exceeded limit:")
     for limit in dict.fromkeys(r[0].limit for of in refused.values() for r in of.values() if r):
         # Print one example for each limit; --json prints all of them.
         card, pair = next((card, pair) for pair in pairs for card in found
@@ -85,7 +86,7 @@ def _print_methods(found: Sequence[Card],
         _print_filled(f"{limit}: for example {' '.join(pair)} on the {card.chip}: "
                       f"{refused[card.name][pair][0].says}")
     print()
-    _print_filled(NOTE)
+    _print_filled(f"{NOTE} Tables are those of {scene}; --scene names another scene.")
 
 
 def _print_filled(text: str) -> None:

@@ -110,10 +110,8 @@ def era_refusals(card: Card, texels: Mapping[str, int]) -> dict[tuple[str, str],
     found = {}
     for name, largest in texels.items():
         costs = [static_cost(compiler, name, one.kernel) for one in era_programs(name)]
-        # The slots of a card that issues vector and scalar operations in pairs count both kinds.
-        needs = [Needs((2 if one.vector else 1) * one.arithmetic, one.fetches, one.levels,
-                       False, one.targets, _side(largest), largest, True, True)
-                 for one in costs]
+        needs = [Needs(one.slots, one.fetches, one.levels, False, one.targets, _side(largest),
+                       largest, True, True) for one in costs]
         found[name, ERA] = list(dict.fromkeys(
             reason for one in needs for reason in card.refuses(one)))
     return found

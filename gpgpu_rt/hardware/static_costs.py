@@ -83,6 +83,12 @@ class StaticCost:
     digest: str = ""
     refused: str = ""
 
+    @property
+    def slots(self) -> int:
+        """Instruction slots. An instruction of R300 to R580 is a pair of a vector and a scalar
+        operation, and takes a slot for each."""
+        return 2 * self.arithmetic if self.vector else self.arithmetic
+
     def to_dict(self) -> dict[str, Any]:
         """Return the cost as plain data."""
         return dict(self.__dict__)

@@ -69,8 +69,8 @@ def test_bytes_moved_are_those_of_the_log(tmp_path: Path) -> None:
 
 
 def test_a_ray_s_bytes_are_those_of_its_records() -> None:
-    # A ray has eight numbers, its direction's inverse three and its hit four. A kd-tree's state has
-    # interval, node, cursor, phase and steps. A BVH's state has node, cursor and stack height.
+    # A ray has eight numbers, its direction's inverse three and its hit four. A kd-tree's state
+    # has interval, node, cursor, phase and steps. A BVH's state has node, cursor and stack height.
     assert (stacks.NODE, stacks.KD_ENTRY) == (4, 8)
     assert stacks.state_bytes("bvh-stack") == 4 * (8 + 3 + 4 + 3)
     plain = stacks.state_bytes("kd-restart")

@@ -61,6 +61,8 @@ def test_the_card_decides_and_the_renderer_stands_beside(reverse: bool, tmp_path
     assert page.count(f'times of the present renderer is "{said.renderer.word}"') == 1
     assert ("tau-b predicted -1, tau-b here 1" if reverse
             else "tau-b predicted 1, tau-b here -1") in page
+    assert ("Where the predicted order differs" in page) == reverse
+    assert ("Where the order differs here" in page) != reverse
     held = provenance.held("fig12", tmp_path)
     assert held is not None and verdicts.Verdict.from_json(held["verdict"]) == said
     for row in held["rows"]:
