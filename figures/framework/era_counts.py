@@ -39,7 +39,7 @@ SAME_WALK = {"kd-stack": "kd-texture-stack"}
 SINGLE_RAYS = {"kd-packet": "kd-push-down", "kd-ropes-packet": "kd-ropes",
                "bvh-packet": "bvh-threaded"}
 WARPS = "G80"    # the chip whose warps run packets
-WARP_PACKET = (4, 4)    # the largest packet here; two of them make a warp
+WARP_PACKET = (4, 4)    # Two packets make a warp. A larger packet does not exist here.
 # Kernel -> the counter of packets that says how often each lane runs the kernel, and the runs for
 # each count. bvh-packet tests the boxes of two children at a node. A packet's tests are the sum
 # over its rays.
