@@ -25,7 +25,7 @@ from .coherence import observe_order
 
 # The kinds are the beginnings of a cell's ``work``; a workload follows. MOVED measures the bytes
 # that the passes of the workload move, DONE the work at each width, STACKS the stacks of its rays.
-MOVED, DONE, STACKS = "moved by ", "done by ", "stacks of "
+MOVED, DONE, STACKS = "moved by ", "run by ", "stacks of "
 KINDS = (MOVED, DONE, STACKS)
 # The (h, w) of the pixels that branch together, by their number: rectangles nearest to a square.
 GROUPS = {1: (1, 1), 2: (1, 2), 4: (2, 2), 8: (2, 4), 16: (4, 4), 32: (4, 8), 48: (6, 8),
