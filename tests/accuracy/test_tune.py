@@ -111,8 +111,9 @@ def test_knobs_come_from_the_option_tables(method: str) -> None:
     assert ("steps_per_pass" in speed) == ("step" in find_method(method).schedules)
     assert not {"statistics", "context"} & (speed | accuracy)
     for name, option in table.items():
-        if option.choices is not None and name not in ("era", "arithmetic", "build_device",
-                                                       "rasterised_bounds"):
+        # `era` and `fixed_point` compute as a card did, which nobody tunes.
+        if option.choices is not None and name not in ("era", "fixed_point", "arithmetic",
+                                                       "build_device", "rasterised_bounds"):
             assert name in speed | accuracy, name
     start = Candidate(method)
     for changes in speed_knobs(method) + accuracy_knobs(method):
