@@ -33,17 +33,16 @@ HEADS = ("scene", "method and format", "rays that hit", "no hit", "another trian
 ABOUT = """# Number formats of the papers' cards: what fixed point and fp24 lose
 
 R200 and NV25 computed in fixed point, R300 and R420 in fp24, NV40 and R580 in fp32. Each row
-compares the eye rays of an image with the exact methods of this program. Of the rays that
-hit in exact arithmetic, some have *no hit*, and some hit *another triangle*. Where two surfaces
-meet, this may be a tie that other rounding decides. A *false hit* is the hit of a ray that should
-miss. Shares are of the rays that hit. The error of t is relative, over rays with the same
-triangle.
+compares the eye rays of an image with this program's methods in fp32, which all agree with the
+watertight test. Of the rays that hit there, some have *no hit*, and some hit *another triangle*.
+Where two surfaces meet, this may be a tie that other rounding decides. A *false hit* is the hit of
+a ray that misses there. Shares are of the rays that hit. The error of t is relative, over rays
+with the same triangle.
 
-A card could not run every row: R300 and R420 address at most 131,072 texels in a list, and
-NV25's numbers have some 64 steps across a scene. The fixed point of the Ray Engine is a
-reconstruction (`glsl/methods/ray_engine/fixed_point.glsl`).
-The era form has the triangle test of the papers and no slack around boxes. `docs/era.md` says
-which hits its kd-trees lose.
+R300 and R420 could not run every row, because they address at most 131,072 texels in a list.
+NV25's numbers have some 64 steps across a scene. The fixed point of the Ray Engine is a reconstruction
+(`glsl/methods/ray_engine/fixed_point.glsl`). The era form has the triangle test of the papers and
+no slack around boxes. `docs/era.md` says which hits its kd-trees lose.
 """
 
 

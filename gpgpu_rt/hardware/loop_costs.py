@@ -1,4 +1,4 @@
-"""Loop costs: what a run of a kernel costs within a loop, by a card's own compiler."""
+"""Loop costs: what a run of a kernel costs within a loop, by Mesa's compiler for a card."""
 from __future__ import annotations
 
 from dataclasses import dataclass

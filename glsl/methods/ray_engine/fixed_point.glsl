@@ -6,7 +6,7 @@
 // assume that the host scales the scene into the range, and that it attaches to each quad the triangle's unit
 // normal and the unit normals of its edges: in these numbers a determinant of small edges would be zero. This
 // file computes in float32 what such a host would attach. A quotient stands for a lookup texture. u and v are
-// not rounded, because no result depends on them.
+// not rounded, because they do not decide which triangle is hit.
 
 #include "core/triangle.glsl"
 
