@@ -40,9 +40,9 @@ a ray that misses there. Shares are of the rays that hit. The error of t is rela
 with the same triangle.
 
 R300 and R420 could not run every row, because they address at most 131,072 texels in a list.
-NV25's numbers have some 64 steps across a scene. The fixed point of the Ray Engine is a reconstruction
-(`glsl/methods/ray_engine/fixed_point.glsl`). The era form has the triangle test of the papers and
-no slack around boxes. `docs/era.md` says which hits its kd-trees lose.
+NV25's numbers have some 64 steps across a scene. The fixed point of the Ray Engine is a
+reconstruction (`glsl/methods/ray_engine/fixed_point.glsl`). The era form has the triangle test of
+the papers and no slack around boxes. `docs/era.md` says which hits its kd-trees lose.
 """
 
 

@@ -36,8 +36,9 @@ WIDTHS = tuple(GROUPS)
 SIDE, SPREAD = 48, 2
 # A limit of the static costs, for the pages that use them.
 COMPILED = ("A kernel was compiled as a program of its own. The moves of the state to the "
-            "program's outputs count, although a loop would keep the state in registers. Times of "
-            "shaders are therefore upper bounds.")
+            "program's outputs count, although a loop would keep the state in registers. This "
+            "makes shaders too slow. The set-up of rays and the loops' branches do not count, "
+            "which makes shaders too fast.")
 # Caches: their bytes, the bytes of a transfer, and the number of rays that fetch together.
 STORES, LINES, TOGETHER = (8192, 16384, 131072), (16, 128), (4, 32)
 MISSES = ("kd-restart", "kd-texture-stack", "bvh-threaded")     # methods whose misses are counted

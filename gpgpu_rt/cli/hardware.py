@@ -14,10 +14,10 @@ SCENE = "cornell"   # the tables depend on the scene; the programs hardly do
 WIDTH = 100         # columns to which text is wrapped: the table of methods has about this width
 NOTE = ("The rows `era` judge the kernels as the papers had them, by Mesa's compilers for the "
         "cards (docs/era.md). The other rows judge today's programs by their targets, tables, "
-        "loops and queries; no card's compiler counts their instructions. Programs store an index in one "
-        "channel; two coordinates would address more texels. The ray engine of 2002 ran in fixed "
-        "point; ours emulates it in float textures (`--fixed-point`). The number of loop "
-        "iterations is not compared with a card's limit, because it depends on the rays.")
+        "loops and queries; no card's compiler counts their instructions. Programs store an "
+        "index in one channel; two coordinates would address more texels. The ray engine of 2002 "
+        "ran in fixed point; ours emulates it in float textures (`--fixed-point`). The number of "
+        "loop iterations is not compared with a card's limit, because it depends on the rays.")
 
 
 def add_command(command: Command) -> None:
