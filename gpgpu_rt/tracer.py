@@ -11,7 +11,7 @@ import numpy as np
 import trimesh
 from PIL import Image
 
-from .errors import Error, memory_limited
+from .errors import Error
 from .gl.context import open_gpu
 from .gl.observation import ObservedPass, Passes, observe
 from .gl.pass_log import PassLog
@@ -28,6 +28,7 @@ from .scene.region import Region
 from .scene.scene import Scene
 from .session.all_hits import AllHits, check_exact
 from .session.build_ahead import move_ahead
+from .session.public_call import public_call
 from .session.session import Session
 from .session.sessions import Sessions
 
@@ -62,7 +63,7 @@ class Tracer:
     pickled, the other process makes a new tracer with the same scene, method and options.
     """
 
-    @memory_limited
+    @public_call
     def __init__(self, scene: Source, method: str | Choices = DEFAULT_METHOD,
                  **options: Any) -> None:
         self.settings: settings.Settings | None = None   # set by "auto" and by from_settings
@@ -154,7 +155,7 @@ class Tracer:
 
     # Tracing --------------------------------------------------------------------------------
 
-    @memory_limited
+    @public_call
     def trace(self, origins: np.ndarray, directions: np.ndarray,
               t_min: float | np.ndarray = 0.0, t_max: float | np.ndarray = np.inf,
               shape: tuple[int, int] | None = None, invalid: str = "raise") -> Hits:
@@ -179,7 +180,7 @@ class Tracer:
         with self.sessions.call(batch) as session:
             return session.trace(batch, False, self.statistics)
 
-    @memory_limited
+    @public_call
     def occluded(self, origins: np.ndarray, directions: np.ndarray,
                  t_max: float | np.ndarray = np.inf, t_min: float | np.ndarray = 0.0,
                  shape: tuple[int, int] | None = None, invalid: str = "raise") -> np.ndarray:
@@ -208,7 +209,7 @@ class Tracer:
                 raise Error(f"{undecided} rays {advice}")
         return hits.hit
 
-    @memory_limited
+    @public_call
     def trace_all(self, origins: np.ndarray, directions: np.ndarray,
                   t_min: float | np.ndarray = 0.0, t_max: float | np.ndarray = np.inf,
                   shape: tuple[int, int] | None = None, invalid: str = "raise",
@@ -244,7 +245,7 @@ class Tracer:
 
     # Pictures -------------------------------------------------------------------------------
 
-    @memory_limited
+    @public_call
     def render(self, camera: Camera | None = None, size: tuple[int, int] = (512, 512),
                integrator: str | None = None,
                progress: Callable[[int, int, float], None] | None = None,
@@ -294,7 +295,7 @@ class Tracer:
         """Return the picture that "path" had summed up when it was interrupted, or None."""
         return self.sessions.pictures.unfinished()
 
-    @memory_limited
+    @public_call
     def eye_hits(self, camera: Camera | None = None, size: tuple[int, int] = (512, 512),
                  first_hits: str = "traced") -> Hits:
         """Find the hits of the eye rays of ``render``, row by row from the top.
@@ -308,7 +309,7 @@ class Tracer:
         with self.sessions.call(COHERENT) as session:
             return self.sessions.pictures.eye_hits(session, camera, size, first_hits)
 
-    @memory_limited
+    @public_call
     def plan(self, size: tuple[int, int] = (512, 512), integrator: str | None = None,
              **options: Any) -> Plan:
         """Return the passes and textures of `render` with the same arguments, without drawing,
@@ -323,7 +324,7 @@ class Tracer:
 
     # Moving ---------------------------------------------------------------------------------
 
-    @memory_limited
+    @public_call
     def update(self, vertices: np.ndarray) -> None:
         """Move the scene's triangles.
 
@@ -364,8 +365,6 @@ class Tracer:
         """
         return self.sessions.counting()
 
-    # Lifetime -------------------------------------------------------------------------------
-
     def observe(self, look: Callable[[ObservedPass], object] | None = None,
                 fragments: bool = False) -> AbstractContextManager[Passes]:
         """Return a context that observes each pass: ``with tracer.observe() as passes``.
@@ -382,6 +381,8 @@ class Tracer:
         """
         return observe(self.gpu, look, fragments)
 
+    # Lifetime -------------------------------------------------------------------------------
+
     def release(self) -> None:
         """Free textures and programs; the tracer cannot be used afterwards."""
         self.sessions.release()
@@ -389,12 +390,11 @@ class Tracer:
     def __enter__(self) -> Tracer:
         return self
 
-    def __reduce__(self) -> tuple[Any, ...]:
-        context = self.options["context"]
-        here = {"context": context if isinstance(context, str) else None}
-        choices = Choices(*(replace(self.choices.of(rays), options={**options, **here})
-                            for rays, (_, options) in self.sessions.rows.items()))
-        return Tracer, (self.scene, choices)
-
     def __exit__(self, *exception: object) -> None:
         self.release()
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        context = self.options["context"] if isinstance(self.options["context"], str) else None
+        choices = Choices(*(replace(self.choices.of(rays), options={**options, "context": context})
+                            for rays, (_, options) in self.sessions.rows.items()))
+        return Tracer, (self.scene, choices)

@@ -19,6 +19,7 @@ from gpgpu_rt.methods import find_method
 from gpgpu_rt.methods.bvh.gpu_build.build import GPU_BUILDS
 from gpgpu_rt.methods.bvh.tree import Bvh
 from gpgpu_rt.methods.kdtree.gpu_build.build import GPU_KD_BUILDS
+from gpgpu_rt.numerics.denormals import flushed
 from gpgpu_rt.options import clashing
 from gpgpu_rt.rays import ray_sets
 from gpgpu_rt.scene import catalogue
@@ -72,6 +73,11 @@ def schedules_of(row: rt.Method, names: Iterable[str] = SCHEDULES,
 # The full tests in these folders only build with numpy, or count operations. Their results are the
 # same on every OpenGL backend, so they run on one backend.
 ON_ANY_BACKEND = ("accel", "figures", "reference")
+
+
+def pytest_runtest_teardown(item: pytest.Item) -> None:
+    """Name the test that leaves the processor flushing denormals: later tests would lose hits."""
+    assert not flushed(), f"after {item.nodeid} the processor flushes denormal numbers to 0"
 
 
 @pytest.hookimpl(tryfirst=True)

@@ -20,6 +20,7 @@ import numpy as np
 
 from ..errors import memory_limited
 from ..hits import INVALID, TRACED, Hits
+from ..numerics.denormals import keeps_denormals
 from ..numerics.error_bounds import FLOAT64, bound_pairs
 from .exact import trace_exact
 from .tree import ReferenceTree
@@ -27,6 +28,7 @@ from .tree import ReferenceTree
 _PAIRS = 1 << 19
 
 
+@keeps_denormals
 @memory_limited
 def trace(scene_or_triangles: Any, origins: np.ndarray, directions: np.ndarray,
           t_min: float | np.ndarray = 0.0, t_max: float | np.ndarray = np.inf, *,

@@ -1,0 +1,17 @@
+"""public_call: what every public function of a tracer that takes or returns arrays does."""
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import ParamSpec, TypeVar
+
+from ..errors import memory_limited
+from ..numerics.denormals import keeps_denormals
+
+Given = ParamSpec("Given")
+Made = TypeVar("Made")
+
+
+def public_call(function: Callable[Given, Made]) -> Callable[Given, Made]:
+    """Decorate a public function: a lack of memory raises LimitError, and the host's arithmetic
+    keeps denormal numbers."""
+    return keeps_denormals(memory_limited(function))
