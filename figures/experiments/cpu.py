@@ -121,7 +121,8 @@ def findings(found: list[dict[str, Any]]) -> list[str]:
                 f"per second as {cpu['traced_by']}")
         if best["rays_per_gflop"] and cpu["rays_per_gflop"]:
             apart = cpu["rays_per_gflop"] / best["rays_per_gflop"]
-            line += (f"; a GFLOP yields {number(apart)} times as many rays with embreex "
+            line += (f"; a GFLOP yields {number(apart)} times as many rays with "
+                     f"{cpu['traced_by']} "
                      f"({number(1 / ratio)} times as many in the survey)")
         lines.append(line + ".")
     return lines
@@ -147,7 +148,7 @@ def draw(data: Path, out: Path, full: bool) -> None:
              "" if known is None else f"Renderer: {known['gpu']['renderer']}; processor: "
              f"{peak['model']}; measured {known['date']}. {side}x{side} eye rays.\n",
              markdown_table(("scene", "triangles", "traced by", "Mrays/s",
-                             "rate / rate of embreex on one thread", "peak GFLOP/s",
+                             f"rate / rate of {EMBREE}", "peak GFLOP/s",
                              "Mrays/s per GFLOP/s of peak"), table),
              *(f"* {line}" for line in findings(found)), "", "Notes:\n",
              "* The peak is nominal, in single precision: "

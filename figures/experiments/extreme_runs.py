@@ -7,12 +7,9 @@ from typing import Any
 
 import gpgpu_rt as rt
 from gpgpu_rt.accuracy.judge import judge, leaks
+from gpgpu_rt.conform.case import FAMILIES, Case
+from gpgpu_rt.conform.families import make_case
 
-from .extreme_case import Case
-from .extreme_cases import CASES, make_case
-
-# The largest number of rays of cases that are slow to trace.
-FEW = {"coincident": 100, "coplanar": 500, "one-centroid": 300, "long-way": 3}
 SEED = 1
 # Cases whose rays need more steps than the step cap of some cells allows. They are traced without
 # that cap.
@@ -21,16 +18,15 @@ LONG = ("coincident", "long-way")
 
 def measure(method: str, options: dict[str, Any], rays: int) -> dict[str, dict[str, Any]]:
     """Trace every case by one method with ``options``. Return case -> the verdict on its rays."""
-    return {name: _measure_one(name, method, options, min(rays, FEW.get(name, rays)))
-            for name in CASES}
+    return {name: _measure_one(name, method, options, min(rays, FAMILIES[name].most))
+            for name in FAMILIES}
 
 
 @functools.cache
 def _known(name: str, rays: int) -> tuple[Case, rt.Hits]:
     """A case and the reference's hits. They are kept for all settings that a process measures."""
     case = make_case(name, rays, SEED)
-    return case, rt.reference.trace(case.triangles, case.origins, case.directions, case.t_min,
-                                    accelerated=True)
+    return case, rt.reference.trace(case.triangles, *case.rays, accelerated=True)
 
 
 def _measure_one(name: str, method: str, options: dict[str, Any], rays: int) -> dict[str, Any]:
@@ -39,9 +35,9 @@ def _measure_one(name: str, method: str, options: dict[str, Any], rays: int) -> 
     if name in LONG:
         chosen.pop("step_cap", None)
     with rt.Tracer(case.scene, method, statistics=True, **chosen) as tracer:
-        hits = tracer.trace(case.origins, case.directions, case.t_min)
+        hits = tracer.trace(*case.rays)
         cap = tracer.step_cap
-    verdict = judge(case.triangles, case.origins, case.directions, hits, case.t_min,
+    verdict = judge(case.triangles, case.origins, case.directions, hits, case.t_min, case.t_max,
                     reference=reference)
     assert hits.steps is not None
     return {**verdict.to_dict(), "missed": int(leaks(reference, hits).sum()),
@@ -54,8 +50,8 @@ def _measure_one(name: str, method: str, options: dict[str, Any], rays: int) -> 
 def digest() -> str:
     """A digest of all cases, which changes if any case changes."""
     total = hashlib.sha256()
-    for name in CASES:
+    for name in FAMILIES:
         case = make_case(name, 16, SEED)
-        for array in (case.triangles, case.origins, case.directions, case.t_min):
+        for array in (case.triangles, *case.rays):
             total.update(array.tobytes())
     return total.hexdigest()

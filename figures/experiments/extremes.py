@@ -7,12 +7,12 @@ from typing import Any
 import numpy as np
 
 import gpgpu_rt as rt
+from gpgpu_rt.conform.families import FAMILIES
 from gpgpu_rt.options import TRACER_OPTIONS
 
 from ..framework.cell import Cell
 from ..framework.output import markdown_table, number, plt, save_chart, write_csv, write_text
 from ..framework.results import finished
-from .extreme_cases import CASES
 
 PRECISIONS = ({"precision": "fp24"}, {"precision": "fp16"})
 STORED = tuple({"storage": "fp16", "rounding": rounding} for rounding in ("nearest", "chop", "up"))
@@ -62,7 +62,7 @@ def draw(data: Path, out: Path, full: bool) -> None:
                "within the bound", "missed where float64 hits", "t error, ulp", "t error, bounds",
                "steps a ray", "most steps", "cap", "capped"),
               [_csv_row(name, cell, result["cases"][name]) for cell, result in results.items()
-               for name in CASES if name in result["cases"]])
+               for name in FAMILIES if name in result["cases"]])
     plain = {cell.method: result["cases"] for cell, result in results.items() if not cell.options}
     write_text(out / "extremes.md", "\n".join([
         f"# The extremes\n\nRenderer: {renderer}. Cases and rows are those of docs/extremes.md. A "
@@ -81,7 +81,7 @@ def draw(data: Path, out: Path, full: bool) -> None:
 
 
 def _csv_row(name: str, cell: Cell, r: dict[str, Any]) -> list[Any]:
-    return [CASES[name].row, name, label(cell), r["rays"], r["wrong_share"], r["upper_95"],
+    return [FAMILIES[name].row, name, label(cell), r["rays"], r["wrong_share"], r["upper_95"],
             *(r["counts"][c] for c in CATEGORIES), r["within_bound"], r["missed"],
             r["t_ulps"]["max"], r["t_bounds"]["max"], r["steps"], r["most_steps"], r["cap"],
             r["capped"]]
@@ -90,7 +90,7 @@ def _csv_row(name: str, cell: Cell, r: dict[str, Any]) -> list[Any]:
 def _plain_table(plain: dict[str, dict[str, Any]]) -> str:
     """The table of the defaults, with a row for each case and a column for each method."""
     rows = []
-    for name, kind in CASES.items():
+    for name, kind in FAMILIES.items():
         mine = {method: cases[name] for method, cases in plain.items() if name in cases}
         if not mine:
             continue
@@ -124,7 +124,7 @@ def _settings_table(results: dict[Cell, dict[str, Any]]) -> str:
 
 def _chart(results: dict[Cell, dict[str, Any]], path: Path, renderer: str) -> None:
     """Draw for each setting and case the share of rays with a wrong hit or miss, or stopped."""
-    names = list(CASES)
+    names = list(FAMILIES)
     shares = np.full((len(results), len(names)), np.nan)
     for i, result in enumerate(results.values()):
         for j, name in enumerate(names):

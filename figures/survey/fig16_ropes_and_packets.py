@@ -49,7 +49,7 @@ def _remarks(results: Results) -> list[str]:
             frustum = published("fig16", panel.scene, "openrt-frustum-packet")
             lines.append(
                 f"{panel.label}: single rays have {number(over[0])} times and packets "
-                f"{number(over[1])} times the rate of embreex on the CPU. In the paper they have "
+                f"{number(over[1])} times the rate of {CPU}. In the paper they have "
                 f"{number(paper[0])} and {number(paper[1])} times the rate of single rays along "
                 "ropes on an Opteron" + (
                     "." if frustum is None else

@@ -42,7 +42,7 @@ def _remarks(results: Results) -> list[str]:
                      f"{number(bvh['ns_per_ray'] / fast['ns_per_ray'])} times as fast")
         if cpu is not None:
             line += (f"; plain bvh-packet has {number(cpu['ns_per_ray'] / bvh['ns_per_ray'])} "
-                     "times the rate of embreex on one thread")
+                     f"times the rate of {CPU}")
         lines.append(line + ".")
     return lines
 

@@ -16,6 +16,7 @@ import numpy as np
 import trimesh
 
 from ..scene.scene import Scene
+from ..text_format import named_version
 from ..threads import cores
 from .workloads import Workload
 
@@ -149,16 +150,18 @@ def _mitsuba(threads: int) -> Callable[[Scene, Workload], Run]:
     return prepare
 
 
-EMBREE = "embreex, one thread"     # the baseline of all ratios
+_NAMES = [named_version(package) for package in ("embreex", "trimesh", "open3d", "mitsuba")]
+EMBREE = f"{_NAMES[0]}, one thread"     # the baseline of all ratios
+OWN = f"{_NAMES[1]}'s own"
 _EMBREEX = ("embreex.rtcore_scene", "embreex.mesh_construction")
 
 _ALL = [CORES] if CORES > 1 else []     # numbers of threads besides 1
 
 ENGINES = (
     Engine(EMBREE, _EMBREEX, _embree(1)),
-    *(Engine(f"embreex, {n} threads", _EMBREEX, _embree(n), threads=n) for n in _ALL),
-    Engine("trimesh's own", ("rtree",), _trimesh, most=1024, ends=False),
-    Engine("Open3D, one thread", ("open3d",), _open3d(1)),
-    *(Engine(f"Open3D, {n} threads", ("open3d",), _open3d(n), threads=n) for n in _ALL),
-    Engine(f"Mitsuba 3, {CORES} threads", ("mitsuba", "drjit"), _mitsuba(CORES), threads=CORES),
+    *(Engine(f"{_NAMES[0]}, {n} threads", _EMBREEX, _embree(n), threads=n) for n in _ALL),
+    Engine(OWN, ("rtree",), _trimesh, most=1024, ends=False),
+    Engine(f"{_NAMES[2]}, one thread", ("open3d",), _open3d(1)),
+    *(Engine(f"{_NAMES[2]}, {n} threads", ("open3d",), _open3d(n), threads=n) for n in _ALL),
+    Engine(f"{_NAMES[3]}, {CORES} threads", ("mitsuba", "drjit"), _mitsuba(CORES), threads=CORES),
 )

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from typing import Any
 
 from ..bench import ENGINES, RAY_SETS, Entry, load, race, ranked, told, too_noisy
+from ..bench.engines import EMBREE
 from ..disk.files import check_writable
 from ..errors import Error, OptionError, how_to_install, nearest_names
 from ..gl.context import Gpu, open_gpu, threads_of
@@ -137,7 +138,7 @@ def _renderer(gpu: Gpu) -> str:
 def _print_notes(gpu: Gpu, found: Races) -> None:
     """Print the meaning of the tables' columns."""
     if any(entry.over for *_, entries in found for entry in entries):
-        print("over embreex: our rate divided by the rate of embreex on one thread, as the median "
+        print(f"over embreex: our rate divided by the rate of {EMBREE}, as the median "
               "of all rounds. Only our\n"
               f"passes are timed, on {_renderer(gpu)}. Rows are sorted by this column\n"
               "arrays in to out: the same ratio, but our time begins with rays in numpy arrays "

@@ -28,7 +28,7 @@ from ..scene.surfaces.parametrise import CUTS, parametrise
 from ..text_format import counted
 from ..tracer import AUTO, DEFAULT_METHOD, Tracer
 from ..traversal.stages.first_hits import FIRST_HITS
-from . import benching, hardware
+from . import benching, conforming, hardware
 from . import passes_heat as looking
 from . import program
 from . import report as teaching
@@ -388,6 +388,7 @@ def _parser() -> argparse.ArgumentParser:
     sub.add_argument("--cuts", type=int, default=CUTS, help="largest number of cuts towards "
                      "regions that the parametrisation shrinks too much; default %(default)s")
     benching.add_command(command)
+    conforming.add_command(command)
     hardware.add_command(command)
     looking.add_commands(command)
     program.add_command(command)

@@ -22,7 +22,7 @@ from ..errors import memory_limited
 from ..hits import INVALID, TRACED, Hits
 from ..numerics.denormals import keeps_denormals
 from ..numerics.error_bounds import FLOAT64, bound_pairs
-from .exact import trace_exact
+from .exact import nearest_of_pairs
 from .tree import ReferenceTree
 
 _PAIRS = 1 << 19
@@ -82,13 +82,13 @@ def trace(scene_or_triangles: Any, origins: np.ndarray, directions: np.ndarray,
 def settle(scene_or_triangles: Any, origins: np.ndarray, directions: np.ndarray, hits: Hits,
            t_min: float | np.ndarray = 0.0, t_max: float | np.ndarray = np.inf
            ) -> tuple[Hits, int]:
-    """Return the hits, after deciding in rational numbers the rays that float64 cannot decide.
+    """Return the hits, after deciding in integers the rays that float64 cannot decide.
 
     The error bounds of `error_bounds` for float64 tell which triangles may be a ray's nearest hit.
     A ray is doubtful if there are several such triangles, or if the only one is not a certain hit.
     This happens if the ray passes near an edge, if the hit is near an end of the interval, or if
-    two triangles are almost equally far. `trace_exact` then chooses among these triangles. Copies
-    of a triangle cause no doubt, because the lowest index wins.
+    two triangles are almost equally far. `nearest_of_pairs` then chooses among these triangles.
+    Copies of a triangle cause no doubt, because the lowest index wins.
 
     Parameters
     ----------
@@ -112,15 +112,12 @@ def settle(scene_or_triangles: Any, origins: np.ndarray, directions: np.ndarray,
     ray, triangle, doubtful = _candidates(vertices, different, origins[rays], directions[rays],
                                           t_min[rays], t_max[rays])
     chosen = doubtful[ray]
-    ray, triangle = rays[ray[chosen]], triangle[chosen]
-    order = np.lexsort((triangle, ray))
-    ray, triangle = ray[order], triangle[order]
-    ones, starts = np.unique(ray, return_index=True)
-    for one, few in zip(ones, np.split(triangle, starts[1:])):
-        exact = trace_exact(vertices[few], origins[one:one + 1], directions[one:one + 1],
-                            t_min[one], t_max[one])
-        settled.t[one], settled.u[one], settled.v[one] = exact.t[0], exact.u[0], exact.v[0]
-        settled.triangle[one] = few[exact.triangle[0]] if exact.hit[0] else -1
+    ones, place = np.unique(ray[chosen], return_inverse=True)
+    ones = rays[ones]
+    exact = nearest_of_pairs(vertices, place, triangle[chosen], origins[ones], directions[ones],
+                             t_min[ones], t_max[ones])
+    for name in ("t", "u", "v", "triangle"):
+        getattr(settled, name)[ones] = getattr(exact, name)
     return settled, len(ones)
 
 

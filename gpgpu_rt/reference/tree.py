@@ -88,7 +88,8 @@ class ReferenceTree:
         self.order = np.stack(orders)[best, np.arange(self.count)]
 
     def pairs(self, origins: np.ndarray, directions: np.ndarray, t_min: np.ndarray,
-              t_max: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+              t_max: np.ndarray, margin: np.ndarray | float = 0.0
+              ) -> Iterator[tuple[np.ndarray, np.ndarray]]:
         """Yield batches of all pairs (ray, triangle) for which the ray meets the leaf's box.
 
         The traversal reads ``t_max`` again for each batch of nodes. A caller that searches for the
@@ -99,8 +100,9 @@ class ReferenceTree:
         ----------
         origins, directions : (n, 3) float64
         t_min, t_max : (n,) float64
+        margin : (n,) float64, or a number: boxes are wider by this length, world units
         """
-        self._set_rays(origins, directions, t_min, t_max)
+        self._set_rays(origins, directions, t_min, t_max, margin)
         starts = self._starts(len(self.boxes) - 1)
         work = []
         for i in reversed(range(0, len(origins), _PAIRS)):
@@ -133,11 +135,11 @@ class ReferenceTree:
             work += [(level, *half) for half in halves]
 
     def _set_rays(self, origins: np.ndarray, directions: np.ndarray, t_min: np.ndarray,
-                  t_max: np.ndarray) -> None:
+                  t_max: np.ndarray, margin: np.ndarray | float) -> None:
         """Store the inverse directions and the origins for the slab test. Boxes are widened by
         moving the origins, so lo and hi have different origins."""
         scale = np.abs(self.boxes[0]).max() + np.abs(origins).max(axis=1, initial=0)
-        padding = (_PADDING * scale + _TINY)[:, None]
+        padding = (_PADDING * scale + _TINY + margin)[:, None]
         self._inv_dir = (1.0 / np.where(directions == 0, _TINY, directions)).T.copy()
         self._lo_origins, self._hi_origins = ((origins + side * padding).T.copy()
                                               for side in (1, -1))

@@ -19,7 +19,7 @@ from gpgpu_rt import cli
 from gpgpu_rt.bench import (
     ENGINES, RAY_SETS, Entry, Workload, engines, race, ranked, too_noisy, workload
 )
-from gpgpu_rt.bench.engines import EMBREE
+from gpgpu_rt.bench.engines import EMBREE, OWN
 from gpgpu_rt.cli import benching
 from gpgpu_rt.gl.context import open_gpu, threads_of
 
@@ -37,7 +37,7 @@ def test_engines_answer_the_same_question(engine, kind: str) -> None:
     rays = workload("cornell", RAY_SETS[kind], SIZE).compact(engine.most)
     if rays.t_max is not None and not engine.ends:
         pytest.skip("this engine supports only rays without an end")
-    if engine.name == "trimesh's own" and kind not in ("eye", "random"):
+    if engine.name == OWN and kind not in ("eye", "random"):
         pytest.skip("this engine hits the surface that a ray leaves")
     found = engine.prepare(scene, rays)()
     with rt.Tracer(scene) as tracer:
@@ -67,16 +67,16 @@ def test_compact_rays_are_those_of_pixels_with_one() -> None:
 
 
 def test_an_engine_of_few_rays_says_of_how_many(capsys) -> None:
-    own = next(one for one in ENGINES if one.name == "trimesh's own")
+    own = next(one for one in ENGINES if one.name == OWN)
     if own.missing:
         pytest.skip(own.missing)
     lines: list[str] = []
     ours, theirs = race("cornell", RAY_SETS["eye"], [("grid", {})], SIZE, 1,
                         [replace(own, most=100)], lines.append)
-    assert (ours.title, theirs.title) == ("grid", "trimesh's own, 100 of 576 rays")
+    assert (ours.title, theirs.title) == ("grid", f"{OWN}, 100 of 576 rays")
     assert "building for 1 candidate" in [line.partition(": ")[2] for line in lines]
     benching._print("cornell", "eye", [ours, theirs], SIZE)
-    assert "trimesh's own, 100 of 576 rays" in capsys.readouterr().out
+    assert f"{OWN}, 100 of 576 rays" in capsys.readouterr().out
 
 
 def test_a_race_takes_ratios_turn_by_turn() -> None:

@@ -1,4 +1,4 @@
-"""Rows 24 to 40 of the catalogue (`figures/experiments/extreme_cases.py`): hard cases of each
+"""Rows 24 to 40 of the catalogue (`gpgpu_rt/conform/families.py`): hard cases of each
 family of accelerators. Many tests read the traversal states after each step."""
 from __future__ import annotations
 
@@ -9,8 +9,10 @@ from watching import Fields, watching
 
 import gpgpu_rt as rt
 from gpgpu_rt.accel.bounds import padding
-from gpgpu_rt.figures.experiments.extreme_cases import Case, long_way, make_case
-from gpgpu_rt.figures.experiments.extreme_shapes import soup
+from gpgpu_rt.conform.case import Case
+from gpgpu_rt.conform.families import make_case
+from gpgpu_rt.conform.shapes import soup
+from gpgpu_rt.conform.structure_families import long_way
 from gpgpu_rt.gl.record import EXACT_INTEGER
 from gpgpu_rt.methods.bvh.tree import Bvh
 from gpgpu_rt.methods.geometry_image.tree import ImageTree

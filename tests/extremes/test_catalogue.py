@@ -1,6 +1,6 @@
 """Tests every case of the catalogue with every method and each choice of its options.
 
-The catalogue is `figures/experiments/extreme_cases.py`. The hits of brute force are within the
+The catalogue is `gpgpu_rt/conform/families.py`. The hits of brute force are within the
 error bounds derived for each ray, so no hit is wrong. Every other method returns the same bits as
 brute force, so none of its hits is wrong either.
 """
@@ -14,11 +14,11 @@ from conftest import UNSTRUCTURED, assert_same_bits, variants
 
 import gpgpu_rt as rt
 from gpgpu_rt.accuracy.judge import judge
-from gpgpu_rt.figures.experiments.extreme_cases import CASES, Case, make_case, square_case
+from gpgpu_rt.conform.case import FAMILIES, Case
+from gpgpu_rt.conform.families import make_case, square_case
 from gpgpu_rt.methods import find_method
 
 QUICK, FULL = 512, 32_768
-FEW = {"coincident": 100, "coplanar": 500, "one-centroid": 300, "long-way": 3}
 # The quick suite tests options of builders and of traversal in these cases; the full suite tests
 # them in all cases.
 TELLING = ("moved-1e4", "in-planes", "box-corners", "flat-soup")
@@ -30,14 +30,15 @@ IN_FULL = ("scaled-2^-20", "scaled-2^20", "moved-1e0", "moved-1e2", "lengths", "
 LONG_LISTS = ("coincident", "one-centroid")
 # With more triangles, a builder that inserts triangles singly is too slow for a quick test.
 SLOW_TO_INSERT = 3000
-NAMES = [pytest.param(name, id=f"row{kind.row}-{name}") for name, kind in CASES.items()]
+NAMES = [pytest.param(name, id=f"row{kind.row}-{name}") for name, kind in FAMILIES.items()]
 SETTINGS = [pytest.param(row.name, options, id="-".join([row.name, *map(str, options.values())]))
             for row in rt.methods() for options in variants(row.name)
             if (row.name, options) != ("brute-force", {})]
 
 
 def rays_of(name: str, full: bool) -> int:
-    return FEW.get(name, QUICK) if not full else 10 * FEW[name] if name in FEW else FULL
+    most = FAMILIES[name].most
+    return min(most, QUICK) if not full else min(10 * most, FULL)
 
 
 @functools.lru_cache(maxsize=4)
@@ -49,14 +50,14 @@ def traced(name: str, rays: int, seed: int) -> tuple[Case, rt.Hits]:
 
 def trace(case: Case, method: str, **options) -> rt.Hits:
     with rt.Tracer(case.scene, method, **{**case.options.get(method, {}), **options}) as tracer:
-        hits = tracer.trace(case.origins, case.directions, case.t_min)
+        hits = tracer.trace(*case.rays)
     assert not hits.status.any(), "a ray reached its step cap"
     return hits
 
 
 def check_right(name: str, rays: int, seed: int) -> None:
     case, hits = traced(name, rays, seed)
-    verdict = judge(case.triangles, case.origins, case.directions, hits, case.t_min)
+    verdict = judge(case.triangles, case.origins, case.directions, hits, case.t_min, case.t_max)
     assert not verdict.wrong.any(), (verdict.counts, np.flatnonzero(verdict.wrong)[:5])
     for values in (hits.t[hits.hit], hits.u, hits.v):
         assert np.isfinite(values).all()
@@ -81,8 +82,8 @@ def test_brute_force_is_right(name: str, seed: int) -> None:
 
 @pytest.mark.parametrize("seed", [1], ids="seed{}".format)
 @pytest.mark.parametrize("name, method", [
-    pytest.param(name, row.name, id=f"row{CASES[name].row}-{name}-{row.name}")
-    for name in CASES if name not in IN_FULL for row in rt.methods()
+    pytest.param(name, row.name, id=f"row{FAMILIES[name].row}-{name}-{row.name}")
+    for name in FAMILIES if name not in IN_FULL for row in rt.methods()
     if row.name != "brute-force" and ("loop" in row.schedules or name not in LONG_LISTS)])
 def test_every_method_returns_its_bits(exact_renderer, name: str, method: str, seed: int) -> None:
     check_method(name, method, {}, rays_of(name, False), seed)
@@ -105,7 +106,7 @@ def test_every_method_is_right(name: str, method: str, seed: int) -> None:
     The bits of the hits may differ between renderers."""
     case = make_case(name, 150, seed)
     hits = trace(case, method)
-    verdict = judge(case.triangles, case.origins, case.directions, hits, case.t_min)
+    verdict = judge(case.triangles, case.origins, case.directions, hits, case.t_min, case.t_max)
     assert not verdict.wrong.any(), verdict.counts
     assert hits.hit.all() or not case.closed
 
@@ -153,7 +154,7 @@ def test_every_method_in_full(exact_renderer, name: str, method: str, options: d
 @pytest.mark.full
 @pytest.mark.once
 @pytest.mark.parametrize("seed", [21], ids="seed{}".format)
-@pytest.mark.parametrize("name", [name for name, kind in CASES.items() if kind.row <= 4])
+@pytest.mark.parametrize("name", [name for name, kind in FAMILIES.items() if kind.row <= 4])
 @pytest.mark.parametrize("method", [row.name for row in rt.methods()])
 def test_rows_1_to_4_a_million_rays(name: str, method: str, seed: int) -> None:
     rays = 10**5 if method in UNSTRUCTURED else 10**6

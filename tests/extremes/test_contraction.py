@@ -13,7 +13,7 @@ import pytest
 from conftest import assert_same_bits
 
 import gpgpu_rt as rt
-from gpgpu_rt.figures.experiments.extreme_cases import make_case
+from gpgpu_rt.conform.families import make_case
 from gpgpu_rt.gl.shader import ROOT
 
 

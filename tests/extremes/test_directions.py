@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 import gpgpu_rt as rt
-from gpgpu_rt.figures.experiments.extreme_cases import Case, make_case
-from gpgpu_rt.figures.experiments.extreme_shapes import lattice
+from gpgpu_rt.conform.case import Case
+from gpgpu_rt.conform.families import make_case
+from gpgpu_rt.conform.shapes import lattice
 
 METHODS = [row.name for row in rt.methods()]
 pytestmark = pytest.mark.small

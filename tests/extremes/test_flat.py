@@ -15,8 +15,8 @@ from conftest import assert_same_bits, part_of, schedules_of, variants
 
 import gpgpu_rt as rt
 from gpgpu_rt.accuracy.judge import judge
-from gpgpu_rt.figures.experiments.extreme_cases import Case
-from gpgpu_rt.figures.experiments.flat_cases import FLATS, Flat
+from gpgpu_rt.conform.case import Case
+from gpgpu_rt.conform.flat_families import FLATS, Flat
 
 QUICK = [Flat(0, 0.0), Flat(1, 0.0, count=2)]
 SLOW_TO_INSERT = 100  # with more triangles, a builder that inserts them singly is slow

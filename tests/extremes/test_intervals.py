@@ -10,7 +10,7 @@ import pytest
 from conftest import assert_same_bits
 
 import gpgpu_rt as rt
-from gpgpu_rt.figures.experiments.flat_cases import Flat
+from gpgpu_rt.conform.flat_families import Flat
 
 METHODS = [row.name for row in rt.methods()]
 pytestmark = pytest.mark.small

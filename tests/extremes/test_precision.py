@@ -12,14 +12,15 @@ import numpy as np
 import pytest
 
 import gpgpu_rt as rt
-from gpgpu_rt.figures.experiments.extreme_cases import Case, make_case
+from gpgpu_rt.conform.case import Case
+from gpgpu_rt.conform.families import make_case
 from gpgpu_rt.gl.precision import FORMATS, Precision
 from gpgpu_rt.numerics.error_bounds import Arithmetic, bound_pairs
 from gpgpu_rt.options import TRACER_OPTIONS
 
 OFFERED = {option.name: option.choices for option in TRACER_OPTIONS}
 ROWS = {row.name: row for row in rt.methods()}
-CASES = ("sphere-edges", "spanning", "in-planes", "signed-zeros", "degenerate")
+FAMILIES = ("sphere-edges", "spanning", "in-planes", "signed-zeros", "degenerate")
 SETTINGS = [{word: low, "rounding": rounding} for word, low, rounding in itertools.product(
     ("precision", "storage"), ("fp24", "fp16"), OFFERED["rounding"])]
 POLICIES = [(name, choice) for name, row in ROWS.items() for option in row.options
@@ -81,7 +82,7 @@ def low_precisions() -> list:
     sensitive combinations. In some of them, storage has fewer bits than arithmetic, so rays in
     kd-trees may loop."""
     combinations = []
-    for name, method, options in itertools.product(CASES, ROWS, SETTINGS):
+    for name, method, options in itertools.product(FAMILIES, ROWS, SETTINGS):
         quick = name == "degenerate" and (
             options.get("precision") == "fp16" and options["rounding"] == "up"
             or options.get("storage") == "fp16" and options["rounding"] != "chop")
@@ -123,7 +124,7 @@ def test_row_26_how_it_fails(method: str, seed: int) -> None:
 @pytest.mark.parametrize("method, policy", POLICIES)
 @pytest.mark.parametrize("name", [
     name if name == "spanning" else pytest.param(name, marks=pytest.mark.full)
-    for name in CASES])
+    for name in FAMILIES])
 def test_row_26_interval_policies_end(name: str, method: str, policy: str, seed: int) -> None:
     """The cap stops and flags looping rays in fp32 under every interval policy."""
     check(case_of(name, seed), method, False, interval=policy, step_cap=2000)

@@ -11,8 +11,9 @@ import numpy as np
 import pytest
 
 import gpgpu_rt as rt
-from gpgpu_rt.figures.experiments.extreme_cases import Case, make_case, scaled
-from gpgpu_rt.figures.experiments.extreme_shapes import bumpy_sphere
+from gpgpu_rt.conform.case import Case
+from gpgpu_rt.conform.families import make_case, scaled
+from gpgpu_rt.conform.shapes import bumpy_sphere
 
 METHODS = [row.name for row in rt.methods()]
 QUICK = (-20, 3, 20)

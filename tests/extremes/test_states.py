@@ -9,7 +9,7 @@ import pytest
 from watching import Fields, watching
 
 import gpgpu_rt as rt
-from gpgpu_rt.figures.experiments.extreme_cases import make_case
+from gpgpu_rt.conform.families import make_case
 from gpgpu_rt.gl.textures import read_texture
 from gpgpu_rt.rays.records import NO_TRIANGLE
 

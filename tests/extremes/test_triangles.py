@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 import gpgpu_rt as rt
-from gpgpu_rt.figures.experiments.extreme_cases import Case, make_case
+from gpgpu_rt.conform.case import Case
+from gpgpu_rt.conform.families import make_case
 from gpgpu_rt.numerics.error_bounds import distance_bound
 from gpgpu_rt.options import TRACER_OPTIONS
 

@@ -11,9 +11,9 @@ import gpgpu_rt as rt
 
 PACKAGE = Path(rt.__file__).parent
 MOST_MODULES = 12  # modules directly in gpgpu_rt, which newcomers see first
-# The command line's entry imports late, so that an early interrupt is silent. Two commands import
+# The command line's entry imports late, so that an early interrupt is silent. Commands import
 # optional dependencies late: charts and the window.
-LATE = {"__main__.py", "cli/benching.py", "cli/view.py"}
+LATE = {"__main__.py", "cli/benching.py", "cli/conforming.py", "cli/view.py"}
 
 
 def sources() -> Iterator[tuple[Path, tuple[str, ...]]]:

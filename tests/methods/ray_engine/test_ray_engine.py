@@ -13,8 +13,8 @@ from conftest import RAY_SETS, assert_same_bits, random_soup, soup_scene
 
 import gpgpu_rt as rt
 from gpgpu_rt.cli.main import main
+from gpgpu_rt.conform.families import make_case
 from gpgpu_rt.figures.experiments import sheets
-from gpgpu_rt.figures.experiments.extreme_cases import make_case
 from gpgpu_rt.methods.ray_engine import driver as ray_engine
 from gpgpu_rt.methods.ray_engine.quads import WIDTH, Runs
 

@@ -1,4 +1,4 @@
-"""Flat cases: scenes that are flat along an axis, and rays that start on them or next to them.
+"""Flat families: scenes that are flat along an axis, and rays that start on them or next to them.
 
 A scene lies in a coordinate plane, in a plane next to it, or far from 0. It may be tilted by a
 float32 spacing. Shadow rays from a floor are such rays: along the flat axis, origin and scene
@@ -11,10 +11,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .extreme_case import Case, entry
+from .case import Case, family
+from .draws import bell, between, binades, chosen, directions
 
 # Heights of ray origins over the scene. Some origins lie one float32 spacing over it instead.
-HEIGHTS = (0.0, *10.0 ** np.arange(-12, -2))
+HEIGHTS = (0.0, 1e-12, 1e-11, 1e-10, 1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3)
 STARTS = (-1.0, -1e-6, 0.0, 0.0, 1e-9, 1e-6, 0.3)     # values of t_min
 
 
@@ -50,8 +51,8 @@ class Flat:
             flat = np.float64([[[-1, -1], [1, -1], [1, 1]], [[-1, -1], [1, 1], [-1, 1]]])
         else:
             size = 2 / np.sqrt(self.count)
-            flat = (rng.uniform(-1, 1, (self.count, 1, 2))
-                    + size * rng.normal(size=(self.count, 3, 2)))
+            flat = (between(rng, -1, 1, (self.count, 1, 2))
+                    + size * bell(rng, (self.count, 3, 2)))
         spacing = max(float(np.spacing(self.height)), 2.0 ** -24)
         height = float(self.height) + self.tilted * spacing * flat[..., 0]
         return self._turned(flat, height).astype(np.float32)
@@ -67,20 +68,19 @@ class Flat:
         """
         rng = np.random.default_rng((seed, int(together)))
         spacing = float(np.spacing(self.height))
-        above = np.where(rng.random(n) < 0.1, spacing, rng.choice(HEIGHTS, n))
-        origins = self._turned(1.2 * rng.uniform(-1, 1, (n, 2)),
-                               float(self.height) + above * rng.choice([-1, 1], n))
-        directions = rng.normal(size=(n, 3))
-        steep = rng.choice([0.0, 1.0, np.nan], n, p=[0.15, 0.6, 0.25])
-        steep = np.where(np.isnan(steep), 10 ** rng.uniform(-12, 0, n), steep)
-        directions[:, self.axis] *= steep
+        above = np.where(rng.random(n) < 0.1, spacing, chosen(rng, HEIGHTS, n))
+        origins = self._turned(between(rng, -1.2, 1.2, (n, 2)),
+                               float(self.height) + above * chosen(rng, [-1, 1], n))
+        towards, share = directions(rng, n), rng.random(n)
+        steep = np.where(share < 0.25, binades(rng, 1e-12, 1, n), 1.0)
+        towards[:, self.axis] *= np.where(share > 0.85, 0.0, steep)
         along = rng.random(n) < 0.1             # parallel to an axis of the plane, or across it
-        directions[along] *= np.eye(3)[rng.integers(3, size=along.sum())]
-        directions[(directions == 0).all(axis=1)] = np.roll((1.0, 1.0, 0.0), self.axis)
-        t_min = rng.choice(STARTS, n)
+        towards[along] *= np.eye(3)[rng.integers(3, size=along.sum())]
+        towards[(towards == 0).all(axis=1)] = np.roll((1.0, 1.0, 0.0), self.axis)
+        t_min = chosen(rng, STARTS, n)
         if together:
             origins[:], t_min[:] = origins[0], 0
-        return Case(self.triangles(seed), origins, directions, t_min=t_min)
+        return Case(self.triangles(seed), origins, towards, t_min=t_min)
 
     def _turned(self, flat: np.ndarray, height: np.ndarray) -> np.ndarray:
         """(..., 3) points, from points (..., 2) in the plane and their heights (...)."""
@@ -92,16 +92,16 @@ FLATS = [Flat(*one) for one in itertools.product(
     range(3), (0.0, 0.5, 1000.0), (-1, 0, 1), (False, True), (2, 30, 2000))]
 
 
-@entry("flat-floor", 41, "two triangles in a coordinate plane, rays on it and next to it")
+@family("flat-floor", 41, "two triangles in a coordinate plane, rays on it and next to it")
 def _(n: int, seed: int) -> Case:
     return Flat(seed % 3, 0.0, count=2).case(n, seed)
 
 
-@entry("flat-soup", 41, "overlapping triangles in a coordinate plane, rays on it and next to it")
+@family("flat-soup", 41, "overlapping triangles in a coordinate plane, rays on it and next to it")
 def _(n: int, seed: int) -> Case:
     return Flat(seed % 3, 0.0).case(n, seed)
 
 
-@entry("flat-tilted", 41, "overlapping triangles far from 0, tilted by a spacing")
+@family("flat-tilted", 41, "overlapping triangles far from 0, tilted by a spacing")
 def _(n: int, seed: int) -> Case:
     return Flat(seed % 3, 1000.0, tilted=True).case(n, seed)

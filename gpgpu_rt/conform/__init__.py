@@ -1,0 +1,10 @@
+"""Conform: extreme cases with exact answers, and any ray tracer held against them.
+
+docs/conformance.md explains the suite and the command ``gpgpu-rt conform``.
+"""
+from .case import FAMILIES, Case, Family
+from .families import make_case
+from .suite import Known, Row, family_names, installed, run
+
+__all__ = ["Case", "FAMILIES", "Family", "Known", "Row", "family_names", "installed", "make_case",
+           "run"]

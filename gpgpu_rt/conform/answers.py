@@ -1,0 +1,41 @@
+"""Answers: what an engine says about rays, in the form in which the suite judges it."""
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from .case import Case
+
+
+@dataclass
+class Answers:
+    """An engine's answers to n rays.
+
+    Attributes
+    ----------
+    triangle : (n,) int, the nearest triangle that the ray hits; negative for a miss
+    t : (n,) float, its distance in units of |direction|; None if the engine gives none
+    any_hit : (n,) bool, whether the ray hits anything, asked by a separate call; None if the
+        engine has no such call
+    """
+
+    triangle: np.ndarray
+    t: np.ndarray | None = None
+    any_hit: np.ndarray | None = None
+
+
+# Traces all rays of a case.
+Trace = Callable[[Case], Answers]
+
+
+def of_distances(case: Case, t: np.ndarray, triangle: np.ndarray,
+                 any_hit: np.ndarray | None = None) -> Answers:
+    """Return answers of an engine that knows no ends of intervals: a hit beyond t_max is a miss.
+
+    It must not be used for a case with a t_min above 0.
+    """
+    t, triangle = np.array(t, np.float64), np.array(triangle, np.int64)
+    triangle[(triangle >= 0) & (t > case.t_max)] = -1
+    return Answers(triangle, t, any_hit)

@@ -1,0 +1,87 @@
+"""Case: a scene and rays where ray tracers may fail; and the table of the families of cases."""
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from ..scene.scene import Scene
+
+
+@dataclass
+class Case:
+    """A scene and its rays.
+
+    Attributes
+    ----------
+    triangles : (m, 3, 3) float32, world units
+    origins, directions : (n, 3) float32, world units; directions of any length but 0
+    closed : whether every ray must hit something, however the triangle test rounds
+    options : method name -> options, for the methods whose options the case sets
+    t_min, t_max : (n,) float32, or a single value for all rays, in units of |direction|
+    """
+
+    triangles: np.ndarray
+    origins: np.ndarray
+    directions: np.ndarray
+    closed: bool = False
+    options: dict[str, dict[str, Any]] = field(default_factory=dict)
+    t_min: np.ndarray | float = 0.0
+    t_max: np.ndarray | float = np.inf
+
+    def __post_init__(self) -> None:
+        self.triangles, self.origins, self.directions = (
+            np.ascontiguousarray(a, np.float32)
+            for a in (self.triangles, self.origins, self.directions))
+        self.t_min, self.t_max = (np.asarray(end, np.float32) for end in (self.t_min, self.t_max))
+
+    @property
+    def rays(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """The arguments of ``Tracer.trace``: origins, directions, t_min and t_max."""
+        return self.origins, self.directions, self.t_min, self.t_max
+
+    @property
+    def scene(self) -> Scene:
+        """The scene of these triangles; each triangle has three vertices of its own."""
+        corners = self.triangles.reshape(-1, 3)
+        return Scene.from_arrays(corners, np.arange(len(corners)).reshape(-1, 3))
+
+    def part(self, rays: np.ndarray | slice) -> Case:
+        """Return the case with some of its rays."""
+        n = len(self.origins)
+        ends = (np.broadcast_to(end, n)[rays] for end in (self.t_min, self.t_max))
+        return Case(self.triangles, self.origins[rays], self.directions[rays], self.closed,
+                    self.options, *ends)
+
+
+@dataclass(frozen=True)
+class Family:
+    """A family of cases.
+
+    Attributes
+    ----------
+    name : the family's name in tables and files
+    row : its row in docs/extremes.md
+    what : what its scene and rays are, as a phrase
+    make : (rays, seed) -> case; the scene does not depend on the number of rays
+    most : the largest number of rays for which the quick suite has time
+    """
+
+    name: str
+    row: int
+    what: str
+    make: Callable[[int, int], Case]
+    most: int
+
+
+FAMILIES: dict[str, Family] = {}
+
+
+def family(name: str, row: int, what: str, most: int = 1 << 30) -> Callable:
+    """Register a function (rays, seed) -> case in FAMILIES, with its row in docs/extremes.md."""
+    def register(make: Callable[[int, int], Case]) -> Callable[[int, int], Case]:
+        FAMILIES[name] = Family(name, row, what, make, most)
+        return make
+    return register

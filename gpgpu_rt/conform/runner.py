@@ -1,0 +1,121 @@
+"""Runner: traces cases in a process of its own, so that an engine may crash or hang."""
+from __future__ import annotations
+
+import multiprocessing
+import os
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from multiprocessing.connection import Connection
+
+from .answers import Answers, Trace
+from .case import Case
+from .spec import Spec
+
+START_SECONDS = 120
+SECONDS = 300       # an engine that takes longer for a case counts as crashed
+
+
+class Crash(Exception):
+    """An engine raised an exception, ended its process, or gave no answer in time."""
+
+
+class Runner:
+    """Runs engines in another process, which starts anew after a crash."""
+
+    def __init__(self, seconds: float = SECONDS) -> None:
+        self.seconds = seconds
+        self._process: multiprocessing.process.BaseProcess | None = None
+        self._ours: Connection | None = None
+
+    def trace(self, spec: Spec, case: Case) -> tuple[Answers, float]:
+        """Return the engine's answers, and the seconds of its call.
+
+        Raises
+        ------
+        Crash
+            with the reason, in one line
+        """
+        if self._process is None or not self._process.is_alive():
+            self._start()
+        assert self._ours is not None and self._process is not None
+        self._ours.send((spec, case))
+        if not self._ours.poll(self.seconds):
+            self.close()
+            raise Crash(f"no answer within {self.seconds:g} s")
+        try:
+            answers, seconds, failure = self._ours.recv()
+        except (EOFError, ConnectionError):
+            self._process.join(5)
+            status = self._process.exitcode
+            self.close()
+            raise Crash(f"the process ended with status {status}") from None
+        if failure:
+            raise Crash(failure)
+        return answers, seconds
+
+    def _start(self) -> None:
+        context = multiprocessing.get_context("spawn")
+        self._ours, theirs = context.Pipe()
+        self._process = context.Process(target=_serve, args=(theirs,), daemon=True)
+        self._process.start()
+        theirs.close()
+        if not self._ours.poll(START_SECONDS):
+            self.close()
+            raise Crash(f"Python did not start within {START_SECONDS} s")
+        self._ours.recv()
+
+    def close(self) -> None:
+        """End the process."""
+        if self._process is not None:
+            self._process.kill()
+            self._process.join()
+        if self._ours is not None:
+            self._ours.close()
+        self._process = self._ours = None
+
+    def __enter__(self) -> Runner:
+        return self
+
+    def __exit__(self, *exception: object) -> None:
+        self.close()
+
+
+def _serve(theirs: Connection) -> None:
+    """Answer cases until the other end closes."""
+    loaded: dict[Spec, Trace] = {}
+    theirs.send("ready")
+    while True:
+        try:
+            spec, case = theirs.recv()
+        except (EOFError, KeyboardInterrupt):
+            return
+        answers, failure, began = None, "", time.perf_counter()
+        try:
+            with _silent():
+                if spec not in loaded:
+                    found = spec.load()
+                    found(case)     # the first call may compile
+                    loaded[spec] = found
+                began = time.perf_counter()
+                answers = loaded[spec](case)
+        except BaseException as problem:    # an engine may raise anything
+            if isinstance(problem, KeyboardInterrupt):
+                return
+            failure = f"{type(problem).__name__}: {' '.join(str(problem).split())[:300]}"
+        theirs.send((answers, time.perf_counter() - began, failure))
+
+
+@contextmanager
+def _silent() -> Iterator[None]:
+    """Send what engines print to nowhere, also from C."""
+    kept, nowhere = [os.dup(1), os.dup(2)], os.open(os.devnull, os.O_WRONLY)
+    try:
+        for stream in (1, 2):
+            os.dup2(nowhere, stream)
+        yield
+    finally:
+        for stream, old in zip((1, 2), kept):
+            os.dup2(old, stream)
+            os.close(old)
+        os.close(nowhere)

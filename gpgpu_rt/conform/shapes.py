@@ -1,0 +1,105 @@
+"""Shapes of the families' scenes, and points to aim rays at; the same bits on every machine."""
+from __future__ import annotations
+
+import numpy as np
+
+from .draws import bell, directions, spread_over, unit
+
+Rays = tuple[np.ndarray, np.ndarray]
+
+_OCTAHEDRON = np.float64([[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]])
+_OCTANTS = np.array([[0, 2, 4], [2, 1, 4], [1, 3, 4], [3, 0, 4],
+                     [2, 0, 5], [1, 2, 5], [3, 1, 5], [0, 3, 5]])
+
+
+def sphere(subdivisions: int) -> np.ndarray:
+    """A unit sphere, (8 4^subdivisions, 3, 3) float64: an octahedron, whose edges are halved again
+    and again. Shared vertices are equal to the bit."""
+    triangles = _OCTAHEDRON[_OCTANTS]
+    for _ in range(subdivisions):
+        a, b, c = triangles[:, 0], triangles[:, 1], triangles[:, 2]
+        ab, bc, ca = unit(a + b), unit(b + c), unit(c + a)
+        triangles = np.concatenate([np.stack(one, 1) for one in (
+            (a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca))])
+    return triangles
+
+
+def bumpy_sphere(subdivisions: int = 3, at: np.ndarray | float = 0.0) -> np.ndarray:
+    """A closed bumpy sphere, (8 4^(subdivisions + 1), 3, 3) float32 or about 20 4^subdivisions.
+
+    Shared vertices are equal to the bit. The sphere is star-shaped around its centre ``at``, with
+    radii from 0.8 to 1.2.
+    """
+    v = sphere(subdivisions + 1)
+    x, y, z = v[..., 0], v[..., 1], v[..., 2]
+    bumps = 0.1 * (4 * x * x - 3) * x * y + 0.12 * (2 * y * z - x * z)
+    return (v * (1 + bumps[..., None]) + at).astype(np.float32)
+
+
+def box(cells: int = 1) -> np.ndarray:
+    """The closed cube [-1, 1]^3, each face a grid of cells^2 squares; (12 cells^2, 3, 3)
+    float32."""
+    face = square(cells)
+    sides = [np.roll(face, turn, axis=2) for turn in range(3)]
+    return np.concatenate([*sides, *(-side[:, ::-1] for side in sides)])
+
+
+def soup(count: int, seed: int, size: float = 0.2) -> np.ndarray:
+    """(count, 3, 3) float32 random triangles in about the unit box.
+
+    Every seventh triangle is perpendicular to an axis.
+    """
+    rng = np.random.default_rng(seed)
+    corners = rng.random((count, 1, 3)) + size * bell(rng, (count, 3, 3))
+    corners[::7, :, seed % 3] = corners[::7, :1, seed % 3]
+    return corners.astype(np.float32)
+
+
+def lattice(cells: int) -> np.ndarray:
+    """The walls of an eighth of the cells of a lattice in the unit box, float32.
+
+    Along each axis, every second cell has walls. For even ``cells``, the result is (12 (cells /
+    2)^3, 3, 3).
+
+    Coordinates are exact, so rays can run in planes, through edges and through corners.
+    """
+    cube = (box().astype(np.float64) + 1) / 2
+    at = np.stack(np.meshgrid(*[np.arange(0, cells, 2)] * 3), -1).reshape(-1, 1, 1, 3)
+    return ((cube + at) / cells).reshape(-1, 3, 3).astype(np.float32)
+
+
+def square(quads: int) -> np.ndarray:
+    """The square [-1, 1]^2 at z = -1, (2 quads^2, 3, 3) float32."""
+    side = ((2.0 * np.arange(quads + 1) - quads) / quads).astype(np.float32)
+    x, y = np.meshgrid(side, side)
+    v = np.stack([x, y, np.full_like(x, -1)], -1)
+    a, b, c, d = v[:-1, :-1], v[:-1, 1:], v[1:, 1:], v[1:, :-1]
+    return np.stack([a, b, c, a, c, d], 2).reshape(-1, 3, 3)
+
+
+def aims_at(triangles: np.ndarray, n: int, rng: np.random.Generator, at: str) -> np.ndarray:
+    """(n, 3) float64 random points: vertices, points of edges, or points inside triangles."""
+    corners = triangles.astype(np.float64)[rng.integers(len(triangles), size=n)]
+    weights = spread_over(rng, n)
+    if at != "insides":
+        weights[:, 1] = 0 if at == "vertices" else 1 - weights[:, 0]
+        weights[:, 2] = 0
+        if at == "vertices":
+            weights[:, 0] = 1
+        weights = np.take_along_axis(weights, (np.arange(3) + rng.integers(3, size=(n, 1))) % 3, 1)
+    weighted = corners * weights[..., None]
+    return weighted[:, 0] + weighted[:, 1] + weighted[:, 2]
+
+
+def outside_rays(triangles: np.ndarray, n: int, rng: np.random.Generator,
+                 distance: float = 1.0) -> Rays:
+    """Rays from a sphere around the scene to points of the scene's triangles.
+
+    The radius of the sphere is ``distance`` times the diagonal of the scene.
+    """
+    corners = triangles.reshape(-1, 3).astype(np.float64)
+    lo, hi = corners.min(axis=0), corners.max(axis=0)
+    x, y, z = hi - lo
+    radius = distance * np.sqrt(x * x + y * y + z * z)
+    origins = ((lo + hi) / 2 + radius * directions(rng, n)).astype(np.float32)
+    return origins, aims_at(triangles, n, rng, "insides") - origins

@@ -1,0 +1,130 @@
+"""Shrink: for a wrong answer, the smallest mesh and ray that show it."""
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..reference import KINDS, acceptance, check
+from .answers import Answers
+from .case import Case
+from .runner import Crash, Runner
+from .spec import Spec
+from .suite import Known
+
+FEW_BITS = (4, 6, 8, 10, 12, 16, 20)    # significands that are tried for the numbers of a case
+
+
+@dataclass
+class Minimal:
+    """A minimal case.
+
+    Attributes
+    ----------
+    engine, version, family, kind : whose wrong answer it is, from which family, and of which kind
+    case : a single ray and its triangles
+    answers : the engine's answers to the ray
+    """
+
+    engine: str
+    version: str
+    family: str
+    kind: str
+    case: Case
+    answers: Answers
+
+    def to_python(self) -> str:
+        """Return Python text for an issue of the engine's project: the mesh, the ray, the right
+        answer and the engine's answer. Its numbers are exact."""
+        known = acceptance(self.case.triangles, *self.case.rays)
+        hit = bool(known.exact.hit[0])
+        expected = (f"a hit of triangle {known.exact.triangle[0]} at t = "
+                    f"{float(known.exact.t[0])!r}" if hit else "a miss")
+        found, t = int(self.answers.triangle[0]), self.answers.t
+        told = "a miss" if found < 0 else f"a hit of triangle {found}" + (
+            "" if t is None else f" at t = {float(t[0])!r}")
+        case = self.case
+        lines = [f"# {self.engine} {self.version}: {self.kind}. Exact arithmetic says {expected};",
+                 f"# the engine says {told}. All numbers are exact float32 values.",
+                 "import numpy as np", "",
+                 f"triangles = np.array({_text(case.triangles)}, np.float32)",
+                 f"origin = np.array({_text(case.origins[0])}, np.float32)",
+                 f"direction = np.array({_text(case.directions[0])}, np.float32)",
+                 f"t_min, t_max = {float(case.t_min.flat[0])!r}, "
+                 f"float({str(float(case.t_max.flat[0]))!r})"]
+        return "\n".join(lines) + "\n"
+
+
+def minimal_cases(spec: Spec, known: Known, runner: Runner) -> list[Minimal]:
+    """Return a minimal case of each kind of wrong answer that an engine gives in a family."""
+    part = slice(0, spec.engine.most)
+    try:
+        answers, _ = runner.trace(spec, known.case.part(part))
+    except Crash:
+        return []
+    kinds = known.judge(answers, part).kind
+    found = []
+    for kind in np.unique(kinds[kinds >= KINDS.index("leak")]):
+        for ray in np.flatnonzero(kinds == kind)[:3]:
+            case = known.case.part(slice(ray, ray + 1))
+            if _kind(spec, case, runner)[0] == kind:    # alone, the ray still goes wrong
+                small = shrink(case, lambda one: _kind(spec, one, runner)[0] == kind)
+                told = _kind(spec, small, runner)[1]
+                assert told is not None
+                found.append(Minimal(spec.title, spec.engine.version, known.name, KINDS[kind],
+                                     small, told))
+                break
+    return found
+
+
+def shrink(case: Case, fails: Callable[[Case], bool]) -> Case:
+    """Return a smaller case that still fails: fewer triangles, and then numbers of fewer bits.
+
+    Triangles leave in halves, quarters and so on, as in Zeller and Hildebrandt, "Simplifying and
+    Isolating Failure-Inducing Input", IEEE Transactions on Software Engineering 28(2), 2002.
+
+    Parameters
+    ----------
+    case : a case that fails, with a single ray
+    fails : whether a case shows the fault
+    """
+    parts = 2
+    while len(case.triangles) > 1:
+        groups = np.array_split(np.arange(len(case.triangles)), min(parts, len(case.triangles)))
+        for group in groups:
+            smaller = replace(case, triangles=np.delete(case.triangles, group, axis=0))
+            if len(smaller.triangles) and fails(smaller):
+                case, parts = smaller, max(parts - 1, 2)
+                break
+        else:
+            if len(groups) == len(case.triangles):
+                break
+            parts *= 2
+    for bits in FEW_BITS:
+        rounder = replace(case, triangles=_rounded(case.triangles, bits),
+                          origins=_rounded(case.origins, bits),
+                          directions=_rounded(case.directions, bits))
+        if (rounder.directions != 0).any() and fails(rounder):
+            return rounder
+    return case
+
+
+def _kind(spec: Spec, case: Case, runner: Runner) -> tuple[int, Answers | None]:
+    """Return the verdict on an engine's answer to a single ray, an index into KINDS, and the
+    answer."""
+    try:
+        answers, _ = runner.trace(spec, case)
+    except Crash:
+        return -1, None
+    return int(check(case.triangles, case.origins, case.directions, answers.triangle, answers.t,
+                     answers.any_hit, case.t_min, case.t_max).kind[0]), answers
+
+
+def _rounded(values: np.ndarray, bits: int) -> np.ndarray:
+    fraction, exponent = np.frexp(values)
+    return np.ldexp(np.round(np.ldexp(fraction, bits)), exponent - bits).astype(np.float32)
+
+
+def _text(values: np.ndarray) -> str:
+    return repr(values.astype(np.float64).tolist())

@@ -1,0 +1,156 @@
+"""Spec: what to hold against the suite, as text that another process can load.
+
+A spec is an engine of the table, a method of this project, a user's Python function or a user's
+program.
+"""
+from __future__ import annotations
+
+import importlib
+import json
+import os
+import shlex
+import subprocess
+import sys
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from .. import __name__ as PROJECT
+from ..errors import OptionError, nearest_names
+from ..methods import find_method
+from ..tracer import Tracer
+from .answers import Answers, Trace, of_distances
+from .case import Case
+from .engines import ALL_T, ENGINES, Engine
+from .export import case_to_dict
+
+ENGINE, METHOD, FUNCTION, COMMAND = "engine", "method", "function", "command"
+PLACES = ("{cases}", "{answers}")
+COMMAND_SECONDS = 300
+
+
+@dataclass(frozen=True)
+class Spec:
+    """An engine, a method with a schedule, a function or a program.
+
+    Attributes
+    ----------
+    kind : ENGINE, METHOD, FUNCTION or COMMAND
+    name : the engine, the method, "module:function", or the command line
+    schedule : of a method; "" for its default
+    """
+
+    kind: str
+    name: str
+    schedule: str = ""
+
+    def __post_init__(self) -> None:
+        if self.kind == ENGINE and self.name not in ENGINES:
+            raise OptionError(f"no engine {self.name!r}{nearest_names(self.name, ENGINES)}")
+        if self.kind == METHOD:
+            find_method(self.name).resolved({"schedule": self.schedule} if self.schedule else {})
+        if self.kind == FUNCTION and not all(self.name.partition(":")):
+            raise OptionError(f"--engine {self.name!r}: give a name of the table, or "
+                              "module:function")
+        if self.kind == COMMAND:
+            for place in PLACES:
+                if place not in self.name:
+                    raise OptionError(f"--command {self.name!r} lacks {place}; give for example "
+                                      "'./mytracer {cases} {answers}'")
+
+    @classmethod
+    def of(cls, word: str) -> Spec:
+        """Return the spec of a word of ``--engine``: a name of the table or module:function."""
+        return cls(FUNCTION if ":" in word else ENGINE, word)
+
+    @property
+    def title(self) -> str:
+        """The name in tables."""
+        return f"{self.name} {self.schedule}".strip()
+
+    @property
+    def engine(self) -> Engine:
+        """The row of the table, or a row for what is no engine of the table."""
+        if self.kind == ENGINE:
+            return ENGINES[self.name]
+        return Engine(self.title, PROJECT if self.kind == METHOD else "", (), self.load,
+                      ends=() if self.kind == FUNCTION else ALL_T)
+
+    def load(self) -> Trace:
+        """Import what the spec names, and return a function of a case."""
+        if self.kind == ENGINE:
+            return ENGINES[self.name].prepare()
+        if self.kind == METHOD:
+            return self._method()
+        return self._function() if self.kind == FUNCTION else self._command()
+
+    def _method(self) -> Trace:
+        chosen = {"schedule": self.schedule} if self.schedule else {}
+
+        def trace(case: Case) -> Answers:
+            options = {**case.options.get(self.name, {}), **chosen}
+            with Tracer(case.scene, self.name, **options) as tracer:
+                hits = tracer.trace(*case.rays)
+                any_hit = tracer.occluded(case.origins, case.directions, t_min=case.t_min,
+                                          t_max=case.t_max)
+                return Answers(hits.triangle, hits.t, any_hit)
+        return trace
+
+    def _function(self) -> Trace:
+        module, _, name = self.name.partition(":")
+        sys.path.insert(0, os.getcwd())
+        function = importlib.import_module(module)
+        for part in name.split("."):
+            function = getattr(function, part)
+
+        def trace(case: Case) -> Answers:
+            found = function(case.triangles, case.origins, case.directions)
+            if not isinstance(found, tuple) or len(found) != 2:
+                raise ValueError(f"{self.name} returned {type(found).__name__}; return (t, "
+                                 "triangle)")
+            return of_distances(case, *found)
+        return trace
+
+    def _command(self) -> Trace:
+        def trace(case: Case) -> Answers:
+            with tempfile.TemporaryDirectory(prefix="conform") as folder:
+                places = [Path(folder) / name for name in ("cases.json", "answers.json")]
+                places[0].write_text(json.dumps(case_to_dict(case)))
+                words = [word.format(cases=places[0], answers=places[1])
+                         for word in shlex.split(self.name)]
+                done = subprocess.run(words, capture_output=True, timeout=COMMAND_SECONDS,
+                                      check=False)
+                if done.returncode:
+                    last = (done.stderr.decode(errors="replace").strip().splitlines()
+                            or ["no message"])[-1]
+                    raise RuntimeError(f"exit status {done.returncode}: {last[:200]}")
+                return answers_from_dict(json.loads(places[1].read_text()), len(case.origins))
+        return trace
+
+
+def answers_from_dict(found: Any, rays: int) -> Answers:
+    """Return the answers of a file that a program wrote.
+
+    Parameters
+    ----------
+    found : ``triangle`` (negative or null for a miss), and optionally ``t`` and ``any_hit``; a
+        list of each, with an entry per ray
+
+    Raises
+    ------
+    ValueError
+        a list is missing, or has another length
+    """
+    if not isinstance(found, dict) or "triangle" not in found:
+        raise ValueError("the answers must be an object with the list \"triangle\"")
+    arrays = {name: np.array([np.nan if one is None else one for one in found[name]], float)
+              for name in ("triangle", "t", "any_hit") if found.get(name) is not None}
+    for name, array in arrays.items():
+        if array.shape != (rays,):
+            raise ValueError(f"{name} has {len(array)} entries for {rays} rays")
+    triangle = np.where(np.isnan(arrays["triangle"]), -1, arrays["triangle"]).astype(np.int64)
+    any_hit = arrays.get("any_hit")
+    return Answers(triangle, arrays.get("t"), None if any_hit is None else any_hit != 0)

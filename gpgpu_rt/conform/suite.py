@@ -1,0 +1,148 @@
+"""Suite: holds engines against every family, and counts their wrong answers by kind."""
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+
+from ..errors import OptionError, nearest_names
+from ..reference import Acceptance, Verdicts, acceptance, check
+from ..reference.verdicts import LEAK, UNDECIDABLE, WRONG_KINDS
+from .answers import Answers
+from .case import Case
+from .engines import ENGINES
+from .families import FAMILIES, make_case
+from .runner import Crash, Runner
+from .spec import ENGINE, Spec
+
+RAYS, SEED = 300, 1     # of each family in the quick suite
+CRASH = "crash"
+KINDS = (*WRONG_KINDS, CRASH)
+
+
+@dataclass
+class Row:
+    """The result of an engine in a family.
+
+    Attributes
+    ----------
+    engine, version : the engine, and its package's version or ""
+    family : the family's name
+    rays : number of rays that the engine traced; 0 if it does not know their intervals
+    undecidable : number of rays for which a hit and a miss are both right
+    wrong : number of wrong rays by kind, of KINDS. A crash counts for all rays of the family
+    seconds : time of the engine's call, with the construction of its structure
+    note : the reason of a crash, or why no ray was traced; else ""
+    own : for a wrapper, the number of wrong rays that the engine behind it answers rightly; None
+        for other engines, or if the engine behind it was not run
+    """
+
+    engine: str
+    version: str
+    family: str
+    rays: int
+    undecidable: int
+    wrong: dict[str, int]
+    seconds: float
+    note: str = ""
+    own: int | None = None
+
+    @property
+    def wrong_rays(self) -> int:
+        """The number of wrong rays of all kinds."""
+        return sum(self.wrong.values())
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the row, ready for JSON."""
+        return asdict(self)
+
+
+@dataclass
+class Known:
+    """A family's case and its right answers."""
+
+    name: str
+    case: Case
+    answers: Acceptance
+
+    @classmethod
+    def of(cls, name: str, rays: int, seed: int = SEED) -> Known:
+        """Make the case with at most this number of rays, and decide its answers."""
+        case = make_case(name, min(rays, FAMILIES[name].most), seed)
+        return cls(name, case, acceptance(case.triangles, *case.rays))
+
+    def judge(self, answers: Answers, part: slice) -> Verdicts:
+        """Judge the answers to the first rays."""
+        case = self.case.part(part)
+        known = first_rays(self.answers, len(case.origins))
+        return check(case.triangles, case.origins, case.directions, answers.triangle, answers.t,
+                     answers.any_hit, case.t_min, case.t_max, known)
+
+
+def first_rays(known: Acceptance, n: int) -> Acceptance:
+    """Return the acceptance of the first n rays."""
+    if n == len(known):
+        return known
+    end, exact = known.starts[n], known.exact
+    hits = type(exact)(exact.t[:n], exact.u[:n], exact.v[:n], exact.triangle[:n], exact.status[:n])
+    return Acceptance(hits, known.must_hit[:n], known.may_hit[:n], known.starts[:n + 1],
+                      known.triangle[:end], known.t_low[:end], known.t_high[:end], known.copy_of)
+
+
+def family_names(words: Sequence[str] = ()) -> list[str]:
+    """Return the named families, or all of them.
+
+    Raises
+    ------
+    OptionError
+        no family has a name
+    """
+    for word in words:
+        if word not in FAMILIES:
+            raise OptionError(f"no family {word!r}{nearest_names(word, FAMILIES)}")
+    return list(words) or list(FAMILIES)
+
+
+def installed() -> tuple[list[Spec], dict[str, str]]:
+    """Return the engines of the table that are installed, and why each other engine is not run."""
+    missing = {name: engine.missing for name, engine in ENGINES.items() if engine.missing}
+    return [Spec(ENGINE, name) for name in ENGINES if name not in missing], missing
+
+
+def run(specs: Sequence[Spec], names: Iterable[str], rays: int = RAYS, seed: int = SEED
+        ) -> Iterator[Row]:
+    """Hold engines against families; yield a row for each engine in each family."""
+    with Runner() as runner:
+        for name in names:
+            known = Known.of(name, rays, seed)
+            wrong: dict[str, np.ndarray] = {}
+            for spec in specs:
+                yield _row(runner, spec, known, wrong)
+
+
+def _row(runner: Runner, spec: Spec, known: Known, wrong: dict[str, np.ndarray]) -> Row:
+    """Return the row of an engine. ``wrong`` holds the wrong rays of the engines before it."""
+    engine, none = spec.engine, dict.fromkeys(KINDS, 0)
+    row = Row(spec.title, engine.version, known.name, 0, 0, none, 0.0)
+    if not engine.traces(known.case):
+        row.note = "the engine does not take these ends of intervals"
+        return row
+    part = slice(0, engine.most)
+    case = known.case.part(part)
+    row.rays = len(case.origins)
+    try:
+        answers, row.seconds = runner.trace(spec, case)
+        verdicts = known.judge(answers, part)
+    except (Crash, ValueError) as failure:
+        row.note, row.wrong = str(failure), {**none, CRASH: row.rays}
+        return row
+    counts = verdicts.counts
+    row.undecidable = int((verdicts.kind == UNDECIDABLE).sum())
+    row.wrong = {kind: counts.get(kind, 0) for kind in KINDS}
+    wrong[spec.title] = verdicts.kind >= LEAK
+    behind = wrong.get(engine.wraps)
+    if behind is not None:
+        row.own = int((wrong[spec.title] & ~behind[:row.rays]).sum())
+    return row

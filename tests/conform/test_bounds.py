@@ -1,0 +1,30 @@
+"""The bounds on fair engines hold for triangle tests other than the watertight test.
+
+Each test may leak at edges, but it has no false hit, no wrong nearest hit and no wrong t, except
+at slivers and at tiny triangles far from the ray.
+"""
+from __future__ import annotations
+
+import pytest
+
+import gpgpu_rt as rt
+from gpgpu_rt.conform.answers import Answers
+from gpgpu_rt.conform.case import FAMILIES
+from gpgpu_rt.conform.suite import Known
+from gpgpu_rt.options import TRACER_OPTIONS
+
+TESTS = next(option.choices for option in TRACER_OPTIONS if option.name == "intersection")
+
+# Here a test's errors are more than 16 times those of the watertight test.
+BEYOND = {("moller-trumbore", "slivers"), ("plucker", "slivers"), ("plucker", "stadium")}
+
+
+@pytest.mark.parametrize("name", FAMILIES)
+@pytest.mark.parametrize("intersection", TESTS)
+def test_bounds_hold(intersection: str, name: str) -> None:
+    known = Known.of(name, 150)
+    with rt.Tracer(known.case.scene, "brute-force", intersection=intersection) as tracer:
+        hits = tracer.trace(*known.case.rays)
+    counts = known.judge(Answers(hits.triangle, hits.t), slice(None)).counts
+    wrong = sum(counts[kind] for kind in ("false hit", "wrong nearest", "wrong t", "not finite"))
+    assert bool(wrong) == ((intersection, name) in BEYOND), counts

@@ -1,0 +1,121 @@
+"""Each family finds faults: a fault is put into the project's own programs, and the family's rays
+must go wrong."""
+from __future__ import annotations
+
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+
+import mirror
+import pytest
+
+import gpgpu_rt as rt
+from gpgpu_rt.conform.answers import Answers
+from gpgpu_rt.conform.case import FAMILIES
+from gpgpu_rt.conform.suite import RAYS, Known
+from gpgpu_rt.gl import shader
+
+TRIANGLE, SLACK, KD = "core/triangle.glsl", "core/slack.glsl", "methods/kdtree/kd_common.glsl"
+AHEAD = "bool ahead = t >= ray.t_min;"
+INSIDE = "bool inside = none_below_zero(w) || none_above_zero(w);"
+NEARER = "(t < hit.t || (t == hit.t && index < hit.triangle))"
+ZERO = "size.{0} < TINY_DIRECTION ? tiny.{0} : d.{0}"
+
+# Fault -> method, options, and (file, right text, faulty text) of each change.
+FAULTS: dict[str, tuple[str, dict, list[tuple[str, str, str]]]] = {
+    "strict comparison": ("brute-force", {}, [
+        (TRIANGLE, INSIDE, "bool inside = all_above_zero(w) || all_below_zero(w);")]),
+    "unpadded slab": ("bvh-threaded", {}, [
+        (SLACK, "BOX_SLACK = 64.0", "BOX_SLACK = 0.0"),
+        (SLACK, "SPACING = 2.0", "SPACING = 0.0")]),
+    "chopped interval": ("kd-restart", {}, [
+        (KD, "takes_far || t_split >= state.t_max", "true")]),
+    "strict interval": ("kd-restart", {"interval": "strict"}, []),
+    "reciprocal of zero": ("kd-restart", {}, [
+        ("core/ray.glsl", ZERO.format(axis), f"d.{axis}") for axis in "xyz"]),
+    "absolute epsilon": ("brute-force", {}, [(TRIANGLE, "det != 0.0) {\n        PRECISE",
+                                              "abs(det) > 1e-8) {\n        PRECISE")]),
+    "NaN passes": ("brute-force", {}, [
+        (TRIANGLE, " && det != 0.0) {\n        PRECISE", ") {\n        PRECISE"),
+        (TRIANGLE, AHEAD, "bool ahead = !(t < ray.t_min);"),
+        (TRIANGLE, NEARER, "!(t >= hit.t)")]),
+    "t_min ignored": ("brute-force", {}, [(TRIANGLE, AHEAD, "bool ahead = t >= 0.0;")]),
+    "first hit wins": ("brute-force", {}, [(TRIANGLE, NEARER, "hit.t == ray.t_max")]),
+    "far sentinel": ("brute-force", {}, [(TRIANGLE, AHEAD,
+                                          "bool ahead = t >= ray.t_min && t < 1e4;")]),
+    "back faces culled": ("brute-force", {}, [
+        (TRIANGLE, INSIDE, "bool inside = none_below_zero(w);")]),
+    "not watertight": ("brute-force", {"intersection": "moller-trumbore"}, []),
+}
+CONTRACTION = "contraction"     # see mirror.py: no software renderer at hand contracts
+
+# The faults that each family must find.
+FOUND = {
+    "strict comparison": (
+        "cell-corners", "sphere-vertices", "sphere-edges", "embree-vertices", "embree-edges",
+        "box-vertices", "box-edges", "box-fine", "square-32", "moved-1e0", "moved-1e2",
+        "moved-1e4", "moved-1e5", "moved-1e6", "signed-zeros", "slab-planes", "flat-box",
+        "denormals"),
+    "unpadded slab": ("sphere-vertices", "embree-vertices", "box-vertices", "box-edges",
+                      "box-fine", "square-32"),
+    "chopped interval": ("in-planes", "spanning", "diagonals", "box-corners", "long-way",
+                         "sphere-random", "near-planes", "lengths", "coplanar"),
+    "strict interval": ("in-planes", "outside", "from-afar", "grazing", "segments"),
+    "reciprocal of zero": ("moved-1e5",),
+    "absolute epsilon": ("scaled-2^-20", "stadium"),
+    "NaN passes": ("flat-floor", "flat-soup", "flat-tilted", "slab-planes"),
+    "t_min ignored": ("intervals", "empty-intervals", "flat-soup"),
+    "first hit wins": ("one-centroid", "outside", "spanning"),
+    "far sentinel": ("scaled-2^20", "long-way"),
+    "back faces culled": ("one-triangle", "coincident", "degenerate"),
+    "not watertight": ("sphere-edges", "slivers", "moved-1e4"),
+    CONTRACTION: ("sphere-edges", "moved-1e2"),
+}
+
+
+@pytest.fixture
+def faulty(request: pytest.FixtureRequest, tmp_path: Path,
+           monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """The programs of a copy of glsl/ with a fault."""
+    changes = FAULTS[request.param][2]
+    if changes:
+        shutil.copytree(shader.ROOT, tmp_path / "glsl")
+        for name, right, wrong in changes:
+            text = (tmp_path / "glsl" / name).read_text()
+            assert text.count(right) == 1, f"{name} changed: {right!r}"
+            (tmp_path / "glsl" / name).write_text(text.replace(right, wrong))
+        monkeypatch.setattr(shader, "ROOT", tmp_path / "glsl")
+    yield
+
+
+def wrong_rays(known: Known, method: str, options: dict) -> int:
+    case = known.case
+    with rt.Tracer(case.scene, method, **{**case.options.get(method, {}), **options}) as tracer:
+        hits = tracer.trace(*case.rays)
+    return int(known.judge(Answers(hits.triangle, hits.t), slice(None)).wrong.sum())
+
+
+def test_every_family_finds_a_fault() -> None:
+    assert {name for names in FOUND.values() for name in names} == set(FAMILIES)
+
+
+@pytest.mark.parametrize("faulty, fault", [(fault, fault) for fault in FAULTS],
+                         indirect=["faulty"], ids=[fault.replace(" ", "-") for fault in FAULTS])
+def test_families_find_the_fault(exact_renderer, faulty, fault: str) -> None:
+    method, options, _ = FAULTS[fault]
+    missed = [name for name in FOUND[fault]
+              if not wrong_rays(Known.of(name, RAYS), method, options)]
+    assert not missed
+
+
+@pytest.mark.parametrize("name", FOUND[CONTRACTION])
+def test_families_find_contraction(name: str) -> None:
+    """Contraction leaks at about one ray of 150, so the test takes more rays than the quick
+    suite."""
+    known = Known.of(name, 1200)
+    case, found = known.case, []
+    for contract in (False, True):
+        hits = mirror.trace(case.triangles, case.origins, case.directions, contract=contract)
+        answers = Answers(hits.triangle, hits.t)
+        found.append(int(known.judge(answers, slice(None)).wrong.sum()))
+    assert found[0] == 0 and found[1] > 0, found

@@ -1,0 +1,194 @@
+"""The suite: this project has no wrong ray, engines that crash or hang are counted, verdicts."""
+from __future__ import annotations
+
+import importlib.util
+import sys
+import textwrap
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import gpgpu_rt as rt
+from gpgpu_rt import reference
+from gpgpu_rt.conform.answers import Answers
+from gpgpu_rt.conform.case import FAMILIES
+from gpgpu_rt.conform.engines import ENGINES
+from gpgpu_rt.conform.runner import Crash, Runner
+from gpgpu_rt.conform.spec import COMMAND, ENGINE, FUNCTION, METHOD, Spec
+from gpgpu_rt.conform.suite import CRASH, Known, run
+from gpgpu_rt.reference.verdicts import (
+    ANY_HIT_DISAGREES, FALSE_HIT, LEAK, NOT_FINITE, RIGHT, UNDECIDABLE, WRONG_NEAREST, WRONG_T
+)
+
+METHODS = [(row.name, schedule) for row in rt.methods() for schedule in row.schedules]
+# Under these schedules, long lists take a pass for each entry.
+LONG_LISTS = ("coincident", "coplanar", "one-centroid", "long-way")
+
+# Two parallel triangles, and rays at their middle, past them, and through the first one's edge.
+TWO = np.float32([[[-1, -1, 0], [1, -1, 0], [0, 1, 0]], [[-1, -1, -1], [1, -1, -1], [0, 1, -1]]])
+ORIGINS = np.float32([[0, 0, 2], [5, 5, 2], [0, -1, 2]])
+DIRECTIONS = np.float32([[0, 0, -1]] * 3)
+
+
+def wrong(method: str, schedule: str, name: str, rays: int) -> dict[str, int]:
+    known = Known.of(name, rays)
+    answers = Spec(METHOD, method, schedule).load()(known.case)
+    verdicts = known.judge(answers, slice(None))
+    return {kind: count for kind, count in verdicts.counts.items()
+            if count and kind not in ("right", "undecidable")}
+
+
+@pytest.mark.parametrize("name", FAMILIES)
+@pytest.mark.parametrize("method", ["brute-force", "bvh-packet"])
+def test_no_ray_is_wrong(method: str, name: str) -> None:
+    assert not wrong(method, "", name, 100)
+
+
+@pytest.mark.full
+@pytest.mark.parametrize("name", FAMILIES)
+@pytest.mark.parametrize("method, schedule", METHODS)
+def test_no_ray_is_wrong_in_full(method: str, schedule: str, name: str) -> None:
+    if name in LONG_LISTS and schedule != "loop":
+        pytest.skip("this schedule takes a pass for each entry of a long list")
+    assert not wrong(method, schedule, name, 1000)
+
+
+@pytest.mark.parametrize("triangle, t, any_hit, kinds", [
+    pytest.param((0, -1, 0), (2, np.inf, 2), (1, 0, 1), (RIGHT, RIGHT, UNDECIDABLE), id="right"),
+    pytest.param((0, -1, -1), (2, np.inf, 2), (1, 0, 0), (RIGHT, RIGHT, UNDECIDABLE), id="edge"),
+    pytest.param((-1, -1, -1), None, None, (LEAK, RIGHT, UNDECIDABLE), id="leak"),
+    pytest.param((0, 0, -1), None, None, (RIGHT, FALSE_HIT, UNDECIDABLE), id="false-hit"),
+    pytest.param((0, 7, -1), None, None, (RIGHT, FALSE_HIT, UNDECIDABLE), id="no-triangle"),
+    pytest.param((1, -1, -1), (3, 0, 0), None, (WRONG_NEAREST, RIGHT, UNDECIDABLE), id="nearest"),
+    pytest.param((0, -1, -1), (2.01, 0, 0), None, (WRONG_T, RIGHT, UNDECIDABLE), id="t"),
+    pytest.param((0, -1, -1), (np.nan, 0, 0), None, (NOT_FINITE, RIGHT, UNDECIDABLE), id="nan"),
+    pytest.param((0, -1, -1), (np.inf, 0, 0), None, (NOT_FINITE, RIGHT, UNDECIDABLE), id="inf"),
+    pytest.param((0, -1, -1), None, (0, 1, 1),
+                 (ANY_HIT_DISAGREES, ANY_HIT_DISAGREES, UNDECIDABLE), id="any-hit"),
+])
+def test_verdicts(triangle, t, any_hit, kinds) -> None:
+    found = reference.check(TWO, ORIGINS, DIRECTIONS, np.array(triangle),
+                            None if t is None else np.array(t, float),
+                            None if any_hit is None else np.array(any_hit, bool))
+    assert found.kind.tolist() == list(kinds)
+    assert found.wrong.tolist() == [kind >= LEAK for kind in kinds]
+
+
+def test_how_much_an_answer_is_wrong() -> None:
+    found = reference.check(TWO, ORIGINS, DIRECTIONS, [0, -1, 0], np.array([2.5, 0, 2]))
+    assert found.t_error[0] == pytest.approx(0.5) and np.isnan(found.t_error[1])
+    assert 0 < found.t_allowed[0] < 1e-4
+
+
+def test_a_miss_between_two_triangles_is_a_leak() -> None:
+    """No triangle is certainly hit, but all neighbours of the ray hit."""
+    quad = np.float32([[[-1, -1, 0], [1, -1, 0], [1, 1, 0]], [[-1, -1, 0], [1, 1, 0], [-1, 1, 0]]])
+    known = reference.acceptance(quad, [[0.5, 0.5, 1]], [[0, 0, -1]])
+    assert known.must_hit[0] and known.triangle.tolist() == [0, 1]
+    gap = quad + np.float32([[[1e-3, -1e-3, 0]], [[0, 0, 0]]])
+    known = reference.acceptance(gap, [[0.5, 0.5, 1]], [[0, 0, -1]])
+    assert not known.must_hit[0] and known.may_hit[0]
+
+
+def test_wrong_shapes_are_named() -> None:
+    with pytest.raises(ValueError, match=r"triangle has shape \(2,\); expected \(3,\)"):
+        reference.check(TWO, ORIGINS, DIRECTIONS, np.array([0, 1]))
+
+
+@pytest.fixture
+def engine(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    """A function that writes a module of engines and returns the spec of one of its functions."""
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path))
+    monkeypatch.chdir(tmp_path)
+
+    def write(text: str, name: str = "trace") -> Spec:
+        (tmp_path / "my_engine.py").write_text(textwrap.dedent(text))
+        return Spec(FUNCTION, f"my_engine:{name}")
+    return write
+
+
+@pytest.mark.parametrize("body, reason", [
+    ("raise ValueError('not\\ntoday')", "ValueError: not today"),
+    ("import os; os._exit(3)", "the process ended with status 3"),
+    ("import os, signal; os.kill(os.getpid(), signal.SIGSEGV)", "status -11"),
+    ("import time; time.sleep(60)", "no answer within 2 s"),
+    ("return None", "return (t, triangle)")])
+def test_a_crash_is_counted(engine, body: str, reason: str) -> None:
+    spec = engine(f"""
+        def trace(triangles, origins, directions):
+            {body}
+        """)
+    case = Known.of("one-triangle", 4).case
+    with Runner(seconds=2) as runner:
+        with pytest.raises(Crash, match=reason.replace("(", r"\(").replace(")", r"\)")):
+            runner.trace(spec, case)
+        # The runner starts anew.
+        answers, _ = runner.trace(Spec(METHOD, "brute-force"), case) if "60" not in body else (
+            Answers(np.zeros(4)), 0)
+        assert len(answers.triangle) == 4
+
+
+def test_a_crash_makes_a_row(engine) -> None:
+    spec = engine("""
+        def trace(triangles, origins, directions):
+            print("noise of an engine")
+            raise RuntimeError("broken")
+        """)
+    row, = run([spec], ["one-triangle"], 5)
+    assert row.wrong[CRASH] == row.rays == 5 and row.note == "RuntimeError: broken"
+
+
+def test_a_function_is_judged(engine) -> None:
+    spec = engine("""
+        import numpy as np
+        from gpgpu_rt import reference
+
+        def trace(triangles, origins, directions):
+            hits = reference.trace(triangles, origins, directions)
+            return hits.t * np.where(np.arange(len(hits.t)) == 0, 1.5, 1), hits.triangle
+        """)
+    rows = list(run([spec], ["sphere-random", "intervals"], 20))
+    assert rows[0].wrong["wrong t"] == rows[0].wrong_rays == 1
+    assert rows[1].rays == 0 and "intervals" in rows[1].note
+
+
+def test_a_program_is_judged(tmp_path: Path) -> None:
+    program = tmp_path / "tracer.py"
+    program.write_text(textwrap.dedent("""
+        import json, sys
+        import numpy as np
+        from gpgpu_rt import reference
+        case = json.load(open(sys.argv[1]))
+        ends = [np.array([np.inf if end is None else end for end in case[name]])
+                for name in ("t_min", "t_max")]
+        hits = reference.trace(case["triangles"], case["origins"], case["directions"], *ends)
+        json.dump({"triangle": hits.triangle.tolist(),
+                   "t": [float(t) if hit else None for t, hit in zip(hits.t, hits.hit)],
+                   "any_hit": hits.hit.tolist()}, open(sys.argv[2], "w"))
+        """))
+    spec = Spec(COMMAND, f"{sys.executable} {program} {{cases}} {{answers}}")
+    rows = list(run([spec], ["segments", "intervals"], 30))
+    assert [row.rays for row in rows] == [30, 30] and not any(row.wrong_rays for row in rows)
+
+
+@pytest.mark.parametrize("spec, message", [
+    (lambda: Spec(ENGINE, "embrex"), "no engine 'embrex'; did you mean embreex"),
+    (lambda: Spec(COMMAND, "./tracer {cases}"), "lacks {answers}"),
+    (lambda: Spec.of("module:"), "module:function"),
+    (lambda: Spec(METHOD, "kd-stack", "step"), "runs under loop only")])
+def test_wrong_specs_are_named(spec, message: str) -> None:
+    with pytest.raises(rt.Error, match=message):
+        spec()
+
+
+@pytest.mark.parametrize("name", ENGINES)
+def test_every_installed_engine_answers(name: str) -> None:
+    """Each adapter reports triangles and distances in the suite's units: rays at the insides of
+    triangles are right."""
+    engine = ENGINES[name]
+    if any(importlib.util.find_spec(module) is None for module in engine.modules):
+        pytest.skip(engine.missing)
+    rows = list(run([Spec(ENGINE, name)], ["sphere-random", "outside"], 60))
+    assert not any(row.wrong_rays for row in rows), rows
+    assert all(row.rays == 60 and row.version for row in rows)
