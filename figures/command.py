@@ -101,7 +101,7 @@ def _index(out: Path) -> None:
     write_index(out, lines, summary.sentences(pages), [
         f"Size of the measurements: {size}. All measurements together took "
         f"{number(seconds / 60)} minutes of processor time"
-        + (f", not counting {unknown} whose time an older version did not record." if unknown
+        + (f", not counting {unknown} cells: an older version did not time them." if unknown
            else ".")
         + ("" if not quick else " At the quick size fewer rays are traced than in the papers, so "
            "compare times per ray. `make figures FULL=1` uses the papers' sizes. If you interrupt "

@@ -136,10 +136,11 @@ class Option:
 TRUTH = {"1": True, "true": True, "yes": True, "on": True,
          "0": False, "false": False, "no": False, "off": False}
 
-# The chips whose form of the kernels the option ``era`` gives, and the options that a chip
-# implies: the schedule of cards without loops, the papers' triangle test, and the numbers of the
-# chip's fragment processors. NV40 computed in fp32 unless a program asked for halves. NV30 is
-# missing: it has a single render target, and its compiler refuses each of these kernels.
+# The chips that the option ``era`` accepts. With this option, a method runs in its era form: the
+# kernels as the papers had them (docs/era.md). Each chip implies further options: the schedule of
+# cards without loops, the papers' triangle test, and the numbers of the chip's fragment
+# processors. NV40 computed in fp32 unless a program asked for halves. NV30 is missing: it has a
+# single render target, and its compiler refuses each of these kernels.
 _PAPERS = {"schedule": "kernels", "intersection": "moller-trumbore"}
 ERAS: dict[str, dict[str, Any]] = {
     "r300": {**_PAPERS, "precision": "fp24"}, "r420": {**_PAPERS, "precision": "fp24"},

@@ -252,7 +252,7 @@ class Tracer:
                first_hits: str = "traced",
                region: tuple[int, int, int, int] | None = None,
                **options: Any) -> Image.Image:
-        """Draw a picture of the scene; this tracer's method traces all its rays.
+        """Draw a picture of the scene; this tracer's method traces the picture's rays.
 
         Parameters
         ----------

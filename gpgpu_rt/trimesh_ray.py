@@ -4,8 +4,8 @@ Names, arguments, shapes and the order of results are the same as in ``trimesh.r
 four differences:
 
 * The hits are sorted by ray, and the hits of a ray by (t, triangle). The search for the next hit
-  of a ray continues exactly behind the last hit (see ``session/all_hits.py``), so it finds all
-  coincident triangles and skips no triangle.
+  of a ray continues exactly behind the previous hit (see ``session/all_hits.py``), so it finds
+  all coincident triangles and skips no triangle.
 * Intersection is computed in float32. Far from the origin, float32 would be too coarse: if a mesh
   is farther from the origin than it is large, it is first moved to the origin in float64. After
   the trace, the position of each hit on its ray is computed in float64.
@@ -264,7 +264,8 @@ class RayMeshIntersector:
     def __deepcopy__(self, memo: Any) -> RayMeshIntersector:
         """Return an intersector of the same mesh, as trimesh's own engines do.
 
-        ``mesh.copy()`` gives the copied mesh one of trimesh's engines: set its ``ray`` again.
+        ``mesh.copy()`` gives the copied mesh one of trimesh's engines. Set ``ray`` of the copied
+        mesh again.
         """
         return self.__copy__()
 
@@ -302,8 +303,8 @@ def _far_centre(vertices: np.ndarray) -> np.ndarray:
 def _begins(group: np.ndarray, t: np.ndarray, reach: np.ndarray) -> np.ndarray:
     """Return whether each hit begins a new place, (m,) bool.
 
-    Each hit is compared with the hit before it. A hit begins a place if its ``group`` is another
-    one, or if the intervals from t - reach to t + reach of the two hits are disjoint.
+    Each hit is compared with the hit before it. A hit begins a place if the two hits differ in
+    ``group``, or if their intervals from t - reach to t + reach are disjoint.
     """
     new = np.ones(len(t), bool)
     new[1:] = (np.diff(group) > 0) | (t[1:] - reach[1:] > t[:-1] + reach[:-1])

@@ -134,8 +134,8 @@ def exact_renderer(gpu: Gpu) -> Gpu:
 def variants(name: str) -> list[dict[str, object]]:
     """Return settings of a method that change its programs.
 
-    Each choice of the method's own options gives a setting. A number that is 0, which turns its
-    option off, is set to 6. If an option needs another option, that option is set too.
+    Each choice of the method's own options gives a setting. A number that is 0 by default,
+    which means off, is set to 6. If an option needs another option, that option is set too.
     """
     settings: list[dict[str, object]] = [{}]
     for option in find_method(name).options:
@@ -268,7 +268,7 @@ VIEW = (48, 36)   # picture size of these viewers, in pixels
 
 
 class Clock:
-    """A clock whose time tests set."""
+    """A clock that shows the time ``now``, which a test sets."""
 
     def __init__(self) -> None:
         self.now = 100.0

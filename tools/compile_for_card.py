@@ -3,9 +3,10 @@
     python tools/compile_for_card.py --drivers FOLDER CARD FRAGMENT [--listing]
 
 FOLDER is the result of tools/period_compilers.sh. CARD is r300, r420, r580, nv40 or g80.
-R300 to R580 print their counts; with --listing also the program. NV40 prints the program, and G80
-prints its counts. Some of these drivers do not end well, so each program has a process of
-its own.
+The drivers of R300 to R580 print counts of the program's instructions, fetches and registers; with
+--listing they also print the program. NV40's driver prints the program. G80's driver prints counts
+of instructions and registers. Some of these drivers crash at a normal end, so each program is
+compiled in a process of its own.
 """
 from __future__ import annotations
 
@@ -18,7 +19,8 @@ from ctypes import POINTER, byref, c_char_p, c_float, c_int, c_ubyte, c_uint, c_
 from pathlib import Path
 from typing import Any
 
-# Card -> the shim of its family, and the variables that choose the chip and ask for its listing.
+# Card -> the DRM shim of the card's family, and the environment variables that choose the chip and
+# (for nv40) make the driver print the program.
 CARDS: dict[str, tuple[str, dict[str, str]]] = {
     "r300": ("radeon", {"RADEON_GPU_ID": "0x4E44"}),
     "r420": ("radeon", {"RADEON_GPU_ID": "0x4A49"}),
@@ -32,7 +34,7 @@ VERTEX = {
            "void main() { here = p.zw; gl_Position = vec4(p.xy, 0.0, 1.0); }",
     "330": "#version 330\nin vec4 p;\nvoid main() { gl_Position = vec4(p.xy, 0.0, 1.0); }",
 }
-SURFACELESS, OPENGL = 0x31DD, 0x30A2     # of EGL
+SURFACELESS, OPENGL = 0x31DD, 0x30A2     # constants of EGL
 IN_CHILD = "COMPILE_FOR_CARD_CHILD"
 
 

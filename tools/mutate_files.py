@@ -1,4 +1,4 @@
-"""Test that mutated files are read, or refused by a line, within 10 s and 2 GB each.
+"""Test that mutated files are read, or refused with a one-line error, within 10 s and 2 GB each.
 
     python tools/mutate_files.py KIND COUNT [SEED]     # KIND: mesh, material, ..., or all
     python tools/mutate_files.py KIND 1 SEED --keep FOLDER     # write the files of a case there

@@ -2,8 +2,9 @@
 
     python tools/static_costs.py --drivers FOLDER [--card CARD]...
 
-FOLDER is the result of tools/period_compilers.sh. Run this after a change of a kernel's text: a
-test names the kernels whose entries are out of date.
+An era kernel is a method's kernel as a card of 2002-2006 could run it (docs/era.md). FOLDER is the
+result of tools/period_compilers.sh. Run this program after a change of a kernel's text: a test
+names the kernels whose entries are out of date.
 """
 from __future__ import annotations
 
@@ -95,8 +96,8 @@ def _operations(said: str) -> dict[str, Any]:
 def _nv40_instructions(operation: str, operands: str) -> int:
     """Return the number of instructions that NV40's driver emits for an operation.
 
-    An NV40 instruction reads a single constant and a single input. The driver copies each further
-    one to a register first.
+    An NV40 instruction reads a single constant and a single input. The driver first copies each
+    further constant or input to a register.
     """
     sources = operands.split(", ")[1:]
     copies = 0
@@ -117,7 +118,7 @@ def write(card: str, drivers: Path, programs: Iterable[static_costs.EraProgram])
             driver = driver or said[said.index("driver: ") + 8:].splitlines()[0]
             cost = cost_of(card, said, program.text)
             if card == "g80" and "refused" not in cost:
-                # G80's driver does not tell fetches: take them from NV40's form of the kernel.
+                # G80's driver prints no counts of fetches and levels: use NV40's counts.
                 other = cost_of("nv40", run(drivers, "nv40", path), program.text)
                 cost.update(fetches=other["fetches"], levels=other["levels"])
             entries[program.digest] = {"method": program.method, "kernel": program.kernel, **cost}

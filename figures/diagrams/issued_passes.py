@@ -53,7 +53,7 @@ def issued(passes: Iterable[ObservedPass], left_out: tuple[str, ...] = ()) -> li
     """
     kept = [one for one in passes if kernel_of(one) not in left_out]
     # A texture may have two names, because a program needs a texture at each sampler, even at one
-    # that it does not read. The name of the target's record comes before the names of samplers.
+    # that it does not read. The name of the target's record has precedence over sampler names.
     names: dict[int, str] = {}
     for one in kept:
         for record in one.target.records if isinstance(one.target, Target) else ():

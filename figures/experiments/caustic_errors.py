@@ -1,4 +1,4 @@
-"""Caustic errors: compares caustics mapping with traced photons, added to the same map."""
+"""Caustic errors: compares caustics mapping with a map of traced photons."""
 from __future__ import annotations
 
 import time

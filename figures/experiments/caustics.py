@@ -39,7 +39,7 @@ def draw(data: Path, out: Path, full: bool) -> None:
         "# Caustics mapping\n\n"
         "Caustics mapping searches the image that the light sees for the point where a photon "
         "lands. For comparison, the same photons are traced as rays through the same refractor "
-        "and added to the same map. Renderer and settings: " + note + ".\n\n"
+        "and added to a second map of the same kind. Renderer and settings: " + note + ".\n\n"
         "* Times as fast: the time of the traced photons divided by the time of the "
         "rasterisation, in the median of the runs.\n"
         "* Landing error: the distance, in units of the scene, between the points where a mapped "

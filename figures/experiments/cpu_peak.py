@@ -22,7 +22,7 @@ A_CLOCK = (("avx512f", 64), ("fma", 32), ("avx", 16), ("sse2", 8))
 BASE = Path("/sys/devices/system/cpu/cpu0/cpufreq/base_frequency")   # kHz
 MATRIX = 768   # rows of the matrices whose product is timed
 SIDE = 512     # side in pixels of the render target of the timed fragment program
-TURNS, ROUNDS = 64, 8             # iterations of its two loops, one inside the other
+TURNS, ROUNDS = 64, 8             # iterations of the fragment program's two nested loops
 FLOPS_A_FRAGMENT = TURNS * ROUNDS * 3 * 4 * 2     # multiply-adds of three vectors of four
 RUNS = 5       # timed runs of the fragment program, after a warm-up run
 

@@ -23,17 +23,18 @@ HEADS = ("figure", "card", "scene", "method", "form", "scored", "published_ns", 
          "ratio", *SHARES)
 ABOUT = """# The papers' cards: predicted times without fitted constants
 
-Mesa's compiler for the card compiles the era form of each kernel. Traces of the rays give the
-issues of each kernel, with the lanes that wait. The rates are those that `gpgpu-rt hardware`
-prints. No constant is fitted. A ratio is predicted over published time. Figures 12, 13, 16, 20 and
-22 hold the same predictions beside the times measured here.
+Mesa's compiler for the card compiles the era form of each kernel, in which cards of the papers'
+time can run it (`docs/era.md`). Traces of the rays give the issues of each kernel, with the lanes
+that wait. The rates are those that `gpgpu-rt hardware` prints. No constant is fitted. A ratio is
+predicted over published time. Figures 12, 13, 16, 20 and 22 hold the same predictions beside the
+times measured here.
 
 The model leaves out the misses of the texture cache, latency that too few fragments in flight
 expose, shading, transfers, the set-up of rays, and the passes that a card's limit on loop
 iterations adds. The vendors' compilers may have needed fewer instructions than Mesa's; on NV40,
 Mesa takes three for a selection. A kernel in a loop was compiled as a program of its own, so the
-moves of the state to the program's outputs count. Published numbers do not name these causes, so
-a missed bar remains unexplained among them.
+moves of the state to the program's outputs count. Published numbers do not separate these causes.
+If a prediction misses a bar (a target below), the page cannot say which cause is to blame.
 
 A figure's first form is scored. Most papers do not publish the order of their loops, so the choice
 of the form is an assumption too; the other forms stand in the table. `step` runs one step of each
@@ -52,7 +53,7 @@ def write_page(found: Sequence[PredictedRow], misses: Mapping[str, float],
 
     Parameters
     ----------
-    misses : the median of |log2 ratio| by assumption; the first entry has none changed
+    misses : the median of |log2 ratio| by assumption; for the first entry, no assumption is changed
     taus : tau-b by figure and panel
     """
     times = [row.time() for row in found]
@@ -139,5 +140,5 @@ def _chart(found: Sequence[PredictedRow], out: Path) -> None:
     figure.legend(*axes[0, 0].get_legend_handles_labels(), frameon=False, ncols=len(SHARES),
                   loc="upper center", fontsize=8)
     figure.tight_layout(rect=(0, 0.04, 1, 0.97))
-    save_chart(figure, out / "era_machine.png", "A kernel's time counts as the part that bounds "
-               "it; the share of idle lanes counts as waiting lanes.")
+    save_chart(figure, out / "era_machine.png", "A kernel's whole time counts for the resource "
+               "that bounds the kernel, except the time of idle lanes, shown as waiting lanes.")

@@ -29,9 +29,9 @@ def measure(scene: str, method: str, options: Mapping[str, Any], size: int,
     """Measure the times of each frame, in seconds, for size x size eye rays.
 
     A scene without an animation stands still. Its triangles are updated all the same, as by a
-    program that does not know that nothing moved. With AHEAD in the options another process builds
-    each frame while the frame before it is traced, and an update is the wait for it. The frame
-    that starts this process is not counted.
+    program that does not know that nothing moved. With AHEAD in the options, another process builds
+    each frame while the frame before it is traced, and the time of an update is the wait for this
+    build. The frame that starts the process is not counted.
 
     Returns
     -------
@@ -74,7 +74,7 @@ def _moves(tracer: rt.Tracer, first: np.ndarray, vertices: list[np.ndarray],
            ahead: bool) -> Generator[None, None, None]:
     """Move the tracer's triangles at each ``next``, to ``first`` and then to each of ``vertices``.
 
-    Not ahead, the triangles are at ``first`` already.
+    Unless ``ahead``, the triangles must already be at ``first``.
     """
     if ahead:
         yield from tracer.updates([first, *vertices])
@@ -89,7 +89,7 @@ def _moves(tracer: rt.Tracer, first: np.ndarray, vertices: list[np.ndarray],
 def _start(scene: str) -> rt.Scene:
     """The scene before the measured frames, with the camera from which they are seen.
 
-    It has no normals, which would be computed anew in each frame, because rays only ask for hits.
+    The scene has no normals: hits do not need them, and each frame would compute them anew.
     """
     if scene not in animation_names():
         return rt.load_scene(scene)

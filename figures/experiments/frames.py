@@ -22,7 +22,7 @@ BUILDS = {"sah": ("cpu",), "lbvh": ("cpu", "gpu"), "hybrid": ("cpu",)}
 REBUILT = ("bih", "kd-short-stack", "kd-stack")    # rebuilt in each frame: they cannot refit
 BUDGE = "kd-stack"    # Budge et al. 2008: traced with a stack while the CPU builds the next tree
 IN_TURN, OVERLAPPED = f"{BUDGE} rebuilt", f"{BUDGE} rebuilt, a frame ahead"
-# Not at the quick size, where the walker shows enough motion.
+# These scenes are measured at full size only. At the quick size, the walker shows enough motion.
 FULL_ONLY = ("explosion", "robots-moving", "kitchen-moving", "bunny")
 FRAMES, FULL_FRAMES = 3, 12
 

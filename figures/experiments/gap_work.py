@@ -31,8 +31,8 @@ KINDS = (MOVED, DONE, STACKS)
 GROUPS = {1: (1, 1), 2: (1, 2), 4: (2, 2), 8: (2, 4), 16: (4, 4), 32: (4, 8), 48: (6, 8),
           64: (8, 8)}
 WIDTHS = tuple(GROUPS)
-# The side of a traced square of rays, and the number of squares across and down the image. A
-# square has whole groups of every width, of rays and of packets of 2x2 rays.
+# The side of a traced square of rays, and the number of squares across and down the image. Groups
+# of every width divide a square without remainder, whether of rays or of packets of 2x2 rays.
 SIDE, SPREAD = 48, 2
 # A limit of the static costs, for the pages that use them.
 COMPILED = ("A kernel was compiled as a program of its own. The moves of the state to the "
@@ -72,7 +72,7 @@ def _moved(scene: rt.Scene, rays: Workload, method: str,
 
 def _done(scene: rt.Scene, rays: Workload, method: str,
           options: dict[str, Any]) -> dict[str, Any]:
-    """Return the runs of each kernel, the lanes that they take by width, and the misses of caches.
+    """Return each kernel's runs, the lanes that the runs occupy by width, and the misses of caches.
 
     Squares of rays are traced. With ``sort_rays`` the squares are filled with rays in their sorted
     order. A packet counts as one fragment.
@@ -133,7 +133,7 @@ def _sorted_squares(scene: rt.Scene, rays: Workload) -> np.ndarray:
 
 def _stacks(scene: rt.Scene, rays: Workload, method: str,
             options: dict[str, Any]) -> dict[str, Any]:
-    """Return a histogram of the rays' deepest stacks, and the entries that the tree may need."""
+    """Return a histogram of the rays' deepest stacks, and the entries that a stack can hold."""
     deepest = np.zeros(len(rays.origins), np.int64)
 
     def look(one: Pass) -> None:

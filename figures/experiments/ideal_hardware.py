@@ -22,7 +22,8 @@ from ..framework.results import finished, read
 from .gap_work import COMPILED, DONE, SIDE
 
 SCENES = ("kitchen", "conference")
-# kd-texture-stack stands for kd-stack, which has the same walk but no era form.
+# kd-texture-stack stands for kd-stack, which has the same walk. The costs of kernels come from
+# compilers of the papers' cards, and kd-stack has no kernels that these can compile (docs/era.md).
 METHODS = ("kd-restart", "kd-texture-stack", "bvh-threaded")
 CARD, TREE = "G80", "kd-texture-stack"     # TREE: the method of the prototypes, which have a stack
 BVH = "bvh-threaded"               # the tree of Benthin et al. on the Cell; here without a stack
@@ -60,7 +61,8 @@ def leasts(method: str, work: dict[str, Any]) -> dict[str, Least]:
         f"{CARD} and triangle units": on_card(card, work, own, ideal, "tests"),
         f"{CARD} and traversal units": on_card(card, work, own, ideal, "steps"),
         f"{CARD} and both": on_card(card, work, own, ideal, "both")}
-    if method == TREE:      # SaarCOR's units do all the work, so its costs do not matter
+    # SaarCOR's units also test triangles, so `on_prototype` does not use the costs for SaarCOR.
+    if method == TREE:
         found |= {name: on_prototype(made[name], work, costs[made["RPU"].compiler])
                   for name in ("RPU", "SaarCOR 2002", "SaarCOR")}
     if method in (TREE, BVH):
@@ -95,9 +97,10 @@ def draw(data: Path, out: Path, full: bool) -> None:
         return
     results = [result for _, result in finished(cells(full), data)]
     heading = results[0]
-    note = (f"Squares of {SIDE}x{SIDE} out of {size(full)}x{size(full)} eye rays. Every time is "
-            "the time that a machine needs at its peak rates for the kernels that the rays run, "
-            "without the setting up of rays; nothing is fitted. The total is the longest of the "
+    note = (f"An image has {size(full)}x{size(full)} eye rays, of which sample squares of "
+            f"{SIDE}x{SIDE} are traced. Every time is the time that a machine needs at its peak "
+            "rates for the kernels that the rays run, without the setting up of rays; nothing is "
+            "fitted. The total is the longest of the "
             "times of shaders, traversal steps, triangle tests and memory, plus the waiting. "
             f"{heading['gpu']['renderer']}, commit {heading['commit']}."
             + (" Some scenes are procedural stand-ins."

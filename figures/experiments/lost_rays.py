@@ -1,6 +1,6 @@
-"""Lost rays: the eye rays of an image that a method's numbers lose, beside an exact method.
+"""Lost rays: the eye rays of an image whose hits a method's number format loses or changes.
 
-Cells whose ``work`` is "lost rays" measure it.
+An exact method is the reference. Cells whose ``work`` is "lost rays" count these rays.
 """
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ def measure(scene: rt.Scene, method: str, options: dict[str, Any], size: int) ->
     """Return the numbers of eye rays that are wrong, and a map of them.
 
     ``hit`` is the number of rays that should hit. Of these, ``lost`` have no hit, and ``other``
-    hit another triangle. ``false`` rays hit although they should miss. ``map`` has two bits a
-    pixel in base64, row by row: no hit, and a wrong hit.
+    hit another triangle. ``false`` rays hit although they should miss. ``map`` has two bit maps
+    of the image in base64: first the lost rays, row by row, then the rays with a wrong hit.
     """
     rays = scene.camera.rays((size, size))
     with rt.Tracer(scene, EXACT) as tracer:
@@ -38,7 +38,7 @@ def measure(scene: rt.Scene, method: str, options: dict[str, Any], size: int) ->
 
 
 def wrong_pixels(result: dict[str, Any], size: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return the pixels without a hit and those with a wrong hit, (size, size) bool each."""
+    """Return the pixels of lost rays and of rays with a wrong hit, (size, size) bool each."""
     bits = np.unpackbits(np.frombuffer(base64.b64decode(result["map"]), np.uint8))
     lost, wrong = bits[:2 * size * size].reshape(2, size, size).astype(bool)
     return lost, wrong

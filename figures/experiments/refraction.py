@@ -12,7 +12,7 @@ from ..framework.results import finished
 
 SCENES = ("ball", "bunny")
 HEADS = ("scene", "triangles", "rasterised, ms", "two rays traced, ms",
-         "light through both borders", "of these, rasterised so too", "error, median, degrees",
+         "light through both borders", "of these, also when rasterised", "error, median, degrees",
          "error, 90 % quantile, degrees")
 LEFT = 1
 
@@ -33,8 +33,8 @@ def draw(data: Path, out: Path, full: bool) -> None:
               *map(number, row[6:])] for row in rows]
     size = results[0][0].size
     note = (f"{results[0][1]['gpu']['renderer']}, {size} x {size} pixels, index 1.5, surrounded "
-            "by a distant chequered sphere. Grey pixels: the light does not pass both borders, by "
-            "one of the two methods or by both.")
+            "by a distant chequered sphere. Grey pixels: by at least one of the two "
+            "methods, the light does not pass both borders.")
     write_text(out / "refraction.md", (
         "# Image-space refraction\n\n"
         "Two passes of the rasteriser estimate where light that a mesh refracts leaves the mesh. "
@@ -42,7 +42,7 @@ def draw(data: Path, out: Path, full: bool) -> None:
         "for slabs and good inside convex shapes. It is wrong towards silhouettes, where it "
         "assumes total reflection, and wherever the mesh folds in front of itself.\n\n"
         "\"Light through both borders\" is the share of the mesh's pixels whose float64 ray "
-        "enters and leaves the mesh. \"Of these, rasterised so too\" is the share of these "
+        "enters and leaves the mesh. \"Of these, also when rasterised\" is the share of these "
         "pixels in which the rasterised light also leaves the mesh. The error is the angle "
         "between the two directions there.\n\n"
         "Renderer and settings: " + note + "\n\n"

@@ -29,8 +29,8 @@ def measure(name: str, method: str, options: dict[str, Any], size: int,
 
     ``seconds`` of the result has the time of each run of the rasterised passes, and of the
     tracer's two sets of rays; the two alternate. The other entries are by pixel, row by row:
-    ``found`` and ``truth`` are the directions, ``kind`` and ``right`` the kinds of pixels, and
-    ``off`` the angle between the directions.
+    ``found`` and ``truth`` are the directions by rasterised passes and by float64 rays, ``kind``
+    and ``right`` the kinds of pixels by both, and ``off`` the angle between the directions.
     """
     scene = scene_of(name)
     origins, directions = (r.reshape(-1, 3) for r in scene.camera.rays((size, size)))

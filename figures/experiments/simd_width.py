@@ -69,8 +69,9 @@ def draw(data: Path, out: Path, full: bool) -> None:
     if not found:
         return
     _, heading = finished(cells(full), data)[0]
-    note = (f"{SCENE}, squares of {SIDE}x{SIDE} out of {size(full)}x{size(full)} rays; each step "
-            f"of each ray recorded; {heading['gpu']['renderer']}, commit {heading['commit']}."
+    note = (f"{SCENE}, sample squares of {SIDE}x{SIDE} rays from {size(full)}x{size(full)} rays; "
+            f"each step of each sampled ray recorded; {heading['gpu']['renderer']}, "
+            f"commit {heading['commit']}."
             + (f" {SCENE} is a procedural stand-in." if heading["scene"]["stand_in"] else ""))
     write_csv(out / "simd_width.csv", HEADS, found)
     table = [(rays, label, order, *(number(100 * row[4], 2) for row in mine),

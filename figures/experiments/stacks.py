@@ -40,8 +40,8 @@ def _bytes(fields: Iterable[Field], names: Iterable[str] | None = None) -> int:
 # A BVH's stack stores nodes alone; a kd-tree's stack also stores where the interval ends.
 NODE, KD_ENTRY = _bytes(STACK_ENTRY.fields, ["node"]), _bytes(STACK_ENTRY.fields)
 LOCAL = ("node", "cursor", "stacked")    # the fields that a packet keeps within a pass
-# Label -> method, its options, bytes of a stack entry, and number of entries. None entries means
-# that the stack is as deep as the tree requires.
+# Label -> method, its options, bytes of a stack entry, and number of entries. If this number is
+# None, the stack is as deep as the tree requires.
 METHODS: dict[str, tuple[str, tuple[tuple[str, Any], ...], int, int | None]] = {
     "kd-restart": ("kd-restart", (), 0, 0),
     "kd-push-down": ("kd-push-down", (), 0, 0),
@@ -227,7 +227,7 @@ def draw(data: Path, out: Path, full: bool) -> None:
     if not measured:
         return
     found, heading, card = rows(data, full), measured[0][1], machines()[CARD]
-    note = (f"{SCENE}, squares of {SIDE}x{SIDE} out of {size(full)}x{size(full)} eye rays, in "
+    note = (f"{SCENE}, sample squares of {SIDE}x{SIDE} from {size(full)}x{size(full)} eye rays, in "
             f"warps of {WARP}; kernels compiled by Mesa for the {CARD}; multiprocessors of "
             f"the GeForce 8800 GTX: {card.multiprocessors} multiprocessors, {card.fetch_latency} "
             f"clocks per fetch, at most {card.resident} rays each. "

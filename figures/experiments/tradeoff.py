@@ -58,7 +58,8 @@ def cells_of(scene: str, full: bool) -> list[Cell]:
     """The cells of one scene.
 
     ``brute-force`` is left out, because it would take minutes and finds the hits that the grid
-    finds. On the bunny, methods without the schedule `loop` are left out for the same reason.
+    finds. On the bunny, methods without the schedule `loop` are left out, because they would also
+    take minutes.
     """
     found = []
     for row in rt.methods():

@@ -160,8 +160,8 @@ class Comparison:
             if column.method != ON_CPU and not self.paper_card.forms_of(column.method)
             and any(self.published_row(panel, column) for panel in self.panels)))
         return "" if not names else (" No time is predicted for these methods, because they have "
-                                     "no era form, or because the model has no packets on this "
-                                     f"card: {', '.join(names)}.")
+                                     "no era form (docs/era.md), or because the model has no "
+                                     f"packets on this card: {', '.join(names)}.")
 
     def _predicted(self, data: Path, full: bool) -> dict[tuple[Panel, str], PredictedRow]:
         """The predictions that the verdict takes, by panel and column label."""
@@ -361,7 +361,7 @@ def _turned(some: Sequence[PredictedRow]) -> list[str]:
     return [f"{one.column.label} is predicted to take "
             f"{number(one.nanoseconds() / other.nanoseconds())} times the time of "
             f"{other.column.label}, but takes "
-            f"{number(one.published / other.published)} times its time in the paper."
+            f"{number(one.published / other.published)} times the latter's time in the paper."
             for one in some for other in some
             if one.published / other.published < 1 / TIE
             and one.nanoseconds() > other.nanoseconds()]

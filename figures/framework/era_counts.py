@@ -1,6 +1,7 @@
 """Era counts: the issues of a method's kernels on a card, from traces of an image's rays.
 
-Cells whose ``work`` is "issues of", a workload and a chip measure them.
+Cells whose ``work`` is "issues of", a workload and a chip measure these issues. A method's era form
+is the form in which cards of the papers' time can run its kernels (docs/era.md).
 """
 from __future__ import annotations
 
@@ -21,15 +22,17 @@ from gpgpu_rt.hardware.trace import KernelTrace, record_trace
 from gpgpu_rt.methods import find_method
 
 WORK, ON = "issues of ", " on "
-# The (h, w) of the pixels that branch together, as many as cards.json's branch_width. The survey
-# states no shape: these are the rectangles nearest to a square. R420 cannot branch.
+# The (h, w) of the pixels that branch together. Their number is the card's `branch_width` of
+# cards.json. The survey states no shape: these rectangles are nearest to a square. R420 cannot
+# branch.
 GROUPS = {"R420": None, "NV40": (32, 32), "R580": (6, 8), "G80": (4, 8)}
-# A tile has whole groups of every card; neighbouring pixels stay neighbours.
+# The groups of every card divide a tile without remainder, and neighbours in a tile are neighbours
+# in the image.
 TILE, TILES = 96, 2
 SPARSE = 128     # the image is also sampled by this many pixels a side, evenly spread
 PASSES, BLOCKS, PACKETS = "passes", "passes, blocks", "packets"
 BLOCK = (8, 8)   # the (h, w) of the pixels that early depth rejects together under BLOCKS
-# The trace needs a step of every ray a pass. The papers' triangle test is that of the era form.
+# For a trace, a pass must run one step of every ray. The triangle test is that of the era form.
 STEPWISE = {"schedule": "step", "steps_per_pass": 1, "intersection": "moller-trumbore"}
 # A method without an era form -> the method whose kernels it runs. kd-stack has the kernels of
 # kd-texture-stack, in a loop. The rays of a packet are lanes of a warp: each lane runs the kernels
@@ -54,7 +57,10 @@ def kernels_from(method: str) -> str:
 
 
 def forms_of(method: str, chip: str, forms: Sequence[str]) -> tuple[str, ...]:
-    """Return which of the forms of a card's programs a method has there; () if it has none."""
+    """Return which of ``forms``, the forms of a card's programs, a method has on the card's chip.
+
+    The result is () if the method has no such form.
+    """
     if method in SINGLE_RAYS:
         return (PACKETS,) if chip == WARPS else ()
     if kernels_from(method) not in era_methods():

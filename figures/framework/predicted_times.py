@@ -53,7 +53,7 @@ class PaperCard:
 
     def forms_of(self, method: str) -> tuple[str, ...]:
         """Return the forms in which a method runs on this card; the first is judged. It is empty
-        for a method without an era form, and for packets on a card without warps."""
+        for a method without an era form (docs/era.md), and for packets on a card without warps."""
         return forms_of(method, self.chip, self.forms)
 
 
@@ -65,7 +65,7 @@ class PredictedRow:
     ----------
     figure : the figure, which has a ``paper_card``
     form : the form of the programs
-    published : nanoseconds a ray, or a pixel of a picture
+    published : nanoseconds per ray, or per pixel of a picture
     counts : results of `era_counts.measure`, an entry for each kind of rays
     stand_in : whether the scene's mesh is missing, so that the row is not scored
     """
@@ -98,7 +98,7 @@ class PredictedRow:
         return self.figure.name, self.panel.label
 
     def time(self, assumed: Assumptions = ASSUMED) -> CardTime:
-        """Return the predicted time a ray, or a pixel of a picture."""
+        """Return the predicted time per ray, or per pixel of a picture."""
         card, method = self.paper_card.card, self.column.method
         whole = [time_of_image(card, method, self.form, counts, kind == SHADOW, assumed)
                  for kind, counts in self.counts.items()]
@@ -107,7 +107,7 @@ class PredictedRow:
 
     @property
     def per(self) -> str:
-        """What the published time is for: "a ray", or "a pixel" of a picture."""
+        """The unit that the published time is for: "a ray", or "a pixel" of a picture."""
         return "a ray" if len(self.counts) == 1 else "a pixel"
 
     @property
@@ -118,7 +118,7 @@ class PredictedRow:
 
     @property
     def runs(self) -> float:
-        """Useful runs of kernels a ray or pixel."""
+        """Useful runs of kernels per ray or pixel."""
         return self._sum("runs", lambda cost: 1) / self._number
 
     @property
@@ -128,18 +128,17 @@ class PredictedRow:
 
     @property
     def issued_instructions(self) -> float:
-        """As `instructions`, with those of the lanes that wait during a run."""
+        """As `instructions`, with the instructions of the lanes that wait during a run."""
         return self._sum("lanes", _arithmetic) / max(self._sum("runs", lambda cost: 1), 1)
 
     @property
     def allowed(self) -> float:
-        """The instructions for which the published time of a run leaves time at the card's rate.
-        """
+        """The number of instructions that the card can issue in the published time of a run."""
         seconds = 1e-9 * self.published / max(self.runs, 1e-9)
         return float(seconds * self.paper_card.card.issue_rate)
 
     def _sum(self, field: str, weight: Callable[[StaticCost], float]) -> float:
-        """Return the sum of runs or lanes, each with a weight by the kernel's cost."""
+        """Return the sum of runs or lanes over the kernels, weighted by each kernel's cost."""
         total = 0.0
         for kind, counts in self.counts.items():
             issued = counts["issued"][self.form]
@@ -151,7 +150,7 @@ class PredictedRow:
         return total
 
     def nanoseconds(self, assumed: Assumptions = ASSUMED) -> float:
-        """Return the predicted nanoseconds a ray, or a pixel of a picture."""
+        """Return the predicted nanoseconds per ray, or per pixel of a picture."""
         return 1e9 * self.time(assumed).seconds
 
     def ratio(self, assumed: Assumptions = ASSUMED) -> float:

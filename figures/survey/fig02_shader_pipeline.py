@@ -95,7 +95,7 @@ def words(one: PipelineDraw) -> dict[str, str]:
     """Stage -> the text that describes it for this draw."""
     inputs = ", ".join(f"{name} ({count})" for name, count in one.attributes.items())
     width, height = one.targets[0][:2]
-    return {"vertex buffer": f"attributes (numbers each): {inputs or 'none'}",
+    return {"vertex buffer": f"attributes (components each): {inputs or 'none'}",
             "vertex program": one.vertex,
             "rasteriser": f"{one.primitives} triangle{'s' * (one.primitives != 1)} in "
                           f"{width}x{height} pixels",

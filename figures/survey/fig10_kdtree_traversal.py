@@ -40,7 +40,8 @@ def cells(full: bool) -> list[Cell]:
 
 
 def rows(small: World, found: Walk) -> list[list[str]]:
-    """The table, with a row for each pass. The stack is the stack after it, lowest entry first."""
+    """The table, with a row for each pass. The column "stack" is the stack after the pass, lowest
+    entry first."""
     stack: list[str] = []
     result = []
     for number, step in enumerate(found.steps, 1):

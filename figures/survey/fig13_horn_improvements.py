@@ -17,8 +17,8 @@ SETTINGS: tuple[tuple[tuple[str, object], ...], ...] = (
     (("push_down", False), ("stack_size", 0)), (("push_down", True), ("stack_size", 0)),
     (("push_down", True), ("stack_size", 3)))
 # kd-restart visits empty leaves, and the paper improves kd-restart. In the published rows packets
-# therefore visit empty leaves too. SKIPPING is a row of our own: the last of these packets with
-# this program's default, which skips empty leaves.
+# therefore visit empty leaves too. SKIPPING is a row of our own: the packets of SHORT_STACK, but
+# with this program's default, which skips empty leaves.
 VISITED = (("skip_empty_leaves", False),)
 SKIPPING = "+ empty leaves skipped"
 
@@ -85,7 +85,8 @@ FIGURE = Comparison(
      "At the quick size neighbouring rays are two to four times as far apart as at 1024x1024, and "
      "packets share less.",
      "A shadow ray goes from each hit that faces the light to the one point light. Times are per "
-     "existing ray. Nodes, triangles and steps of a packet are divided among its rays.",
+     "ray that exists, not per pixel. Nodes, triangles and steps of a packet are divided among "
+     "its rays.",
      "For cornell's primary rays the survey prints 17.5 Mrays/s for packets, less than the 38.3 "
      "of kd-restart, and then 88.8 for push-down. For shadow rays packets are not slower. The "
      "17.5 may be a misprint, so tau-b may be misleading for cornell's primary rays."),

@@ -73,9 +73,9 @@ FIGURE = Comparison(
      MethodColumn(SINGLE, SINGLE), MethodColumn(PACKET, PACKET)),
     _cell,
     ("The CPU is today's, and so is its ray tracer: Embree's BVH through embreex, on one thread, "
-     "without ropes. The published number in that row is the rate of Popov's single rays along "
-     "ropes on an Opteron, so tau-b leaves the row out. On a software renderer our methods run on "
-     "the same CPU as Embree.",
+     "without ropes. The published number in embreex's row is the rate of Popov's single rays "
+     "along ropes on an Opteron, so tau-b leaves the row out. On a software renderer our "
+     "methods run on the same CPU as Embree.",
      "\"Primary+secondary\" is a whole picture here: eye rays, shading and a shadow ray per hit. "
      "The survey does not say which secondary rays the paper traced. Counters are of the eye "
      "rays, and times are per pixel. A packet's counters are divided among its rays.",

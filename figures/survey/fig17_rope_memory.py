@@ -33,7 +33,11 @@ def cell(scene: str, **options: int) -> Cell:
 
 
 def _trees(full: bool) -> list[tuple[str, dict[str, int]]]:
-    """Scenes and build options. Each scene has the default options, and its depth in DEPTH."""
+    """Return pairs of a scene and build options.
+
+    Each scene has a pair with the default options. A scene of DEPTH also has a pair with the depth
+    that DEPTH gives.
+    """
     return [(scene, options) for scene in SCENES if full or scene not in STAND_IN
             for options in ({}, *([{"max_depth": DEPTH[scene]}] if scene in DEPTH else ()))]
 

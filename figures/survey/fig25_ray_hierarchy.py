@@ -34,8 +34,9 @@ def rows() -> list[list[Any]]:
 def counted(scene: rt.Scene, side: int) -> list[list[Any]]:
     """The table of pairs for side x side eye rays, with a row for each level.
 
-    A row has the level, the number of nodes below, the pairs, the pairs after the reduction, and
-    the share that they are of all pairs of a triangle and a node below.
+    A row has the level, the number of nodes of the level below, the pairs, and the pairs after the
+    reduction. Its last entry is the number of pairs after the reduction, divided by the number of
+    all pairs of a triangle and a node of the level below.
     """
     sizes, _ = level_sizes((side, side))
     nodes = [width * height for width, height in sizes]

@@ -36,10 +36,10 @@ NOTES = (
     TESTED_BY,
     "Predicted: the machine model of [era_machine](era_machine.md), with kernels that the card's "
     "compiler compiled. A packet's rays are the lanes of a warp, and each lane runs the kernels "
-    "of a single ray. kd-stack runs the kernels of kd-texture-stack in a loop. Methods without an "
-    "era form are not predicted. The Ray Engine's host is left out: only its passes and transfers "
-    "count. The Ray Engine is therefore predicted too fast, and all other methods too slow "
-    "relative to it.",
+    "of a single ray. kd-stack runs the kernels of kd-texture-stack in a loop. Methods without "
+    "kernels in the era form (docs/era.md) are not predicted. The Ray Engine's host is left out: "
+    "only its passes and transfers count. The Ray Engine is therefore predicted too fast, and all "
+    "other methods too slow relative to it.",
     "Measured: the Ray Engine's host is numpy.",
     "Zhou's paper is about building kd-trees. Its row is therefore the kd-tree with a full stack, "
     "built by Zhou's method.")

@@ -1,7 +1,7 @@
 """Ray Engine work: what the Ray Engine of Carr et al. 2002 does on a card, and its predicted time.
 
-Cells whose ``work`` is "ray engine's work for" and a workload measure it. The card tests every
-pair of a ray and a triangle; the host collects the pairs and is left out.
+A cell measures this work if its ``work`` is WORK followed by the name of a workload. The card
+tests every pair of a ray and a triangle; the host collects the pairs and is left out.
 """
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ from gpgpu_rt.hardware.static_costs import static_cost
 from gpgpu_rt.statistics import Statistics
 
 METHOD, WORK = "ray-engine", "ray engine's work for "
-# The Ray Engine has no era form. Its kernel tests one triangle, as brute force's kernel does. But
-# it fetches the two texels of a ray alone, because the quad has the corners, and writes one
-# target.
+# The Ray Engine has no era form (docs/era.md), so the costs of brute force's kernel are used. Both
+# kernels test one triangle. But the Ray Engine's kernel fetches only the ray's two texels, because
+# the quad carries the triangle's corners. It writes one target.
 KERNEL, FETCHES, TARGETS = ("brute-force", "intersect"), 2, 1
 
 
@@ -44,7 +44,7 @@ def predicted_seconds(card: Card, work: Mapping[str, float]) -> tuple[float, str
     method, kernel = KERNEL
     pairs = round(work["pairs"])
     issued = KernelIssues((kernel,), (pairs,), (pairs,), passes=(round(work["draws"]),))
-    # A draw covers the pairs of a cell alone, so early depth has no other pixels to reject.
+    # A draw covers only the pairs of one cell, so early depth has no other pixels to reject.
     cost = replace(static_cost(card.chip.lower(), method, kernel), fetches=FETCHES,
                    targets=TARGETS)
     time = time_of_passes(card, issued, {kernel: cost}, pixels=0)

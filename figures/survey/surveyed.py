@@ -69,7 +69,7 @@ class SurveyedMethod:
 
     @property
     def form(self) -> str | None:
-        """The form of its programs on the card of the prediction; None without an era form."""
+        """The form of the predicted card's programs; None without an era form (docs/era.md)."""
         return next(iter(forms_of(self.method, CHIP, (WHILE_WHILE,))), None)
 
     def counted(self) -> Cell | None:

@@ -5,8 +5,8 @@
 //
 // Departures: the first step of each merge mirrors a block instead of shifting it, so that all steps put
 // the smaller element first. Elements past the end count as largest and do not move, so that any number of
-// elements can be sorted. A pass runs two steps, since a fragment can gather all four elements that decide
-// them. The first step is then computed twice, but half as many results are stored.
+// elements can be sorted. A pass runs two steps, since a fragment can gather the four elements on which the
+// result of two steps depends. The first step is then computed twice, but its results are not stored.
 
 #include <records>
 #include "core/stream.glsl"

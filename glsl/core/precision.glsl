@@ -59,7 +59,7 @@ vec3 R(vec3 v) {
 }
 #else
 #define R(x) (x)
-#define ARITHMETIC_UNIT 5.9604645e-8   // of float32
+#define ARITHMETIC_UNIT 5.9604645e-8   // the unit roundoff of float32
 #endif
 
 // The dot product and the cross product, with every intermediate result rounded.

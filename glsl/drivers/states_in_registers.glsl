@@ -1,4 +1,5 @@
-// The state stays in registers. A ray that does not end is discarded; an occlusion query counts the others.
+// The state stays in registers. The fragment of a ray whose search has not finished is discarded; an
+// occlusion query counts the finished rays.
 
 void end_pass(State state) {
     if (state.phase != DONE) discard;

@@ -1,4 +1,5 @@
-// The watertight test of a triangle by the rays of a turn, which agree in their dominant axis.
+// The watertight test of a triangle by the rays of a turn (drivers/packet_turns.glsl), which agree in their
+// dominant axis.
 //
 // The rays share the corners with permuted axes. If all rays of the image have one origin, the rays also
 // share the corners relative to that origin. The operations are those of `test_triangle` on the same

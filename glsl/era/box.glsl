@@ -1,5 +1,5 @@
-// The slab test of the era form (Kay and Kajiya 1986). The counterpart of core/box.glsl. Boxes are not
-// widened.
+// The slab test (Kay and Kajiya 1986) of the era form (docs/era.md). The counterpart of core/box.glsl. Boxes
+// are not widened.
 
 float larger(float a, float b) {
     return max(a, b);

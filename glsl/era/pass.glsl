@@ -1,14 +1,15 @@
 // A pass that runs one kernel on each ray that waits for this kernel, as on cards without loops (Purcell et
-// al. 2002; Foley and Sugerman 2005). The early depth test rejects all other rays. Several passes follow one
-// choice of the kernel; a ray that leaves the kernel earlier is copied from pass to pass. With START the pass
-// sets up the rays' states.
+// al. 2002; Foley and Sugerman 2005). The early depth test rejects all other rays. The host chooses a
+// kernel for several passes; a ray that stops waiting for this kernel is copied unchanged in the remaining
+// passes. With START the pass sets up the rays' states.
 //
 // With IN_LOOP the text is a kernel inside a loop, as on cards with branches (Horn et al. 2007): the loop has
 // branched to the kernel, so the kernel does not ask which rays wait for it. A card's compiler counts the
 // instructions of this text; nothing runs it.
 //
 // Departures from the project's present kernels (drivers/traverse.frag): no integers, no step counts, no
-// counters, no slack of boxes, the test of Moeller and Trumbore, and the first triangle found keeps a tie.
+// counters, no slack of boxes, the test of Moeller and Trumbore, and at equal t the triangle found first
+// wins.
 
 #define int float
 #define ivec2 vec2

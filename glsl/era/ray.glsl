@@ -1,5 +1,5 @@
-// A ray of the era form. The counterpart of core/ray.glsl. The inverse of a zero component is infinite, as
-// on the cards. A loop computes the inverse once, so its kernels read it.
+// A ray of the era form (docs/era.md). The counterpart of core/ray.glsl. The inverse of a zero component is
+// infinite, as on the cards. A loop computes the inverse once, so its kernels read it.
 
 uniform vec3 scene_lo;
 uniform vec3 scene_hi;

@@ -1,12 +1,12 @@
 // Light sampling of the surroundings. If the surroundings are an image, directions are sampled by its
 // brightness, and get weights by multiple importance sampling as points on emitting triangles do. A sky has
-// an even brightness, so a second direction is drawn from the surface's own distribution. The path's next
-// direction has the same distribution. The two directions therefore get equal weights, corrected for how
-// often light sampling draws the second one (`far_chance`). Include after scatter.glsl, surroundings.glsl,
-// luminance.glsl and both_ways.glsl.
+// an even brightness, so light sampling draws a direction from the surface's own distribution. The path's
+// next direction is another draw from this distribution. The two directions therefore get equal weights,
+// corrected for the probability that light sampling chooses the surroundings (`far_chance`). Include after
+// scatter.glsl, surroundings.glsl, luminance.glsl and both_ways.glsl.
 
 uniform int far_light;      // the surroundings' number among the lights
-uniform float far_chance;   // the probability that light sampling chooses them
+uniform float far_chance;   // the probability that light sampling chooses the surroundings
 
 #ifdef ASKED_IMAGE
 #include "render/image_light.glsl"

@@ -6,7 +6,7 @@
 //   2. Rows of pixels in these squares that the triangle's edges enclose.
 //   3. Pixels of these rows that show another triangle, at no less than this least depth.
 //   4. Tests of the rays of these pixels.
-// So a ray is tested only where these bounds do not exclude that the triangle comes before the shown one.
+// So a ray is tested only where, by these bounds, the triangle may come before the shown triangle.
 
 #include "core/precision.glsl"
 #include <streams>

@@ -8,8 +8,9 @@
 // therefore miss rays, and a packet begins at the entry only if an exact comparison shows that all its rays
 // lie within the beam. Otherwise the packet begins at the root (drivers/packet_entry.glsl). The paper's
 // entry is one node, the deepest node that holds every leaf that its beam meets. Here the entry is the
-// first node where rays enter the tree, with links to the next nodes that the beam meets. In BOUNDED tiles
-// whose beam meets nothing, no packet is drawn at all (drivers/packet_tiles.vert).
+// node at which the beam first stops, because its rays no longer descend together. Links lead to the nodes
+// at which the walk continues. In BOUNDED tiles whose beam meets nothing, no packet is drawn at all
+// (drivers/packet_tiles.vert).
 
 #include "core/precision.glsl"
 #include "core/fetch.glsl"
@@ -84,8 +85,8 @@ Tile_beam beam_of(ivec2 tile) {
     return Tile_beam(farthest, t_min, nearest, BEAM_END, inv_lo, signs, inv_hi, live);
 }
 
-// Find where the rays of a beam enter the tree. The rays agree in their octant. The file <walk> defines
-// this function.
+// Find the node at which the packets of a beam's tile begin, and the links of the entry. The rays agree in
+// their octant. The file <walk> defines this function.
 void enter(Tile_beam beam, inout Packet_entry entry);
 
 #include <walk>

@@ -80,7 +80,7 @@ def scene_box(triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the lower and upper corner of the scene's box, (3,) float32 each.
 
     The box is wider than the triangles by twice the padding on every side, so no padded triangle
-    touches its border. Without triangles, it is the unit box.
+    touches the border of the box. Without triangles, it is the unit box.
     """
     if len(triangles) == 0:
         return np.zeros(3, np.float32), np.ones(3, np.float32)

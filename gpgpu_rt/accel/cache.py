@@ -155,8 +155,8 @@ def _key(build: Callable, triangles: np.ndarray, options: dict[str, object]) -> 
 
 @functools.cache
 def _builders_digest(module: str) -> str:
-    """Return a digest of the source text of a builder's module and of this folder, so that a
-    changed builder never reads an old file."""
+    """Return a digest of the source text of a builder's module and of all modules in
+    gpgpu_rt/accel, so that a changed builder never reads an old file."""
     digest = hashlib.sha256()
     mine = getattr(sys.modules[module], "__file__", None) or __file__
     for path in (Path(mine), *sorted(Path(__file__).parent.glob("*.py"))):

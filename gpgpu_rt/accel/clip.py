@@ -1,10 +1,11 @@
 """Clip: computes the bounds of the part of a triangle inside a box.
 
 The method is "split clipping" (V. Havran, J. Bittner, "On improving kd-trees for ray shooting",
-WSCG 2002), which Wald and Havran (2006) call "perfect splits". The paper cuts the triangle by the
-planes of the box one after another, which gives polygons of varying length. Here all corners of
-the last polygon are computed directly. These corners are of two kinds: ends of the triangle's
-edges after clipping to the box, and points where an edge of the box pierces the triangle.
+WSCG 2002), which Wald and Havran (2006) call "perfect splits". Havran and Bittner cut the triangle
+by the planes of the box one after another, which gives polygons of varying length. Here all
+corners of the last polygon are computed directly. These corners are of two kinds: ends of the
+triangle's edges after clipping to the box, and points where an edge of the box pierces the
+triangle.
 """
 from __future__ import annotations
 

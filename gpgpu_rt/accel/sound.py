@@ -17,8 +17,8 @@ LEAF = 3     # the axis that marks a leaf, in all trees that store siblings side
 
 
 def is_sound(structure: Any, triangles: int) -> bool:
-    """Return whether ``structure`` could have been built over this number of triangles, by its own
-    method ``is_sound``; true if its class has no such method."""
+    """Return whether ``structure`` could have been built over this number of triangles. The
+    structure's own method ``is_sound`` decides; without such a method, the answer is true."""
     check = getattr(structure, "is_sound", None)
     return check is None or check(triangles)
 
@@ -42,15 +42,15 @@ def within(values: np.ndarray, end: int, least: int = 0) -> bool:
 
 
 def are_runs(start: np.ndarray, entries: int, count: int) -> bool:
-    """Return whether ``start`` holds the starts of ``count`` runs of this number of entries,
-    followed by the end of the last run."""
+    """Return whether ``start`` holds the starts of ``count`` runs, followed by the end of the last
+    run. The runs together must have this number of entries."""
     return (within(start, entries + 1) and len(start) == count + 1 and start[0] == 0
             and start[-1] == entries and bool((np.diff(start) >= 0).all()))
 
 
 def are_leaves(first: np.ndarray, count: np.ndarray, entries: int) -> bool:
-    """Return whether the runs of the leaves lie within this number of entries and have together
-    this number of items."""
+    """Return whether the run of each leaf lies within an array of ``entries`` entries, and whether
+    the lengths of all runs add up to ``entries``."""
     return within(first, entries + 1) and within(count, entries + 1) and bool(
         (first.astype(np.int64) + count <= entries).all() and count.sum() == entries)
 
@@ -80,7 +80,7 @@ def each_once(order: np.ndarray, triangles: int) -> bool:
 def are_pairs(axis: np.ndarray, child: np.ndarray, count: np.ndarray, entries: int, depth: Any
               ) -> bool:
     """Return whether nodes form a single tree of this depth whose right children directly follow
-    the left ones, and whose leaves contain this number of entries."""
+    the left children, and whose leaves together contain this number of entries."""
     inner = axis != LEAF
     if not (within(axis, LEAF + 1) and bool((count[inner] == 0).all())
             and are_leaves(child[~inner], count[~inner], entries)):

@@ -11,13 +11,13 @@ from typing import Any
 from ..methods import find_method
 from ..options import TRACER_OPTIONS, Option
 
-# Knobs that change the hits. All other knobs change only time and memory. With these, hits stay
-# the same; where arithmetic is exact, they stay the same to the bit.
+# Knobs that change the hits. All other knobs change only time and memory, and the hits stay the
+# same: on the software renderer, to the bit.
 _ACCURACY = ("precision", "storage", "rounding", "intersection", "interval")
 # These options are no knobs. Statistics and the context do not change a trace. Precision sets
 # storage and arithmetic. `speed_knobs` lists schedules itself. The build device does not change
-# the tree. The era form shows what the cards ran, and is slower. Rasterised bounds apply to
-# pictures only, and candidates are measured on ray arrays.
+# the tree. The era form (docs/era.md) shows what the cards ran, and is slower. Rasterised bounds
+# apply to pictures only, and candidates are measured on ray arrays.
 _NO_KNOBS = ("era", "statistics", "context", "storage", "arithmetic", "schedule",
              "build_device", "rasterised_bounds")
 _STEPS = (16, 64)       # values of the option steps_per_pass to try

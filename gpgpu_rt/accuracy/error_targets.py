@@ -15,7 +15,7 @@ from .known_rays import KINDS, Answers, Score, check_kinds
 
 MOST_RAYS = 1 << 23
 ALL = "all"
-OWN_KIND = {COHERENT: "eye", INCOHERENT: "random"}    # each choice is timed on this kind of rays
+OWN_KIND = {COHERENT: "eye", INCOHERENT: "random"}    # candidates are timed on these rays
 
 
 @dataclass(frozen=True)
@@ -64,13 +64,13 @@ class Promise:
         return max(rays_needed(self.max_wrong), math.ceil(for_t))
 
     def split(self) -> dict[str, tuple[Promise, str | None]]:
-        """Return the bounds of each choice, and the kind of rays on which the choice is timed.
+        """Return the bounds of each search, and the kind of rays on which candidates are timed.
 
         If ``kinds`` contains eye rays and random rays, the result has an entry for ``COHERENT``
         rays, timed on eye rays, and an entry for ``INCOHERENT`` rays, timed on random rays. Rays
         aimed at vertices and edges belong to both entries. Otherwise there is a single entry
         ``ALL``, timed on all kinds. A bound on bytes also gives a single entry, because two
-        choices would hold two structures in memory.
+        methods would hold two structures in memory.
         """
         if self.max_bytes is not None or not set(OWN_KIND.values()) <= set(self.kinds):
             return {ALL: (self, None)}
@@ -109,7 +109,7 @@ class Finding:
     def misses(self, promise: Promise, texture_bytes: int) -> dict[str, float]:
         """Return, for each bound that is not kept, the value divided by the bound."""
         # With too few rays, the upper confidence bound of the error is infinite. If the lower
-        # confidence bound also misses the promise, report the lower one.
+        # confidence bound also misses the promise, report the lower bound.
         t_error = self.t_error
         if math.isinf(t_error) and self.t_lower > promise.max_t_error:
             t_error = self.t_lower
@@ -128,11 +128,11 @@ class Finding:
 def _ranks(count: int, share: float) -> tuple[int, int]:
     """Return the ranks of the two errors that bound a quantile, from above and from below.
 
-    The measured errors are sorted in descending order. The first rank is the last one before which
-    there are so few errors that, with confidence, at most ``share`` of all possible rays have a
-    larger error. The second rank is the first one up to which there are so many errors that, with
-    confidence, at least ``share`` of all possible rays have an error at least as large. If a rank
-    does not exist, it is -1 or ``count``.
+    The measured errors are sorted in descending order. ``above`` is the largest rank with so few
+    errors before it that, with confidence, at most ``share`` of all possible rays have a larger
+    error. ``below`` is the smallest rank with so many errors up to it that, with confidence, at
+    least ``share`` of all possible rays have an error at least as large. A missing ``above`` is
+    -1, and a missing ``below`` is ``count``.
     """
     end = min(count, 100 + int(3 * share * count))     # both ranks are near share * count
     above, high = -1, end

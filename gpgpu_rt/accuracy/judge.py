@@ -229,7 +229,8 @@ class _PairTests:
         return bound_pairs(self.vertices[triangles], self.origins[rays], self.directions[rays])
 
     def _certain(self, rays: np.ndarray, triangles: np.ndarray, last: np.ndarray) -> np.ndarray:
-        """Return which pairs are certain hits before ``last``, with their bounds; (k,) bool."""
+        """Return which pairs are certain hits with t plus its error bound below ``last``; (k,)
+        bool."""
         pair = self._pairs(rays, triangles)
         return (pair.inside & self.solid[triangles] & (pair.t - pair.t_bound >= self.t_min[rays])
                 & (pair.t + pair.t_bound < last) & (pair.t + pair.t_bound <= self.t_max[rays]))

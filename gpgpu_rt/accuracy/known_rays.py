@@ -47,7 +47,8 @@ class Score:
         bound", the answer differs from the reference within float32's error bounds.
     t_ulps : The "median", "99.9 %" and "max" of the error of t in float32 ulps, over all right
         hits. None without right hits.
-    t_error, barycentric : The same of the relative error of t, and of the larger error of u and v.
+    t_error, barycentric : The same three numbers for the relative error of t, and for the larger
+        of the errors of u and v.
     """
 
     rays: int
@@ -203,9 +204,10 @@ class KnownRays:
     def _through_the_surface(self, hits: Hits, excused: np.ndarray) -> np.ndarray:
         """Return which answers passed through an edge of a closed surface, (n,) bool.
 
-        A ray aimed at an edge is a certain hit of neither triangle, so the ray may miss either of
-        them. Missing both is a leak, unless the edge is a silhouette edge. To decide, trace a ring
-        of rays around the ray: if all of them hit nearer than the answer, the answer is a leak.
+        A ray aimed at an edge certainly hits neither of the edge's two triangles, so the ray may
+        miss either of them. Missing both is a leak, unless the edge is a silhouette edge. To
+        decide, trace a ring of rays around the ray: if all of them hit nearer than the answer, the
+        answer is a leak.
 
         The ring must be wider than the rounding errors of float32. The watertight test shears a
         vertex by slopes of at most 1. The vertex is then wrong by at most 5 roundings of each of

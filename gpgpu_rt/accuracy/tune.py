@@ -13,10 +13,11 @@ change. The search has four stages:
    result on as many new rays: the first rays selected the candidate, so they favour it.
 
 The search runs twice: for coherent rays, timed on eye rays, and for incoherent rays, timed on
-random rays. A tracer picks one of the two choices according to its rays. A time is the median of
-several runs in one process, in which candidates alternate. Two assumptions save most combinations
-of options. A candidate that is slower at default accuracy is slower at any accuracy. If a value of
-an option breaks the error bounds by itself, every combination with this value breaks them.
+random rays. A tracer picks one of the two results according to its rays. A time is the median of
+several runs in one process, in which candidates alternate. Two assumptions let the search skip
+most combinations of options. A candidate that is slower at default accuracy is slower at any
+accuracy. If a value of an option breaks the error bounds by itself, every combination with this
+value breaks them.
 """
 from __future__ import annotations
 
@@ -42,8 +43,8 @@ from .tuning_results import Search, Trial, Tuning
 # Numbers of rays for the first timing, for most timings, and for the last timing. They are square
 # numbers, so that the rays fill square textures.
 PROBE, SCREEN, FIELD = 1 << 10, 1 << 14, 1 << 16
-FAR_BEHIND = 4.0      # try a method last if it is slower by more than this factor on PROBE rays
-BEHIND = 2.0          # try a candidate later if it is slower by more than this factor
+FAR_BEHIND = 4.0      # try a method last if the fastest is faster by this factor on PROBE rays
+BEHIND = 2.0          # try a candidate later if the fastest is faster by this factor
 BEAM = 2              # candidates of a method that are kept after each knob
 WAVE = 4              # candidates that are judged together
 RUNS = 5              # timed runs of a candidate
@@ -234,7 +235,7 @@ class _Searcher:
     def _halved(self, candidates: list[Candidate]) -> list[Trial]:
         """Return all candidates, the fastest first.
 
-        Time the faster half again on twice the rays, and repeat until few candidates are left.
+        Time the faster half again on twice the rays, and repeat this up to FIELD rays.
         """
         size, ahead = SCREEN, self._timed(candidates, SCREEN, RUNS)
         while ahead and size < FIELD and not self._late():

@@ -63,7 +63,7 @@ class Trial:
         return {"method": self.candidate.method, "options": dict(self.candidate.options),
                 "outcome": self.outcome, "note": self.note,
                 "rates": self.rates, "texture_bytes": self.texture_bytes,
-                "misses": self.misses,     # t_error: JSON has no infinity (too few rays)
+                "misses": self.misses,     # t_error is None if infinite: JSON has no infinity
                 "t_error": None if found is None or math.isinf(found.t_error) else found.t_error,
                 "score": None if found is None else found.score.to_dict()}
 

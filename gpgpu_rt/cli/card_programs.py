@@ -29,7 +29,7 @@ def card_costs(method: str, card: str, options: dict[str, Any], only: str | None
     Raises
     ------
     OptionError
-        for an unknown kernel or card, or a method without an era form
+        for an unknown kernel or card, or a method without an era form (docs/era.md)
     """
     compiled_costs(card)    # names the cards if this card is unknown
     names = [only] if only else [one.kernel for one in era_programs(method, **options)]
@@ -110,7 +110,7 @@ def card_time_lines(found: Mapping[str, Any], tracer: Tracer) -> list[str]:
 
 
 def check_alone(given: dict[str, Any]) -> None:
-    """Raise OptionError for options that the listing of a card does not have."""
+    """Raise OptionError for options that cannot be combined with ``--card``."""
     clash = [name for name, value in given.items() if value]
     if clash:
         raise OptionError(f"--card prints what a card's compiler left of the kernels; leave "

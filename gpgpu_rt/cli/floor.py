@@ -48,8 +48,8 @@ def scene_of(chosen: argparse.Namespace) -> Scene:
 def on_floor(scene: Scene) -> Scene:
     """Return the scene with a floor of two triangles, at the end of the scene's triangles.
 
-    The floor is a grey square below the bounding box (y is up). One of its edges lies across the
-    view.
+    The floor is a grey square below the bounding box (y is up). Two of its edges are parallel to
+    the camera's right axis, projected onto the floor.
     """
     lo, hi = (corner.astype(np.float64) for corner in scene.bounds)
     diagonal = float(np.linalg.norm(hi - lo)) or 1.0

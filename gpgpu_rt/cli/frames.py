@@ -44,7 +44,8 @@ def add_frames(sub: argparse.ArgumentParser) -> None:
 
 
 def check_frames(chosen: argparse.Namespace) -> None:
-    """Refuse options of ``render`` that do not go with frames, or only with frames."""
+    """Raise OptionError for ``--floor`` with ``--frames``, and for ``--build-ahead`` without
+    ``--frames`` or with ``--scheduler``."""
     if chosen.floor and chosen.frames is not None:
         raise OptionError("--floor cannot follow a moving scene; leave --frames or --floor out")
     if chosen.build_ahead and (chosen.frames is None or chosen.scheduler is not None):
@@ -137,7 +138,7 @@ def _summary(spent: list[dict[str, Any]], ahead: bool) -> str:
     With ``ahead`` the time of a build is the part for which a frame waited.
     """
     if not spent:
-        return "nothing moved"
+        return "no times: no frame after the first was rendered"
     builds = [s["build_seconds"] for s in spent if s["rebuilt"]]
     refits = [s["refit_seconds"] for s in spent if not s["rebuilt"]]
     took = "ahead with a wait of" if ahead else "in"

@@ -24,7 +24,8 @@ def add_command(command: Command) -> None:
     sub = command("hardware", _hardware, "list the survey's graphics cards with their figures, "
                   "limits and sources")
     sub.add_argument("--methods", action="store_true", help="print which methods each card could "
-                     "have run, judged by the limits that its programs need (takes a minute)")
+                     "have run: the programs of a method must fit the card's limits (takes a "
+                     "minute)")
     sub.add_argument("--scene", help="with --methods: the scene whose tables must fit into a "
                      f"card's memory; default {SCENE}")
     sub.add_argument("--sources", action="store_true", help="print the source of each figure")

@@ -10,8 +10,9 @@ def printed(command: Callable[[], int]) -> int:
     """Run a command that prints, flush its output, and return its exit status.
 
     A stream that the caller closed (``>&-``) becomes the null device. Otherwise the first file
-    that the command opens would get the number of the stream, and libraries would print messages
-    into that file. The status is 0 if the reader stops early (``gpgpu-rt methods | head -1``).
+    that the command opens would get the stream's file descriptor, and libraries would print
+    messages into that file. The status is 0 if the reader stops early, as in
+    ``gpgpu-rt methods | head -1``.
     """
     for name in ("stdin", "stdout", "stderr"):
         if getattr(sys, name) is None:

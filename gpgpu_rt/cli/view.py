@@ -32,8 +32,8 @@ def add_command(command: Callable[..., argparse.ArgumentParser]) -> None:
 
 def _view(chosen: argparse.Namespace) -> None:
     if chosen.method == AUTO:
-        raise OptionError("the viewer cannot use the settings of tune, because its user changes "
-                          "settings; give a method's name")
+        raise OptionError("the viewer cannot use the settings of tune, because the user of "
+                          "the viewer changes settings; give a method's name")
     if not os.path.isdir(chosen.folder):
         raise OptionError(f"--folder {chosen.folder}: there is no such folder; create it first")
     method = find_method(chosen.method or DEFAULT_METHOD)

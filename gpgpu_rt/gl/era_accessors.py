@@ -1,8 +1,8 @@
 """Accessors of records in the era dialect: GLSL 1.20 without integers (glsl/era/card.frag).
 
 An index is a float, and an accessor computes the texture coordinates of a texel by a single
-multiply-add. A table therefore repeats along x: the whole part of the coordinate, which is the
-row, has no effect there.
+multiply-add. The x coordinate of a texel then exceeds 1 by the texel's row. A table therefore
+repeats along x (wrap mode), so that only the fraction of the x coordinate has an effect.
 """
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ MOST_ROWS = 1000
 
 
 def table_glsl(record: Record) -> str:
-    """Return accessors of a table whose texels lie apart: ``kd_node_split(i)`` for a float ``i``.
-    """
+    """Return accessors of a table with a texture for each texel of a record (`Record.apart`), such
+    as ``kd_node_split(i)`` for a float ``i``."""
     name = record.name
     lines = [f"uniform sampler2D {sampler};" for sampler in table_samplers(record)]
     lines += [f"uniform vec2 {name}_step;    // texture coordinates from an element to the next",
@@ -31,7 +31,7 @@ def table_glsl(record: Record) -> str:
 
 
 def table_samplers(record: Record) -> list[str]:
-    """Return the samplers of a table whose texels lie apart."""
+    """Return the samplers of a table with a texture for each texel of a record."""
     return [f"{record.name}{plane.suffix}_table" for plane in record.planes]
 
 

@@ -28,7 +28,7 @@ class FragmentPass:
     name : the fragment program's file
     vertex : the vertex program's file
     texts : the (vertex, fragment) text that was compiled
-    label : the pass's name in logs; empty for ``name``
+    label : the pass's name in logs; if empty, logs use ``name``
     kernel : the method's kernel, as in ``ObservedPass``; empty for a program without a kernel
     samplers : names of the textures that the compiled program reads
     uniforms : the values set so far, by name

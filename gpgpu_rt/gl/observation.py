@@ -153,7 +153,8 @@ class Observers:
             observer.queried()
 
     def end_query(self, query: moderngl.Query) -> None:
-        """End an occlusion query of the host. The last pass inside gets its count."""
+        """End an occlusion query of the host. The last pass inside the query gets the query's
+        fragment count."""
         waiting, self._waiting = self._waiting or [], None
         for at, one in enumerate(waiting):
             if one._count is not None and at == len(waiting) - 1:

@@ -66,7 +66,7 @@ class Field:
 
 @dataclass(frozen=True)
 class Plane:
-    """The texels of a record that lie in a texture of the same type.
+    """Consecutive texels of a record that share a texture.
 
     ``suffix`` distinguishes the textures of a table. ``components`` is 1, 2 or 4, because
     three-channel targets are not portable. ``dtype`` is f4, f2 or u4.

@@ -86,7 +86,7 @@ def table_textures(gpu: Gpu, record: Record | PackedRecord,
 
 def check_table(gpu: Gpu, record: Record | PackedRecord,
                 arrays: Mapping[str, np.ndarray | Column]) -> int:
-    """Return the number of records of a table. Raise LimitError as `table_textures`."""
+    """Return the number of records of a table. Raise LimitError as `table_textures` does."""
     count = len(next(iter(arrays.values())))
     check_count(record.name, count)
     for plane in record.planes:

@@ -67,7 +67,8 @@ class Card(Sourced):
     """A graphics card."""
 
     def refuses(self, needs: Needs) -> list[Refusal]:
-        """Return the reasons why the card cannot run such a program; empty if it can."""
+        """Return the reasons why the card cannot run a program with these needs; empty if the card
+        can run the program."""
         limits = (("slots", "arithmetic_slots", needs.arithmetic, "arithmetic instructions"),
                   ("fetches", "texture_slots", needs.textures, "fetches in the text"),
                   ("dependent", "dependent_reads", needs.dependent_reads,

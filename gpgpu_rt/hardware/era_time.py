@@ -18,7 +18,7 @@ from .static_costs import static_cost
 
 @dataclass(frozen=True)
 class EraTime:
-    """The traversal passes of calls in the era form.
+    """The passes of a tracer whose kernels run in the era form (docs/era.md).
 
     Attributes
     ----------

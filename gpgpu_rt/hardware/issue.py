@@ -12,14 +12,15 @@ QUAD = (2, 2)        # every card of the survey shades pixels in quads, for thei
 PASSES_A_CHOICE = 16    # the schedule `kernels` runs this many passes between occlusion queries
 WHILE_WHILE, STEP = "while-while", "step"
 ORDERS = (WHILE_WHILE, STEP)
-# Under `step`, a pass cannot write a stack or begin a packet's next turn within a visit, so these
-# are kernels. A loop runs them within the visit or the triangle test that asks for them.
+# Under `step`, a pass that visits a node can neither write a stack nor begin a packet's next turn
+# (glsl/drivers/packet_turns.glsl), so these steps are kernels of their own. A loop runs these
+# kernels within the visit or the triangle test that asks for them.
 WITHIN = ("push", "pop", "leave", "begin")
 
 
 @dataclass(frozen=True)
 class KernelIssues:
-    """The issues of kernels, a tuple entry a kernel.
+    """How often kernels are issued. Each tuple has one entry per kernel.
 
     Attributes
     ----------
@@ -45,9 +46,10 @@ class KernelIssues:
 
 
 def in_groups(steps: np.ndarray, group: tuple[int, int]) -> np.ndarray:
-    """Return the steps (n, h, w) by groups of (h, w) pixels, (n, groups, lanes).
+    """Return the steps (n, h, w) of an image regrouped as (n, groups, lanes). ``group`` is the
+    (height, width) of a group in pixels.
 
-    Lanes beyond the image's edge are FINISHED. Another field's values are grouped alike.
+    Lanes beyond the image's edge are FINISHED. ``steps`` may also be another field of the trace.
     """
     count, height, width = steps.shape
     down, across = -(-height // group[0]), -(-width // group[1])
@@ -90,7 +92,8 @@ def _in_turns(steps: np.ndarray, within: np.ndarray) -> tuple[np.ndarray, int]:
     """Return the issues of each kernel and the iterations of the outer loop, over all groups.
 
     All groups advance side by side: in each turn, every unfinished group issues one kernel, and
-    those ``within`` it (bool by the kernel's number) that its rays then ask for.
+    then the kernels marked in ``within`` that the group's rays ask for. ``within`` is a bool by the
+    kernel's number.
     """
     count = len(within) - 1
     padded = np.concatenate([steps, np.zeros((1, *steps.shape[1:]), np.uint8)])
@@ -128,11 +131,11 @@ def _in_turns(steps: np.ndarray, within: np.ndarray) -> tuple[np.ndarray, int]:
 
 def issued_in_passes(trace: KernelTrace, choice: int = PASSES_A_CHOICE,
                      block: tuple[int, int] = QUAD) -> KernelIssues:
-    """Return the issues of the schedule ``kernels``: a kernel a pass.
+    """Return the issues of the schedule ``kernels``, which runs one kernel per pass.
 
     The host counts by occlusion queries how many rays wait for each kernel. It then draws
     ``choice`` passes of the kernel with the most waiting rays. Early depth rejects the blocks of
-    (h, w) pixels without a ray that waited at the queries.
+    (h, w) pixels in which no ray waited for this kernel at the time of the queries.
     """
     count = len(trace.kernels)
     steps = in_groups(trace.steps, block)

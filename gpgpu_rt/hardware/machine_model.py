@@ -80,26 +80,28 @@ class CardTime:
 def stream_fetches(method: str, kernel: str, any_hit: bool = False) -> int:
     """Return how many fetches of a kernel in a loop read the ray, its state and its hit.
 
-    A loop keeps these in registers. NV40's listing shows them: they are fetched at the fragment's
-    own coordinates. All compilers keep the same fetches of streams.
+    A loop keeps ray, state and hit in registers and does not make these fetches. NV40's listing
+    shows these fetches: their coordinates are the fragment's own. All compilers keep the same
+    fetches of streams.
     """
     return len(_OWN_FETCH.findall(static_cost(_LISTED, method, kernel, any_hit, True).listing))
 
 
 def time_of_passes(card: Card, issued: KernelIssues, costs: Mapping[str, StaticCost], pixels: int,
                    assumed: Assumptions = ASSUMED) -> CardTime:
-    """Predict a kernel a pass.
+    """Predict the time of passes that run one kernel each.
 
     Parameters
     ----------
-    issued : of `issue.issued_in_passes`
-    costs : of each kernel of ``issued``
-    pixels : of the image; each pass covers all of them, and early depth rejects the others
+    issued : the issues, from `issue.issued_in_passes`
+    costs : the cost of each kernel of ``issued``
+    pixels : number of pixels of the image. Each pass covers all pixels, and early depth rejects
+        the pixels outside the issued lanes
     """
     total = host_time(card, issued.queries, sum(issued.passes), pixels, assumed)
     for runs, lanes, kernel in zip(issued.runs, issued.lanes, issued.kernels):
         cost = costs[kernel]
-        # A pass reads the state that it writes.
+        # A pass reads the state and writes the state: hence the factor 2.
         moved = 2 * cost.targets * assumed.texel_bytes
         total += _kernel_time(card, cost.arithmetic, cost.fetches, moved, runs, lanes)
     return total
@@ -108,14 +110,14 @@ def time_of_passes(card: Card, issued: KernelIssues, costs: Mapping[str, StaticC
 def time_of_loop(card: Card, issued: KernelIssues, costs: Mapping[str, StaticCost],
                  streams: Mapping[str, int], pixels: int,
                  assumed: Assumptions = ASSUMED) -> CardTime:
-    """Predict a single pass with a loop, which keeps ray, state and hit in registers.
+    """Predict the time of a single pass with a loop, which keeps ray, state and hit in registers.
 
     Parameters
     ----------
-    issued : of `issue.issued_in_loop`
-    costs : of each kernel in a loop
+    issued : the issues, from `issue.issued_in_loop`
+    costs : the cost of each kernel in a loop
     streams : fetches of each kernel that a loop does not make (`stream_fetches`)
-    pixels : of the image, which one pass covers
+    pixels : number of pixels of the image, all of which the pass covers
     """
     branch = assumed.branch_instructions
     total = _kernel_time(card, branch, 0, 0, issued.iterations, issued.iterations)

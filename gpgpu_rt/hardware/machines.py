@@ -39,8 +39,8 @@ def machines() -> dict[str, Machine]:
 
 @dataclass(frozen=True)
 class Least:
-    """The least seconds per ray, by resource, which all work at their peak rates. The resources
-    work in parallel; ``waiting`` adds to the slowest of them."""
+    """The least seconds per ray on each resource, if every resource works at its peak rate. The
+    resources work in parallel; ``waiting`` adds to the slowest of them."""
 
     shader: float = 0.0
     steps: float = 0.0
@@ -82,7 +82,7 @@ def runs(work: Mapping[str, Any], kind: str, width: int = 1) -> float:
 
 def instructions_a_ray(work: Mapping[str, Any], costs: Mapping[str, LoopCost], width: int = 1,
                        taken: str = "") -> float:
-    """Return the instructions a ray, including those of idle lanes, of groups of ``width`` rays.
+    """Return the instructions per ray that groups of ``width`` rays issue, idle lanes included.
 
     ``taken`` names the kernels that cost nothing, because units execute them.
     """
@@ -125,8 +125,9 @@ def on_prototype(machine: Machine, work: Mapping[str, Any],
                  costs: Mapping[str, LoopCost]) -> Least:
     """Return the time on a machine whose units traverse.
 
-    If the machine also has units for triangle tests, these do the tests. Otherwise its shader does
-    the tests, for a packet at a time. ``work`` and ``costs`` are as for `on_card`.
+    If the machine also has units for triangle tests, these do the tests, and ``costs`` has no
+    effect. Otherwise the machine's shader does the tests, for a packet at a time. ``work`` and
+    ``costs`` are as for `on_card`.
     """
     each, packet = machine.units * machine.clock, machine.packet
     steps = runs(work, "steps", packet) / (each * machine.steps)
@@ -166,8 +167,8 @@ def with_shading(cell: Machine, traced: Least, times: float = 1.0) -> Least:
     """Return the time of tracing a ray and of shading its hit on the same processors.
 
     The survey (section 4.4) reports that shading is the bottleneck on the Cell, because it reads
-    memory at random. So a transfer of shading is always waited for. ``times`` multiplies the
-    assumed number of transfers a hit.
+    memory at random. So a processor always waits for the transfers of shading. ``times``
+    multiplies the assumed number of transfers a hit.
     """
     transfers = times * cell.shading_transfers
     waited = transfers * cell.latency / (cell.clock * cell.units)

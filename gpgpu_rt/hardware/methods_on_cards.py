@@ -1,8 +1,8 @@
 """Methods on cards: compare the programs of each method with the limits of a card.
 
-The era form of a method is judged by the counts of Mesa's compiler for the card. Today's programs
-are judged by their targets, tables, loops and queries alone, because no card's compiler accepts
-them.
+The era form of a method (docs/era.md) is judged by the counts of Mesa's compiler for the card.
+Today's programs are judged by their targets, tables, loops and queries alone, because no card's
+compiler accepts them.
 For example, the ray engine of Carr et al. (2002) ran in fixed point on the Radeon 8500, but ours
 needs float textures.
 """
@@ -82,7 +82,7 @@ def method_needs(names: list[str] | None = None, scene_name: str = "cornell"
 
 def era_texels(names: Sequence[str] | None = None, scene_name: str = "cornell"
                ) -> dict[str, int]:
-    """Return the texels of the largest table of each method that has an era form, by its name.
+    """Return method -> number of texels of its largest table, for methods with an era form.
 
     Parameters
     ----------
@@ -98,10 +98,10 @@ def era_texels(names: Sequence[str] | None = None, scene_name: str = "cornell"
 
 
 def era_refusals(card: Card, texels: Mapping[str, int]) -> dict[tuple[str, str], list[Refusal]]:
-    """Return the reasons why a card cannot run each method in the era form, a kernel a pass.
+    """Return the reasons why a card cannot run each method in the era form, one kernel per pass.
 
-    The counts of instructions are those of Mesa's compiler for the card. For R200 and NV25,
-    which have none, they are those of the R300.
+    The counts of instructions are those of Mesa's compiler for the card. For R200 and NV25, which
+    have no compiler in COMPILERS, the counts are those of R300's compiler.
 
     Parameters
     ----------

@@ -16,7 +16,8 @@ class PublishedKernel:
     method, kernel : this project's names of the method and the kernel
     instructions : the paper's count
     source : paper and kernel
-    read : whether the count was read in the source; False for a count from memory
+    read : whether the count was read in the source; False for a count that was only
+        remembered
     """
 
     method: str

@@ -138,7 +138,7 @@ def era_programs(method: str, any_hit: bool = False, in_loop: bool = False,
 def _programs(method: str, any_hit: bool, in_loop: bool,
               options: tuple[tuple[str, Any], ...]) -> tuple[EraProgram, ...]:
     row = find_method(method)
-    # The chip's numbers change no instruction: the cards compute in their own numbers.
+    # The chip's number format changes no instruction: a card computes in its own number format.
     resolved = row.resolved({**dict(options), "era": "nv40"})
     found = []
     for kernel in era_kernels(row.formed(resolved), resolved, any_hit, DEFINES, in_loop):
@@ -164,7 +164,7 @@ def digest_of(text: str) -> str:
 
 @functools.cache
 def compiled_costs(card: str) -> CompiledCosts:
-    """Return what a card's compiler said of all kernels; nothing if it was never asked.
+    """Return what a card's compiler said of all kernels; empty if the compiler was never run.
 
     Raises
     ------

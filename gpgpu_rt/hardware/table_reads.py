@@ -1,7 +1,7 @@
 """Table reads: the places of the tables' texels that rays fetch, from a trace of their kernels.
 
 The state that a kernel reads names the record: the node to visit, or the position in a list of
-triangles. The trace has both fields (``FIELDS``), so no fetch is observed.
+triangles. The trace has both fields (``FIELDS``), so fetches need not be observed.
 """
 from __future__ import annotations
 
@@ -31,8 +31,9 @@ def table_reads(trace: KernelTrace, tables: Mapping[str, Mapping[str, Any]],
                 group: tuple[int, int]) -> np.ndarray:
     """Return the places that rays read, (reads,) int64, one group of (h, w) rays after another.
 
-    The rays of a group run their steps side by side, kernel by kernel: a texel of all rays comes
-    before the next texel. A place is a byte in the table, plus the table's number times TABLE.
+    The rays of a group run their steps side by side, kernel by kernel: all rays read their first
+    texel before any ray reads its second texel. A place is a byte in the table, plus the table's
+    number times TABLE.
 
     Parameters
     ----------
@@ -70,7 +71,7 @@ def _by_group(values: np.ndarray, group: tuple[int, int]) -> np.ndarray:
 
 def _places(records: tuple[Record, ...], index: Mapping[str, np.ndarray],
             tables: Mapping[str, Mapping[str, Any]]) -> Iterator[np.ndarray]:
-    """Yield the places of each texel that the runs of a kernel read, an entry a run."""
+    """Yield the places of each texel that the runs of a kernel read, one entry per run."""
     at = index["cursor" if TRIANGLE in records else "node"]
     for record in records:
         if record.name not in tables:

@@ -1,7 +1,7 @@
 """Trace: the kernel that each ray runs in each step, recorded from passes that really ran.
 
 Under the schedule ``step``, every pass runs one step of each ray, and the phase in the ray's state
-names the kernel of the next step. From the phases follow the work and the waiting of any group of
+names the kernel of the next step. The phases determine the work and the waiting of any group of
 pixels that branch together (issue.py).
 """
 from __future__ import annotations
@@ -51,7 +51,7 @@ class KernelTrace:
 
     def totals(self) -> Mapping[str, int]:
         """Return the number of runs of each kernel, summed over all rays."""
-        # Step by step: a long trace has gigabytes as anything but uint8.
+        # Count step by step: a long trace would need gigabytes in any type but uint8.
         counts = sum((np.bincount(step.reshape(-1), minlength=len(self.kernels) + 1)
                       for step in self.steps), np.zeros(len(self.kernels) + 1, np.int64))
         return {name: int(counts[number]) for number, name in enumerate(self.kernels, 1)}

@@ -90,7 +90,8 @@ class Choices:
         Raises
         ------
         OptionError
-            if an option outside ``PASSING`` has another value in a choice, or is not part of it
+            if a choice has another value for an option outside ``PASSING``, or does not have the
+            option
         """
         return Choices(*(replace(choice, options=_added(choice.options, options, where))
                          for choice in (self.coherent, self.incoherent)))

@@ -200,7 +200,7 @@ def _guarded(row: Method, path: Path) -> Callable[..., Accelerator]:
 
 
 def _place(path: Path, failure: BaseException) -> str:
-    """The file and, if known, the number of the line in the file that ran last."""
+    """The path of a file and, if known, the number of the line at which the file failed."""
     if isinstance(failure, SyntaxError) and failure.lineno:
         return f"{failure.filename}:{failure.lineno}"
     lines = [frame.lineno for frame in traceback.extract_tb(failure.__traceback__)

@@ -75,7 +75,8 @@ def _leaf_counts(structure: Structure) -> np.ndarray:
 
 
 def _areas(structure: Structure) -> tuple[np.ndarray, np.ndarray, float]:
-    """Each node's half surface area (float64), its number of references, and the root's area."""
+    """Half the surface area (float64) and the number of references of each node, and half the
+    surface area of the scene's box."""
     if isinstance(structure, Grid):
         size = structure.cell_size.astype(np.float64)
         cells = np.diff(structure.cell_start)

@@ -69,7 +69,10 @@ class CitedWork:
             f"section{'s' * (len(self.sections) > 1)} {', '.join(self.sections)}")
 
     def written_by(self, names: list[str], more: bool) -> bool:
-        """Whether a citation with these surnames names the work, ``more`` if with "et al."."""
+        """Whether a citation with these surnames names the work.
+
+        ``more`` says whether "et al." follows the surnames.
+        """
         if len(names) + more > len(self.surnames) or more and len(self.surnames) < 3:
             return False
         return (more or len(names) == len(self.surnames)) and all(
@@ -99,7 +102,7 @@ def reference(citation: str) -> str:
 
 
 def citations(text: str) -> list[tuple[str, CitedWork | None]]:
-    """The citations in a text in its order, as they are written, each with its work or None.
+    """The citations in a text, from first to last: the text of each citation, and its work or None.
 
     Other words before a year, such as a conference's name, look like a citation without a work.
     """
@@ -125,7 +128,10 @@ def _titled(title: str) -> CitedWork | None:
 
 
 def _authored(names: str, year: str) -> CitedWork | None:
-    """The work of these authors and this year; one without a letter if the year has none."""
+    """The work of these authors and this year.
+
+    If ``year`` has no letter, a work whose key has no letter comes before works with a letter.
+    """
     more = names.endswith(" et al.")
     surnames = [re.sub(r"['’]s$", "", name).split(" ")[-1].split(".")[-1]
                 for name in re.split(_AND, names.removesuffix(" et al."))]

@@ -139,7 +139,8 @@ class RayBatch:
         return np.broadcast_to(t, self.count)
 
     def _rows(self, part: slice) -> list[np.ndarray]:
-        """Return the rows of each texture, (rows, width, 4), that a block of rays begins."""
+        """Return the rows of each texture, (rows, width, 4), that contain a block of rays. The
+        block must start at the start of a row."""
         width = self.size[0]
         rows = slice(part.start, -(-part.stop // width) * width)
         return [plane[rows].reshape(-1, width, 4) for plane in self._planes]

@@ -1,12 +1,12 @@
 """Far origins: moves the origin of a ray that starts far outside the scene near to the scene.
 
 A shader computes a point of a ray with an error of a few times 2^-24 of the point's distance from
-the ray's origin. Builders widen boxes by `bounds.PADDING` of the largest coordinate. This exceeds
-the error if the origin is within a few times the scene's size. A ray from further away would miss
-cells and leaves. For example, kd-trees lost 0.01 % of rays aimed at vertices from eight times the
-scene's size, and 5 % from 10^4 times. Moving the origin along its ray in float64 adds an error of
-half a float32 spacing at the scene, which is less than the error of a triangle test from the far
-origin.
+the ray's origin. Builders widen boxes by `bounds.PADDING` of the largest coordinate. This padding
+exceeds the error if the origin is at most a few times the scene's size away. A ray from further
+away would miss cells and leaves. For example, kd-trees lost 0.01 % of rays aimed at vertices from
+eight times the scene's size, and 5 % from 10^4 times. Moving the origin along its ray in float64
+adds an error of half a float32 spacing at the scene, which is less than the error of a triangle
+test from the far origin.
 """
 from __future__ import annotations
 

@@ -32,8 +32,8 @@ AT_ONCE = 1 << 16   # rays per block of copying, which fits in a core's cache
 # near each other anyway, and sorting and moving is faster within the cache
 # (docs/notes/packet-speed.md).
 BLOCK = 1 << 17
-# Sort all rays together if an average block contains at least this share of the origin cells that
-# all blocks contain.
+# Sort all rays together if the origins of an average block lie in at least this share of the cells
+# in which the origins of all rays lie.
 SCATTERED = 0.75
 
 
@@ -178,8 +178,9 @@ def _direction_codes(texels: np.ndarray) -> np.ndarray:
 
 
 def _near_one_another(keys: list[np.ndarray]) -> bool:
-    """Return whether the origins in a block are near one another: on average, they lie in few of
-    the cells in which the origins of all blocks lie. Only every eighth ray is examined."""
+    """Return whether the origins in a block are near one another: on average, they lie in less than
+    the share SCATTERED of the cells in which the origins of all rays lie. Only every eighth ray is
+    examined."""
     cells = np.zeros((len(keys), 1 << 3 * ORIGIN_BITS), bool)
     for held, each in zip(cells, keys):
         held[each[::8] & len(held) - 1] = True

@@ -59,8 +59,8 @@ class RayTextures:
         return RayTextures(self.gpu, size, self.precision, self.after_hit)
 
     def fits(self, other: RayTextures, size: tuple[int, int] | None = None) -> bool:
-        """Return whether these textures fit the rays of ``other``, or rays of the kind of
-        ``other`` in textures of ``size``."""
+        """Return whether these textures hold the same kind of rays as ``other`` and have the size
+        ``size``. If ``size`` is None, they must have the size of ``other``."""
         return self.size == (size or other.size) and self.after_hit == other.after_hit
 
     @property
@@ -176,8 +176,9 @@ class StateBuffers(PingPong):
     def hits(self) -> Target:
         """Return a target over the hits of side 0.
 
-        The states of side 0 read as done, until passes write states again. Rays' states are read
-        only if a ray was stopped, or with statistics; the states are then written first.
+        A reader of the states of side 0 finds every ray done, until passes write states again.
+        Rays' states matter only if a ray was stopped, with statistics, or to an observer of
+        states. In these cases, passes write the states before anything reads them.
         """
         if self._hits is None:
             self.side(0).clear()
@@ -200,7 +201,7 @@ class StateBuffers(PingPong):
             self._smaller[size].side(0)
 
     def of(self, size: tuple[int, int]) -> StateBuffers:
-        """Return the buffers for rays of a size: these buffers, or buffers that ``keep`` made."""
+        """Return the buffers of this size: these buffers, or buffers that ``keep`` made."""
         return self if size == self.size else self._smaller[size]
 
     def bytes(self) -> int:

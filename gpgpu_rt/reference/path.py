@@ -241,7 +241,7 @@ class _Paths:
         self.light[paths] += free[:, None] * self.weight[paths] * arrives[useful]
 
     def _go_on(self, at: _Surfaces, hits: Hits, vertex: int) -> None:
-        """Choose the next ray of each path; remove paths that end from ``alive``."""
+        """Choose the next ray of each path. Remove from ``alive`` the paths that end here."""
         random = self._random(self.alive, vertex, 0)
         direction, weight, density = at.next(random)
         weight *= self.weight[self.alive]

@@ -13,8 +13,8 @@ GROUND, OVERHEAD = np.array((0.16, 0.14, 0.12)), np.array((0.26, 0.29, 0.33))
 def reference_picture(scene: Scene, size: tuple[int, int]) -> np.ndarray:
     """Return the picture of the scene's own camera, (height, width, 3) float64 sRGB in [0, 1].
 
-    It uses the formulas of ``render/surfaces.frag`` and ``render/picture.frag``. A test compares
-    its picture with the picture of these shaders.
+    This function uses the formulas of ``render/surfaces.frag`` and ``render/picture.frag``. A test
+    compares the returned picture with the picture of these shaders.
     """
     width, height = size
     origins, directions = (a.reshape(-1, 3) for a in scene.camera.rays(size))

@@ -30,7 +30,7 @@ def sobol_numbers(x: Any, y: Any, sample: Any, bounce: int, block: int, seed: in
 def sobol_bits(x: Any, y: Any, sample: Any, bounce: int, block: int, seed: int) -> np.ndarray:
     """Return (n, 4) uint32, the bits from which `sobol_numbers` makes its numbers."""
     if block not in (0, 1) or bounce < block:
-        raise ValueError(f"bounce {bounce}, block {block}: blocks are 0, or from bounce 1 on 1")
+        raise ValueError(f"bounce {bounce}, block {block}: give block 0, or 1 from bounce 1 on")
 
     def keys(event: int, number: int) -> np.ndarray:
         return random_bits(counters(x, y, NO_SAMPLE, event, number, seed))

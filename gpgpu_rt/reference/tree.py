@@ -147,8 +147,9 @@ class ReferenceTree:
 
     def _meets(self, level: int, ray: np.ndarray, node: np.ndarray
                ) -> tuple[np.ndarray, np.ndarray]:
-        """Return for p pairs the t at which the ray enters the node's widened box, at least its
-        t_min, (p,); and whether it meets the box within its interval, (p,) bool."""
+        """Return for p pairs the t at which the ray enters the node's widened box, or the ray's
+        t_min if that is larger, (p,); and whether the ray meets the box within its interval, (p,)
+        bool."""
         t_min, t_max = self._interval
         enter, leave = t_min[ray], t_max[ray]
         lo, hi = self.boxes[level]

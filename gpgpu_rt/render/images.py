@@ -1,4 +1,4 @@
-"""Images: packs the textures of all materials into one texture. Each has a rectangle of it."""
+"""Images: packs the textures of all materials into one texture, side by side as rectangles."""
 from __future__ import annotations
 
 import numpy as np

@@ -72,9 +72,9 @@ ALL_FEATURES = Option(
     "all_features", False, "build the programs, textures and passes of every feature, even those "
     "that the scene does not require; the picture is the same", bool)
 # The default is 8 bounces because each depth of refraction needs textures of its own and doubles
-# the number of branches. In solid glass, light passes with one or two inner reflections. A picture
-# with 8 bounces takes a third of the time of a picture with 12 bounces. The two differ by at most
-# one grey level on average.
+# the number of branches. Light usually leaves solid glass after one or two inner reflections. A
+# picture with 8 bounces takes a third of the time of a picture with 12 bounces. The two differ by
+# at most one grey level on average.
 BOUNCES = Option("bounces", 8, "largest number of successive reflections and refractions",
                  int, minimum=0, maximum=64)
 LIGHT_SAMPLES = Option("light_samples", 16, "shadow rays from each visible point towards emitting "

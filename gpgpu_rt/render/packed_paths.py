@@ -39,8 +39,8 @@ from .records import CAME_FROM, RADIANCE, WALK
 
 LEAST = 1 << 11     # texels of the smallest textures; smaller passes would not be faster
 PACKED = ("PACKED_PATHS",)
-# Paths can be packed when at most this share of them is live. With this share, the smaller
-# textures need three times the memory of a wave.
+# The largest share that the option ``compact`` accepts. With this share, the smaller textures need
+# three times the memory of a wave.
 MOST_SHARE = 0.75
 SHARES = {"auto": 0.25, "on": 0.25, "off": 0.0}
 AUTO = 1 << 15      # packing pays for waves of at least this many texels: docs/path-tracing.md
@@ -121,7 +121,9 @@ class PathTextures:
 
 
 class PackedPaths:
-    """The smaller textures for packed paths. From size to size, texels shrink to the same share.
+    """The smaller textures for packed paths.
+
+    From each size to the next smaller size, the number of texels shrinks to ``share``.
 
     Parameters
     ----------

@@ -59,12 +59,12 @@ LIVE = Record("live", "weight")
 """The largest weight of the rays in a tile of pixels."""
 
 PATH = Record("path", "weight:vec3")
-"""The weight of a ray: the share of the light that the ray finds which arrives at its pixel."""
+"""The weight of a ray: a pixel receives this share of the light that its ray finds."""
 
 WALK = Record("walk", "weight:vec3 density")
-"""The state of a path. ``weight`` is the share of the light that the path finds which arrives at
-its pixel; it is zero after the path's end. ``density`` is the probability density of the ray's
-direction, or 0 if only this direction was possible."""
+"""The state of a path. ``weight`` is the share of the light found by the path that its pixel
+receives. The weight is zero after the path's end. ``density`` is the probability density of the
+ray's direction, or 0 if only this direction was possible."""
 
 CAME_FROM = Record("came_from", "x:int y:int")
 """The texel of a packed path in the wave, before it was packed."""

@@ -30,22 +30,22 @@ A graphics card of 2002 could do one thing fast: run a short program on every pi
 that it draws. Ray tracing asks another question: which triangle does a ray hit first? The methods
 on this page are the answers that were found between 2002 and 2007.
 
-Each method runs here as it ran then. This program measured its times on the renderer that the
-table names. The number from the paper stands beside them. Compare ratios and orders, not times:
-twenty years of hardware lie between the two. Where a paper measured on a card, a third number is
-the time that a model predicts for this card.
+Each method runs here as it ran then. This program measured the method's times on the renderer that
+the table names. The number from the paper stands beside the measured time. Compare ratios and
+rankings, not times: twenty years of hardware lie between the two numbers. Where a paper measured on
+a card, a third number is the time that a model predicts for this card.
 """, ("fig01",)),
     Chapter("A pass is a function over a stream (survey, section 2)", """
 Store a ray in each texel of a texture. Draw a square over all texels, and the fragment program
 runs once per ray: it reads the state of the ray from one texture and writes the new state to
-another. Then the two textures swap. There is no loop, no stack, and no memory to write to except
-that texel. What is a `while` loop in a program of today is a sequence of passes here, and the host
-counts the live rays by an occlusion query.
+another. Then the two textures swap. There is no loop and no stack, and a program can write only to
+its own texel. What is a `while` loop in a program of today is a sequence of passes here, and the
+host counts the live rays by an occlusion query.
 
 In the film, each picture shows a pass. The left side shows the kernel that each ray waits for. A
 ray that has found its hit is finished, while its neighbour may still descend. The slowest rays
-decide the number of passes. So many passes advance only a few rays; this is the price of tracing
-in passes.
+decide the number of passes. Therefore many passes advance only a few rays; this is the price of
+tracing in passes.
 """, ("fig02", "fig03", "schedules", "retention"), passes=("kd-restart",)),
     Chapter("Intersection alone on the card (survey, section 3.1)", """
 The Ray Engine of 2002 left the search to the host. The host collected the rays in each cell of
@@ -128,11 +128,12 @@ and one renderer, with the same rays.
 """, ("table1", "fig26")),
     Chapter("The graphics cards of the papers", """
 How long would these programs have taken on the cards of their papers? Mesa still has a compiler
-for each of these cards, and it compiles the kernels. Traces of the rays count how often a card
-issues each kernel, and how many pixels wait meanwhile. A model predicts a time from these counts
-and from the numbers in a card's data sheet. No constant is fitted.
+for each of these cards, and it compiles the kernels. From the kernel that each ray runs in each
+step, this program counts how often a card issues each kernel, and how many pixels wait while this
+kernel runs. A model predicts a time from these counts and from the numbers in a card's data sheet.
+No constant is fitted.
 
 The cards rounded each result to 9 or 16 bits of fixed point, or to floats of 24 or 32 bits. The
-pictures show the rays that this loses.
+pictures show the rays that are lost by this rounding.
 """, ("era_numbers", "era_machine", "ideal_hardware")),
 )

@@ -9,7 +9,9 @@ from pathlib import Path
 
 from PIL import Image
 
-WIDTHS = (1400, 1000, 700, 450)     # largest widths in pixels; the first that fits LIMIT is used
+# Largest widths of a picture in pixels. The page uses the first width with which its size stays
+# within `page.LIMIT`.
+WIDTHS = (1400, 1000, 700, 450)
 # Limit on the size of a chart, about 100 MB decoded, because a file may declare any size.
 MOST_PIXELS = 1 << 25
 

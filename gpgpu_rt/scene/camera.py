@@ -126,8 +126,8 @@ class Camera:
 
     @classmethod
     def from_dict(cls, entry: Mapping[str, Any], where: str = "camera") -> Camera:
-        """Return the camera of the mapping `entry`. It has the keys `eye` and `target`, and may
-        have `up` and `fov_degrees`. Error messages call the mapping `where`."""
+        """Return the camera of the mapping `entry`. The mapping has the keys `eye` and `target`,
+        and may have `up` and `fov_degrees`. Error messages call the mapping `where`."""
         if not isinstance(entry, Mapping) or not {"eye", "target"} <= set(entry):
             raise SceneError(f"{where}: a camera needs 'eye' and 'target'; add them")
         try:

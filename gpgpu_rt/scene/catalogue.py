@@ -30,7 +30,8 @@ class NamedScene:
     name : the scene's name
     triangles : number of triangles of the procedural version, or of ``file``
     make : builds the procedural version; None if there is none
-    stand_in : the original that the procedural version replaces; None if it is the original
+    stand_in : the original that the procedural version replaces; None if the
+        procedural version is itself the original
     original : the name of the original at its owner
     page : for an original that cannot be fetched, where its owner publishes it and which file to
         put where; None for a scene that is built in or can be fetched

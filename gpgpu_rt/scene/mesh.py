@@ -27,7 +27,8 @@ class Mesh:
     normals, uv : Values at the faces' corners, (n, 3, 3) and (n, 3, 2) float64, or None.
     parts : Names of the objects or groups.
     part_of : Index of each face's part in ``parts``, (n,) int32.
-    camera, lights, environment : Those of the file; None, or no lights, if it has none.
+    camera, lights, environment : The file's values. None, for lights an empty tuple, if the file
+        has no such value.
     """
 
     vertices: np.ndarray

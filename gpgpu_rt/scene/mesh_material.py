@@ -26,8 +26,8 @@ class Textures:
 
     Parameters
     ----------
-    folder : the folder of the mesh file, in which images are that trimesh does not read; None for
-        a mesh without a file
+    folder : the folder of the mesh file. Images that trimesh does not read are loaded from there.
+        None for a mesh without a file
     """
 
     def __init__(self, folder: Path | None = None) -> None:

@@ -113,7 +113,7 @@ class _Corners(NamedTuple):
     @classmethod
     def of(cls, text: _Text, points: int) -> _Corners:
         """Return the corners of a file's faces. ``points`` is the number of vertices; raise
-        ValueError for an index outside of it."""
+        ValueError if a face names a vertex that does not exist."""
         rows = text.rows(b"f")
         words = [text.lines[row][1:].split() for row in rows.tolist()]
         sides = np.fromiter(map(len, words), np.int64, len(words))

@@ -29,7 +29,7 @@ class Region:
     @classmethod
     def of(cls, size: Sequence[int], region: Sequence[int] | None) -> Region:
         """Return the region for the arguments ``size`` and ``region`` of ``Tracer.render``. If
-        ``region`` is None, it is the whole picture.
+        ``region`` is None, return the whole picture.
 
         Raises
         ------

@@ -85,13 +85,13 @@ def move_ahead(sessions: Sessions, positions: Iterable[np.ndarray]) -> Iterator[
     OptionError
         for a tracer with two methods, and for a method whose accelerator passes build
     SceneError, LimitError
-        for the first frame at once; for another frame after the frame before it
+        at once for the first frame; for a later frame, after the move to the preceding frame
     """
     if sessions.choices.differ:
         raise OptionError("building ahead needs a tracer with a single method, but this tracer "
                           "has two; name a method")
     frames = _frames(sessions, iter(positions))
-    next(frames)        # as far as the first build has begun
+    next(frames)        # begins the first build and returns without waiting for its end
     return frames
 
 
@@ -109,7 +109,7 @@ def _frames(sessions: Sessions, positions: Iterator[np.ndarray]) -> Iterator[Non
             waited = time.perf_counter() - began
             try:
                 coming = _begin(builds, sessions, positions)
-            except Error as problem:    # the caller gets the frame that is built first
+            except Error as problem:    # raise after the caller got the frame that is built
                 coming, failure = None, problem
             with sessions.moving() as session:
                 session.move(scene, accelerator)

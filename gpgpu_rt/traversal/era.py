@@ -132,7 +132,7 @@ class EraTraversal(Traversal):
         return super().run(self._generated(rays, statistics), buffers, statistics, any_hit)
 
     def _generated(self, rays: RayTextures, statistics: Statistics) -> RayTextures:
-        """Return the rays of the traversal: no component of their directions is zero."""
+        """Return copies of the rays, with tiny numbers for zero components of directions."""
         rays.complete()
         mine = self.keep("rays", lambda: rays.like(rays.size), lambda old: old.fits(rays))
         program = self.program("rays", lambda: FullScreenPass(
@@ -142,8 +142,8 @@ class EraTraversal(Traversal):
 
     def _classify(self, now: Target, buffers: StateBuffers, tiles: Tiles,
                   statistics: Statistics) -> dict[int, int]:
-        """As ``Traversal._classify``. States count no steps, so the choices of the host are
-        counted: a search that does not settle ends in an error."""
+        """Do the same as ``Traversal._classify``. States count no steps here, so count the host's
+        choices of kernels. Raise LimitError if the choices exceed the step cap."""
         self._choices += 1
         if self._choices > self.step_cap:
             raise LimitError(f"method {self.method.name} in the era form does not end: the host "

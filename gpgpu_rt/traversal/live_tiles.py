@@ -41,7 +41,7 @@ class Tiles:
         self.choose(None)
 
     def count(self, samplers: Mapping[str, moderngl.Texture]) -> None:
-        """Count the waiting rays of the tiles that were chosen last.
+        """Count the waiting rays of the tiles that the latest ``choose`` chose.
 
         All other tiles count as empty, so the chosen tiles must include every live ray.
         """

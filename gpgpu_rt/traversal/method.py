@@ -228,7 +228,8 @@ class Method:
 
     @property
     def steps_once(self) -> bool:
-        """Whether a pass runs no more than one step: another pass draws stacks or tests rays."""
+        """Whether a pass runs at most one step, because a pass that pushes stack entries or tests
+        the rays of packets must follow each step."""
         return self.stack_entry is not None or self.packet_state is not None
 
     def tables_for(self, options: Mapping[str, Any]) -> Tables:

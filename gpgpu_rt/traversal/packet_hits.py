@@ -64,8 +64,8 @@ class PacketTargets:
         # Store the image channel by channel, because callers read single channels.
         each = 1 if alone and self.fours else 4
         planes = np.empty((each, self.size[1], height, self.size[0], width), np.float32)
-        # With ``fours``, rays share a texel. Copy the rays of a texel that are neighbours in a row
-        # of the image together, as one wider number.
+        # With ``fours``, rays share a texel. If rays of a texel are neighbours in a row of the
+        # image, copy their values as one wider number.
         kind = np.dtype((np.float32, np.complex64, np.complex128)[width // 2 if self.fours else 0])
 
         def spread(k: int, texels: np.ndarray) -> None:

@@ -35,9 +35,9 @@ class PacketTraversal(MethodDriver):
         super().__init__(setup)
         self.packet = packet_of(self.options)
         self.rays = self.packet[0] * self.packet[1]
-        # If the renderer has a target for each ray, a target holds a ray's hit, or (``fours``) one
-        # field of the hits of four rays. Otherwise (``rows_alone``) a target holds the rows of
-        # four rays' hit triangles.
+        # If the renderer has a target for each ray of a packet, a target holds a ray's hit, or
+        # (``fours``) one field of the hits of four rays. Otherwise (``rows_alone``) a target holds
+        # the rows of four rays' hit triangles.
         self.rows_alone = self.rays > self.gpu.max_draw_buffers
         self.targets = self.rays // 4 if self.rows_alone else self.rays
         self.fours = self.rays % 4 == 0 and not self.rows_alone

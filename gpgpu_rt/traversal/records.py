@@ -63,8 +63,8 @@ PACKET_STATE = Record("state", "node:int cursor:int phase:int steps:int | turn:i
 """A packet's state: the fields of TREE_STATE, the active turn, and the turns that wait.
 
 ``turn`` is the number of the turn (drivers/packet_turns.glsl), such as a direction octant, whose
-rays now traverse the tree together. ``turns`` has a bit for each turn that has not ended (BVHs) or
-begun (kd-trees)."""
+rays now traverse the tree together. ``turns`` has a bit for each turn that has not ended (BVHs),
+or for each turn that has not begun (kd-trees)."""
 
 KD_ENTERING, BVH_ENTERING = "entry:int root:int", "entry:int end:int"
 """Additional fields of rays that visit a list of subtrees. ``entry`` is the position in the list.

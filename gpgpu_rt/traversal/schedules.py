@@ -37,7 +37,9 @@ from .stack_atlas import StackAtlas
 # early ends rare.
 LOOP_STEPS = 60_000
 
-FEWER = 0.7     # count the tiles again when fewer than this share of the counted rays is live
+# Count the rays of each tile again when the live rays fall below this share of the rays that were
+# live at the previous count.
+FEWER = 0.7
 MASKED = 0.0    # depth of a masked ray
 
 
@@ -68,7 +70,7 @@ class Traversal(MethodDriver):
 
     keeps_states = True
     _atlas: StackAtlas | None = None
-    _overran = False    # whether the last rays under `loop` exceeded the limit on iterations
+    _overran = False    # whether a ray under `loop` did not end within one pass
 
     def follow(self, samplers: Samplers, accelerator: Accelerator, step_cap: int) -> None:
         """Use these tables from now on. Triangles moved; records and defines are unchanged."""
@@ -159,9 +161,9 @@ class Traversal(MethodDriver):
     def _run_kernels(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
                      any_hit: bool) -> tuple[Target, int]:
         context = self.gpu.context
-        # After an even number of passes, the result is in the buffer of the start. This buffer
-        # therefore always holds every ray's present state; the other buffer only needs the states
-        # of the rays in work.
+        # Passes are drawn in pairs, from ``now`` to ``scratch`` and back. Between pairs, ``now``
+        # therefore holds every ray's present state. ``scratch`` only needs the states of the rays
+        # that the pair works on.
         interval = self.options["mask_interval"] or 16
         now, scratch = buffers.side(0), buffers.side(1)
         tiles = self._tiles_for(buffers)

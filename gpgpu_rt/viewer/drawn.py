@@ -12,7 +12,7 @@ class Drawn:
     ----------
     divisor : the picture has the window's width and height divided by this number
     seconds : time for drawing and readback
-    rays, passes : rays and passes of all waves
+    rays, passes : rays and passes of all waves (a wave is a set of rays that are traced together)
     live : the number of live rays at each count; empty under a schedule that does not count rays
     """
 

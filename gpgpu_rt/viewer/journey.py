@@ -18,8 +18,8 @@ from ..tracer import Tracer
 
 MOST_BYTES = 256 << 20      # if all states need more, every second pass is dropped
 MOST_SECONDS = 20.0
-# A t above this number is no place on a ray. For example, t_min of a packet's ray that waits for
-# its turn is 3e38.
+# A t above this number is no place on a ray. For example, t_min is 3e38 for a ray of a packet that
+# waits while the packet walks with rays of other direction signs (drivers/packet_turns.glsl).
 NO_PLACE = 1e30
 
 
@@ -151,7 +151,7 @@ class Journey:
 
 
 def hit_words(one: Pass, ray: int) -> dict[str, str]:
-    """Return the fields of a ray's nearest hit so far as text. Before the first hit, it is "-"."""
+    """Return the fields of a ray's nearest hit so far as text, or "-" each before the first hit."""
     none = not np.isfinite(one.hit["t"][ray])
     return {name: "-" if none else word_of(values[ray]) for name, values in one.hit.items()}
 

@@ -1,6 +1,8 @@
-"""The link between Dear ImGui and a moderngl window: it draws ImGui's lists and passes events on.
+"""The link between Dear ImGui and a moderngl window.
 
-moderngl-window has a link of its own, but that is for ImGui before 1.92. There, the renderer
+The link draws ImGui's draw lists in the window and passes the window's events to ImGui.
+
+moderngl-window has a link of its own, but only for ImGui before 1.92. Before 1.92, the renderer
 created all textures at the start. Since 1.92, ImGui asks its renderer to create and to update
 textures at any time.
 """
@@ -28,7 +30,7 @@ ANY_POPUP = imgui.PopupFlags_.any_popup.value
 
 
 class Link:
-    """Draws ImGui's lists in a window, and passes its events on.
+    """Draws ImGui's draw lists in a window, and passes the window's events to ImGui.
 
     Parameters
     ----------
@@ -199,17 +201,17 @@ class Link:
 
     @property
     def has_keys(self) -> bool:
-        """Whether keys go to a panel, because the user types text or a list is open."""
+        """Whether keys go to a panel, because the user types text or a drop-down list is open."""
         return bool(self.io.want_text_input) or self.has_popup
 
     @property
     def has_popup(self) -> bool:
-        """Whether a list is open."""
+        """Whether a drop-down list is open."""
         return imgui.is_popup_open("", ANY_POPUP)
 
     @staticmethod
     def close_popup() -> None:
-        """Close the open list without a choice."""
+        """Close the open drop-down list without a choice."""
         imgui.internal.close_popup_to_level(0, True)
 
     def pressed(self, key: int, repeat: bool = False) -> bool:

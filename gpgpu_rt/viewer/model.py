@@ -37,7 +37,7 @@ from .tracers import Tracers
 
 MODES = ("picture", "heat", "passes")
 SETTLED = 0.1           # the camera is at rest after so many seconds without a move
-JOURNEY_RAYS = 160      # largest number of rays along a side of a journey
+JOURNEY_RAYS = 160      # largest number of rays along a side of a journey's picture
 HISTORY = 120           # number of pictures in the graphs
 
 
@@ -62,8 +62,8 @@ class Viewer:
     image : (h, w, 3) uint8, the picture to show, possibly at low resolution; or None
     version : a number that increases with every new image
     message : the last error or news, in one line
-    failed : the reason why the present selection cannot be drawn, or "". With a reason, no step
-        draws
+    failed : the reason why the present selection cannot be drawn, or "". While there is a reason,
+        `step` draws nothing
     """
 
     def __init__(self, selection: Selection = Selection(), size: tuple[int, int] = (640, 480),

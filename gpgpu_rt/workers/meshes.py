@@ -1,4 +1,4 @@
-"""Meshes: send the files of a named scene to machines that lack these files or have others."""
+"""Meshes: send a named scene's files to machines where these files are missing or different."""
 from __future__ import annotations
 
 import os
@@ -17,8 +17,8 @@ Files = Mapping[str, bytes]     # the content of each file by its name
 def mesh_files(scene: str) -> Files:
     """Return the files of a named scene: its mesh and the cameras beside it.
 
-    A built-in scene has no files. Nor has an AFF file, because the files that it includes are not
-    known here: each machine needs its own.
+    The result is empty for a built-in scene. It is also empty for an AFF file, because the files
+    that an AFF file includes are not known here: each machine needs its own AFF files.
     """
     name = scene.partition(":")[0]
     mesh = catalogue.mesh_path(name) if name in catalogue.ROWS else None

@@ -22,7 +22,8 @@ from ..tracer import Tracer
 MOST_TRACERS = 2
 
 Options = tuple[tuple[str, Any], ...]
-Structures = Mapping[str, bytes]     # cache files by name; a name is the digest of the content
+# Cache files by name. A name is the digest of the triangles, the builder and the build's options.
+Structures = Mapping[str, bytes]
 
 # Only one thread of a worker at a time uses its tracers, because the tracers share one OpenGL
 # context.

@@ -59,8 +59,8 @@ class Workers:
 
     Notes
     -----
-    A scene is sent once. A structure is built once and sent as cache files. Workers recognise both
-    by digests of the content. If a worker is killed, its tasks run again on other workers. Local
+    A scene is sent once. A structure is built once and sent as cache files. Digests of a scene and
+    of a structure's inputs identify them. If a worker is killed, other workers run its tasks. Local
     processes start by "spawn", so a script that opens them needs ``if __name__ == "__main__":``.
     Opening local processes sets Dask's ``distributed.deploy.lost-worker-timeout`` in this process.
     """
@@ -336,7 +336,7 @@ class Workers:
             tasks.received, value, key=f"sent-{content}-{uuid.uuid4().hex}"))
 
     def _kept(self, key: tuple[Any, ...], submit: Callable[[], Any]) -> Any:
-        """Return the future of a key. If it is missing or failed, submit it. Drop old futures."""
+        """Return a key's future, or submit it if it is missing or failed. Drop old futures."""
         if key not in self._futures or self._futures[key].status not in ("pending", "finished"):
             self._futures[key] = submit()
         self._futures.move_to_end(key)

@@ -272,7 +272,7 @@ def test_tune_command(few_rays, capsys, tmp_path, monkeypatch) -> None:
     # candidate.
     assert cli.main([*arguments, "--max-t-error", "1e-12", "--json"]) == 1
     out, error = capsys.readouterr()
-    search, = json.loads(out)["searches"]  # after a failed search, no second one
+    search, = json.loads(out)["searches"]  # after a failed search, no second search
     assert search["chosen"] is None and not path.exists()
     last = error.splitlines()[-1]
     assert "for coherent rays; the closest is bvh-threaded" in last

@@ -1,5 +1,5 @@
-"""Hostile files: small files that declare large contents, FIFOs, and text and names in other
-encodings."""
+"""Hostile files: FIFOs, small files that declare large contents, and text and names that are not
+UTF-8."""
 from __future__ import annotations
 
 import io

@@ -148,9 +148,9 @@ def cells_visited(tracer: rt.Tracer, origins: np.ndarray,
 def test_grids_visit_the_exact_cells(method: str, name: str, row: int, share: float) -> None:
     """A grid visits the cells that a ray crosses.
 
-    Row 28: it visits each cell in which the ray's segment is longer than twice the padding of
-    boxes. Row 29: it visits each crossed cell, however short the segment, for all but 1.7 % of the
-    rays.
+    Row 28: the grid visits each cell in which the ray's segment is longer than twice the padding
+    of boxes. Row 29: for all but 1.7 % of the rays, the grid visits each crossed cell, however
+    short the segment.
     """
     case = make_case(name, 300, 5)
     with rt.Tracer(case.scene, method, schedule="step", **case.options[method]) as tracer:

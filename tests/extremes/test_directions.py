@@ -1,5 +1,6 @@
-"""Rows 16 to 19 of the catalogue of extreme cases: rays along axes and in planes of a lattice.
-The hits are compared with hits in exact rational arithmetic."""
+"""Rows 16 to 19 of the catalogue of extreme cases (docs/extremes.md): rays along axes, rays in
+planes of a lattice, and flat scenes. The tests of the lattice compare the hits with hits in exact
+rational arithmetic."""
 from __future__ import annotations
 
 import functools
@@ -14,11 +15,12 @@ from gpgpu_rt.conform.shapes import lattice
 
 METHODS = [row.name for row in rt.methods()]
 pytestmark = pytest.mark.small
-CELLS = 4  # cells of the lattice, which has 96 triangles
+CELLS = 4  # cells along each axis of the lattice. The whole lattice has 96 triangles.
 
 
 def small_case(name: str, n: int, seed: int) -> Case:
-    """Returns a case on a lattice of 4 cells. With the usual 8 cells, exact arithmetic is slow."""
+    """Returns a case on a lattice of 4 cells along each axis. With the usual 8 cells along each
+    axis, exact arithmetic is slow."""
     case = make_case(name, n, seed)
     return Case(lattice(CELLS), case.origins, case.directions)
 

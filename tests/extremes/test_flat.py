@@ -1,5 +1,5 @@
-"""Row 41 of the catalogue of extreme cases: scenes that are flat along an axis, and rays that
-start on or near the plane of the scene.
+"""Row 41 of the catalogue of extreme cases (docs/extremes.md): scenes that are flat along an axis,
+and rays that start on or near the plane of the scene.
 
 All hits equal those of brute force to the bit. This also holds for a search that begins and ends
 at the t of a hit, so a method must visit every box that contains a hit. The hits of brute force
@@ -73,8 +73,8 @@ def test_every_method_returns_its_bits(exact_renderer, method: str, flat: Flat, 
 
 
 def test_every_hit_is_found_again(exact_renderer) -> None:
-    """`trace_all` finds the hits of all coplanar triangles at one t, because the next search
-    begins at the t of the last hit."""
+    """`trace_all` finds the hits of all coplanar triangles at one t, because each search
+    begins at the t of the hit that the previous search found."""
     case, brute = traced(QUICK[0], 300, 3)
     counts = []
     for method in ("brute-force", "bvh-threaded", "bih"):

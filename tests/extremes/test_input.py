@@ -1,5 +1,5 @@
-"""Rows 21, 22 and 39 of the catalogue of extreme cases: input that is not finite, and input with
-at most one triangle, ray or pixel."""
+"""Rows 21, 22 and 39 of the catalogue of extreme cases (docs/extremes.md): input that is not
+finite, and input with at most one triangle, ray or pixel."""
 from __future__ import annotations
 
 import itertools
@@ -18,8 +18,9 @@ BAD = [np.nan, np.inf, -np.inf]
 @pytest.mark.parametrize("seed", [1], ids="seed{}".format)
 @pytest.mark.parametrize("method", METHODS)
 def test_row_21_invalid_rays_disturb_no_other(exact_renderer, method: str, seed: int) -> None:
-    """Invalid rays leave the hits of valid rays unchanged to the bit. The invalid rays have each
-    bad value in each component of origin and direction, or a zero direction of either sign."""
+    """Invalid rays leave the hits of valid rays unchanged to the bit. An invalid ray has one bad
+    value in one component of its origin or direction, or a zero direction of either sign. The
+    rays cover every bad value in every component."""
     scene = soup_scene(200, seed)
     origins, directions = np.random.default_rng(seed).normal(size=(2, 400, 3)).astype(np.float32)
     kinds = list(itertools.product((0, 1), range(3), BAD)) + [(1, slice(None), z)
@@ -52,7 +53,7 @@ def test_row_22_a_vertex_that_is_not_finite(value: float) -> None:
 @pytest.mark.parametrize("triangles", [0, 1])
 @pytest.mark.parametrize("method", METHODS)
 def test_row_39_hardly_anything(method: str, triangles: int) -> None:
-    """Scenes of no triangle or of one, no ray or one, and a picture of one pixel are valid."""
+    """Scenes of 0 or 1 triangles, calls with 0 or 1 rays, and a picture of one pixel are valid."""
     vertices = np.float32([[-1, -1, 0], [1, -1, 0], [0, 1, 0]])[:3 * triangles]
     scene = rt.Scene.from_arrays(vertices, np.arange(3 * triangles).reshape(-1, 3))
     with rt.Tracer(scene, method, statistics=True) as tracer:

@@ -1,7 +1,8 @@
 """An empty interval is a miss, and no interval end is flushed to 0 by scaling.
 
-A tracer scales each direction and scales t by the same factor. For a direction of length 1e-42,
-t_min = 1 becomes a denormal, which a renderer may flush to 0.
+A tracer divides each direction by a power of two and multiplies t by the same power. The largest
+component of the direction is then in [0.5, 1). For a direction of length 1e-42, t_min = 1 becomes
+a denormal, which a renderer may flush to 0.
 """
 from __future__ import annotations
 
@@ -61,7 +62,7 @@ def test_a_start_behind_the_origin_stays_there(method: str, length: float, t_min
 @pytest.mark.parametrize("size", [1.0, 1e-8, 1e-14])
 def test_the_ray_engines_host_flushes_as_its_passes_do(exact_renderer, size: float,
                                                        seed: int) -> None:
-    """The ray engine's host and its passes return the same hits, although origins, directions,
+    """The ray engine's host and its passes return the same hits, even where origins, directions,
     corners and products are below 2^-126."""
     rng = np.random.default_rng(seed)
     case = Flat(1, 0.0).case(800, seed)

@@ -1,5 +1,5 @@
-"""Row 26 of the catalogue of extreme cases: methods at low precision end within their step cap,
-flag the rays that they stop, and report no false hit.
+"""Row 26 of the catalogue of extreme cases (docs/extremes.md): methods at low precision end within
+their step cap, flag the rays that they stop, and report no false hit.
 
 The tests use the precisions, roundings and interval policies of the option tables.
 """
@@ -109,7 +109,7 @@ def test_row_26_low_precision_ends(name: str, method: str, options: dict, seed: 
 def test_row_26_how_it_fails(method: str, seed: int) -> None:
     """If storage rounds to nearest or chops, the stored t_min may lie before the split plane from
     which it was computed. Many rays then loop until the cap stops and flags them. The figure
-    `extremes` shows their shares."""
+    `extremes` shows the share of flagged rays for each rounding."""
     case = case_of("spanning", seed)
     shares = {}
     for rounding in ("nearest", "chop", "up"):

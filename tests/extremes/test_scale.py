@@ -1,7 +1,8 @@
-"""Rows 8, 10 and 20 of the catalogue of extreme cases: exact symmetries.
+"""Rows 8, 10 and 20 of the catalogue of extreme cases (docs/extremes.md): exact symmetries.
 
-If a test scales a scene or its directions by a power of two, or permutes or mirrors the axes, each
-ray still hits the same triangle. Its t changes by exactly the factor.
+If a test scales a scene or the directions by a power of two, or permutes or mirrors the axes, each
+ray still hits the same triangle. A scaled scene multiplies t exactly by the power. A scaled
+direction divides t exactly by the power. Permuted or mirrored axes leave t unchanged.
 """
 from __future__ import annotations
 
@@ -110,7 +111,7 @@ def test_row_10_permuted_and_mirrored(exact_renderer, method: str) -> None:
 @pytest.mark.parametrize("method", METHODS)
 def test_row_20_lengths_of_directions(exact_renderer, method: str, exponent: int) -> None:
     """If a direction is scaled by a power of two, t is divided exactly by this power. The powers
-    range from below 1e-15 to above 1e15."""
+    range from 2^-110 to 2^100."""
     case = make_case("from-afar", 500, 4)
     plain = trace(case, method)
     case.directions = np.ldexp(case.directions, exponent)

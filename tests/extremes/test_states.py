@@ -1,6 +1,7 @@
 """After every pass, the state textures hold no NaN, and infinity only where it means "no end".
 
-Row 23 of the catalogue of extreme cases: the state of a finished ray never changes.
+Row 23 of the catalogue of extreme cases (docs/extremes.md): the state of a finished ray never
+changes.
 """
 from __future__ import annotations
 

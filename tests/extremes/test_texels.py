@@ -1,5 +1,6 @@
-"""Row 35 of the catalogue of extreme cases: indices around 2^11, 2^17 and 2^24 survive a round
-trip through a texture. Images of rays with odd widths give the same hits."""
+"""Row 35 of the catalogue of extreme cases (docs/extremes.md): indices around 2^11, 2^17 and 2^24
+survive a round trip through a texture. Rays in images of odd widths give the same hits as rays in
+a list."""
 from __future__ import annotations
 
 import numpy as np

@@ -1,5 +1,5 @@
-"""Rows 7 and 12 to 14 of the catalogue of extreme cases: the unit triangle, grazing rays,
-triangles without area, and identical triangles."""
+"""Rows 7 and 12 to 14 of the catalogue of extreme cases (docs/extremes.md): the unit triangle,
+grazing rays, triangles without area, and identical triangles."""
 from __future__ import annotations
 
 import numpy as np

@@ -16,7 +16,9 @@ Fields = dict[str, np.ndarray]
 
 @contextmanager
 def watching(tracer: rt.Tracer, look: Callable[[Fields, Fields], None]) -> Iterator[None]:
-    """Calls ``look(state, hit)`` after each pass of the tracer's traversal, within the context.
+    """Calls ``look(state, hit)`` after each pass of the tracer's traversal.
+
+    The OpenGL context is current during the call.
 
     ``state`` and ``hit`` map names of fields to arrays with an entry per texel. The state buffers
     are cleared first, because fresh textures may hold anything.

@@ -1,4 +1,5 @@
-"""Faked cells: files like those of measured cells, with numbers that a test chooses."""
+"""Faked cells: result files as the figures' measurements (cells) write them, with numbers that a
+test chooses."""
 from __future__ import annotations
 
 import json

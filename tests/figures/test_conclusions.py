@@ -64,8 +64,8 @@ def test_rates_between_scenes_lie_on_a_line_of_logarithms() -> None:
 
 
 def test_the_survey_s_own_scaling() -> None:
-    """Rates scale to a GeForce 8800: Foley's from an X800 with 8.32 billion instructions a
-    second, and the Ray Engine's from a GeForce4 with 2.4 billion."""
+    """Each paper's rate is scaled to a GeForce 8800. Foley's rate is from an X800 with 8.32 billion
+    instructions a second, and the Ray Engine's rate is from a GeForce4 with 2.4 billion."""
     rows = {row.source: row for row in scaled.scaled()}
     foley, engine = rows["Foley and Sugerman 2005"], rows[surveyed.BASE]
     assert engine.rate == 114_499 and find_card("NV25") == engine.card
@@ -73,7 +73,8 @@ def test_the_survey_s_own_scaling() -> None:
     assert arithmetic == pytest.approx(foley.rate / 8.32e9 / (114_499 / 2.4e9))
     assert bandwidth == pytest.approx(foley.rate / foley.card.bandwidth
                                       / (114_499 / engine.card.bandwidth))
-    # All scenes of Günther et al. are larger. The nearest, fairy forest, has 13.2 frames/s.
+    # Rates are compared at 10,000 triangles. All scenes of Günther et al. are larger. The smallest
+    # of them, fairy forest, has 13.2 frames/s.
     assert rows["Günther et al. 2007"].rate == pytest.approx(13.2 * 1024 ** 2)
 
 
@@ -87,8 +88,8 @@ def _counts(form: str, issues: int) -> dict[str, Any]:
 def _conclusions(folder: Path) -> dict[str, float]:
     """Writes the files of Figure 26's cells, and returns each method's time in ns.
 
-    A time is 1000 ns divided by the published speed relative to the Ray Engine. Methods without a
-    published speed get another speed each.
+    A time is 1000 ns divided by the published speed relative to the Ray Engine. Each
+    method without a published speed gets a made-up speed of its own.
     """
     times = {}
     for at, entry in enumerate(surveyed.entries()):
@@ -126,10 +127,10 @@ def test_figure_26_and_table_1_hold_what_the_data_say(tmp_path: Path) -> None:
     assert float(rows["kd-restart"]["predicted_ns"]) == pytest.approx(1e9 * seconds)
     ours, engine = (float(rows[name]["predicted_ns"]) for name in ("kd-restart", "ray-engine"))
     assert float(rows["kd-restart"]["predicted"]) == pytest.approx(engine / ours)
-    assert rows["ray-tiles"]["predicted_ns"] == ""     # it has no era form
+    assert rows["ray-tiles"]["predicted_ns"] == ""     # it has no era form (docs/era.md)
     said = fig26.judge(tmp_path, False)
     assert said.renderer is not None and said.scenes == ("tenk",)
-    # The measured times are the published ones, but on one scene.
+    # The faked measured times equal the published times, but they are of a single scene.
     here = said.renderer
     assert (here.word, here.scenes, here.pairs) == (verdicts.TOO_LITTLE, ("tenk",), here.agreed)
     assert "tau-b is 0.8 or more in 1 of 1 group;" in here.why
@@ -169,7 +170,8 @@ def test_all_methods_of_a_column_trace_the_same_rays(full: bool) -> None:
 
 
 def test_the_ray_engine_is_predicted_from_its_pairs() -> None:
-    """The card tests each pair once; its bytes cross the bus."""
+    """The card tests each pair of a ray and a triangle once. The bytes of uploads and readbacks
+    cross the bus."""
     work = ray_engine_work.measure(load("cornell"), workload("cornell", EYE, 16), {})
     assert work["rays"] == 256 and work["pairs"] >= work["rays"] and work["draws"] >= 1
     card, cost = find_card("G80"), static_cost("g80", "brute-force", "intersect")

@@ -181,8 +181,8 @@ def test_figure_10_is_the_walk_and_shows_the_slip() -> None:
 
 
 def test_the_printed_rule_is_right_where_no_plane_lies_behind(monkeypatch) -> None:
-    """From an origin outside the box, t_split is never negative. Then the printed rule and the
-    corrected rule agree."""
+    """From an origin outside the box, t_split is never negative. Then the rule that the survey
+    prints in Figure 10 and the corrected rule agree."""
     outside = World(SMALL.scene, SMALL.triangles, SMALL.tree, SMALL.lo, SMALL.hi,
                     (SMALL.origin - SMALL.direction).astype(np.float32), SMALL.direction)
     found = walk(fig10.METHOD, outside)
@@ -312,7 +312,7 @@ def test_figure_19_visits_are_those_of_geometry() -> None:
 @pytest.mark.parametrize("height", range(7))
 def test_figure_21_shows_the_least_and_greatest_positions(height: int) -> None:
     """Each level shows the minimum and maximum of each block of texels, computed directly. A block
-    includes its far row and column."""
+    shares its last row and its last column of texels with the next blocks."""
     tree, *found = fig21.pyramids()
     positions, side = fig21.image().charts[0], 2**height
     for boxes, reduce in zip(found, (np.min, np.max)):

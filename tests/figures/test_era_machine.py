@@ -1,4 +1,5 @@
-"""The page of the machine model shows what its counts say, and says which bars are missed."""
+"""The page of the machine model shows the times that follow from the counted kernel runs. It also
+says which accuracy targets ("bars") the model misses."""
 from __future__ import annotations
 
 import csv

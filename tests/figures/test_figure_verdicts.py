@@ -1,4 +1,5 @@
-"""The verdicts of the figures that make claims, from cells with numbers that the test chooses."""
+"""Figures that make claims get the right verdicts. The tests choose the numbers in the figures'
+measurements (cells)."""
 from __future__ import annotations
 
 from pathlib import Path

@@ -142,7 +142,8 @@ def test_tables_hold_the_measured_numbers(figure, tmp_path) -> None:
 @pytest.mark.parametrize("full", [False, True], ids=["quick", "full"])
 @pytest.mark.parametrize("figure", COMPARISONS, ids=lambda f: f.name)
 def test_papers_are_compared_with_the_triangle_test_of_their_time(figure, full: bool) -> None:
-    """Every cell of our methods names PERIOD_TEST once. The cells of embreex name no test."""
+    """Every cell of our methods names PERIOD_TEST once. A cell of embreex names no triangle
+    test."""
     for cell in figure.cells(full):
         tests = [option for option in cell.options if option[0] == PERIOD_TEST[0]]
         assert tests == ([] if cell.method == ON_CPU else [PERIOD_TEST])

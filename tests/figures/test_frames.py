@@ -51,7 +51,7 @@ def test_a_measured_cell(method: str, options: dict, rebuilt: int, monkeypatch) 
 
 @pytest.mark.parametrize("found", [False, True])
 def test_scenes_of_files_are_measured_where_they_are(found: bool, tmp_path, monkeypatch) -> None:
-    """Without its file, a scene has no cells, and the page says how to get it."""
+    """A scene without its file has no cells, and the page says how to get the file."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("GPGPU_RT_SCENES", str(tmp_path))
     names = {"robots-moving", "kitchen-moving"}

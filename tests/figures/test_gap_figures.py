@@ -1,4 +1,5 @@
-"""The pages of the experiments on sections 4.3 and 5 show the numbers of their data."""
+"""The pages of the experiments on the survey's sections 4.3 and 5 show the numbers of the result
+files."""
 from __future__ import annotations
 
 import csv
@@ -40,8 +41,9 @@ def _page(module: Any, tmp_path: Path) -> list[dict[str, str]]:
 def _done(cell: Cell, visits: int, tests: int = 0) -> dict[str, Any]:
     """Returns the recorded work of 32 rays with ``visits`` visits and ``tests`` tests each.
 
-    Groups take the same number of issues at each width, so utilisation halves when the width
-    doubles. A stack or a packet also pushes once per ray.
+    At every SIMD width, the groups of lanes issue each kernel the same number of times, so
+    utilisation halves when the width doubles. Methods with "stack" in their name also push once
+    per ray.
     """
     names = ("traverse" if cell.method.startswith("bvh") or "packet" in cell.method else "down",
              "intersect", "push")
@@ -122,7 +124,8 @@ def test_stacks_leave_rays_in_flight_that_fit(tmp_path: Path) -> None:
     kept = int(rows["kd-restart"]["bytes a ray in registers"])
     assert kept == 4 * (8 + 3 + 4 + 8)
     assert int(rows["kd-restart"]["rays in flight"]) == card.registers // kept // 32 * 32
-    # A warp issues 32 lanes for each run. A visit fetches a node; a test waits for two fetches.
+    # A warp issues 32 lanes for each run. A visit makes one fetch. A test makes four fetches and
+    # waits twice for fetches.
     costs = {name: static_cost("g80", "kd-texture-stack", name, in_loop=True).arithmetic
              for name in ("down", "intersect", "push")}
     instructions = 32 * (10 * costs["down"] + 2 * costs["intersect"] + costs["push"])
@@ -153,7 +156,8 @@ def test_a_method_without_compiled_kernels_keeps_its_bytes(tmp_path: Path) -> No
 @pytest.mark.parametrize("latency, held", [(500, False), (50_000, True)])
 def test_the_paragraph_on_stacks_follows_the_numbers(tmp_path: Path, monkeypatch,
                                                      latency: int, held: bool) -> None:
-    """The survey's claim holds if fetches are so slow that kd-stack's rays cannot hide them."""
+    """The survey claims that kd-stack is slower than kd-restart. The claim holds if fetches are so
+    slow that kd-stack's rays in flight cannot hide the fetches."""
     machine = machines()["G80"]
     monkeypatch.setitem(machine.figures, "fetch_latency", {
         **machine.figures["fetch_latency"], "value": latency})
@@ -200,7 +204,8 @@ def test_units_are_as_fast_as_their_figures_allow(tmp_path: Path) -> None:
     ("kd-texture-stack", {}), ("bvh-threaded", {"octants": True}),
     ("kd-packet", {"packet": (2, 2)}), ("bvh-stack", {"sort_rays": True})])
 def test_traced_squares_have_whole_groups_of_every_width(method: str, options: dict) -> None:
-    """Without waiting, lanes are runs; wider groups take at least as many lanes."""
+    """At width 1 no lane waits, so the number of lanes equals the number of runs. Wider groups use
+    at least as many lanes as narrower groups."""
     scene, rays = rt.load_scene("cornell"), workload("cornell", EYE, 128)
     found = gap_work.measure(gap_work.DONE, scene, rays, method, dict(options))
     assert found["count"] == 4 * gap_work.SIDE ** 2
@@ -219,7 +224,7 @@ def test_traced_squares_have_whole_groups_of_every_width(method: str, options: d
 
 
 def test_a_square_of_sorted_rays_follows_their_order() -> None:
-    """Each aligned block of 8x8 rays holds 64 consecutive rays of the order."""
+    """Each aligned block of 8x8 rays holds 64 rays that are consecutive in the sorted order."""
     rays = workload("cornell", EYE, 128)
     squares = gap_work._sorted_squares(rt.load_scene("cornell"), rays)
     with rt.Tracer(rt.load_scene("cornell"), "bvh-threaded", sort_rays=True) as tracer:

@@ -27,7 +27,7 @@ from gpgpu_rt.figures.survey import fig14_mirrors as fig14
 
 JUDGED = [name for name in FIGURES if of_survey(name) and hasattr(figure_of(name), "judge")]
 TABLES = ("fig12", "fig13", "fig16", "fig20", "fig22")     # tables of measured, published times
-PREDICTED = ("fig12", "fig20")    # of these, each method's time on the card is predicted
+PREDICTED = ("fig12", "fig20")    # tables for which the test also writes predicted times
 BUILT_IN = ("cornell", "tenk", *(f"stadium:{ratio:g}" for ratio in (1, 0.1, 0.01, 0.001, 1e-4)))
 MESHES = ("bunny", "robots", "kitchen", "conference")
 PUBLISHED = Path(pages.__file__).parents[1] / "published"
@@ -98,7 +98,7 @@ def _write(cell: Cell, figure: str, folder: Path, real: tuple[str, ...]) -> None
 
 
 def _write_counts(cell: Cell, figure: str, folder: Path, real: tuple[str, ...]) -> None:
-    """Writes a cell of predicted work: the method that is fastest in the paper issues most."""
+    """Writes a cell of predicted work: the paper's fastest method has most kernel runs."""
     row, paper = _row(figure, asdict(cell)), figure_of(figure).paper_card
     assert row is not None
     runs = round(1e8 / float(row["value"]))
@@ -221,8 +221,9 @@ def test_the_counts_on_a_page_are_those_of_its_cells(figure: str, drawn) -> None
 
 def test_no_figure_is_contradicted_by_too_little(drawn) -> None:
     """All faked times contradict the survey, but only figures with enough scenes and pairs are
-    called contradicted. No scene can change the claims of Figure 10, which are about the printed
-    pseudocode, and of Table 1, which are about the methods: these can only be refuted."""
+    called contradicted. The claims of Figure 10 are about the printed pseudocode, and the claims
+    of Table 1 are about the methods. No scene can change these claims, so their verdicts need no
+    scenes."""
     meshes, _, out = drawn
     words = {name: json.loads((out / f"{name}.json").read_text())["verdict"]
              for name in JUDGED}
@@ -283,8 +284,8 @@ def test_the_index_opens_with_ten_sentences_from_the_verdicts(drawn) -> None:
         scored = [one for one in some if one["agreed"] is not None]
         assert says.format(*(sum(one[key] for one in scored) for key in ("agreed", "pairs"))
                            ) in order
-    # Figures 7 and 26 have fewer than four pairs or two scenes with any mesh. The others have no
-    # predictions here.
+    # Whatever meshes there are, Figures 7 and 26 have fewer than four pairs or fewer than two
+    # scenes. Figures 13, 16 and 22 have no predictions here.
     assert f"* {len(of(verdicts.TOO_LITTLE)) - 5} of these would rest on enough" in lacking
     assert ("(bunny, conference, cows, kitchen, robots and shirley6)" in lacking) == (not meshes)
     assert ("\"contradicted\" for 5" in aside) == (not meshes)

@@ -48,7 +48,7 @@ def test_they_are_drawn(tmp_path: Path, figure) -> None:
 
 @pytest.mark.parametrize("seed", [5], ids="seed{}".format)
 def test_needed_nodes(seed: int) -> None:
-    """The needed nodes equal a separate test of each ray against every box of the tree."""
+    """The needed nodes equal the nodes found by testing each ray against every box of the tree."""
     scene = soup_scene(60, seed)
     rng = np.random.default_rng(seed)
     origins, directions = rng.random((40, 3)), rng.normal(size=(40, 3))

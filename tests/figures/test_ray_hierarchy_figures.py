@@ -14,7 +14,7 @@ from gpgpu_rt.figures.framework.cell import Cell
 from gpgpu_rt.figures.survey import fig24_ray_cones as fig24
 from gpgpu_rt.figures.survey import fig25_ray_hierarchy as fig25
 
-WIDE = 1 + 1e-5  # margins of the cones and of float32
+WIDE = 1 + 1e-5  # relative tolerance for the cones' margins and for float32 rounding
 
 
 def test_the_cones_are_those_of_the_rays() -> None:
@@ -44,7 +44,7 @@ def test_the_stream_is_what_the_reduction_left() -> None:
         slots = one.slots.reshape(-1, 2)
         assert (after.pairs == slots[slots[:, 0] >= 0]).all()
         assert 0 < one.kept < slots.shape[0]
-    for one in rounds:  # a child pairs the triangle with a child of the node
+    for one in rounds:  # each slot has the pair's triangle and a child of the pair's node
         there = one.slots[..., 0] >= 0
         assert (one.slots[..., 0] == one.pairs[:, :1])[there].all()
         assert (one.slots[..., 1] == 4 * one.pairs[:, 1:] + np.arange(4))[there].all()

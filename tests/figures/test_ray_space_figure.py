@@ -1,4 +1,5 @@
-"""The figure on tables over rays: measured cells become rows, sentences and a chart."""
+"""The figure on `ray-classification` and `visibility-field`: measured cells become table rows,
+sentences and a chart."""
 from __future__ import annotations
 
 import csv

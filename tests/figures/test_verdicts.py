@@ -108,7 +108,7 @@ def _claims(scenes: int, pairs: int, holds: bool = False, **more: bool) -> list[
     (1, 9, verdicts.TOO_LITTLE), (3, 1, verdicts.TOO_LITTLE), (2, 2, verdicts.CONTRADICTED),
     (1, 0, verdicts.TOO_LITTLE), (2, 0, verdicts.CONTRADICTED)])
 def test_claims_that_scenes_can_change_need_as_much(scenes: int, pairs: int, word: str) -> None:
-    """A claim that compares no methods needs the scenes alone."""
+    """A claim that compares no methods needs enough scenes, but no pairs of methods."""
     said = verdicts.of_claims(_claims(scenes, pairs))
     assert (said.word, len(said.scenes), said.pairs) == (word, scenes, scenes * pairs)
     assert ("compare none" in verdicts.rests_on(said)) == (pairs == 0)

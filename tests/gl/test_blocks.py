@@ -44,7 +44,7 @@ def test_what_is_kept_stands_in_order(gpu, name: str, seed: int) -> None:
 @pytest.mark.parametrize("seed", range(20), ids="seed{}".format)
 def test_rows_end_anywhere_in_a_block(gpu, seed: int) -> None:
     """The share of kept elements varies along the stream, so blocks keep different numbers of
-    elements. These end before, at and after the end of a texture row."""
+    elements. The kept elements of a block end before, at or after the end of a texture row."""
     rng = np.random.default_rng(seed)
     length = int(rng.integers(9_000, 30_000))
     kept = rng.random(length) < np.repeat(rng.random(length // 50 + 1), 50)[:length]

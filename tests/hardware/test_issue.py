@@ -93,8 +93,8 @@ def test_groups_issue_what_a_program_with_loops_issues(order: str) -> None:
 
 
 def test_a_kernel_within_another_has_no_loop_of_its_own() -> None:
-    """Two rays visit twice, and the first pushes in between. If the push has a loop of its own,
-    the first ray waits for it, and the group visits once more."""
+    """Two rays visit twice, and the first ray pushes between its visits. If the push has a loop of
+    its own, the first ray waits for that loop, and the group issues a third visit."""
     steps = np.array([[1, 1], [3, 1], [1, 2], [0, 0]], np.uint8)[:, None, :]
     trace = KernelTrace(("down", "intersect", "push"), steps)
     assert issued_in_loop(trace, (1, 2), WHILE_WHILE).lanes == (6, 2, 2)
@@ -192,6 +192,6 @@ def test_coarser_early_depth_runs_more_lanes_in_the_same_passes(seed: int) -> No
     trace = KernelTrace(("down", "intersect"), kernels)
     each, quads, blocks = (issued_in_passes(trace, 1, block) for block in (
         (1, 1), (2, 2), (16, 16)))
-    assert each.runs == quads.runs == blocks.runs == each.lanes      # no lane of one pixel waits
+    assert each.runs == quads.runs == blocks.runs == each.lanes      # blocks of 1x1: no lane waits
     assert each.passes == quads.passes == blocks.passes
     assert sum(each.lanes) < sum(quads.lanes) < sum(blocks.lanes) == 256 * sum(blocks.passes)

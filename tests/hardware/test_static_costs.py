@@ -1,4 +1,5 @@
-"""The kept costs of era kernels belong to today's texts, and are what the compilers printed."""
+"""Stored costs of era kernels (docs/era.md): each present kernel text has its costs, and the costs
+agree with the compilers' listings."""
 from __future__ import annotations
 
 import re
@@ -45,12 +46,12 @@ def test_counts_fit_together(card: str, method: str, kernel: str) -> None:
 
 @pytest.mark.parametrize("method, kernel", KERNELS)
 def test_a_selection_takes_three_instructions_on_nv40(method: str, kernel: str) -> None:
-    """The listing holds operations. NV40 sets its condition codes and moves each value of a CMP.
-    """
+    """The listing has one operation, CMP, for a selection. NV40 needs three instructions for a CMP:
+    one sets the condition codes, and two move the two values."""
     cost = static_cost("nv40", method, kernel)
     operations = re.findall(r"^ *\d+: (\w+)", cost.listing, re.M)
     least = len(operations) - operations.count("END") + 2 * operations.count("CMP")
-    # At most an operation in four copies a constant first.
+    # At most one operation in four needs one more instruction, which copies a constant.
     assert least <= cost.arithmetic + cost.fetches <= 1.25 * least
 
 
@@ -75,7 +76,7 @@ def test_what_was_not_compiled_is_refused() -> None:
 
 
 def test_the_page_has_these_counts() -> None:
-    """Each row of docs/era.md: method, kernel, then instructions + fetches by card."""
+    """Each row of docs/era.md gives a method, a kernel, and instructions + fetches by card."""
     page = (Path(__file__).parents[2] / "docs" / "era.md").read_text()
     rows = re.findall(r"^\| `([\w-]+)` \| `(\w+)` \| (.*) \|$", page, re.M)
     assert {(method, kernel) for method, kernel, _ in rows} >= {
@@ -100,7 +101,8 @@ def test_the_page_has_the_counts_of_loops() -> None:
 @pytest.mark.parametrize("card", ("r580", "nv40", "g80"))
 @pytest.mark.parametrize("method, kernel", KERNELS)
 def test_a_kernel_in_a_loop_asks_less(card: str, method: str, kernel: str) -> None:
-    """In a loop a kernel does not ask which rays wait for it, so it is no longer."""
+    """A kernel in a loop does not test whether its ray waits for this kernel. The kernel in a loop
+    therefore has at most as many instructions as the kernel of a pass."""
     alone, looped = (static_cost(card, method, kernel, in_loop=loop) for loop in (False, True))
     assert (looped.arithmetic < alone.arithmetic) == (kernel != "init")
     assert looped.arithmetic <= alone.arithmetic

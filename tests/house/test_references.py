@@ -62,14 +62,15 @@ def test_every_work_is_cited() -> None:
     assert set(works()) - found == {"survey"}
 
 
-# Methods of other folders, whose files have absolute paths, may have works of their own.
+# Methods from a user's folder are left out: they may cite works that are not in the list. The paths
+# of their files are absolute.
 OWN = [row for row in rt.methods() if not Path(row.glsl).is_absolute()]
 
 
 @pytest.mark.parametrize("row", OWN, ids=lambda row: row.name)
 def test_every_method_s_paper_is_one_work_of_the_survey(row: rt.Method) -> None:
-    """A row's citation names one work, which the survey discusses in sections that it has. The
-    GLSL of the method cites no other section for this work alone."""
+    """A row's citation names one work, which the survey discusses in sections that it has. Where
+    the GLSL of the method cites only this work with a section, the section is one of these."""
     work = find_work(row.citation)
     assert work is not None and work.sections and set(work.sections) <= set(SECTIONS)
     assert reference(row.citation).endswith(f"(survey, {work.discussed})")
@@ -94,7 +95,8 @@ def _sections(text: str) -> list[tuple[int, str]]:
 
 def test_cited_sections_exist() -> None:
     """Every section of the survey that a text cites exists, and so does every section that
-    follows the word "section". (Two are sections of papers; the survey has their numbers too.)"""
+    follows the word "section". (Two citations are of sections of papers. The survey has sections
+    with these numbers too.)"""
     found = [(name, section) for name, text in texts().items()
              for section in [section for _, section in _sections(text)]
              + re.findall(r"[Ss]ections? (\d+(?:\.\d+)*)", text)]

@@ -216,7 +216,8 @@ def test_a_folder_that_is_not_there_is_named(tmp_path: Path) -> None:
 @pytest.mark.parametrize("seed", [1, pytest.param(2, marks=pytest.mark.full)],
                          ids="seed{}".format)
 def test_it_ends_early(folder: Path, tmp_path: Path, seed: int) -> None:
-    """The order along an axis lets a ray stop early, before the ray has passed all runs."""
+    """`sweep` sorts runs of triangles along an axis, so a ray can stop before it has passed all
+    runs."""
     script = ("import sys, numpy as np, gpgpu_rt as rt\n"
               "rt.load_methods(sys.argv[1])\n"
               "rays = np.load(sys.argv[2])\n"

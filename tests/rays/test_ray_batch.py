@@ -143,8 +143,8 @@ def test_invalid_rays_leave_the_others_alone(blocks, share: float, seed: int) ->
 
 
 def test_padding_is_never_live() -> None:
-    """Texels after the last ray hold empty rays. They stay empty even if all rays start farther
-    behind their origin than an empty ray ends."""
+    """Texels after the last ray hold empty rays. They stay empty even if the t_min of
+    all rays is below the t_max of an empty ray, which is -1."""
     count = ray_batch.ROW + 5
     batch = RayBatch(np.zeros((count, 3)), np.full((count, 3), 0.5), t_min=-2.0)
     width, height = batch.size

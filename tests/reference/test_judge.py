@@ -142,8 +142,9 @@ def test_neighbours_are_excused_and_leaks_told(at: str, seed: int) -> None:
 
 @pytest.mark.parametrize("seed", SEEDS)
 def test_a_miss_through_an_edge_leaks_at_what_is_behind(seed: int) -> None:
-    """A ray that passes the front of a ball at an edge must hit the back, so a miss is a leak. The
-    front triangle is no certain hit, so the judge searches the tree for a certain hit."""
+    """A ray that goes through an edge on the front of a ball must hit the back of the ball, so a
+    miss is a leak. At the edge no front triangle is certainly hit, so the judge searches the
+    reference's tree for a certain hit."""
     rng = np.random.default_rng(seed)
     ball = rt.load_scene(trimesh.creation.icosphere(subdivisions=3))
     corner = rng.integers(len(ball.triangles), size=500)

@@ -135,7 +135,7 @@ def test_settle_agrees_with_rationals(seed: int) -> None:
     settled, doubtful = settle(triangles, origins, directions, float64)
     assert (settled.triangle == exact.triangle).all() and 50 < doubtful <= 300
     np.testing.assert_allclose(settled.t, exact.t, rtol=1e-12)
-    # Float64 alone picks between triangles at the same t by its rounding.
+    # Without `settle`, the rounding of float64 decides between triangles at the same t.
     assert (float64.triangle != exact.triangle).any()
     again, _ = settle(triangles, origins, directions, settled)
     assert (again.triangle == exact.triangle).all() and (again.t == settled.t).all()
@@ -164,8 +164,8 @@ def test_settle_leaves_sure_rays_alone(seed: int) -> None:
 @pytest.mark.parametrize("seed", [11])
 @pytest.mark.parametrize("rays", RAY_SETS)
 def test_the_tree_prunes_nothing_that_counts(rays: str, seed: int, monkeypatch) -> None:
-    """The tree finds the same hits as brute force. Small batches let nearest hits prune the
-    search, and so do interval ends."""
+    """The tree finds the same hits as brute force. With small batches, the nearest hit so far
+    prunes a ray's search. The ends of the ray's interval prune the search too."""
     scene = soup_scene(500, seed, 0.1)
     origins, directions = RAY_SETS[rays](scene, 400, seed)
     ends = np.random.default_rng(seed).uniform(0.1, 2, (2, 400))

@@ -1,5 +1,5 @@
-"""Row 37 of the catalogue of extreme cases: rays that leave a hit do not hit the same surface
-again. The tests cover spawned rays and shadow rays."""
+"""Row 37 of docs/extremes.md: rays that leave a hit do not hit the same surface again. The tests
+cover spawned rays and shadow rays."""
 from __future__ import annotations
 
 import numpy as np
@@ -118,7 +118,7 @@ def test_misses_spawn_nothing() -> None:
 
 def shadow_rays(tracer: rt.Tracer, size: tuple[int, int]) -> tuple[Hits, np.ndarray, np.ndarray]:
     """Returns the hits of the camera's rays, and the two texels of the shadow ray of each hit,
-    (n, 4) each."""
+    (n, 4) each: origin and t_min, direction and t_max."""
     tracer.render(size=size)
     batch = RayBatch(*tracer.scene.camera.rays(size))
     with tracer.gpu:
@@ -142,11 +142,11 @@ def slivers_scene() -> rt.Scene:
 
 @pytest.mark.parametrize("name", ["kitchen", "slivers"])
 def test_the_shader_starts_where_numpy_does(exact_renderer, name: str) -> None:
-    """The shader's origins equal numpy's bit for bit, on the lit side, and no ray hits the
-    triangle that it leaves.
+    """The shader and numpy's `spawn` give a shadow ray the same origin, bit for bit. No shadow ray
+    hits the triangle that it leaves.
 
     The shader tries several origins for slivers, and turns the ray slightly each time. Numpy gets
-    the last direction.
+    the last direction, and at least 90 % of the origins at slivers are equal.
     """
     with rt.Tracer(slivers_scene() if name == "slivers" else real_scene(name)) as tracer:
         hits, start, end = shadow_rays(tracer, (160, 120))

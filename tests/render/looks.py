@@ -1,4 +1,5 @@
-"""Small test scenes: a scene for each property, and a scene with all properties."""
+"""Small test scenes: a scene for each property of appearance (such as a mirror or a point light),
+and a scene with all of them."""
 from __future__ import annotations
 
 from collections.abc import Callable

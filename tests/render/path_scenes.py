@@ -101,8 +101,8 @@ def image_sky(bright: tuple[int, int] | None, dim: float = 0.0, times: float = 1
 def image_lit_floor() -> tuple[rt.Scene, np.ndarray]:
     """Return a floor under a dark sky with a single bright texel, and the floor's radiance.
 
-    The irradiance is the sum over fine patches of the sky. The radiance is the irradiance over pi
-    times the reflectance.
+    The irradiance is the sum over fine patches of the sky. The radiance is the reflectance times
+    the irradiance, divided by pi.
     """
     share = np.array((0.8, 0.5, 0.2))
     floor = np.array([[-9, 0, -9], [-9, 0, 9], [9, 0, 9], [9, 0, -9]], float)
@@ -146,8 +146,9 @@ def everything_under_an_image() -> rt.Scene:
 
 
 def glass_slab(ior: float = 1.5) -> tuple[rt.Scene, np.ndarray]:
-    """Return a pane of glass under a sky, with the sum of all reflections inside the pane.
+    """Return a pane of glass under a sky, and the radiance that the pane shows.
 
+    The radiance includes all orders of reflection inside the pane.
     The camera is so far away, and its angle so small, that the whole picture shows one direction.
     """
     pane = trimesh.creation.box((4, 0.1, 4))

@@ -102,7 +102,8 @@ def test_a_room_in_a_file_is_seen_from_inside(tmp_path) -> None:
 @pytest.mark.parametrize("name", OBJECTS + ("cornell", "stadium"))
 @pytest.mark.parametrize("inwards", [False, True])
 def test_objects_are_seen_from_outside(name: str, inwards: bool) -> None:
-    """The camera is outside even if the triangles face inwards, and the light does not move."""
+    """The camera is outside even if the triangles face inwards, and the light keeps its usual
+    place beside the camera."""
     triangles = np.float32(catalogue.ROWS[name].make().triangles)[:, ::-1 if inwards else 1]
     camera = framed(triangles)
     assert inside(triangles, camera) is None

@@ -10,7 +10,7 @@ import gpgpu_rt as rt
 from gpgpu_rt.render import packed_paths, path
 from gpgpu_rt.render.packed_paths import PackedPaths, packed_sizes
 
-SIZE, SAMPLES = (14, 11), 16    # the wave's texels do not fill a whole number of squares
+SIZE, SAMPLES = (14, 11), 16    # the wave's texels fill no whole number of 8 x 8 squares
 SCENES = {"cornell": path_scenes.cornell_lit, "everything": path_scenes.everything,
           "slab": lambda: path_scenes.glass_slab()[0]}
 TRACERS = [("bvh-threaded", {}), ("bvh-threaded", {"sort_rays": True}),
@@ -197,7 +197,7 @@ def test_an_interrupted_picture_keeps_its_bits(exact_renderer, small, monkeypatc
             with pytest.raises(KeyboardInterrupt):
                 tracer.render(size=SIZE, integrator="path", samples=4 * 3, compact="on")
         assert told and tracer.statistics.samples == 4 and tracer.statistics.trace_seconds > 0
-        part = tracer.radiance      # of the first wave alone
+        part = tracer.radiance      # the picture of the first wave alone
         tracer.render(size=SIZE, integrator="path", samples=4 * 3, compact="on")
         whole = tracer.radiance
         tracer.render(size=SIZE, integrator="path", samples=4 * 3, compact="off")
@@ -206,7 +206,7 @@ def test_an_interrupted_picture_keeps_its_bits(exact_renderer, small, monkeypatc
 
 
 def test_sizes_of_packed_textures() -> None:
-    """Each size is a whole number of squares that hold the share of texels.
+    """Size k holds a wave's texels times the share to the power k, rounded up to whole squares.
 
     A wave with more texels than float32 counts exactly has no packed sizes.
     """

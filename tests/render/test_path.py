@@ -71,7 +71,7 @@ def test_cornell_box_at_4096_samples() -> None:
     found = radiance(path_scenes.cornell_lit(), (64, 64), 4096, roulette=16)
     truth = cornell_truth()[0]
     error = relative_error(found, truth), relative_error(found @ LUMINANCE, truth @ LUMINANCE)
-    print(f"mean relative error beside a truth with {truth_noise():.2%}: {error[0]:.2%} of a "
+    print(f"mean relative error; the truth has {truth_noise():.2%} of noise: {error[0]:.2%} of a "
           f"channel, {error[1]:.2%} of the luminance")
     assert error[0] < np.hypot(0.0115, truth_noise())
     assert error[1] < np.hypot(0.01, truth_noise())
@@ -137,7 +137,8 @@ def test_asking_finds_a_small_sun(seed: int, monkeypatch) -> None:
     for module in (light_choice, needs):
         monkeypatch.setattr(module, "asks_surroundings", lambda scene: False)
     met = relative_error(radiance(scene, (24, 24), 64, seed=seed), truth)
-    print(f"mean relative error at 64 samples: {asked:.2%} asked, {met:.2%} met alone")
+    print(f"mean relative error at 64 samples: {asked:.2%} if paths sample the sun "
+          f"directly, {met:.2%} if they meet it by chance")
     assert asked < 0.1 * met
 
 

@@ -57,7 +57,7 @@ def test_lobe_density() -> None:
     found = evaluate("sample", "result = vec4(lobe_density(x.x, x.y), cosine_density(x.x), 0, 0);",
                      np.column_stack([cosine, exponents]))
     expected = sampling.lobe_density(cosine.astype(np.float64), exponents.astype(np.float64))
-    # exp(-p) loses about p units of precision. Of a value below 1e-30, only the size is checked.
+    # exp(-p) loses about p ulps of precision. Below 1e-30, the result must only be tiny.
     size = exponents * -np.log(np.clip(cosine, 1e-30, 1))
     small = (expected < 1e-30) | (cosine <= 0)
     assert (found[small, 0] < 1e-29).all()
@@ -109,8 +109,8 @@ def test_fresnel() -> None:
     c, n = cosine.astype(np.float64), ior.astype(np.float64)
     expected = sampling.fresnel(c, n)
     assert found.min() >= 0 and found.max() <= 1
-    # The change of the result if cosine and ior change by a unit of rounding. It is large near the
-    # critical angle.
+    # `known` is the change of the result if cosine and ior change by a unit of rounding. This
+    # change is large near the critical angle.
     known = np.maximum.reduce([np.abs(sampling.fresnel(c * (1 + a), n * (1 + b)) - expected)
                                for a in (-ULP, 0, ULP) for b in (-ULP, 0, ULP)])
     assert (np.abs(found - expected) <= 16 * ULP * expected + 4 * known).all()
@@ -197,7 +197,8 @@ def test_triangle_points_are_uniform() -> None:
 
 @pytest.mark.parametrize("ior", [1.5, 1 / 1.5, 2.42])
 def test_reflection_is_the_same_from_both_sides(ior: float) -> None:
-    """Stokes: a border reflects the same share of light that returns along the refracted ray."""
+    """Stokes: a border reflects the same share of light from either side, if the light on one side
+    travels back along the refracted ray of the other side."""
     cosine = np.linspace(0.01, 1, 500)
     through = 1 - (1 - cosine ** 2) / ior ** 2
     some = through > 0

@@ -55,7 +55,8 @@ def test_the_state_comes_back_after_an_error() -> None:
 
 @pytest.mark.parametrize("method", ("brute-force", "bvh-threaded", "kd-restart"))
 def test_hits_at_denormal_t(method: str) -> None:
-    """The rays start in the triangle's plane, and [t_min, t_max] holds t = 0 by a denormal."""
+    """The rays start in the triangle's plane, so they could hit at t = 0. Most t_min are denormal
+    numbers just below or above 0."""
     scene = rt.Scene.from_arrays([[0, 0, 0], [4, 0, 0], [0, 4, 0]], [[0, 1, 2]])
     origins = np.tile([1.0, 1.0, 0.0], (8, 1))
     directions = np.tile([0.0, 0.0, 1.0], (8, 1))

@@ -1,6 +1,6 @@
-"""The full figures used to stop at Soda Hall. Its kd-tree has 24 million nodes, but float32 is
-exact only for integers up to 2^24. The smallest subtrees of a kd-tree now become leaves, as those
-of a BVH do. The file tests/scene/test_large.py compares the hits."""
+"""The full figures used to fail at the scene Soda Hall. Its kd-tree has 24 million nodes, but
+float32 is exact only for integers up to 2^24. The smallest subtrees of a large kd-tree now become
+leaves, as in a BVH. The file tests/scene/test_large.py compares the hits."""
 from __future__ import annotations
 
 from conftest import random_soup

@@ -109,7 +109,7 @@ def test_more_nodes_than_can_be_indexed(exact_renderer, method: str, options: di
 
 def test_a_lopsided_tree_shares_less(exact_renderer, monkeypatch) -> None:
     """A lopsided tree that is built for shared subtrees may store too many nodes. The tracer then
-    builds the tree for eight whole copies."""
+    builds the tree again, with the node limit for eight whole copies."""
     flat = np.float32([[0, 0, 0], [1, 0, 0], [0, 1, 0]])
     triangles = flat * np.float32(1.5) ** np.arange(-60, 60, dtype=np.float32)[:, None, None]
     options = {"octants": True, "shared_subtrees": 16}

@@ -20,7 +20,7 @@ RAYS = RAY_SETS["random"](SCENE, 200, 3)
 
 
 def positions(count: int = 3) -> list[np.ndarray]:
-    """(n, 3, 3) float32 triangles of each frame, each triangle on its own way."""
+    """Return the (n, 3, 3) float32 triangles of each frame; each triangle moves on its own way."""
     way = np.random.default_rng(5).normal(0, 0.2, (len(SCENE), 1, 3)).astype(np.float32)
     return [SCENE.triangles + np.float32(frame + 1) * way for frame in range(count)]
 
@@ -41,7 +41,8 @@ def test_frames_built_ahead_are_those_of_update(method: str, options: dict) -> N
     with rt.Tracer(SCENE, method, **options) as tracer:
         first = tracer.trace(*RAYS)
         moves = tracer.updates(positions())
-        assert_same_bits(tracer.trace(*RAYS), first)    # the first build has begun, nothing moved
+        # The first frame is being built; the tracer still has the triangles of the scene.
+        assert_same_bits(tracer.trace(*RAYS), first)
         count = 0
         for expected, _ in zip(in_turn(method, **options), moves):
             assert_same_bits(tracer.trace(*RAYS), expected)
@@ -113,7 +114,7 @@ def run(*words: str) -> int:
 
 
 def test_the_command_builds_ahead(tmp_path, capsys) -> None:
-    """`render --frames --build-ahead` writes the same frames."""
+    """`render --frames` writes the same frames with and without `--build-ahead`."""
     for name, more in (("turn", ()), ("ahead", ("--build-ahead",))):
         (tmp_path / name).mkdir()
         assert run("render", "walker", "-m", "bih", "--size", "16", "--frames", "3", "-o",

@@ -221,7 +221,8 @@ def test_two_tracers_in_turn(exact_renderer, method: str) -> None:
     if set(options) <= {option.name for option in row.options}])
 def test_rays_that_packets_leave_behind(exact_renderer, method: str, options: dict,
                                         monkeypatch) -> None:
-    """Another method traces the rays that packets stop, so its tables must be updated too."""
+    """A single-ray method finishes the rays that packets leave unfinished. The tables of this
+    method must be updated too."""
     monkeypatch.setattr(packets, "PACKET_STEPS", 12)
     triangles = random_soup(COUNT, 15)
     rays = RAY_SETS["random"](scene_of(triangles), 300, 3)

@@ -116,7 +116,7 @@ def test_any_number_of_rays(count: int) -> None:
         assert len(tracer.occluded(origins, np.tile(np.float32([0, 0, -1]), (count, 1)))) == count
 
 
-# The quick suite tests the other schedules in tests/extremes, row 40.
+# In the quick suite, tests/extremes tests the other schedules (row 40 of docs/extremes.md).
 @pytest.mark.parametrize("method, schedule", [
     pytest.param(row.name, schedule, marks=() if schedule == row.schedules[-1]
                  else pytest.mark.full) for row in rt.methods() for schedule in row.schedules])

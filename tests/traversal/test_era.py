@@ -1,4 +1,5 @@
-"""The era form finds the same triangles as today's form, and its text is in the cards' dialect."""
+"""A method's era form, its kernels as a card of 2002-2006 could run them (docs/era.md), finds the
+same triangles as today's form. The text of an era form is in the cards' dialect of GLSL."""
 from __future__ import annotations
 
 import re
@@ -59,7 +60,8 @@ def test_shadow_rays_stop_at_a_hit(scenes, name):
 
 @pytest.mark.parametrize("name", NAMES)
 def test_passes_can_be_watched(scenes, name):
-    """The passes' states, merged, end with every ray done and with the hits of the call."""
+    """The merged states of all passes end with no live ray, and with the hits that `trace`
+    returns."""
     rays = scenes["cornell"].camera.rays((16, 16))
     seen = []
     with rt.Tracer(scenes["cornell"], name, era="nv40") as tracer:
@@ -82,7 +84,8 @@ def test_rays_along_an_axis_end(scenes, name):
         today = tracer.trace(at, direction)
     with rt.Tracer(scene, name, era="nv40") as tracer:
         found = tracer.trace(at, direction)
-    inside = slice(1, -1)      # rays on the scene's own faces may differ: boxes have no slack
+    # Rays in the sides of the scene's box may differ, because boxes of the era form have no slack.
+    inside = slice(1, -1)
     assert (found.hit[inside] == today.hit[inside]).all()
 
 

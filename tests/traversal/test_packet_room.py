@@ -1,5 +1,5 @@
-"""Packets write the same hits to the arrays that a caller gets as to the textures of single rays
-that later passes read."""
+"""Packets write their hits for the arrays of a caller, or into textures of single rays for later
+passes. The hits are the same either way."""
 from __future__ import annotations
 
 import numpy as np
@@ -31,8 +31,8 @@ def test_arrays_and_passes_get_the_same_hits(exact_renderer, method: str, packet
 
 @pytest.mark.parametrize("packet", PACKETS, ids="{0[0]}x{0[1]}".format)
 def test_each_ray_left_behind_is_counted(exact_renderer, packet: tuple[int, int]) -> None:
-    """Each ray of a packet that reaches the cap is counted as stopped. All rays aim at the middle
-    of the scene, and all but one have an empty interval."""
+    """A ray that reaches the step cap is counted as stopped, at any place of its packet. All rays
+    aim at the middle of the scene, and all but one have an empty interval."""
     scene = soup_scene(500, 6)
     origins = np.repeat(np.float32([scene.camera.eye]), 16, axis=0)
     directions = np.mean(scene.bounds, axis=0, dtype=np.float32) - origins

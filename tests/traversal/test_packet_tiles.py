@@ -17,8 +17,8 @@ ENTRIES = [None, 8, 16, 32]
 
 
 def seen(size: tuple[int, int], seed: int) -> tuple[rt.Scene, np.ndarray, np.ndarray]:
-    """Returns a scene whose triangles cover a quarter of the image, in its middle, and its rays
-    from one point."""
+    """Returns a scene, and the origins and directions of an image's rays from one point. The
+    scene's triangles cover a quarter of the image, in the image's middle."""
     rng = np.random.default_rng(seed)
     scene = soup_scene(200, seed, size=0.05)
     width, height = size
@@ -40,8 +40,8 @@ def whole(tracer: rt.Tracer, *rays: np.ndarray, **ends: object) -> rt.Hits:
 @pytest.mark.parametrize("broken", [0.0, 0.1])
 def test_bounds_of_tiles(monkeypatch: pytest.MonkeyPatch, broken: float, at_once: int,
                          size: tuple[int, int], t_min: float) -> None:
-    """A tile's bounds are the bounds of all its live rays, whatever the block size. Rays have no
-    tiles if a row of tiles is larger than a block."""
+    """A tile's bounds are the bounds of the directions of all its live rays, whatever the size of
+    the blocks of rays. Rays have no tiles if a row of tiles is larger than a block."""
     monkeypatch.setattr(ray_batch, "AT_ONCE", at_once)
     rng = np.random.default_rng(3)
     width, height = size
@@ -158,7 +158,7 @@ def test_what_is_left_out_counts_nothing(exact_renderer, tile: int | None) -> No
         expected = whole(tracer, origins, directions, t_max=t_max.ravel())
         calls, log = tracer.statistics.draw_calls, fragments(tracer)
         hits = tracer.trace(origins, directions, t_max=t_max.ravel())
-        # one call more for hits, one for counters
+        # One draw call more for hits, and one more for counters.
         assert tracer.statistics.draw_calls == calls + 2
         left = fragments(tracer)
     assert_same_bits(hits, expected)

@@ -56,7 +56,8 @@ def test_stopped_rays_are_found(exact_renderer, method: str, cap: int) -> None:
 
 
 def test_a_limit_on_iterations_that_is_met_is_remembered(exact_renderer, monkeypatch) -> None:
-    """Once rays exceed the limit, later calls store states at once."""
+    """Once rays exceed the limit on iterations, later calls store states from the first pass
+    on."""
     monkeypatch.setattr("gpgpu_rt.traversal.schedules.LOOP_STEPS", 7)
     scene = rt.load_scene("cornell")
     origins, directions = random_rays(scene, 300, 3)

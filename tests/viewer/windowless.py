@@ -1,4 +1,5 @@
-"""Helpers of the tests of a viewer without a window. Their fixtures are in conftest.py."""
+"""Helpers of the tests of a viewer without a window. The fixtures of these tests are in
+tests/conftest.py."""
 from __future__ import annotations
 
 import pytest

@@ -155,7 +155,7 @@ def test_who_waits_for_the_machine_says_so(tmp_path, monkeypatch) -> None:
 
 
 def test_figures_measure_untimed_cells_aside(tmp_path, monkeypatch) -> None:
-    """Helpers return the same results as a single process. Only this process measures timed
+    """Helpers return the same results as a single process. Only the main process measures timed
     cells."""
     monkeypatch.setattr(aside, "WORTH", 2)
     monkeypatch.setattr(os, "sched_getaffinity", lambda process: {0, 1}, raising=False)

@@ -6,10 +6,10 @@
 //
 // Departures: the paper moves four bounding planes from slice to slice by four additions. Here each slice
 // computes its rectangle anew from the intervals that the rays still search, because this arithmetic costs
-// less than visits of unneeded cells. Rays that have a hit, or that begin in a later slice, do not widen
-// the rectangle. There are no mailboxes: a triangle in several cells is tested in each cell, with the same
-// result. Rays with another dominant axis, or another sign along this axis, wait for a later turn
-// (drivers/packet_turns.glsl).
+// less than visits of unneeded cells. Rays whose hit lies before the slice, or that begin in a later slice,
+// do not widen the rectangle. There are no mailboxes: a triangle in several cells is tested in each cell,
+// with the same result. Rays with another dominant axis, or another sign along this axis, wait for a later
+// turn (drivers/packet_turns.glsl).
 
 #include "drivers/packet_turns.glsl"
 
@@ -31,7 +31,7 @@ ivec3 strides;
 int slice;
 ivec2 first_cell;       // the first and the last cell of the current slice's rectangle
 ivec2 last_cell;
-ivec2 cell;             // the next cell to visit; below the last row when the rectangle is finished
+ivec2 cell;             // the next cell to visit; cell.y > last_cell.y when the rectangle is finished
 
 #define PRESENT(r) (rays[r].t_min < NEVER)
 #include <culling>

@@ -1,7 +1,8 @@
 // kd-packet: Horn, Sugerman, Houston, Hanrahan, "Interactive k-D Tree GPU Raytracing", I3D 2007 (survey,
 // section 3.4, Figures 13 and 14). The rays of a packet share the node and its fetch. Each ray keeps its
 // own interval. The packet enters a child if any ray needs the child. If the packet enters both children,
-// it pushes the far child. With PUSH_DOWN a restart begins where it begins in kd_push_down.glsl.
+// it pushes the far child. A restart begins at the root, or with PUSH_DOWN at the last node that holds the
+// rest of every ray's interval (see kd_push_down.glsl).
 //
 // Addition: with SKIP_EMPTY_LEAVES a packet passes leaves without triangles without fetching them, because
 // their parent says that they are empty. The survey does not mention this for Horn et al.
@@ -78,7 +79,7 @@ float plane;
 int axis;
 int near;
 int far;
-bool near_is_empty;     // only SKIP_EMPTY_LEAVES asks for this before a visit
+bool near_is_empty;     // the child is known to be an empty leaf; always false without SKIP_EMPTY_LEAVES
 bool far_is_empty;
 
 // Split the interval of a ray at the plane. If a child is known to be an empty leaf, move t_min to the end

@@ -11,7 +11,7 @@ int root_of(State state) {
     return root;
 }
 
-// End a search that is settled.
+// End a search that is settled: the ray has a hit before its leaf's end, or its interval is exhausted.
 void settle(inout State state, Hit hit) {
     state.phase = DONE;
 }

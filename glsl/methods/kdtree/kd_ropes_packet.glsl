@@ -93,8 +93,8 @@ void split_ray(int r) {
     next = here && t_min[r] == t_front ? min(next, child) : next;
 }
 
-// Visit an inner node: each ray at the node moves on to a child, and the packet to a child of the ray that
-// is furthest behind.
+// Visit an inner node: each ray at the node moves on to a child, and the packet to the child of a ray with
+// the smallest t.
 void enter() {
     COUNT(nodes_visited);
     ++steps;

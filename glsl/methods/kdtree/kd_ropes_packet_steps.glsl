@@ -1,5 +1,5 @@
 // kd-ropes-packet under the schedule `step`. A ray's place in the tree is its own node and its t_min. The
-// packet carries the node of the ray that is furthest behind. The headers of packet_steps.glsl and
+// packet carries the node of a ray with the smallest t. The headers of packet_steps.glsl and
 // packet_ray.glsl describe each function.
 
 #include "methods/kdtree/packet_steps.glsl"

@@ -5,13 +5,14 @@
 // Departure: this test is a reconstruction, because the paper's program is not known to this project. We
 // assume that the host scales the scene into the range, and that it attaches to each quad the triangle's unit
 // normal and the unit normals of its edges: in these numbers a determinant of small edges would be zero. This
-// file computes in float32 what such a host would attach. A quotient stands for a lookup texture. u and v are
-// not rounded, because they do not decide which triangle is hit.
+// file computes in float32 what such a host would attach. The division here stands for the lookup texture
+// by which such a card would divide. u and v are not rounded, because they do not decide which triangle is
+// hit.
 
 #include "core/triangle.glsl"
 
 uniform vec3 fixed_centre;    // of the scene's box
-uniform float fixed_scale;    // units of the card a world unit
+uniform float fixed_scale;    // units of the card per world unit
 uniform float fixed_step;
 uniform float fixed_least;
 uniform float fixed_most;
@@ -29,7 +30,7 @@ float F_dot(vec3 a, vec3 b) {
     return F(F(p.x + p.y) + p.z);
 }
 
-// A point of the world in the card's units, as the host computes it before it rounds it.
+// A point of the world in the card's units, before the host rounds the point.
 vec3 scaled(vec3 p) {
     PRECISE vec3 q = (p - fixed_centre) * fixed_scale;
     return q;

@@ -22,7 +22,7 @@ BLOCK = 16      # texels of a block, with four elements each
 
 
 def reduce_by_blocks(room: StreamRoom, stream: Stream, flags: Stream) -> Stream:
-    """Return the elements of ``stream`` whose flag is 1, in their order, as `compact`.
+    """Return the elements of ``stream`` whose flag is 1, in their order, as `compact` does.
 
     Parameters
     ----------

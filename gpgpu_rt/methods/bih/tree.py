@@ -97,8 +97,8 @@ def build_bih(triangles: np.ndarray, *, max_leaf: int = 4, max_depth: int = 64,
     ----------
     triangles : (n, 3, 3) float32, world units
     max_leaf : the most triangles of a leaf
-    max_depth : bound on the depth, but at least ceil(log2 n). A node that could otherwise exceed
-        the bound is split into halves of equally many triangles.
+    max_depth : bound on the depth; the depth may reach ceil(log2 n) even if the bound is lower. A
+        node that could otherwise exceed the bound is split into halves of equally many triangles.
 
     Raises
     ------

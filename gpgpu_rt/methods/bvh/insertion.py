@@ -28,7 +28,8 @@ def build(triangles: np.ndarray, *, seed: int = 0, **unknown: object) -> LooseTr
     order = np.random.default_rng(seed).permutation(n)
     box = np.concatenate(triangle_boxes(triangles)).astype(np.float64)[:, order]
     left, right, root = _insert(box.T.tolist())
-    # Nodes 0 to n - 1 are leaves so far. LooseTree requires the root to be node 0: exchange them.
+    # Nodes 0 to n - 1 are leaves so far. LooseTree requires the root to be node 0: exchange the
+    # root and node 0.
     left, right = np.array(left, np.int64), np.array(right, np.int64)
     names = np.arange(len(left))
     names[[0, root]] = names[[root, 0]]

@@ -8,8 +8,8 @@ by level.
 
 Here, the tree follows directly from the sorted codes. A node spans all slots around its gap whose
 codes share the bits before the node's level. At each end of this span is another gap. The node's
-parent is the node of that one of these two gaps whose codes share more bits. Triangles with equal
-codes are separated by the bits of their slot numbers.
+parent is the node of one of these two gaps: the gap whose codes share more bits. Triangles with
+equal codes are separated by the bits of their slot numbers.
 
 `methods/bvh/gpu_build/lbvh.py` builds the same tree by fragment passes, node for node.
 """

@@ -181,7 +181,7 @@ class _Tables:
         """
         rank = np.arange(len(moves.node), dtype=np.int32)
         links = self._links(moves)
-        taken = np.full(len(self.left), -1, np.int32)   # highest rank of the moves that change it
+        taken = np.full(len(self.left), -1, np.int32)   # highest rank of moves that change a node
         for nodes in links:
             np.maximum.at(taken, nodes, rank)
         made = np.ones(len(rank), bool)

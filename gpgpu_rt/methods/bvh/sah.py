@@ -34,8 +34,8 @@ def build(triangles: np.ndarray, *, bins: int = 32, max_leaf: int = MAX_LEAF,
     ----------
     bins : number of bins along each axis
     traversal_cost, intersection_cost : cost of a node and of a triangle, in any common unit
-    max_depth : bound on the depth, but at least ceil(log2 n). A node that could otherwise exceed
-        the bound is split into halves of equally many triangles.
+    max_depth : bound on the depth; the depth may reach ceil(log2 n) even if the bound is lower. A
+        node that could otherwise exceed the bound is split into halves of equally many triangles.
     """
     refuse_unknown(build, unknown)
     return top_down.build(triangles, splitter(

@@ -96,7 +96,8 @@ class LooseTree:
     def coarsened(self, most_nodes: int) -> LooseTree:
         """A tree of at most `most_nodes` nodes.
 
-        If the tree is larger, all subtrees up to a common number of triangles become leaves.
+        If the tree is larger, all subtrees with at most a certain number of triangles become
+        leaves. This number is the same in the whole tree.
         """
         if len(self.left) <= most_nodes:
             return self

@@ -85,7 +85,7 @@ class Deformation:
         Raises
         ------
         OptionError
-            within ``counting``
+            inside the context that ``Tracer.counting`` returns
         Error
             after the tracer's ``release``
         """

@@ -36,8 +36,8 @@ class ImageTree:
     hit : A node's first child, or -1 - leaf for a node at which rays stop, (m,) int32.
     levels : The first node of each level, then the number of nodes, (k + 1,) int64.
     corner : The first texel of each quad at the level where rays stop, (leaves,) int32.
-    across, down : Distance in texels from this texel to the next corner in its row, and to the
-        next corner in its column, (leaves,) int32.
+    across, down : Distance in texels from the first texel of each quad to the quad's next corner
+        in the same row, and to its next corner in the same column, (leaves,) int32.
     face : The first face of each of these quads, (leaves,) int32.
     root : The root of the first chart, or -1 without charts.
     """
@@ -91,7 +91,8 @@ class ImageTree:
         return at
 
     def without_area(self, triangles: np.ndarray) -> np.ndarray:
-        """Whether each triangle has no area, (n,) bool. The triangles must be of `shrink_flat`."""
+        """Whether each triangle has no area, (n,) bool. `shrink_flat` must have made the triangles.
+        """
         v0, v1, v2 = triangles.transpose(1, 2, 0)    # faster one axis at a time
         return np.logical_and.reduce([v0[a] == v[a] for v in (v1, v2) for a in range(3)])
 

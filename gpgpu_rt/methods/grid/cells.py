@@ -221,7 +221,10 @@ class Shapes:
         return low, np.maximum(high - low + 1, 0)
 
     def overlap(self, triangle: np.ndarray, cell: np.ndarray) -> np.ndarray:
-        """Whether triangles, (m,), overlap cells, (m, 3), given that their boxes overlap them."""
+        """Whether triangles, (m,), overlap cells, (m, 3).
+
+        The box of each triangle must overlap its cell.
+        """
         low, height = self.plane_range(triangle, cell)
         up = cell[np.arange(len(cell)), self.axis[triangle]]
         found = (up >= low) & (up < low + height)

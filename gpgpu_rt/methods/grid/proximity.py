@@ -3,7 +3,7 @@
 F. Karlsson, C. J. Ljungstedt, "Ray tracing fully implemented on programmable graphics
 hardware", Chalmers, 2004, after D. Cohen, Z. Sheffer, "Proximity clouds", The Visual Computer
 11, 1994. The distance is the largest of the three coordinate differences (Chebyshev distance). So
-all cells of a cube around the cell, out to this distance, are empty.
+all cells that are nearer than this distance are empty. They fill a cube around the cell.
 """
 from __future__ import annotations
 

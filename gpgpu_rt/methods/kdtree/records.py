@@ -72,4 +72,5 @@ KD_ROPES_PACKET_RAY_STATE = replace(
     STATE, layout=STATE.layout + " t_min ray_node:int", full_precision=True)
 """The state of a ray in a packet along ropes: where the ray is, in float32 as KD_PACKET_RAY_STATE.
 
-``ray_node`` is the ray's own node, or 2^24 for a ray that waits for its turn or is settled."""
+``ray_node`` is the ray's own node. It is 2^24 for a settled ray, and for a ray that waits for the
+turn of its direction octant (``drivers/packet_turns.glsl``)."""

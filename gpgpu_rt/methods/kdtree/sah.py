@@ -76,8 +76,8 @@ class Costs:
 
     A split that cuts off empty space costs (1 - empty_bonus) times its normal cost if the empty
     space is at least the share `WORTH_CUTTING` of the node. Without this limit, the bonus would
-    make the build cut off sliver after sliver until the depth cap. With a bonus of 0.4, the
-    bunny's tree then has 5,000 leaves.
+    make the build cut off sliver after sliver until the depth cap. Without the limit, a bonus of
+    0.4 gives the bunny a tree of 5,000 leaves.
     """
 
     traversal: float = 1.0

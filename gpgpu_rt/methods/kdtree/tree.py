@@ -110,8 +110,9 @@ class LooseKdTree:
     def coarsened(self, most: int) -> LooseKdTree:
         """A tree of at most `most` nodes and at most `most` references.
 
-        If the tree is larger, all subtrees up to a common number of references become leaves. Each
-        of these leaves lists a triangle only once.
+        If the tree is larger, all subtrees with at most a certain number of references become
+        leaves. This number is the same in the whole tree. Each of these leaves lists a triangle
+        only once.
         """
         tree, nodes = self, min(most, len(self.axis))
         while nodes and (len(tree.axis) > most or len(tree.references) > most):

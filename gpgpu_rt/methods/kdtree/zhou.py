@@ -99,7 +99,7 @@ def build(triangles: np.ndarray, **options: object) -> LooseKdTree:
     max_depth : Largest number of levels. None for 16 + 1.3 log2 n levels of large nodes, and 8
         levels below a small root.
     small : Largest number of references of a small node, up to 64.
-    empty_cut : Empty space is cut off if it is a larger share of a large node's extent.
+    empty_cut : Empty space is cut off if its share of a large node's extent is larger than this.
     """
     rules = rules_of(triangles, **options)
     nodes = Nodes()
@@ -261,7 +261,8 @@ def clip_half(triangles: np.ndarray, index: np.ndarray, axis: np.ndarray, plane:
 
     Returns
     -------
-    (6, m) float32. If no part of a triangle is left, its lower corner lies above its upper corner
+    (6, m) float32. If no part of a triangle is left, the lower corner of the returned box lies
+    above the box's upper corner
     """
     result = np.empty_like(box)
     for begin in range(0, len(index), CHUNK):

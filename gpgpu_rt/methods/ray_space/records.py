@@ -25,8 +25,8 @@ The triangle's extent along the beam's axis is from ``near`` to ``far``. ``reach
 RAY_CLASS = Record("ray_class", "box:int")
 """The five-dimensional box of a ray, or -1 if the ray misses the scene.
 
-A ray that begins too far from the scene is in no box. Its number is past the last box, and stands
-for a face of the direction cube."""
+A ray that begins too far from the scene is in no box. Its ``box`` is a number past the last box,
+and stands for a face of the direction cube."""
 
 BEAM_STATE = Record("state", "first:int end:int low:int high:int | phase:int steps:int")
 """A ray's state: the entries of its beam, and the range of the binary search.

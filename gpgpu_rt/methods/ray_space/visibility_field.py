@@ -157,7 +157,7 @@ class _Frame:
 
 
 def half_size(space: RaySpace) -> np.ndarray:
-    """Half the size, along each axis, of the planes of beams parallel to an axis, (3,) float32."""
+    """Half the size of the scene's box along each axis, widened by padding, (3,) float32."""
     size = (space.hi.astype(np.float64) - space.lo) / 2 + 8 * space.pad
     return size.astype(np.float32)
 

@@ -212,7 +212,7 @@ class Caustics:
     def draw(self, camera: Camera | None = None, size: tuple[int, int] = (256, 256),
              landed: np.ndarray | None = None) -> np.ndarray:
         """Return (h, w) float32, the irradiance of the caustic at a camera's first hits, for a
-        light of 1 watt per steradian, row 0 at the top. On the refractor itself, it is 0. To add
+        light of 1 watt per steradian, row 0 at the top. The refractor itself gets 0. To add
         the caustic to a picture, multiply the irradiance by colour / pi. ``landed`` is as for
         `map`."""
         self.map(landed)

@@ -64,7 +64,8 @@ class Document:
     nodes : the transforms. The first is the identity, and every other transform follows its parent
     instances : the geometry, in the order of the file
     motions : the key frames by name
-    camera, background, span : the values of the last statement of the kind; None without one
+    camera, background, span : the value of the last statement of each kind; None if the file has
+        no such statement
     lights : the point lights
     """
 

@@ -10,7 +10,7 @@ from ..mesh import fans
 from ..procedural.shapes import ball, tube
 from .tokens import Tokens
 
-BALL_TRIANGLES = 1280   # triangles of a sphere, as many as in this program's own scene files
+BALL_TRIANGLES = 1280   # triangles of a sphere; spheres in JSON scene files have this default
 CONE_SIDES = 24         # sides of a cone
 
 

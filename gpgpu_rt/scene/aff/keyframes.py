@@ -97,7 +97,7 @@ class RotationSpline:
     def __init__(self, keys: np.ndarray) -> None:
         self._segments = _Segments(keys[:, 0], keys[:, 5:8])
         turn = _quaternions(keys[:, 1:4], keys[:, 4])
-        # q and -q are the same rotation. The sign that is nearer to the key before turns less.
+        # q and -q are the same rotation. Choose the sign that is nearer to the preceding key.
         sign = np.where((turn[1:] * turn[:-1]).sum(axis=1) < 0, -1.0, 1.0)
         turn[1:] *= np.cumprod(sign)[:, None]
         step = _log(_product(turn[:-1] * (1, -1, -1, -1), turn[1:]))
@@ -129,7 +129,7 @@ def _product(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 
 
 def _log(q: np.ndarray) -> np.ndarray:
-    """Return the logarithms of (n, 4) unit quaternions, which have no real part: (n, 3)."""
+    """Return the logarithms, (n, 3), of (n, 4) unit quaternions. A logarithm has no real part."""
     sine = np.linalg.norm(q[:, 1:], axis=1, keepdims=True)
     angle = np.arctan2(sine, q[:, :1])
     return q[:, 1:] * np.divide(angle, sine, out=np.ones_like(sine), where=sine > 1e-12)

@@ -17,7 +17,8 @@ class Placement:
     Attributes
     ----------
     points : (3, v) float64 vertices in the coordinates of their instances
-    first : (i + 1,) int, the first vertex of each instance, and last the number of all vertices
+    first : (i + 1,) int, the index of the first vertex of each instance. The final entry is v, the
+        number of all vertices
     node : (i,) int, the transform of each instance
     """
 
@@ -46,7 +47,8 @@ class Placement:
             k: instance.geometry.keys for k, instance in enumerate(instances)
             if instance.geometry.keys is not None}
         self._moving = self._blocks(moving=True)
-        self._still = np.zeros(self.points.shape[::-1], np.float32)     # where nothing moves
+        # World positions of the vertices that never move; 0 for moving vertices.
+        self._still = np.zeros(self.points.shape[::-1], np.float32)
         with np.errstate(over="ignore", invalid="ignore"):
             transform, _ = self.transforms(0.0)
             for first, last, k in self._blocks(moving=False):

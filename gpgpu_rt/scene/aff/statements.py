@@ -44,7 +44,7 @@ class Include:
 
 @dataclass(frozen=True)
 class Detail:
-    """The level of detail of the includes that follow."""
+    """The current level of detail for the `Include` statements that follow."""
 
     level: int
 
@@ -71,7 +71,7 @@ class Span:
 
 @dataclass(frozen=True, eq=False)
 class KeyFrames:
-    """The motion of all transforms with a name, or of the camera."""
+    """The motion of all transforms that have the name ``name``, or of the camera."""
 
     name: str
     motion: KeyedMotion

@@ -12,7 +12,7 @@ from ...disk.files import decoded
 from ...errors import SceneError
 from ...text_format import shortened
 
-LONGEST = 64        # most characters of a number; a longer word is an error
+LONGEST = 64        # most characters of a number; a longer number is an error
 _COMMENT = re.compile(rb"[#%][^\n]*")
 
 

@@ -15,7 +15,9 @@ from ...errors import Error, OptionError
 from .sources import SourceFile, is_url
 
 TRIES = 5              # a download fails after this many connections in a row without a new byte
-FIRST_WAIT = 0.2       # seconds before the second try; each further wait is twice as long
+# Seconds to wait after a connection that brought new bytes. Each connection in a row without a new
+# byte doubles the wait.
+FIRST_WAIT = 0.2
 SECONDS = 30           # longest wait for an answer of the server
 BLOCK = 1 << 16        # bytes that are read at a time
 # A changed file is read to the end, so that the message can name its digest. A server may send

@@ -17,7 +17,7 @@ RADIUS = 3.2           # radius of the circle on which the animal walks, world u
 # (x, z) of each leg's hip -> the leg's phase as a share of a step. On one side, the hind leg moves
 # first and then the front leg; then the other side does the same.
 GAIT = {(1.1, -0.4): 0.0, (-1.1, -0.4): 0.25, (1.1, 0.4): 0.5, (-1.1, 0.4): 0.75}
-# Numbers of bones. From LEGS on, there are a thigh and a shin for each leg.
+# Indices of bones. From index LEGS on, each leg has two bones: a thigh and a shin.
 TORSO, HEAD, TAIL, LEGS = 0, 1, 2, 3
 
 HIDE, SPOTS, GRASS = (0.70, 0.66, 0.60), (0.34, 0.22, 0.15), (0.33, 0.48, 0.22)

@@ -92,7 +92,8 @@ class SurfaceMesh:
         leaving[self.start[edges]] = edges
         if (leaving[self.start[edges]] != edges).any():
             raise SceneError(f"{self.name}: its boundary passes a vertex twice; only a surface "
-                             "that is one around every vertex can be made an image")
+                             "whose triangles form a single fan around every vertex can be made "
+                             "an image")
         found, left = [], set(edges.tolist())
         for edge in edges.tolist():
             loop = []

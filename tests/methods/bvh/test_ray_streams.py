@@ -75,7 +75,8 @@ def test_counters_are_what_goes_through() -> None:
 
 @pytest.mark.parametrize("size", [64, 700])
 def test_room_is_enough_for_a_deep_tree(exact_renderer, monkeypatch, size: int) -> None:
-    """Every ray hits every node of the chain, so at each node one leaf waits for every ray."""
+    """Every ray hits every node of the chain. Each level of the tree therefore adds one waiting
+    leaf for each ray."""
     scene = chain(48)
     rng = np.random.default_rng(7)
     origins = rng.random((2000, 3)).astype(np.float32) * np.float32(0.01)

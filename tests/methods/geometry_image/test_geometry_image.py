@@ -153,7 +153,7 @@ def test_triangles_without_area_are_never_hit(exact_renderer, test: str, seed: i
 @pytest.mark.parametrize("level", [1, 2, 3, 20])
 @pytest.mark.parametrize("name", ["square", "odd", "several", "strip"])
 def test_a_coarser_level_is_the_mesh_of_its_quads(exact_renderer, name: str, level: int) -> None:
-    """The test builds the coarse mesh from every 2^level-th row and column, and the last ones.
+    """The coarse mesh has every 2^level-th row and column, and the last row and column.
 
     A hit on a coarse quad names a face of the quad's first cell.
     """

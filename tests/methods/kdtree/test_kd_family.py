@@ -156,8 +156,9 @@ def test_packets_at_the_edges_of_odd_images(shape: tuple[int, int]) -> None:
     ("kd-restart", {"stack_size": 0, "push_down": False})], ids=str)
 def test_a_packet_that_visits_empty_leaves_walks_as_its_rays_do(single: str,
                                                                 options: dict) -> None:
-    """Without the skipping of empty leaves a packet of one ray visits the nodes and leaves of the
-    method for single rays. With it the packet visits fewer, and the hits are the same."""
+    """Without skipping of empty leaves, a packet of one ray visits the nodes and leaves of the
+    method for single rays. With skipping, the packet visits fewer nodes and leaves, and the hits
+    are the same."""
     scene = soup_scene(150, 4)
     rays = RAY_SETS["random"](scene, 600, 4)
 

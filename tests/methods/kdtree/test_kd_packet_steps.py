@@ -13,7 +13,8 @@ from gpgpu_rt.methods import find_method
 from gpgpu_rt.methods.kdtree.tree import LEAF
 from gpgpu_rt.rays.records import HIT
 
-# Horn's rows besides kd-restart, other sizes of stacks and packets, and visits of empty leaves.
+# The variants of packets that Horn et al. 2007 measured, packets along ropes, other sizes of stacks
+# and packets, and packets that visit empty leaves.
 FORMS: list[tuple[str, dict[str, Any]]] = [
     ("kd-packet", {"push_down": False, "stack_size": 0}),
     ("kd-packet", {"push_down": True, "stack_size": 0}),
@@ -29,11 +30,15 @@ FORMS: list[tuple[str, dict[str, Any]]] = [
     ("kd-packet", {"skip_empty_leaves": False, "stack_size": 1, "packet": (4, 4)})]
 COUNTED = ("steps", "nodes_visited", "leaves_visited", "triangles_tested")
 STEP = {"schedule": "step"}
-TARGETS = 4     # of the R420 and the R580
+TARGETS = 4     # render targets that the R420 and the R580 have
 
 
 def together(scene: rt.Scene) -> tuple[np.ndarray, np.ndarray]:
-    """Return 45x45 eye rays and random rays: packets with one turn, with many, and at edges."""
+    """Return 45x45 eye rays and 45x45 random rays.
+
+    A turn of a packet traces its rays that agree in the signs of their directions. Some packets
+    have one turn, some have many, and some lie at the edge of the image.
+    """
     sets = [RAY_SETS[rays](scene, 2025, 4) for rays in ("eye", "random")]
     return tuple(np.concatenate(both).reshape(90, 45, 3) for both in zip(*sets))
 
@@ -65,7 +70,8 @@ def test_step_does_the_work_of_loop(exact_renderer, method: str, options: dict,
 @pytest.mark.parametrize("shape", [(1, 1), (3, 5), (17, 4)], ids=str)
 def test_packets_at_the_edges_of_odd_images(exact_renderer, method: str,
                                             shape: tuple[int, int]) -> None:
-    """A ray beyond the edge, whose texel is that of another ray, changes no vote."""
+    """A packet at the edge has lanes beyond the edge, which read the texel of another ray. These
+    lanes change no vote."""
     scene = soup_scene(100, 3)
     rays = RAY_SETS["random"](scene, shape[0] * shape[1], 5)
     found = []
@@ -99,7 +105,7 @@ def test_time_travel_shows_packets_and_their_rays(method: str, options: dict) ->
     assert depth > 3 and passes[-1].live == 0 < passes[0].live
     t_min = np.array([one.state["t_min"] for one in passes])
     begun = np.array([one.served.get("begin", 0) for one in passes])
-    # From the last beginning of a turn on, no ray goes back.
+    # After the last turn has begun, no ray's t_min decreases.
     rest = t_min[begun.nonzero()[0][-1] + 2:]
     assert (rest[1:] >= rest[:-1]).all() and (rest[-1] > rest[0]).any()
 
@@ -129,7 +135,8 @@ def stacked(one: Pass) -> np.ndarray:
 
 
 def test_a_packet_pops_what_it_pushed() -> None:
-    """The stack lies in the states: the nodes in the packet's, the ends in the rays'."""
+    """The packet's state holds the nodes of the stack. The state of each ray holds the ends of the
+    ray's intervals in these nodes."""
     scene = soup_scene(150, 3)
     passes: list[Pass] = []
     with rt.Tracer(scene, "kd-packet", stack_size=4, packet=(1, 1), **STEP) as tracer:
@@ -149,5 +156,5 @@ def test_a_packet_pops_what_it_pushed() -> None:
     depths = np.array([stacked(one) for one in rays])
     assert depths.max() == 4
     assert ((ends > 0) == (np.arange(4) < depths[..., None])).all()
-    # Newer entries end earlier.
+    # Entry 0 is the newest. A newer entry ends earlier.
     assert ((ends[..., 1:] == 0) | (ends[..., 1:] >= ends[..., :-1])).all()

@@ -1,5 +1,5 @@
-"""The Ray Engine in the fixed point of its cards computes as a model in numpy does. It errs at
-edges."""
+"""With the fixed-point numbers of its cards, the Ray Engine gives the hits of a model in numpy.
+Wrong hits lie at edges of triangles."""
 from __future__ import annotations
 
 import numpy as np
@@ -15,8 +15,10 @@ SIZE = 64
 
 def modelled(scene: rt.Scene, origins: np.ndarray, directions: np.ndarray,
              name: str) -> tuple[np.ndarray, np.ndarray]:
-    """Returns t in world units, (n, triangles), inf for a miss; and the smallest distance of the
-    three edges, (n, triangles), in steps. The model computes in float32 and rounds each result."""
+    """Returns t in world units, (n, triangles), inf for a miss; and the smallest of the
+    hit point's signed distances from the three edges, (n, triangles), in steps of the fixed-point
+    format. A distance is negative outside. The model computes in float32 and rounds each result.
+    """
     numbers, uniforms = FIXED_POINT[name], fixed_uniforms(name, scene.triangles)
 
     def fixed(x: np.ndarray) -> np.ndarray:
@@ -48,8 +50,9 @@ def modelled(scene: rt.Scene, origins: np.ndarray, directions: np.ndarray,
 
 @pytest.mark.parametrize("name", FIXED_POINT)
 def test_hits_are_those_of_a_model(name: str) -> None:
-    """Brute force over all pairs in numpy finds the same t, but for rays whose unit vectors two
-    implementations of the square root round to different steps."""
+    """Brute force over all pairs in numpy finds the same t for almost all rays. Exceptions are rays
+    for which numpy and the renderer round a unit vector to different steps, because their square
+    roots differ."""
     scene = rt.load_scene("cornell")
     origins, directions = (a.reshape(-1, 3) for a in scene.camera.rays((SIZE, SIZE)))
     with rt.Tracer(scene, "ray-engine", fixed_point=name, resolution=1) as tracer:
@@ -65,7 +68,7 @@ def test_hits_are_those_of_a_model(name: str) -> None:
     assert (np.isfinite(nearest) == found.hit)[enters].mean() > 0.999
     both = found.hit & np.isfinite(nearest)
     assert (np.abs(found.t[both] / nearest[both] - 1) < 1e-5).mean() > 0.995
-    # Each hit of the model that is found is a multiple of the step.
+    # The t of each hit that both find is a multiple of the step.
     steps = found.t[both] * fixed_uniforms(name, scene.triangles)["fixed_scale"] * (
         np.linalg.norm(directions[both], axis=1)) / FIXED_POINT[name].step
     assert np.abs(steps - np.round(steps)).max() < 0.01

@@ -51,7 +51,7 @@ def crossed_soup(count: int, seed: int) -> rt.Scene:
 
 def listed(tracer: rt.Tracer) -> tuple[np.ndarray, np.ndarray]:
     """Return which triangles each list holds, (lists + 1, triangles) bool, and the list that each
-    of the last rays read, (n,)."""
+    ray of the last call read, (n,)."""
     structure = tracer.accelerator.structure
     triangle = structure.triangle
     if isinstance(structure, RayBoxes):

@@ -128,7 +128,8 @@ def test_form_factor_of_squares(distance: float, factor: float) -> None:
 
 @pytest.mark.parametrize("count", [1, 3, 6])
 def test_layers_are_all_peeled(count: int) -> None:
-    """A pile of sheets has as many layers as sheets, and the sky lights the last sheet."""
+    """A pile of sheets has as many layers as sheets; the empty pass that ends the peeling does not
+    count as a layer."""
     sheet = quad((-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0))
     pile = np.concatenate([sheet + (0, 0, 0.1 * k) for k in range(count)])
     scene = scene_of(pile, rt.Material("black", (0, 0, 0)),

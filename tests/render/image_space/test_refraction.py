@@ -20,8 +20,12 @@ def scene_of(triangles: np.ndarray) -> rt.Scene:
 
 def errors(scene: rt.Scene, camera: Camera, smooth: bool, ior: float = 1.5
            ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the errors in degrees, (k,), of pixels that both methods refract twice, and the kind
-    of each pixel by either method, (n,) each."""
+    """Return the errors in degrees and the kinds of pixels.
+
+    The errors, (k,), are those of pixels that image-space refraction and the float64 reference
+    both refract twice. The kinds, (n,) each, are those that image-space refraction finds and those
+    that the reference finds.
+    """
     with rt.Tracer(scene) as tracer:
         refraction = Refraction(tracer, ior, smooth)
         found, kind = refraction.draw(camera, SIZE)
@@ -69,7 +73,8 @@ def test_a_ball(exact_renderer, ior: float) -> None:
     scene = scene_of(ball(5000))
     off, kind, right = errors(scene, Camera((0.0, 0.0, 4.0), (0.0, 0.0, 0.0), fov=35), True, ior)
     assert ((kind > 0) == (right > 0)).mean() > 0.995       # the silhouette
-    # Near the silhouette, the thickness is too small and the normal found there is too steep.
+    # Near the silhouette, the estimated thickness is too small and the normal at the estimated exit
+    # is too steep, so image-space refraction finds fewer exits than the reference.
     assert (kind == LEFT).sum() > 0.75 * (right > 0).sum()
     assert np.median(off) < 2 and np.quantile(off, 0.9) < 10
 

@@ -1,5 +1,5 @@
-"""Broken and hostile AFF files give an error of one line that names the file and the line. They
-take little time and memory."""
+"""Broken and hostile AFF files give an error of one line that names the file and the line. The
+refusal takes little time and memory."""
 from __future__ import annotations
 
 import os

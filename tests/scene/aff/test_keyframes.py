@@ -38,8 +38,8 @@ def test_zeros_give_a_catmull_rom_spline() -> None:
     ((0, 0, -1), (0, 1), (0, 1)),           # bias -1: tangents of the step after
     ((0.5, 0.25, -0.5), (0.15625, 0.28125), (0.09375, 0.46875))])
 def test_tension_continuity_and_bias(tcb, leave, arrive) -> None:
-    """The tangents at keys 2 and 3 are sums of the steps before and after the key, with these
-    weights."""
+    """The tangents that leave key 2 and arrive at key 3 are sums of the steps before and after the
+    key, weighted by ``leave`` and ``arrive``."""
     steps = np.diff(PLACES, axis=0)
     out, into = leave @ steps[1:3], arrive @ steps[2:4]
     for u in (0.2, 0.5, 0.9):

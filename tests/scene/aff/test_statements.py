@@ -205,8 +205,9 @@ def test_key_frames_move_the_camera(read) -> None:
 
 
 def test_a_named_transform_moves_by_its_key_frames(read) -> None:
-    """Key frames may stand anywhere in the file, and the last ones with a name count. A transform
-    without key frames does not move. The mesh shows the start of the animation."""
+    """Key frames may stand anywhere in the file. If several statements ``k`` have the same name,
+    the last statement counts. A transform without key frames does not move. The mesh shows the
+    start of the animation."""
     other = KEYS.replace(" 5 0 0 0", " 9 0 0 0")
     block = f"x part {{ {TRIANGLE} x still {{ {TRIANGLE} }} }}\n"
     mesh = read(f"k part {{ {other} }} {block} k part {{ {KEYS} }}")

@@ -49,8 +49,8 @@ def is_closed(scene: rt.Scene) -> bool:
 
 
 def border_points(scene: rt.Scene, rng: np.random.Generator) -> np.ndarray:
-    """Return the texels on the borders of charts, and a random point between every two
-    neighbours there."""
+    """Return the texels on the borders of charts, and a random point between any two neighbouring
+    texels of a border."""
     points, first = [], 0
     positions = np.empty((scene.faces.max() + 1, 3), np.float32)
     positions[scene.faces] = scene.triangles
@@ -130,7 +130,7 @@ def test_the_leak_test_notices_an_open_seam() -> None:
         assert_no_leak(open_one, np.zeros(3), 1)
 
 
-# Meshes made images ------------------------------------------------------------------------------
+# Images that `remesh` makes of meshes ------------------------------------------------------------
 
 @pytest.mark.parametrize("size", [16, 64])
 @pytest.mark.parametrize("seed", [1, 2], ids="seed{}".format)

@@ -162,7 +162,8 @@ def test_a_far_eye_is_traced(exact_renderer) -> None:
 
 
 def test_parts_are_cut(exact_renderer, monkeypatch) -> None:
-    """With a small limit, every triangle is cut into parts of the image, whose size is odd."""
+    """With a small limit, all triangles larger than a pixel are searched in parts of the image. No
+    side of the image is a multiple of a part's side."""
     monkeypatch.setattr(module, "MOST_PIXELS", 1)
     scene = scene_of(fans(40, 9))
     with rt.Tracer(scene, "brute-force") as tracer:

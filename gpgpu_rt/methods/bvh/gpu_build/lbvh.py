@@ -23,7 +23,7 @@ from .records import INTERVAL
 from .thread import thread
 
 DEPTH = 3 * AXIS_BITS + SLOT_BITS       # the tree has at most one level for each bit
-JUMPS = (DEPTH - 1).bit_length()        # each jump doubles the distance that a node looks up
+JUMPS = (DEPTH - 1).bit_length()        # a jump doubles the levels from a node to `parent`
 
 
 def build(room: StreamRoom, triangles: np.ndarray, *, morton_bits: int = AXIS_BITS,
@@ -79,7 +79,7 @@ def radix_nodes(room: StreamRoom, keys: Stream, max_leaf: int = 1,
     Parameters
     ----------
     max_leaf : nodes of at most this many triangles are leaves
-    most_bits : if given, ``max_leaf`` does not count. Instead, nodes whose triangles share this
+    most_bits : if given, ``max_leaf`` has no effect. Instead, nodes whose triangles share this
         many leading bits are leaves
 
     Returns

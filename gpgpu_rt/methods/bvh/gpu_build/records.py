@@ -13,7 +13,7 @@ SLOT = Record("slot", "triangle:int node:int starts:int")
 unfinished node, or -1. ``starts`` is 1 if a leaf starts here."""
 
 SPLIT = Record("split", "axis:int at:int taken:int")
-"""A node's split: ``taken`` triangles go to the left child. With 0 triangles, the node is a leaf.
+"""A node's split: ``taken`` triangles go to the left child. A node with ``taken`` = 0 is a leaf.
 
 ``at`` is the place of the split along ``axis``: a bin for a large node, a slot for a small node.
 Axis 3 splits the triangles in the order of their slots."""

@@ -69,7 +69,7 @@ def thread(room: StreamRoom, triangles: Stream, order: Stream, sums: Stream,
 
 
 def pack(nodes: dict[str, np.ndarray], order: np.ndarray) -> Bvh:
-    """The hierarchy from nodes in depth-first order, and the triangle of each slot.
+    """Return the hierarchy, made from nodes in depth-first order and the triangle of each slot.
 
     ``nodes`` has the fields of BVH_NODE.
     """

@@ -3,8 +3,8 @@
 The build is that of `methods.kdtree.hybrid`, with the passes of Zhou's build. The upper levels
 need no costs: a node is a prefix of codes, and its bits select the lattice plane that halves it.
 The planes are the same as on the CPU. In the levels below, binned SAH splits all nodes of more
-than `FEW` pieces, a level at a time. Zhou's masks split the smaller nodes. They try every face of
-every piece, as the exact search on the CPU does.
+than `FEW` pieces, a level at a time. The passes with Zhou's masks split the smaller nodes. These
+passes try every face of every piece's box, as the exact search on the CPU does.
 
 The build differs from the CPU's in this way: a triangle is not listed in the cells of a lattice,
 but clipped by one plane after another on its way down. Below a node of `FEW` pieces, it is no

@@ -4,7 +4,7 @@ from __future__ import annotations
 from ....gl.record import Record
 
 PIECE = Record("piece", "lo:vec3 triangle:int | hi:vec3 node:int")
-"""A piece: the part of a triangle in a node. It has the piece's box, and the number of the node.
+"""A piece: the part of a triangle in a node. The record has the piece's box and the node's number.
 For pieces of small nodes, `node` is the number of the small root."""
 
 CELL = Record("cell", "lo:vec3 count:int | hi:vec3 futile:int | parent:int")
