@@ -21,7 +21,8 @@ from ..methods import find_method, methods
 from ..traversal.era import era_kernels
 
 COMPILERS = ("r300", "r420", "r580", "nv40", "g80")
-# A stack's depth follows from the scene's tree. No instruction depends on it, only a constant.
+# The depth of a full stack follows from the scene's tree. No instruction depends on it, only a
+# constant. A short stack has its depth from an option.
 DEFINES: Mapping[str, object] = {"STACK_SIZE": 32}
 # Settings that are compiled beside the defaults: (method, options).
 SETTINGS: tuple[tuple[str, Mapping[str, Any]], ...] = (
@@ -141,7 +142,8 @@ def _programs(method: str, any_hit: bool, in_loop: bool,
     # The chip's numbers change no instruction: the cards compute in their own numbers.
     resolved = row.resolved({**dict(options), "era": "nv40"})
     found = []
-    for kernel in era_kernels(row.formed(resolved), resolved, any_hit, DEFINES, in_loop):
+    defines = {name: value for name, value in DEFINES.items() if name not in row.defines(resolved)}
+    for kernel in era_kernels(row.formed(resolved), resolved, any_hit, defines, in_loop):
         text = program_text(kernel.source("card"))
         found.append(EraProgram(method, kernel.name, text, digest_of(text)))
     return tuple(found)

@@ -215,8 +215,12 @@ class Method:
     no_era_form: str = ""
 
     def why_no_era_form(self) -> str:
-        """Return why the row cannot run as on the cards of 2002-2006 (traversal/era.py); "" if it
-        can."""
+        """Return why the row, with its default options, cannot run as on the cards of 2002-2006
+        (traversal/era.py); "" if it can."""
+        return self._with_form({"era": True})._why_not_era()
+
+    def _why_not_era(self) -> str:
+        """As `why_no_era_form`, for a row that is formed already."""
         targets = self.state.without("steps").texels + HIT.texels
         if self.no_era_form:
             return self.no_era_form
@@ -244,15 +248,19 @@ class Method:
         With the option ``era``, the row's states have no step counts, and it runs under the
         schedule ``kernels`` alone.
         """
-        row = self
-        if self.form is not None:
-            row = self.form(self, {**{o.name: o.default for o in self.options}, **options})
+        row = self._with_form(options)
         if not options.get("era"):
             return row
-        if reason := row.why_no_era_form():
+        if reason := row._why_not_era():
             changed = self._changed({**{o.name: o.default for o in self.options}, **options})
             raise OptionError(f"method {self.name}{changed} has no era form: {reason}")
         return replace(row, state=row.state.without("steps"), schedules=("kernels",))
+
+    def _with_form(self, options: Mapping[str, Any]) -> Method:
+        """Return the row that ``form`` makes for these options."""
+        if self.form is None:
+            return self
+        return self.form(self, {**{o.name: o.default for o in self.options}, **options})
 
     def _changed(self, options: Mapping[str, Any]) -> str:
         """Return a clause that names the method's own options that differ from their defaults."""

@@ -40,6 +40,15 @@ KD_SHORT_STACK_STATE = KD_STATE.extended(
 `stacked` is the number of entries. `stack_t_max` and `stack_node` hold, for each entry, the end of
 the far child's interval and the far child."""
 
+KD_SHORT_STACK_ERA_STATE = replace(
+    KD_STATE, layout="t_min t_max t_exit place:int | stack_t_max:vec3 phase:int "
+                     "| stack_node:ivec3 pushed:int")
+"""KD_SHORT_STACK_STATE in the era form, for at most three entries: with a hit, it fills the four
+render targets of a card.
+
+``place`` is the node, or in a leaf the cursor. There ``t_min`` is the end of the leaf's list. A
+free entry's node is 0. Instead of ``pushing``, the first entry's node is -1."""
+
 KD_TEXTURE_STACK_STATE = KD_STATE.extended("far_t_max far:int stacked:int")
 """KD_STATE, the far child to push, the end of its interval, and the stack pointer `stacked`."""
 

@@ -21,7 +21,8 @@ from .builders import BUILD_OPTIONS, built_kdtree
 from .records import (
     KD_BOUNDS, KD_LEAF, KD_NODE, KD_PACKET_RAY_STATE, KD_PACKET_STACK_RAY_STATE,
     KD_PACKET_STACK_STATE, KD_PACKET_STATE, KD_PUSH_DOWN_STATE, KD_ROPES_PACKET_RAY_STATE,
-    KD_ROPES_PACKET_STATE, KD_SHORT_STACK_STATE, KD_STATE, KD_TEXTURE_STACK_STATE
+    KD_ROPES_PACKET_STATE, KD_SHORT_STACK_ERA_STATE, KD_SHORT_STACK_STATE, KD_STATE,
+    KD_TEXTURE_STACK_STATE
 )
 from .ropes import build_ropes
 from .tree import LEAF as KD_LEAF_AXIS
@@ -185,14 +186,24 @@ def _row(name: str, summary: str, citation: str, kernels: tuple[str, ...] = (),
         options=(*_OPTIONS, *options), parts=_PARTS, **more)
 
 
+def _short_stack(row: Method, options: Mapping[str, Any]) -> Method:
+    """The form of kd-short-stack. In the era form, the state of a stack of at most three entries
+    fits into the render targets of a card."""
+    if options.get("era") and options["stack_size"] <= 3:
+        return replace(row, state=KD_SHORT_STACK_ERA_STATE,
+                       glsl="methods/kdtree/kd_short_stack_era.glsl")
+    return with_entries(KD_ENTERING)(row, options)
+
+
 def _entering_row(name: str, summary: str, citation: str, state: Record = KD_STATE,
                   options: tuple[Option, ...] = (),
                   prepare: Callable[..., Accelerator] = _prepare, **more: Any) -> Method:
     """A row of a method whose rays may begin at the nodes of an entry list."""
     return _row(name, summary, citation, state=state, options=(*options, ENTRY_POINTS),
                 prepare=_with_boxes(prepare), entry_walk="methods/kdtree/entry_kd.glsl",
-                form=with_entries(KD_ENTERING), choose_tables=lambda options: (
-                    (*_TABLES, KD_BOUNDS) if options["entry_points"] else _TABLES), **more)
+                choose_tables=lambda options: (
+                    (*_TABLES, KD_BOUNDS) if options["entry_points"] else _TABLES),
+                **{"form": with_entries(KD_ENTERING), **more})
 
 
 ROWS = (
@@ -207,7 +218,7 @@ ROWS = (
         "kd-short-stack", "works as kd-push-down, with a stack of a few far children",
         "Horn et al. 2007", state=KD_SHORT_STACK_STATE,
         options=(Option("stack_size", 3, "number of stack entries", int, choices=(1, 2, 3, 4),
-                        define="STACK_SIZE"), _PUSH_DOWN), stack=True),
+                        define="STACK_SIZE"), _PUSH_DOWN), form=_short_stack, stack=True),
     _entering_row("kd-stack", "traverses a kd-tree with a full stack per ray, in a local array",
                   "Budge et al. 2008", options=(_FULL_STACK,), prepare=_prepare_stack,
                   schedules=("loop",), stack=True, own_array=lambda options: True),
