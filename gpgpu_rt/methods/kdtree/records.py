@@ -77,6 +77,18 @@ textures, and there too in float32, so that both schedules give the same hits.""
 KD_PACKET_STACK_RAY_STATE = KD_PACKET_RAY_STATE.extended("stack_t_max:vec4")
 """KD_PACKET_RAY_STATE, and the ends of the ray's intervals on the packet's stack."""
 
+KD_PACKET_ERA_STATE = Record("state", " | ".join((
+    "t_min:vec4", "t_max:vec4", "t_exit:vec4", "t_turn:vec4", "negative:ivec3 phase:int",
+    "place:int end:int pushed:int far:int", "node_0:int node_1:int node_2:int",
+    "t_max_0:vec4", "t_max_1:vec4", "t_max_2:vec4", "t_far:vec4")))
+"""A packet's state in the era form, which a loop keeps in registers. A vec4 has a number of each
+ray.
+
+``place`` is the node, or in a leaf the cursor up to ``end``. ``t_turn`` is the t_min of a ray that
+waits for its turn. The turn's directions are ``negative`` along axes. The stack has the nodes
+``node_0`` to ``node_2``, newest first, and the ends of the rays' intervals there. ``far`` is the
+node to push, and ``t_far`` has the ends of the intervals there."""
+
 KD_ROPES_PACKET_RAY_STATE = replace(
     STATE, layout=STATE.layout + " t_min ray_node:int", full_precision=True)
 """The state of a ray in a packet along ropes: where the ray is, in float32 as KD_PACKET_RAY_STATE.
