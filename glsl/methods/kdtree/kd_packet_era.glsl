@@ -2,7 +2,7 @@
 // card with branches. A packet is 2x2 rays. A vector of four components holds one number of each ray, so that
 // an instruction of the card works on four rays.
 //
-// The loop of era/packets.glsl branches to the kernels:
+// The loop of era/packet_loop.glsl branches to the kernels:
 //   `begin` begins the next turn at the root, with the rays whose directions agree in their signs.
 //   `traverse` visits a node. `push` follows if rays need both children.
 //   `intersect` tests a triangle against the four rays.
