@@ -1,8 +1,8 @@
 """Small world: a few triangles that stand on a plane, their kd-tree, and one ray.
 
-`walk` traces the ray by the passes of a given method and reads the ray's state after each pass. The
-triangles are low, and the ray runs parallel to the ground. Therefore no split across z lowers the
-cost, and the tree is two-dimensional when seen from above, as the survey draws it.
+`walk` traces the ray by the passes of a given method and reads the ray's state after each pass.
+The triangles are low, and the ray runs parallel to the ground. Therefore no split across z lowers
+the cost, and the tree is two-dimensional when seen from above, as the survey draws it.
 """
 from __future__ import annotations
 

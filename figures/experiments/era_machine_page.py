@@ -33,17 +33,20 @@ The model leaves out the misses of the texture cache, latency that too few fragm
 expose, shading, transfers, the set-up of rays, and the passes that a card's limit on loop
 iterations adds. The vendors' compilers may have needed fewer instructions than Mesa's; on NV40,
 Mesa takes three for a selection. A kernel in a loop was compiled as a program of its own, so the
-moves of the state to the program's outputs count. Published numbers do not separate these causes.
-If a prediction misses a bar (a target below), the page cannot say which cause is to blame.
+moves of the state to the program's outputs count. Kernels of packets of 2x2 rays write only the
+fields that they change, so fewer moves count: about one instruction of 30. Published numbers do
+not separate these causes. If a prediction misses a bar (a target below), the page cannot say which
+cause is to blame.
 
 A figure's first form is scored. Most papers do not publish the order of their loops, so the choice
 of the form is an assumption too; the other forms stand in the table. `step` runs one step of each
 ray an iteration. `while-while` has an inner loop for each kernel, `passes` a pass for each kernel.
 In `passes` early depth rejects each quad of pixels without a waiting ray. In `passes, blocks` it
-rejects only whole blocks of 8x8 pixels, in case the card's early depth was that coarse.
-In `packets` the rays of a packet of 4x4 are lanes of a warp. Each lane runs the kernels of a
-single ray at every node of its packet. Votes, shared stacks and waiting between the two packets of
-a warp are left out.
+rejects only whole blocks of 8x8 pixels, in case the card's early depth was that coarse. In
+`packets` the rays of a packet of 4x4 are lanes of a warp. Each lane runs the kernels of a single
+ray at every node of its packet. Votes, shared stacks and waiting between the two packets of a warp
+are left out. On R580 a fragment traces a packet of 2x2, with a number of each ray in the four
+components of a vector, and 48 packets branch together.
 """
 
 
@@ -53,7 +56,8 @@ def write_page(found: Sequence[PredictedRow], misses: Mapping[str, float],
 
     Parameters
     ----------
-    misses : the median of |log2 ratio| by assumption; for the first entry, no assumption is changed
+    misses : the median of |log2 ratio| by assumption; for the first entry, no assumption is
+        changed
     taus : tau-b by figure and panel
     """
     times = [row.time() for row in found]

@@ -29,9 +29,9 @@ def measure(scene: str, method: str, options: Mapping[str, Any], size: int,
     """Measure the times of each frame, in seconds, for size x size eye rays.
 
     A scene without an animation stands still. Its triangles are updated all the same, as by a
-    program that does not know that nothing moved. With AHEAD in the options, another process builds
-    each frame while the frame before it is traced, and the time of an update is the wait for this
-    build. The frame that starts the process is not counted.
+    program that does not know that nothing moved. With AHEAD in the options, another process
+    builds each frame while the frame before it is traced, and the time of an update is the wait
+    for this build. The frame that starts the process is not counted.
 
     Returns
     -------

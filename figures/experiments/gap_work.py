@@ -72,7 +72,8 @@ def _moved(scene: rt.Scene, rays: Workload, method: str,
 
 def _done(scene: rt.Scene, rays: Workload, method: str,
           options: dict[str, Any]) -> dict[str, Any]:
-    """Return each kernel's runs, the lanes that the runs occupy by width, and the misses of caches.
+    """Return each kernel's runs, the lanes that the runs occupy by width, and the misses of
+    caches.
 
     Squares of rays are traced. With ``sort_rays`` the squares are filled with rays in their sorted
     order. A packet counts as one fragment.

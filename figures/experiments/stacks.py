@@ -227,8 +227,8 @@ def draw(data: Path, out: Path, full: bool) -> None:
     if not measured:
         return
     found, heading, card = rows(data, full), measured[0][1], machines()[CARD]
-    note = (f"{SCENE}, sample squares of {SIDE}x{SIDE} from {size(full)}x{size(full)} eye rays, in "
-            f"warps of {WARP}; kernels compiled by Mesa for the {CARD}; multiprocessors of "
+    note = (f"{SCENE}, sample squares of {SIDE}x{SIDE} from {size(full)}x{size(full)} eye rays, "
+            f"in warps of {WARP}; kernels compiled by Mesa for the {CARD}; multiprocessors of "
             f"the GeForce 8800 GTX: {card.multiprocessors} multiprocessors, {card.fetch_latency} "
             f"clocks per fetch, at most {card.resident} rays each. "
             f"{heading['gpu']['renderer']}, commit {heading['commit']}."

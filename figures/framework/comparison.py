@@ -31,7 +31,8 @@ TESTED_BY = ("Our methods test triangles as Möller and Trumbore 1997 do, becaus
              "not used here.")
 PREDICTED = ("Nothing is fitted. Nothing is predicted on a scene without its mesh. If the rays of "
              "a packet are the lanes of a warp, a lane is assumed to run the kernels of a single "
-             "ray.")
+             "ray. If a fragment traces a packet of 2x2, its vectors are assumed to hold a number "
+             "of each ray.")
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,7 @@
 """Era counts: the issues of a method's kernels on a card, from traces of an image's rays.
 
-Cells whose ``work`` is "issues of", a workload and a chip measure these issues. A method's era form
-is the form in which cards of the papers' time can run its kernels (docs/era.md).
+Cells whose ``work`` is "issues of", a workload and a chip measure these issues. A method's era
+form is the form in which cards of the papers' time can run its kernels (docs/era.md).
 """
 from __future__ import annotations
 
@@ -14,12 +14,14 @@ import numpy as np
 
 import gpgpu_rt as rt
 from gpgpu_rt.bench.workloads import Workload
+from gpgpu_rt.hardware import packet_trace
 from gpgpu_rt.hardware.issue import (
     ORDERS, QUAD, WITHIN, KernelIssues, issued_in_loop, issued_in_passes
 )
-from gpgpu_rt.hardware.static_costs import era_methods
+from gpgpu_rt.hardware.static_costs import era_methods, packet_methods
 from gpgpu_rt.hardware.trace import KernelTrace, record_trace
 from gpgpu_rt.methods import find_method
+from gpgpu_rt.traversal.packets import packet_of
 
 WORK, ON = "issues of ", " on "
 # The (h, w) of the pixels that branch together. Their number is the card's `branch_width` of
@@ -35,9 +37,9 @@ BLOCK = (8, 8)   # the (h, w) of the pixels that early depth rejects together un
 # For a trace, a pass must run one step of every ray. The triangle test is that of the era form.
 STEPWISE = {"schedule": "step", "steps_per_pass": 1, "intersection": "moller-trumbore"}
 # A method without an era form -> the method whose kernels it runs. kd-stack has the kernels of
-# kd-texture-stack, in a loop. The rays of a packet are lanes of a warp: each lane runs the kernels
-# of a single ray at the node that the packet visits. Voting and kd-packet's short stack are left
-# out.
+# kd-texture-stack, in a loop. On WARPS the rays of a packet are lanes of a warp: each lane runs
+# the kernels of a single ray at the node that the packet visits. Voting and kd-packet's short
+# stack are left out there. On other cards a fragment traces a packet.
 SAME_WALK = {"kd-stack": "kd-texture-stack"}
 SINGLE_RAYS = {"kd-packet": "kd-push-down", "kd-ropes-packet": "kd-ropes",
                "bvh-packet": "bvh-threaded"}
@@ -51,9 +53,14 @@ RUNS = {"down": ("nodes_visited", 1.0), "traverse": ("nodes_visited", 2.0),
         "intersect": ("triangles_tested", 1 / math.prod(WARP_PACKET))}
 
 
-def kernels_from(method: str) -> str:
-    """Return the method whose compiled kernels stand for those of a method."""
-    return {**SAME_WALK, **SINGLE_RAYS}.get(method, method)
+def kernels_from(method: str, form: str) -> str:
+    """Return the method whose compiled kernels stand for those of a method in a form."""
+    return (SINGLE_RAYS if form == PACKETS else SAME_WALK).get(method, method)
+
+
+def packets_in_loop(method: str, chip: str) -> bool:
+    """Return whether a fragment of the chip traces a packet of the method, in a loop."""
+    return chip != WARPS and GROUPS.get(chip) is not None and method in packet_methods()
 
 
 def forms_of(method: str, chip: str, forms: Sequence[str]) -> tuple[str, ...]:
@@ -61,9 +68,11 @@ def forms_of(method: str, chip: str, forms: Sequence[str]) -> tuple[str, ...]:
 
     The result is () if the method has no such form.
     """
+    if packets_in_loop(method, chip):
+        return tuple(form for form in forms if form in ORDERS)
     if method in SINGLE_RAYS:
         return (PACKETS,) if chip == WARPS else ()
-    if kernels_from(method) not in era_methods():
+    if SAME_WALK.get(method, method) not in era_methods():
         return ()
     return (PASSES,) if method == "brute-force" else tuple(forms)
 
@@ -76,11 +85,11 @@ def measure(scene: rt.Scene, rays: Workload, method: str, options: dict[str, Any
     give the lanes of each run, because only neighbouring pixels share a group. Issues are scaled
     to the whole image.
     """
-    size = rays.size
-    sparse = rays.part(_sparse(size))
+    size, packets = rays.size, packets_in_loop(method, chip)
+    sparse = rays.part(_sparse(size, 2 if packets else 1))
     pixels = size * size
     live = sparse.live / len(sparse.origins)
-    if method in SINGLE_RAYS:
+    if method in SINGLE_RAYS and not packets:
         issued = _issued_of_packets(scene, rays, method, options)
         return {"pixels": pixels, "rays": live * pixels, "issued": _plain({PACKETS: issued})}
     if method == "brute-force":
@@ -90,7 +99,13 @@ def measure(scene: rt.Scene, rays: Workload, method: str, options: dict[str, Any
                                       len(scene) // 16)}
         return {"pixels": pixels, "rays": live * pixels, "issued": _plain(found)}
     with rt.Tracer(scene, SAME_WALK.get(method, method), **{**options, **STEPWISE}) as tracer:
-        image, tiles = (_recorded(tracer, part) for part in (sparse, rays.part(tile_pixels(size))))
+        image, tiles = (_recorded(tracer, part, packets)
+                        for part in (sparse, rays.part(tile_pixels(size))))
+        fragments = pixels // math.prod(packet_of(tracer.options))
+    if packets:
+        found = {order: _scaled(issued_in_loop(tiles, GROUPS[chip], order, WITHIN), image,
+                                fragments) for order in ORDERS}
+        return {"pixels": pixels, "rays": live * pixels, "issued": _plain(found)}
     passes = issued_in_passes(image)
     found = {form: _scaled(issued_in_passes(tiles, block=block), image, pixels, passes)
              for form, block in ((PASSES, QUAD), (BLOCKS, BLOCK))}
@@ -115,13 +130,19 @@ def _issued_of_packets(scene: rt.Scene, rays: Workload, method: str,
                         (0,) * len(kernels))
 
 
-def _recorded(tracer: rt.Tracer, part: Workload) -> KernelTrace:
+def _recorded(tracer: rt.Tracer, part: Workload, packets: bool) -> KernelTrace:
     assert part.shape is not None
-    return record_trace(tracer, part.shape, lambda: part.trace(tracer))
+    stack = packets and bool(tracer.options["stack_size"])
+    trace = record_trace(tracer, part.shape, lambda: part.trace(tracer),
+                         packet_trace.fields_of(stack) if packets else ())
+    return packet_trace.in_loop(trace, stack) if packets else trace
 
 
-def _sparse(size: int) -> np.ndarray:
-    places = (np.arange(SPARSE) * size + size // 2) // SPARSE
+def _sparse(size: int, side: int) -> np.ndarray:
+    """Return SPARSE pixels a side in squares of ``side`` pixels, evenly spread."""
+    count = SPARSE // side
+    starts = (np.arange(count) * size + size // 2) // count // side * side
+    places = (starts[:, None] + np.arange(side)).reshape(-1)
     return places[:, None] * size + places
 
 

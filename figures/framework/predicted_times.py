@@ -21,7 +21,7 @@ from gpgpu_rt.hardware.static_costs import StaticCost, static_cost
 from gpgpu_rt.scene.catalogue import mesh_path
 
 from .cell import Cell
-from .era_counts import BLOCKS, ON, PASSES, WORK, forms_of, kernels_from
+from .era_counts import BLOCKS, ON, PASSES, WORK, forms_of, kernels_from, packets_in_loop
 from .published_numbers import nanoseconds
 from .results import read
 from .trace_times import PICTURE
@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from .comparison import Comparison, MethodColumn, Panel
 
 BUILT_IN = ("cornell", "tenk")     # scenes that need no mesh
+Options = tuple[tuple[str, Any], ...]
 
 
 @dataclass(frozen=True)
@@ -53,7 +54,8 @@ class PaperCard:
 
     def forms_of(self, method: str) -> tuple[str, ...]:
         """Return the forms in which a method runs on this card; the first is judged. It is empty
-        for a method without an era form (docs/era.md), and for packets on a card without warps."""
+        for a method without an era form (docs/era.md), and for packets whose kernels are not
+        compiled."""
         return forms_of(method, self.chip, self.forms)
 
 
@@ -100,10 +102,15 @@ class PredictedRow:
     def time(self, assumed: Assumptions = ASSUMED) -> CardTime:
         """Return the predicted time per ray, or per pixel of a picture."""
         card, method = self.paper_card.card, self.column.method
-        whole = [time_of_image(card, method, self.form, counts, kind == SHADOW, assumed)
+        whole = [time_of_image(card, method, self.form, counts, kind == SHADOW, assumed,
+                               self._options)
                  for kind, counts in self.counts.items()]
         total = whole[0] if len(whole) == 1 else whole[0] + whole[1]
         return total.scaled(1 / self._number)
+
+    @property
+    def _options(self) -> Options:
+        return compiled_options(self.column.method, self.paper_card.chip, self.column.options)
 
     @property
     def per(self) -> str:
@@ -142,9 +149,10 @@ class PredictedRow:
         total = 0.0
         for kind, counts in self.counts.items():
             issued = counts["issued"][self.form]
-            costs, _ = _compiled(self.paper_card.chip.lower(), kernels_from(self.column.method),
+            costs, _ = _compiled(self.paper_card.chip.lower(),
+                                 kernels_from(self.column.method, self.form),
                                  tuple(issued["kernels"]), kind == SHADOW,
-                                 self.form not in (PASSES, BLOCKS))
+                                 self.form not in (PASSES, BLOCKS), self._options)
             total += sum(number * weight(costs[kernel])
                          for kernel, number in zip(issued["kernels"], issued[field]))
         return total
@@ -163,7 +171,7 @@ def _arithmetic(cost: StaticCost) -> float:
 
 
 def time_of_image(card: Card, method: str, form: str, counts: Mapping[str, Any], any_hit: bool,
-                  assumed: Assumptions = ASSUMED) -> CardTime:
+                  assumed: Assumptions = ASSUMED, options: Options = ()) -> CardTime:
     """Return the predicted time of an image's rays.
 
     Parameters
@@ -171,12 +179,13 @@ def time_of_image(card: Card, method: str, form: str, counts: Mapping[str, Any],
     form : the form of the programs
     counts : a result of `era_counts.measure`
     any_hit : whether any hit is enough
+    options : of `compiled_options`
     """
     found = {name: tuple(value) if isinstance(value, list) else value
              for name, value in counts["issued"][form].items()}
     issued = KernelIssues(**found)
-    costs, streams = _compiled(card.chip.lower(), kernels_from(method), issued.kernels, any_hit,
-                               form not in (PASSES, BLOCKS))
+    costs, streams = _compiled(card.chip.lower(), kernels_from(method, form), issued.kernels,
+                               any_hit, form not in (PASSES, BLOCKS), options)
     if form in (PASSES, BLOCKS):
         return time_of_passes(card, issued, costs, counts["pixels"], assumed)
     return time_of_loop(card, issued, costs, streams, counts["pixels"], assumed)
@@ -184,10 +193,17 @@ def time_of_image(card: Card, method: str, form: str, counts: Mapping[str, Any],
 
 @functools.cache
 def _compiled(chip: str, method: str, kernels: tuple[str, ...], any_hit: bool,
-              in_loop: bool) -> tuple[dict[str, StaticCost], dict[str, int]]:
+              in_loop: bool, options: Options) -> tuple[dict[str, StaticCost], dict[str, int]]:
     """Return the static cost and the fetches of streams of each kernel."""
-    return ({name: static_cost(chip, method, name, any_hit, in_loop) for name in kernels},
-            {name: stream_fetches(method, name, any_hit) for name in kernels})
+    own = dict(options)
+    return ({name: static_cost(chip, method, name, any_hit, in_loop, **own) for name in kernels},
+            {name: stream_fetches(method, name, any_hit, **own) for name in kernels})
+
+
+def compiled_options(method: str, chip: str, options: Options) -> Options:
+    """Return the options with which a method's kernels are compiled: those of packets in a loop.
+    All other methods are compiled with their defaults."""
+    return options if packets_in_loop(method, chip) else ()
 
 
 def counted_cell(scene: str, method: str, options: tuple[tuple[str, Any], ...], size: int,

@@ -71,7 +71,8 @@ class Verdict:
 
     @classmethod
     def from_json(cls, found: Any) -> Verdict | None:
-        """The verdict that `dataclasses.asdict` has written; None if ``found`` has other fields."""
+        """The verdict that `dataclasses.asdict` has written; None if ``found`` has other fields.
+        """
         if not isinstance(found, dict) or set(found) != {one.name for one in fields(cls)}:
             return None
         return cls(**{**found, "scenes": tuple(found["scenes"]),

@@ -42,8 +42,8 @@ def _remarks(results: Results) -> list[str]:
             lines.append(
                 f"{panel.scene}: {label} visits {number(nodes)} times as many nodes as "
                 f"{KAY_KAJIYA.label} and takes {number(result['ns_per_ray'] / base['ns_per_ray'])}"
-                f" times the BVH's time; in the paper it takes {number(theirs / their_base)} times "
-                "the BVH's time.")
+                " times the BVH's time; in the paper it takes "
+                f"{number(theirs / their_base)} times the BVH's time.")
     return lines
 
 

@@ -9,4 +9,4 @@ varying vec2 here;     // texture coordinates of the fragment in every stream
 #define texel_at(texels, place) texture2D(texels, place)
 #define TARGET(k) gl_FragData[k]
 
-#include "era/pass.glsl"
+#include <pass>

@@ -11,4 +11,4 @@ layout(location = 1) out vec4 target_1;
 layout(location = 2) out vec4 target_2;
 layout(location = 3) out vec4 target_3;
 
-#include "era/pass.glsl"
+#include <pass>

@@ -9,7 +9,9 @@ from ..errors import OptionError
 from ..hardware.cards import Card, cards
 from ..hardware.era_time import EraTime, era_timed
 from ..hardware.published_kernels import published_kernel
-from ..hardware.static_costs import StaticCost, compiled_costs, era_programs, static_cost
+from ..hardware.static_costs import (
+    StaticCost, compiled_costs, era_programs, packet_methods, static_cost
+)
 from ..tracer import Tracer
 
 # Attribute of a cost, its label, and the figure of the card that limits it.
@@ -32,8 +34,10 @@ def card_costs(method: str, card: str, options: dict[str, Any], only: str | None
         for an unknown kernel or card, or a method without an era form (docs/era.md)
     """
     compiled_costs(card)    # names the cards if this card is unknown
-    names = [only] if only else [one.kernel for one in era_programs(method, **options)]
-    return [static_cost(card, method, name, **options) for name in names]
+    looped = method in packet_methods()
+    names = [only] if only else [
+        one.kernel for one in era_programs(method, in_loop=looped, **options)]
+    return [static_cost(card, method, name, in_loop=looped, **options) for name in names]
 
 
 def card_text(costs: list[StaticCost], listing: bool = True) -> str:
@@ -41,7 +45,8 @@ def card_text(costs: list[StaticCost], listing: bool = True) -> str:
     first = costs[0]
     chip = next((card for card in cards() if card.chip.lower() == first.card), None)
     made = compiled_costs(first.card)
-    lines = [f"{first.method} on {chip.name if chip else first.card.upper()}, a kernel a pass",
+    form = "kernels in a loop" if first.method in packet_methods() else "a kernel a pass"
+    lines = [f"{first.method} on {chip.name if chip else first.card.upper()}, {form}",
              f"compiled by {made.driver}, {made.date}"]
     for cost in costs:
         lines += ["", f"kernel {cost.kernel}", *_counts(cost, chip)]

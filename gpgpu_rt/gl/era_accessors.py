@@ -73,6 +73,16 @@ def streams_glsl(reads: Iterable[Record], writes: Iterable[Record]) -> str:
     return "\n".join(texts)
 
 
+def changes_glsl(changed: Record) -> str:
+    """Return the store function of a stream whose struct exists, for some of its fields.
+
+    Parameters
+    ----------
+    changed : a record of the stream's name, with the fields to store
+    """
+    return _store_glsl(changed, 0)
+
+
 def far_stream_glsl(record: Record) -> str:
     """Return an accessor of a stream that a pass reads at any texel: ``name_load(texel)``."""
     size = f"{record.name}_texel_size"

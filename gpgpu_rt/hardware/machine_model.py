@@ -15,6 +15,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
+from typing import Any
 
 from .cards import Card
 from .issue import KernelIssues
@@ -77,14 +78,15 @@ class CardTime:
         return CardTime({name: factor * seconds for name, seconds in self.parts.items()})
 
 
-def stream_fetches(method: str, kernel: str, any_hit: bool = False) -> int:
+def stream_fetches(method: str, kernel: str, any_hit: bool = False, **options: Any) -> int:
     """Return how many fetches of a kernel in a loop read the ray, its state and its hit.
 
     A loop keeps ray, state and hit in registers and does not make these fetches. NV40's listing
     shows these fetches: their coordinates are the fragment's own. All compilers keep the same
     fetches of streams.
     """
-    return len(_OWN_FETCH.findall(static_cost(_LISTED, method, kernel, any_hit, True).listing))
+    cost = static_cost(_LISTED, method, kernel, any_hit, True, **options)
+    return len(_OWN_FETCH.findall(cost.listing))
 
 
 def time_of_passes(card: Card, issued: KernelIssues, costs: Mapping[str, StaticCost], pixels: int,

@@ -18,14 +18,20 @@ from typing import Any
 from ..errors import OptionError, nearest_names
 from ..inspect.program_text import program_text
 from ..methods import find_method, methods
-from ..traversal.era import era_kernels
+from ..traversal.era import EraKernel, era_kernels
+from ..traversal.era_packets import packet_kernels, packet_loop
 
 COMPILERS = ("r300", "r420", "r580", "nv40", "g80")
-# A stack's depth follows from the scene's tree. No instruction depends on it, only a constant.
+# The depth of a full stack follows from the scene's tree. No instruction depends on it, only a
+# constant. A short stack has its depth from an option.
 DEFINES: Mapping[str, object] = {"STACK_SIZE": 32}
 # Settings that are compiled beside the defaults: (method, options).
 SETTINGS: tuple[tuple[str, Mapping[str, Any]], ...] = (
     ("bvh-threaded", {"octants": True}), ("tree-unit", {"criterion": "box"}))
+# The packets that are compiled, in loops alone: Horn's improvements, one after another.
+PACKETS: tuple[tuple[str, Mapping[str, Any]], ...] = tuple(
+    ("kd-packet", {"push_down": down, "stack_size": size, "skip_empty_leaves": False})
+    for down, size in ((False, 0), (True, 0), (True, 3)))
 
 
 @dataclass(frozen=True)
@@ -115,15 +121,21 @@ def era_methods() -> list[str]:
     return [row.name for row in methods() if not row.why_no_era_form()]
 
 
+def packet_methods() -> list[str]:
+    """Return the names of the methods whose packets are compiled, in loops alone."""
+    return [row.name for row in methods() if row.era_packets is not None]
+
+
 def era_programs(method: str, any_hit: bool = False, in_loop: bool = False,
                  **options: Any) -> tuple[EraProgram, ...]:
-    """Return the kernels of a method in the era form, in the dialect of the cards.
+    """Return the kernels of a method in the era form, in the dialect of the cards. For packets,
+    the last program is the whole loop.
 
     Parameters
     ----------
     method : a name of the method table
     any_hit : whether rays stop at their first hit
-    in_loop : whether the kernels are branches in a loop, not passes
+    in_loop : whether the kernels are branches in a loop, not passes. Packets have only these
     options : the method's options; by default those of its row
 
     Raises
@@ -138,21 +150,29 @@ def era_programs(method: str, any_hit: bool = False, in_loop: bool = False,
 def _programs(method: str, any_hit: bool, in_loop: bool,
               options: tuple[tuple[str, Any], ...]) -> tuple[EraProgram, ...]:
     row = find_method(method)
+    if in_loop and row.era_packets is not None:
+        resolved = row.resolved(dict(options))
+        return tuple(_program(method, kernel) for kernel in (
+            *packet_kernels(row, resolved, any_hit), packet_loop(row, resolved, any_hit)))
     # The chip's number format changes no instruction: a card computes in its own number format.
     resolved = row.resolved({**dict(options), "era": "nv40"})
-    found = []
-    for kernel in era_kernels(row.formed(resolved), resolved, any_hit, DEFINES, in_loop):
-        text = program_text(kernel.source("card"))
-        found.append(EraProgram(method, kernel.name, text, digest_of(text)))
-    return tuple(found)
+    defines = {name: value for name, value in DEFINES.items() if name not in row.defines(resolved)}
+    kernels = era_kernels(row.formed(resolved), resolved, any_hit, defines, in_loop)
+    return tuple(_program(method, kernel) for kernel in kernels)
+
+
+def _program(method: str, kernel: EraKernel) -> EraProgram:
+    text = program_text(kernel.source("card"))
+    return EraProgram(method, kernel.name, text, digest_of(text))
 
 
 def all_era_programs() -> list[EraProgram]:
     """Return the kernels of every method that has an era form, for nearest and for any hits, as
-    passes and in loops: with the method's default options, and with SETTINGS."""
+    passes and in loops: with the method's default options, and with SETTINGS. Then the kernels of
+    PACKETS."""
     chosen = [*((name, {}) for name in era_methods()), *SETTINGS]
-    return [program for name, options in chosen for any_hit in (False, True)
-            for in_loop in (False, True)
+    return [program for some, forms in ((chosen, (False, True)), (PACKETS, (True,)))
+            for name, options in some for any_hit in (False, True) for in_loop in forms
             for program in era_programs(name, any_hit, in_loop, **options)]
 
 

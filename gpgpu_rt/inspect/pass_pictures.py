@@ -21,7 +21,8 @@ from ..tracer import Tracer
 from . import false_colours as colours
 from .time_travel import Pass, decode, phase_names, travel
 
-PLACES = ("node", "cell", "cursor", "first")    # fields with a ray's position in the structure
+# Fields with a ray's position in the structure.
+PLACES = ("node", "place", "cell", "cursor", "first")
 MOST_PICTURES = 200     # default for the approximate number of pictures
 MOST_FRAMES = 150       # frames of the GIF; the first and the last pass are among them
 FRAME_MS, LAST_MS = 80, 1500

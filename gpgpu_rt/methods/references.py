@@ -102,7 +102,8 @@ def reference(citation: str) -> str:
 
 
 def citations(text: str) -> list[tuple[str, CitedWork | None]]:
-    """The citations in a text, from first to last: the text of each citation, and its work or None.
+    """The citations in a text, from first to last: the text of each citation, and its work or
+    None.
 
     Other words before a year, such as a conference's name, look like a citation without a work.
     """

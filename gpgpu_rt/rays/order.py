@@ -178,9 +178,9 @@ def _direction_codes(texels: np.ndarray) -> np.ndarray:
 
 
 def _near_one_another(keys: list[np.ndarray]) -> bool:
-    """Return whether the origins in a block are near one another: on average, they lie in less than
-    the share SCATTERED of the cells in which the origins of all rays lie. Only every eighth ray is
-    examined."""
+    """Return whether the origins in a block are near one another: on average, they lie in less
+    than the share SCATTERED of the cells in which the origins of all rays lie. Only every eighth
+    ray is examined."""
     cells = np.zeros((len(keys), 1 << 3 * ORIGIN_BITS), bool)
     for held, each in zip(cells, keys):
         held[each[::8] & len(held) - 1] = True

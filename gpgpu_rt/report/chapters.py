@@ -32,8 +32,8 @@ on this page are the answers that were found between 2002 and 2007.
 
 Each method runs here as it ran then. This program measured the method's times on the renderer that
 the table names. The number from the paper stands beside the measured time. Compare ratios and
-rankings, not times: twenty years of hardware lie between the two numbers. Where a paper measured on
-a card, a third number is the time that a model predicts for this card.
+rankings, not times: twenty years of hardware lie between the two numbers. Where a paper measured
+on a card, a third number is the time that a model predicts for this card.
 """, ("fig01",)),
     Chapter("A pass is a function over a stream (survey, section 2)", """
 Store a ray in each texel of a texture. Draw a square over all texels, and the fragment program

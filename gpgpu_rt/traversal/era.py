@@ -96,7 +96,8 @@ def _texts(method: Method, options: Mapping[str, Any], start: bool,
         streams += "\n" + era_accessors.far_stream_glsl(layout(method.stack_entry))
     tables = "\n".join(era_accessors.table_glsl(layout(record))
                        for record in method.tables_for(options))
-    return {"method": f"file:{method.glsl}", "tables": tables, "streams": streams,
+    return {"pass": "file:era/pass.glsl", "method": f"file:{method.glsl}", "tables": tables,
+            "streams": streams,
             **{part.name: f"file:{part.file(options)}" for part in method.parts}}
 
 

@@ -148,6 +148,24 @@ class Stepwise:
 
 
 @dataclass(frozen=True)
+class EraPackets:
+    """The era form of a packet method (traversal/era_packets.py).
+
+    Attributes
+    ----------
+    glsl : file under ``glsl/`` with the kernels
+    state : the record of a packet's state, which a loop keeps in registers
+    changes : (options) -> for each kernel, in order, the fields of ``state`` that it computes
+    fits : option -> the values for which the kernels are written
+    """
+
+    glsl: str
+    state: Record
+    changes: Callable[[Mapping[str, Any]], Mapping[str, str]]
+    fits: Mapping[str, tuple[Any, ...]]
+
+
+@dataclass(frozen=True)
 class Method:
     """A ray tracing method of the survey.
 
@@ -177,6 +195,7 @@ class Method:
         Without an entry for a schedule, `schedules.Traversal` is the driver.
     stack_entry : Record of a level of a stack in textures, if the method has such a stack.
     packet_state : (options) -> Stepwise, for a packet method that runs under ``step``.
+    era_packets : The packets in the era form, if a card's compiler counts their kernels.
     single : Name of the method that traces the rays of packets that reach the limit on steps.
     entry_walk : GLSL file of a beam's walk through the tree, for the option ``entry_points``.
     own_array : (options) -> whether each fragment writes into an array at an index of its own.
@@ -205,6 +224,7 @@ class Method:
     drivers: Mapping[str, str | Callable[..., Any]] = field(default_factory=dict)
     stack_entry: Record | None = None
     packet_state: Callable[[Mapping[str, Any]], Stepwise] | None = None
+    era_packets: EraPackets | None = None
     single: str | None = None
     entry_walk: str | None = None
     own_array: Callable[[Mapping[str, Any]], bool] | None = None
@@ -215,8 +235,11 @@ class Method:
     no_era_form: str = ""
 
     def why_no_era_form(self) -> str:
-        """Return why the row cannot run as on the cards of 2002-2006 (traversal/era.py); "" if it
-        can."""
+        """Return why the row, with its default options, cannot run as on the cards of 2002-2006
+        (traversal/era.py); "" if it can."""
+        return self._with_form({"era": True})._why_not_era()
+
+    def _why_not_era(self) -> str:
         targets = self.state.without("steps").texels + HIT.texels
         if self.no_era_form:
             return self.no_era_form
@@ -245,15 +268,18 @@ class Method:
         With the option ``era``, the row's states have no step counts, and it runs under the
         schedule ``kernels`` alone.
         """
-        row = self
-        if self.form is not None:
-            row = self.form(self, {**{o.name: o.default for o in self.options}, **options})
+        row = self._with_form(options)
         if not options.get("era"):
             return row
-        if reason := row.why_no_era_form():
+        if reason := row._why_not_era():
             changed = self._changed({**{o.name: o.default for o in self.options}, **options})
             raise OptionError(f"method {self.name}{changed} has no era form: {reason}")
         return replace(row, state=row.state.without("steps"), schedules=("kernels",))
+
+    def _with_form(self, options: Mapping[str, Any]) -> Method:
+        if self.form is None:
+            return self
+        return self.form(self, {**{o.name: o.default for o in self.options}, **options})
 
     def _changed(self, options: Mapping[str, Any]) -> str:
         """Return a clause that names the method's own options that differ from their defaults."""

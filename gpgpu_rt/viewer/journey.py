@@ -151,7 +151,8 @@ class Journey:
 
 
 def hit_words(one: Pass, ray: int) -> dict[str, str]:
-    """Return the fields of a ray's nearest hit so far as text, or "-" each before the first hit."""
+    """Return the fields of a ray's nearest hit so far as text, or "-" each before the first hit.
+    """
     none = not np.isfinite(one.hit["t"][ray])
     return {name: "-" if none else word_of(values[ray]) for name, values in one.hit.items()}
 

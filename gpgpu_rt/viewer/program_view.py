@@ -24,8 +24,8 @@ class ProgramView:
         self._of: tuple[object, ...] | None = None
 
     def update(self, viewer: Viewer) -> None:
-        """Compile the programs and store their text, if the text is shown and the scene, the method
-        or an option has changed.
+        """Compile the programs and store their text, if the text is shown and the scene, the
+        method or an option has changed.
 
         Call this between frames, because it runs passes. The viewer shows errors as messages.
         """

@@ -60,9 +60,10 @@ class Workers:
     Notes
     -----
     A scene is sent once. A structure is built once and sent as cache files. Digests of a scene and
-    of a structure's inputs identify them. If a worker is killed, other workers run its tasks. Local
-    processes start by "spawn", so a script that opens them needs ``if __name__ == "__main__":``.
-    Opening local processes sets Dask's ``distributed.deploy.lost-worker-timeout`` in this process.
+    of a structure's inputs identify them. If a worker is killed, other workers run its tasks.
+    Local processes start by "spawn", so a script that opens them needs ``if __name__ ==
+    "__main__":``. Opening local processes sets Dask's
+    ``distributed.deploy.lost-worker-timeout`` in this process.
     """
 
     def __init__(self, scheduler: str = LOCAL, count: int | None = None,

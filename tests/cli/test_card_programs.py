@@ -44,10 +44,19 @@ def test_json_and_file(capsys, tmp_path) -> None:
     assert path.read_text().startswith("kd-restart on NVIDIA GeForce 6800 Ultra")
 
 
+def test_packets_have_the_kernels_of_their_loop(capsys) -> None:
+    assert cli.main(["program", "kd-packet", "--card", "r580", "--skip-empty-leaves", "no"]) == 0
+    text = capsys.readouterr().out
+    assert text.startswith("kd-packet on ATI Radeon X1900 XTX, kernels in a loop\n")
+    assert re.findall(r"^kernel (\w+)$", text, re.M) == [
+        "traverse", "intersect", "leave", "begin", "pop", "push", "loop"]
+
+
 @pytest.mark.parametrize("words, says", [
     (["kd-restart", "--card", "nv40", "--list"], "leave --list out"),
     (["kd-restart", "--card", "nv40", "--only", "dwn"], "did you mean down?"),
     (["bvh-packet", "--card", "nv40"], "has no era form"),
+    (["kd-packet", "--card", "r580"], "written for skip_empty_leaves=False"),
     (["kd-restart", "--card", "nv40", "--interval", "strict"], "may lose hits"),
     (["kd-restart", "--card", "nv40", "--schedule", "loop"], "leave --schedule out"),
     (["bvh-threaded", "--card", "nv40", "--octants", "yes", "--shared-subtrees", "8"],

@@ -64,8 +64,9 @@ def test_rates_between_scenes_lie_on_a_line_of_logarithms() -> None:
 
 
 def test_the_survey_s_own_scaling() -> None:
-    """Each paper's rate is scaled to a GeForce 8800. Foley's rate is from an X800 with 8.32 billion
-    instructions a second, and the Ray Engine's rate is from a GeForce4 with 2.4 billion."""
+    """Each paper's rate is scaled to a GeForce 8800. Foley's rate is from an X800 with 8.32
+    billion instructions a second, and the Ray Engine's rate is from a GeForce4 with 2.4 billion.
+    """
     rows = {row.source: row for row in scaled.scaled()}
     foley, engine = rows["Foley and Sugerman 2005"], rows[surveyed.BASE]
     assert engine.rate == 114_499 and find_card("NV25") == engine.card

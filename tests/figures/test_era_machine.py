@@ -108,6 +108,26 @@ def test_lanes_of_a_warp_run_what_their_packet_visits() -> None:
     assert era_counts.forms_of("bvh-packet", "R580", (STEP,)) == ()
 
 
+def test_a_fragment_of_a_card_with_branches_traces_a_packet() -> None:
+    scene, size = load_scene("cornell"), 192     # the tiles cover the image
+    options = {"push_down": True, "stack_size": 3, "skip_empty_leaves": False}
+    found = era_counts.measure(scene, workload("cornell", EYE, size), "kd-packet", options, "R580")
+    assert list(found["issued"]) == [WHILE_WHILE, STEP]
+    assert (found["pixels"], found["rays"]) == (size * size, size * size)
+    with rt.Tracer(scene, "kd-packet", statistics=True, intersection="moller-trumbore",
+                   **options) as tracer:
+        hits = tracer.trace(*scene.camera.rays((size, size)))
+    for issued in found["issued"].values():
+        runs, lanes = (dict(zip(issued["kernels"], issued[name])) for name in ("runs", "lanes"))
+        # Each ray of a packet stores the packet's count of nodes.
+        assert runs["traverse"] == pytest.approx(hits.nodes_visited.sum() / 4, rel=0.03)
+        assert size * size / 5 < runs["begin"] <= size * size / 4   # some rays miss the box
+        assert runs["pop"] >= runs["push"] / 2 > 0
+        assert all(lanes[name] >= runs[name] for name in runs)
+    assert era_counts.forms_of("kd-packet", "R420", (STEP,)) == ()
+    assert era_counts.forms_of("kd-packet", "G80", (STEP,)) == (era_counts.PACKETS,)
+
+
 def test_brute_force_tests_every_triangle() -> None:
     scene = load_scene("cornell")
     found = era_counts.measure(scene, workload("cornell", EYE, 64), "brute-force", {}, "R420")

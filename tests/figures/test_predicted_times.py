@@ -1,6 +1,7 @@
 """A figure whose paper measured on a card is judged by the times predicted for the card."""
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -14,6 +15,8 @@ from gpgpu_rt.figures.framework.published_numbers import nanoseconds
 from gpgpu_rt.figures.survey import fig12_eye_rays as fig12
 from gpgpu_rt.figures.survey import fig13_horn_improvements as fig13
 from gpgpu_rt.figures.survey import fig20_whole_images as fig20
+from gpgpu_rt.hardware.issue import STEP, WHILE_WHILE
+from gpgpu_rt.hardware.static_costs import static_cost
 
 COUNTERS = {"nodes_visited": 1.0, "triangles_tested": 1.0, "steps": 2.0}
 SCENES = ("robots", "kitchen")
@@ -77,7 +80,9 @@ def test_stand_ins_are_not_scored_on_a_card_either(tmp_path: Path) -> None:
 
 
 def test_without_predictions_the_verdict_says_which_methods_lack_them(tmp_path: Path) -> None:
-    figure = fig13.FIGURE
+    assert fig13.FIGURE.paper_card is not None
+    without_branches = replace(fig13.FIGURE.paper_card, chip="R420")
+    figure = replace(fig13.FIGURE, paper_card=without_branches)
     for panel in figure.panels:
         for column in figure.columns:
             write_cell(figure.cell(panel, column, False), tmp_path, ns_per_ray=1.0, median_ms=1.0)
@@ -85,6 +90,30 @@ def test_without_predictions_the_verdict_says_which_methods_lack_them(tmp_path: 
     assert said.word == verdicts.TOO_LITTLE and said.renderer is not None
     assert "has no packets on this card: packets, + push-down, + short stack." in said.why
     assert "empty leaves skipped" not in said.why     # the paper has no such row
+    assert "No time is predicted" not in fig13.FIGURE.judge(tmp_path, False).why
+
+
+def test_each_improvement_of_packets_has_kernels_of_its_own(tmp_path: Path) -> None:
+    """With the same runs in every row, the rows differ by what the compiler left of each row."""
+    kernels = ("traverse", "intersect", "leave", "begin", "pop")
+    issued = {"kernels": kernels, "runs": [5000] * 5, "lanes": [6000] * 5, "iterations": 0,
+              "passes": [0] * 5, "queries": 0}
+    forms = (WHILE_WHILE, STEP)
+    for cell in _cells(fig13.FIGURE):
+        if (cell.scene, cell.method) == ("cornell", "kd-packet"):
+            write_cell(cell, tmp_path, counts={"pixels": 400, "rays": 400,
+                                               "issued": dict.fromkeys(forms, issued)})
+    rows = [row for row in predicted_times.rows(fig13.FIGURE, tmp_path, False)
+            if row.panel.rays == "primary"]
+    assert [row.column.label for row in rows if row.judged] == list(fig13.LABELS[1:])
+    assert [row.form for row in rows if row.judged] == [WHILE_WHILE] * 3
+    for row in rows:
+        costs = [static_cost("r580", "kd-packet", name, in_loop=True, **dict(row.column.options))
+                 for name in kernels]
+        assert row.instructions == pytest.approx(sum(one.arithmetic for one in costs) / 5)
+        assert row.runs == 5000 * 5 / 400      # a packet's run serves four rays
+    plain, down, short = (row.nanoseconds() for row in rows if row.judged)
+    assert plain < down < short
 
 
 def test_a_picture_is_its_eye_rays_and_its_shadow_rays(tmp_path: Path) -> None:

@@ -67,8 +67,8 @@ def test_prototypes_step_packets() -> None:
 
 
 def test_the_cell_waits_for_transfers() -> None:
-    """One vector instruction does a scalar instruction of four rays. A packet of four rays looks up
-    each fetched texel once. 200 visits fetch one texel each, and 40 tests fetch four each."""
+    """One vector instruction does a scalar instruction of four rays. A packet of four rays looks
+    up each fetched texel once. 200 visits fetch one texel each, and 40 tests fetch four each."""
     cell = machines()["Cell"]
     hidden, waited = (on_cell(cell, WORK, COSTS, one) for one in (True, False))
     vectors = 200 * 60 + 40 * 100 + 50 * 5

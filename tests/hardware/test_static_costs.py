@@ -8,10 +8,14 @@ from pathlib import Path
 import pytest
 
 from gpgpu_rt.errors import OptionError
+from gpgpu_rt.hardware.cards import Needs, find_card
+from gpgpu_rt.hardware.machine_model import stream_fetches
 from gpgpu_rt.hardware.static_costs import (
-    COMPILERS, all_era_programs, compiled_costs, digest_of, era_methods, era_programs, static_cost
+    COMPILERS, PACKETS, all_era_programs, compiled_costs, digest_of, era_methods, era_programs,
+    static_cost
 )
 from gpgpu_rt.options import ERA_TARGETS
+from gpgpu_rt.traversal.era_packets import LOOP
 
 NAMES = era_methods()
 KERNELS = [(name, program.kernel) for name in NAMES for program in era_programs(name)]
@@ -46,8 +50,8 @@ def test_counts_fit_together(card: str, method: str, kernel: str) -> None:
 
 @pytest.mark.parametrize("method, kernel", KERNELS)
 def test_a_selection_takes_three_instructions_on_nv40(method: str, kernel: str) -> None:
-    """The listing has one operation, CMP, for a selection. NV40 needs three instructions for a CMP:
-    one sets the condition codes, and two move the two values."""
+    """The listing has one operation, CMP, for a selection. NV40 needs three instructions for a
+    CMP: one sets the condition codes, and two move the two values."""
     cost = static_cost("nv40", method, kernel)
     operations = re.findall(r"^ *\d+: (\w+)", cost.listing, re.M)
     least = len(operations) - operations.count("END") + 2 * operations.count("CMP")
@@ -66,6 +70,41 @@ def test_a_comment_changes_no_digest() -> None:
     assert digest_of(text) == digest_of("a = 1;\nb  =  2;\n") != digest_of("a = 1;\nb = 3;\n")
 
 
+@pytest.mark.parametrize("method, options", PACKETS, ids=str)
+def test_packets_were_compiled_in_loops(method: str, options: dict) -> None:
+    """Every kernel fits a card. The cards without branches refuse the whole loop alone."""
+    for card in COMPILERS:
+        for one in era_programs(method, in_loop=True, **options):
+            cost = static_cost(card, method, one.kernel, in_loop=True, **options)
+            if one.kernel == LOOP and card in ("r300", "r420"):
+                assert "Looping not supported" in cost.refused
+                continue
+            assert not cost.refused and cost.registers > 0
+            assert 1 <= cost.targets <= ERA_TARGETS and cost.levels <= cost.fetches
+    card = find_card("R580")
+    whole, *kernels = (static_cost("r580", method, name, in_loop=True, **options)
+                       for name in (LOOP, "traverse", "intersect", "leave", "begin", "pop"))
+    assert sum(one.arithmetic for one in kernels) < whole.arithmetic
+    assert not card.refuses(Needs(whole.slots, whole.fetches, whole.levels, True, whole.targets))
+
+
+def test_an_instruction_of_a_packet_works_on_four_rays() -> None:
+    """A packet's kernel takes fewer instructions than two rays' kernels."""
+    options = dict(PACKETS[0][1])
+    for ray, packet in (("down", "traverse"), ("intersect", "intersect")):
+        single = static_cost("r580", "kd-restart", ray, in_loop=True).arithmetic
+        four = static_cost("r580", "kd-packet", packet, in_loop=True, **options).arithmetic
+        assert four < 2 * single
+
+
+def test_a_loop_of_packets_reads_tables_alone() -> None:
+    """A visit fetches a node. A test fetches a reference and a triangle of three texels."""
+    options = dict(PACKETS[2][1])
+    for kernel, texels in (("traverse", 1), ("intersect", 4), ("leave", 0), ("push", 0)):
+        cost = static_cost("r580", "kd-packet", kernel, in_loop=True, **options)
+        assert cost.fetches - stream_fetches("kd-packet", kernel, **options) == texels
+
+
 def test_what_was_not_compiled_is_refused() -> None:
     with pytest.raises(OptionError, match="did you mean r420"):
         compiled_costs("r42")
@@ -73,6 +112,9 @@ def test_what_was_not_compiled_is_refused() -> None:
         static_cost("r420", "kd-restart", "dwn")
     with pytest.raises(OptionError, match="has no era form: "):
         era_programs("bvh-packet")
+    with pytest.raises(OptionError, match="not compiled for r580 with these options"):
+        static_cost("r580", "kd-packet", "traverse", in_loop=True, push_down=False,
+                    skip_empty_leaves=False)
 
 
 def test_the_page_has_these_counts() -> None:
@@ -96,6 +138,24 @@ def test_the_page_has_the_counts_of_loops() -> None:
         static_cost(card, method, kernel, in_loop=True).arithmetic
         for method, kernel in (("kd-restart", "down"), ("bvh-threaded", "traverse"))
         for card in ("r580", "nv40", "g80")]
+
+
+def test_the_page_has_the_counts_of_packets() -> None:
+    page = (Path(__file__).parents[2] / "docs" / "era.md").read_text()
+    page = page.partition("### Packets in a loop")[2]
+    rows = re.findall(r"^\| `(\w+)` \| [^`|]+ \| (.*) \|$", page, re.M)
+    names = [one.kernel for one in era_programs("kd-packet", in_loop=True, **PACKETS[2][1])]
+    assert sorted(name for name, _ in rows) == sorted(names)
+    for name, cells in rows:
+        costs = [static_cost(card, "kd-packet", name, in_loop=True, **PACKETS[2][1])
+                 for card in ("r580", "nv40", "g80")]
+        assert cells.split(" | ") == [f"{one.arithmetic} + {one.fetches}" for one in costs]
+    counts = re.search(r"`traverse` takes\s+(\d+) and (\d+) instructions on R580.*?takes (\d+) "
+                       r"registers", page, re.S)
+    assert counts is not None and list(map(int, counts.groups())) == [
+        static_cost("r580", "kd-packet", "traverse", in_loop=True, **PACKETS[1][1]).arithmetic,
+        static_cost("r580", "kd-packet", "traverse", in_loop=True, **PACKETS[0][1]).arithmetic,
+        static_cost("r580", "kd-packet", LOOP, in_loop=True, **PACKETS[2][1]).registers]
 
 
 @pytest.mark.parametrize("card", ("r580", "nv40", "g80"))

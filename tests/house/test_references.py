@@ -62,8 +62,8 @@ def test_every_work_is_cited() -> None:
     assert set(works()) - found == {"survey"}
 
 
-# Methods from a user's folder are left out: they may cite works that are not in the list. The paths
-# of their files are absolute.
+# Methods from a user's folder are left out: they may cite works that are not in the list. The
+# paths of their files are absolute.
 OWN = [row for row in rt.methods() if not Path(row.glsl).is_absolute()]
 
 

@@ -58,6 +58,21 @@ def test_shadow_rays_stop_at_a_hit(scenes, name):
         assert (tracer.occluded(*rays) == today).all()
 
 
+@pytest.mark.parametrize("more", [
+    {"stack_size": 1}, {"stack_size": 2}, {"push_down": False},
+    {"stack_size": 1, "push_down": False}], ids=str)
+def test_a_short_stack_may_be_shorter(scenes, more):
+    """A ray visits the same nodes and tests the same triangles as today, so its passes agree."""
+    rays = scenes["shirley6"].camera.rays((SIDE, SIDE))
+    with rt.Tracer(scenes["shirley6"], "kd-short-stack", intersection="moller-trumbore",
+                   schedule="kernels", **more) as tracer:
+        today, passes = tracer.trace(*rays), tracer.statistics.kernel_passes
+    with rt.Tracer(scenes["shirley6"], "kd-short-stack", era="nv40", **more) as tracer:
+        found = tracer.trace(*rays)
+        assert tracer.statistics.kernel_passes == passes
+    np.testing.assert_array_equal(found.t, today.t)
+
+
 @pytest.mark.parametrize("name", NAMES)
 def test_passes_can_be_watched(scenes, name):
     """The merged states of all passes end with no live ray, and with the hits that `trace`
@@ -129,6 +144,11 @@ def test_a_value_that_a_chip_implies_may_be_given(scenes):
 def test_the_reason_names_the_option_that_has_no_era_form(scenes):
     with pytest.raises(OptionError, match="grid with packet=2x2 has no era form"):
         rt.Tracer(scenes["cornell"], "grid", packet=(2, 2), era="nv40")
+
+
+def test_a_state_of_too_many_targets_is_refused(scenes):
+    with pytest.raises(OptionError, match="stack_size=4 has no era form: .* 6 render targets"):
+        rt.Tracer(scenes["cornell"], "kd-short-stack", stack_size=4, era="nv40")
 
 
 def test_a_search_that_does_not_end_is_an_error(scenes):

@@ -294,9 +294,9 @@ def test_what_a_killed_run_held_is_free(tmp_path) -> None:
 
 
 def test_a_claim_on_what_was_just_let_go_is_not_one(tmp_path, monkeypatch) -> None:
-    """A claim checks that its locked file still exists in the folder. The previous owner may delete
-    the file after the claim opens the file and before the claim locks it. A lock on a deleted file
-    excludes nobody."""
+    """A claim checks that its locked file still exists in the folder. The previous owner may
+    delete the file after the claim opens the file and before the claim locks it. A lock on a
+    deleted file excludes nobody."""
     folder = tmp_path / "a.unfinished"
     others, lock = [FolderLock(folder, Path("a"))], claim._locked
 

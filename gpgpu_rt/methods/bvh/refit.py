@@ -47,7 +47,8 @@ class Refitter:
                    [(nodes, left[nodes], right[nodes]) for nodes in reversed(levels)])
 
     def refit(self, bvh: Bvh, triangles: np.ndarray) -> Bvh:
-        """The tree with exact boxes around moved (n, 3, 3) float32 triangles; n must not change."""
+        """The tree with exact boxes around moved (n, 3, 3) float32 triangles; n must not change.
+        """
         if not len(self.leaves):
             return bvh
         box_lo, box_hi = triangle_boxes(triangles.take(bvh.order, axis=0))

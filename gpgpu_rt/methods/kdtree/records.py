@@ -40,6 +40,15 @@ KD_SHORT_STACK_STATE = KD_STATE.extended(
 `stacked` is the number of entries. `stack_t_max` and `stack_node` hold, for each entry, the end of
 the far child's interval and the far child."""
 
+KD_SHORT_STACK_ERA_STATE = replace(
+    KD_STATE, layout="t_min t_max t_exit place:int | stack_t_max:vec3 phase:int "
+                     "| stack_node:ivec3 pushed:int")
+"""KD_SHORT_STACK_STATE in the era form, for at most three entries: with a hit, it fills the four
+render targets of a card.
+
+``place`` is the node, or in a leaf the cursor. There ``t_min`` is the end of the leaf's list. A
+free entry's node is 0. Instead of ``pushing``, the first entry's node is -1."""
+
 KD_TEXTURE_STACK_STATE = KD_STATE.extended("far_t_max far:int stacked:int")
 """KD_STATE, the far child to push, the end of its interval, and the stack pointer `stacked`."""
 
@@ -67,6 +76,18 @@ textures, and there too in float32, so that both schedules give the same hits.""
 
 KD_PACKET_STACK_RAY_STATE = KD_PACKET_RAY_STATE.extended("stack_t_max:vec4")
 """KD_PACKET_RAY_STATE, and the ends of the ray's intervals on the packet's stack."""
+
+KD_PACKET_ERA_STATE = Record("state", " | ".join((
+    "t_min:vec4", "t_max:vec4", "t_exit:vec4", "t_turn:vec4", "negative:ivec3 phase:int",
+    "place:int end:int pushed:int far:int", "node_0:int node_1:int node_2:int",
+    "t_max_0:vec4", "t_max_1:vec4", "t_max_2:vec4", "t_far:vec4")))
+"""A packet's state in the era form, which a loop keeps in registers. A vec4 has a number of each
+ray.
+
+``place`` is the node, or in a leaf the cursor up to ``end``. ``t_turn`` is the t_min of a ray that
+waits for its turn. The turn's directions are ``negative`` along axes. The stack has the nodes
+``node_0`` to ``node_2``, newest first, and the ends of the rays' intervals there. ``far`` is the
+node to push, and ``t_far`` has the ends of the intervals there."""
 
 KD_ROPES_PACKET_RAY_STATE = replace(
     STATE, layout=STATE.layout + " t_min ray_node:int", full_precision=True)

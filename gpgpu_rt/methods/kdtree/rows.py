@@ -10,8 +10,8 @@ import numpy as np
 from ...gl.record import Record
 from ...options import Option
 from ...traversal.method import (
-    CULLING, ENTRY_POINTS, PACKET, SCHEDULES, TRIANGLE_TESTS, VERTEX_CULLING, Accelerator, Method,
-    Part, Stepwise, check_culling, stack_defines, with_entries
+    CULLING, ENTRY_POINTS, PACKET, SCHEDULES, TRIANGLE_TESTS, VERTEX_CULLING, Accelerator,
+    EraPackets, Method, Part, Stepwise, check_culling, stack_defines, with_entries
 )
 from ...traversal.packet_steps import PacketSteps
 from ...traversal.packets import PacketTraversal
@@ -19,9 +19,10 @@ from ...traversal.records import ENTRIES, KD_ENTERING, STACK_ENTRY, STATE
 from ...traversal.triangle_table import REFERENCE, TRIANGLE, triangle_table
 from .builders import BUILD_OPTIONS, built_kdtree
 from .records import (
-    KD_BOUNDS, KD_LEAF, KD_NODE, KD_PACKET_RAY_STATE, KD_PACKET_STACK_RAY_STATE,
-    KD_PACKET_STACK_STATE, KD_PACKET_STATE, KD_PUSH_DOWN_STATE, KD_ROPES_PACKET_RAY_STATE,
-    KD_ROPES_PACKET_STATE, KD_SHORT_STACK_STATE, KD_STATE, KD_TEXTURE_STACK_STATE
+    KD_BOUNDS, KD_LEAF, KD_NODE, KD_PACKET_ERA_STATE, KD_PACKET_RAY_STATE,
+    KD_PACKET_STACK_RAY_STATE, KD_PACKET_STACK_STATE, KD_PACKET_STATE, KD_PUSH_DOWN_STATE,
+    KD_ROPES_PACKET_RAY_STATE, KD_ROPES_PACKET_STATE, KD_SHORT_STACK_ERA_STATE,
+    KD_SHORT_STACK_STATE, KD_STATE, KD_TEXTURE_STACK_STATE
 )
 from .ropes import build_ropes
 from .tree import LEAF as KD_LEAF_AXIS
@@ -138,6 +139,31 @@ def _for_packets(prepared: Accelerator, options: Mapping[str, Any]) -> Accelerat
     return prepared
 
 
+def _changed_by_packets(options: Mapping[str, Any]) -> dict[str, str]:
+    """The fields of KD_PACKET_ERA_STATE that each kernel computes. A pop frees the entry that it
+    sets to a constant, and a restart sets node_0 to a constant."""
+    marks = options["push_down"] or options["stack_size"]
+    found = {
+        "traverse": "t_max:vec4 | place:int end:int phase:int"
+                    + (" pushed:int" if options["push_down"] else "")
+                    + (" | node_0:int" if marks else "")
+                    + (" far:int" if options["stack_size"] else ""),
+        "intersect": "place:int", "leave": "t_min:vec4 | phase:int",
+        "begin": "t_min:vec4 | t_max:vec4 | t_turn:vec4 | negative:ivec3",
+        "pop": "t_max:vec4 | place:int phase:int"}
+    if options["stack_size"]:
+        stack = "t_max_0:vec4 | t_max_1:vec4"
+        found["pop"] += f" node_0:int node_1:int | {stack}"
+        found["push"] = f"node_0:int node_1:int node_2:int | {stack} | t_max_2:vec4"
+    return found
+
+
+_ERA_PACKETS = EraPackets(
+    "methods/kdtree/kd_packet_era.glsl", KD_PACKET_ERA_STATE, _changed_by_packets,
+    {"packet": ((2, 2),), "skip_empty_leaves": (False,), "vertex_culling": (False,),
+     "stack_size": (3, 0)})
+
+
 def _packet_states(options: Mapping[str, Any]) -> tuple[Record, Record]:
     if options.get(_PACKET_STACK.name, _PACKET_STACK.default):
         return KD_PACKET_STACK_STATE, KD_PACKET_STACK_RAY_STATE
@@ -185,14 +211,24 @@ def _row(name: str, summary: str, citation: str, kernels: tuple[str, ...] = (),
         options=(*_OPTIONS, *options), parts=_PARTS, **more)
 
 
+def _short_stack(row: Method, options: Mapping[str, Any]) -> Method:
+    """The form of kd-short-stack. In the era form, the state of a stack of at most three entries
+    fits into the render targets of a card."""
+    if options.get("era") and options["stack_size"] <= 3:
+        return replace(row, state=KD_SHORT_STACK_ERA_STATE,
+                       glsl="methods/kdtree/kd_short_stack_era.glsl")
+    return with_entries(KD_ENTERING)(row, options)
+
+
 def _entering_row(name: str, summary: str, citation: str, state: Record = KD_STATE,
                   options: tuple[Option, ...] = (),
                   prepare: Callable[..., Accelerator] = _prepare, **more: Any) -> Method:
     """A row of a method whose rays may begin at the nodes of an entry list."""
     return _row(name, summary, citation, state=state, options=(*options, ENTRY_POINTS),
                 prepare=_with_boxes(prepare), entry_walk="methods/kdtree/entry_kd.glsl",
-                form=with_entries(KD_ENTERING), choose_tables=lambda options: (
-                    (*_TABLES, KD_BOUNDS) if options["entry_points"] else _TABLES), **more)
+                choose_tables=lambda options: (
+                    (*_TABLES, KD_BOUNDS) if options["entry_points"] else _TABLES),
+                **{"form": with_entries(KD_ENTERING), **more})
 
 
 ROWS = (
@@ -207,7 +243,7 @@ ROWS = (
         "kd-short-stack", "works as kd-push-down, with a stack of a few far children",
         "Horn et al. 2007", state=KD_SHORT_STACK_STATE,
         options=(Option("stack_size", 3, "number of stack entries", int, choices=(1, 2, 3, 4),
-                        define="STACK_SIZE"), _PUSH_DOWN), stack=True),
+                        define="STACK_SIZE"), _PUSH_DOWN), form=_short_stack, stack=True),
     _entering_row("kd-stack", "traverses a kd-tree with a full stack per ray, in a local array",
                   "Budge et al. 2008", options=(_FULL_STACK,), prepare=_prepare_stack,
                   schedules=("loop",), stack=True, own_array=lambda options: True),
@@ -224,7 +260,7 @@ ROWS = (
                 options=(*BUILD_OPTIONS, PACKET, VERTEX_CULLING, _PUSH_DOWN, _PACKET_STACK,
                          _SKIP_EMPTY_LEAVES),
                 parts=(TRIANGLE_TESTS, CULLING, *_SHORT_STACK), stack=True,
-                states=_packet_states),
+                states=_packet_states, era_packets=_ERA_PACKETS),
     _packet_row("kd-ropes-packet", "traverses a kd-tree by packets along ropes; the rays meet "
                 "again at sibling subtrees",
                 "Popov et al. 2007", "kd-ropes", tables=(*_TABLES, KD_LEAF),

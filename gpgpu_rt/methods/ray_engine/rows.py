@@ -68,8 +68,8 @@ ROWS = (Method(
                choices=tuple(FIXED_POINT), optional=True, relaxed=tuple(FIXED_POINT),
                excludes=("intersection", "arithmetic", "precision")),
         Option("batch", 16_384, "largest number of rays in a batch", int, minimum=1),
-        Option("queue", 64, "a cell's queue is intersected once it has this many rays; if no queue "
-               "has this many rays, all queues are intersected", int, minimum=1),
+        Option("queue", 64, "a cell's queue is intersected once it has this many rays; if no "
+               "queue has this many rays, all queues are intersected", int, minimum=1),
         Option("cpu_below", 0, "the host itself intersects queues of fewer rays than this; hits "
                "are the same to the bit if the renderer rounds as IEEE 754 requires and keeps "
                "subnormal numbers", int, minimum=0),

@@ -67,9 +67,9 @@ class Moving:
 def read_moving(path: Path) -> Moving:
     """Return the animation of the AFF file at ``path``.
 
-    Two corners share a vertex of the mesh if they have the same transform, the same position before
-    this transform and the same normal. A scene that computes normals for moved vertices then has
-    smooth normals exactly where the file has smooth normals.
+    Two corners share a vertex of the mesh if they have the same transform, the same position
+    before this transform and the same normal. A scene that computes normals for moved vertices
+    then has smooth normals exactly where the file has smooth normals.
 
     Raises
     ------

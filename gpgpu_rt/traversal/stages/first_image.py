@@ -11,8 +11,8 @@ from ...rays.records import HIT
 from ...rays.textures import StateBuffers
 from .records import SHOWN, SHOWN_BLOCK, SHOWN_FOUR
 
-# Side of a square in pixels. A triangle is a rival if a ray may hit it before the triangle that the
-# ray's pixel shows. For each triangle, a search decides whether the triangle is a rival in the
+# Side of a square in pixels. A triangle is a rival if a ray may hit it before the triangle that
+# the ray's pixel shows. For each triangle, a search decides whether the triangle is a rival in the
 # image, or in a part of the image. The search skips a square in which the triangle is hidden, and
 # a square that shows only this triangle.
 BLOCK = 8

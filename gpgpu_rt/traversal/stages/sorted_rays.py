@@ -28,8 +28,8 @@ from ..driver import MethodDriver, Samplers
 from ..method import Accelerator
 
 # LEVELS: bits per axis of a key's cells. The key interleaves the bits of both cells, coarse levels
-# first. FREE_LEVELS: number of levels of the origin's cell that precede the first level of the cell
-# where the ray leaves the scene.
+# first. FREE_LEVELS: number of levels of the origin's cell that precede the first level of the
+# cell where the ray leaves the scene.
 KEY = {"LEVELS": 8, "FREE_LEVELS": 2}
 
 

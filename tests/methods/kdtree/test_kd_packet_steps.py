@@ -13,8 +13,8 @@ from gpgpu_rt.methods import find_method
 from gpgpu_rt.methods.kdtree.tree import LEAF
 from gpgpu_rt.rays.records import HIT
 
-# The variants of packets that Horn et al. 2007 measured, packets along ropes, other sizes of stacks
-# and packets, and packets that visit empty leaves.
+# The variants of packets that Horn et al. 2007 measured, packets along ropes, other sizes of
+# stacks and packets, and packets that visit empty leaves.
 FORMS: list[tuple[str, dict[str, Any]]] = [
     ("kd-packet", {"push_down": False, "stack_size": 0}),
     ("kd-packet", {"push_down": True, "stack_size": 0}),

@@ -50,9 +50,9 @@ def modelled(scene: rt.Scene, origins: np.ndarray, directions: np.ndarray,
 
 @pytest.mark.parametrize("name", FIXED_POINT)
 def test_hits_are_those_of_a_model(name: str) -> None:
-    """Brute force over all pairs in numpy finds the same t for almost all rays. Exceptions are rays
-    for which numpy and the renderer round a unit vector to different steps, because their square
-    roots differ."""
+    """Brute force over all pairs in numpy finds the same t for almost all rays. Exceptions are
+    rays for which numpy and the renderer round a unit vector to different steps, because their
+    square roots differ."""
     scene = rt.load_scene("cornell")
     origins, directions = (a.reshape(-1, 3) for a in scene.camera.rays((SIZE, SIZE)))
     with rt.Tracer(scene, "ray-engine", fixed_point=name, resolution=1) as tracer:

@@ -45,8 +45,8 @@ def test_the_criterion_ends_searches_early(exact_renderer, criterion: str) -> No
             found.append(tracer.trace(*rays))
     mine, other = found
     assert mine.triangles_tested.mean() < 1.1 * other.triangles_tested.mean()
-    # A climb counts as a visit. If searches did not end early, the ratios of visited nodes would be
-    # 2.64 (interval) and 2.32 (box).
+    # A climb counts as a visit. If searches did not end early, the ratios of visited nodes would
+    # be 2.64 (interval) and 2.32 (box).
     most = {"interval": 2.5, "box": 2.25}[criterion]
     assert mine.nodes_visited.mean() < most * other.nodes_visited.mean()
 

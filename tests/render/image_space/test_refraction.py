@@ -73,8 +73,8 @@ def test_a_ball(exact_renderer, ior: float) -> None:
     scene = scene_of(ball(5000))
     off, kind, right = errors(scene, Camera((0.0, 0.0, 4.0), (0.0, 0.0, 0.0), fov=35), True, ior)
     assert ((kind > 0) == (right > 0)).mean() > 0.995       # the silhouette
-    # Near the silhouette, the estimated thickness is too small and the normal at the estimated exit
-    # is too steep, so image-space refraction finds fewer exits than the reference.
+    # Near the silhouette, the estimated thickness is too small and the normal at the estimated
+    # exit is too steep, so image-space refraction finds fewer exits than the reference.
     assert (kind == LEFT).sum() > 0.75 * (right > 0).sum()
     assert np.median(off) < 2 and np.quantile(off, 0.9) < 10
 

@@ -1,0 +1,30 @@
+// A kernel of packets in a loop, as pass.glsl has the kernels of single rays. A card's compiler counts the
+// instructions of this text; nothing runs it. packet_loop.glsl runs the same kernels.
+//
+// The state of a packet needs more than the four targets of a card. A loop keeps the state in registers and
+// writes only hits, so here each kernel writes only the fields that it changes: everything that it computes is
+// needed, and no other field is moved. The hits of four rays fill all targets, so the cursor of `intersect`
+// leaves as a depth. Not counted are constants that a kernel sets, and the comparison that ends the loop over
+// a leaf's triangles, which is part of the loop's branch.
+
+#define int float
+#define ivec3 vec3
+#define ivec4 vec4
+
+#include <streams>
+#include <tables>
+#include "core/phase.glsl"
+#include <method>
+
+void main() {
+    Packet_rays rays = packet_rays_load();
+    State state = state_load();
+    Hit hit = hit_load();
+    KERNEL(rays, state, hit);
+#ifdef WRITES_HIT
+    hit_store(hit);
+    gl_FragDepth = state.place;
+#else
+    state_store(state);
+#endif
+}

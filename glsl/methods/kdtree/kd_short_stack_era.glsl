@@ -1,0 +1,50 @@
+// kd-short-stack in the era form: the search of kd_short_stack.glsl, with a state that leaves one of a card's
+// four render targets to the hit.
+//
+// Three things make the state small, and none of them costs an instruction:
+//   In a leaf, the node and t_min are not needed: leave_leaf() sets both. The leaf's list lies in their fields.
+//   No stack holds the root, so the node of a free entry is 0, and no field counts the entries.
+//   A stack of a ray that is `pushing` is empty. The node of its first entry is then PUSHING.
+
+#define node place      // of a ray in a leaf: the cursor
+#define cursor place
+#define end t_min       // of a ray in a leaf
+
+#include "methods/kdtree/kd_common.glsl"
+
+const float FREE = 0.0;
+const float PUSHING = -1.0;
+
+void start_search(inout State state) {
+    state.pushed = state.node;
+    state.stack_node = vec3(PUSHING, FREE, FREE);
+    state.stack_t_max = vec3(0.0);
+}
+
+void take_only_child(inout State state) {
+#ifdef PUSH_DOWN
+    state.pushed = state.stack_node.x == PUSHING ? state.node : state.pushed;
+#endif
+}
+
+void pass_far_child(float far, float t_max, inout State state) {
+    vec2 below = vec2(max(state.stack_node.x, FREE), state.stack_node.y);
+    state.stack_node = vec3(far, STACK_SIZE > 1 ? below.x : FREE, STACK_SIZE > 2 ? below.y : FREE);
+    state.stack_t_max = vec3(t_max, state.stack_t_max.xy);
+}
+
+void leave_leaf(inout State state, Hit hit) {
+    if (is_settled(state, hit)) {
+        settle(state, hit);
+    } else if (state.stack_node.x > FREE) {
+        state.t_min = resumed(state.t_max);
+        state.t_max = state.stack_t_max.x;
+        state.node = state.stack_node.x;
+        state.stack_t_max.xy = state.stack_t_max.yz;
+        state.stack_node = vec3(state.stack_node.yz, FREE);
+        state.phase = DOWN;
+    } else {
+        search_rest(state.pushed, state);
+        state.stack_node.x = PUSHING;
+    }
+}

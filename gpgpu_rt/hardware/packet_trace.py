@@ -1,0 +1,72 @@
+"""Packet trace: the kernels that a packet of kd-packet runs in a loop, from its trace by steps.
+
+Under the schedule ``step``, a visit holds its push, and `leave` holds its pops. In a loop they are
+kernels of their own (glsl/methods/kdtree/kd_packet_era.glsl), so that a packet that does not push
+does not wait.
+"""
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from .trace import FINISHED, KernelTrace
+
+PUSH, POP = "push", "pop"
+BOTH = 3      # the field `needed` of a packet that enters both children
+
+
+def fields_of(stack: bool) -> tuple[str, ...]:
+    """Return the fields that `in_loop` needs, for packets with or without a stack."""
+    return ("needed", "pushing", *(("popped",) if stack else ()))
+
+
+def in_loop(trace: KernelTrace, stack: bool) -> KernelTrace:
+    """Return the trace of packets in a loop: each push follows its visit, and the pops of `leave`
+    follow it. A restart is a pop from an empty stack.
+
+    Parameters
+    ----------
+    trace : of kd-packet, with the fields of `fields_of`
+    stack : whether packets have a stack
+    """
+    # The next step reads what a step wrote.
+    after = {name: _next(values) for name, values in trace.fields.items()}
+    next_steps, number = _next(trace.steps), {
+        name: at for at, name in enumerate(trace.kernels, 1)}
+    left, visited = (trace.steps == number[name] for name in ("leave", "traverse"))
+    goes_on = next_steps == number["traverse"]
+    pops = np.where(left & goes_on, after["pushing"] + after.get("popped", 0), 0)
+    if not stack:
+        return with_more_runs(trace, {POP: pops})
+    return with_more_runs(trace, {POP: pops, PUSH: visited & goes_on & (after["needed"] == BOTH)})
+
+
+def with_more_runs(trace: KernelTrace, more: Mapping[str, np.ndarray]) -> KernelTrace:
+    """Return the trace with more kernels, each of which follows steps of the trace.
+
+    Parameters
+    ----------
+    more : name -> (n, h, w) int, the number of runs after each step. At most one of the kernels
+        follows a step
+    """
+    live = trace.steps != FINISHED
+    counts = [np.where(live, count, 0).astype(np.int32) for count in more.values()]
+    taken = live + sum(counts, np.zeros(trace.steps.shape, np.int32))
+    starts = np.cumsum(taken, axis=0, dtype=np.int32) - taken
+    steps = np.full((int(taken.sum(axis=0).max(initial=0)), *trace.steps.shape[1:]), FINISHED,
+                    np.uint8)
+    for at, runs in enumerate(trace.steps):
+        row, column = np.nonzero(runs != FINISHED)
+        start = starts[at, row, column]
+        steps[start, row, column] = runs[row, column]
+        for number, count in enumerate(counts, len(trace.kernels) + 1):
+            for k in range(1, int(count[at].max(initial=0)) + 1):
+                some = count[at, row, column] >= k
+                steps[start[some] + k, row[some], column[some]] = number
+    return KernelTrace((*trace.kernels, *more), steps)
+
+
+def _next(values: np.ndarray) -> np.ndarray:
+    """Return each step's value of the next step; 0 after the last step."""
+    return np.concatenate([values[1:], np.zeros_like(values[:1])])
