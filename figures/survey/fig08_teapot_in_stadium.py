@@ -62,7 +62,7 @@ def judge(data: Path, full: bool) -> verdicts.Verdict:
          "slower in the end", gains[-1] > 1),
         ("the grid falls farther behind with the smallest pot than with the largest",
          gains[-1] > gains[0]),
-        (f"at one or more sizes of the pot, the grid takes {TIMES} or more times the kd-tree's time",
+        (f"for some sizes of the pot, the grid takes {TIMES} or more times the kd-tree's time",
          max(gains) >= TIMES)))
 
 

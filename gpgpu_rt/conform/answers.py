@@ -1,4 +1,4 @@
-"""Answers: what an engine says about rays, in the form in which the suite judges it."""
+"""EngineAnswers: what an engine says about rays, in the form in which the suite judges it."""
 from __future__ import annotations
 
 from collections.abc import Callable
@@ -10,7 +10,7 @@ from .case import Case
 
 
 @dataclass
-class Answers:
+class EngineAnswers:
     """An engine's answers to n rays.
 
     Attributes
@@ -27,15 +27,15 @@ class Answers:
 
 
 # Traces all rays of a case.
-Trace = Callable[[Case], Answers]
+Trace = Callable[[Case], EngineAnswers]
 
 
 def of_distances(case: Case, t: np.ndarray, triangle: np.ndarray,
-                 any_hit: np.ndarray | None = None) -> Answers:
+                 any_hit: np.ndarray | None = None) -> EngineAnswers:
     """Return answers of an engine that knows no ends of intervals: a hit beyond t_max is a miss.
 
     It must not be used for a case with a t_min above 0.
     """
     t, triangle = np.array(t, np.float64), np.array(triangle, np.int64)
     triangle[(triangle >= 0) & (t > case.t_max)] = -1
-    return Answers(triangle, t, any_hit)
+    return EngineAnswers(triangle, t, any_hit)

@@ -17,14 +17,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from . import warp_kernel
-from .answers import Answers, Trace, of_distances
+from .answers import EngineAnswers, Trace, of_distances
 from .case import Case
 
 ALL_T = ("t_min", "t_max")
 
 
 @dataclass(frozen=True)
-class Engine:
+class Adapter:
     """An engine of the table.
 
     Attributes
@@ -89,7 +89,7 @@ def _embreex() -> Trace:
     from embreex.mesh_construction import TriangleMesh
     from embreex.rtcore_scene import EmbreeScene
 
-    def trace(case: Case) -> Answers:
+    def trace(case: Case) -> EngineAnswers:
         scene = EmbreeScene()
         TriangleMesh(scene, case.triangles)
         n = len(case.origins)
@@ -98,7 +98,7 @@ def _embreex() -> Trace:
         found = scene.run(case.origins, case.directions, dists=ends.copy(), output=True)
         any_hit = scene.run(case.origins, case.directions, dists=ends.copy(), query="OCCLUDED")
         triangle = found["primID"] if n else np.zeros(0, int)
-        return Answers(triangle, found["tfar"], any_hit == 0)
+        return EngineAnswers(triangle, found["tfar"], any_hit == 0)
     return trace
 
 
@@ -107,13 +107,13 @@ def _trimesh(engine: str) -> Callable[[], Trace]:
         import trimesh
         module = importlib.import_module(f"trimesh.ray.{engine}")
 
-        def trace(case: Case) -> Answers:
+        def trace(case: Case) -> EngineAnswers:
             mesh = trimesh.Trimesh(*_mesh(case), process=False)
             rays = module.RayMeshIntersector(mesh)
             # trimesh returns locations, not t, and each call may find other hits. The triangles
             # are those of `intersects_first`, which people use for visibility.
-            return Answers(rays.intersects_first(case.origins, case.directions), None,
-                           rays.intersects_any(case.origins, case.directions))
+            return EngineAnswers(rays.intersects_first(case.origins, case.directions), None,
+                                 rays.intersects_any(case.origins, case.directions))
         return trace
     return prepare
 
@@ -121,7 +121,7 @@ def _trimesh(engine: str) -> Callable[[], Trace]:
 def _open3d() -> Trace:
     import open3d
 
-    def trace(case: Case) -> Answers:
+    def trace(case: Case) -> EngineAnswers:
         tensor, (vertices, faces) = open3d.core.Tensor, _mesh(case)
         scene = open3d.t.geometry.RaycastingScene()
         scene.add_triangles(tensor(vertices), tensor(faces.astype(np.uint32)))
@@ -139,7 +139,7 @@ def _mitsuba() -> Trace:
     import mitsuba
     mitsuba.set_variant("llvm_ad_rgb")
 
-    def trace(case: Case) -> Answers:
+    def trace(case: Case) -> EngineAnswers:
         vertices, faces = _mesh(case)
         mesh = mitsuba.Mesh("case", vertex_count=len(vertices), face_count=len(faces))
         fields = mitsuba.traverse(mesh)
@@ -150,29 +150,29 @@ def _mitsuba() -> Trace:
         rays.maxt = mitsuba.Float(_finite_ends(case))
         found = scene.ray_intersect_preliminary(rays)
         t = np.array(found.t)
-        return Answers(np.where(np.isfinite(t), np.array(found.prim_index, np.int64), -1), t,
-                       np.array(scene.ray_test(rays)))
+        return EngineAnswers(np.where(np.isfinite(t), np.array(found.prim_index, np.int64), -1), t,
+                             np.array(scene.ray_test(rays)))
     return trace
 
 
 def _libigl() -> Trace:
     import igl.embree
 
-    def trace(case: Case) -> Answers:
+    def trace(case: Case) -> EngineAnswers:
         scene = igl.embree.EmbreeIntersector()
         vertices, faces = _mesh(case)
         scene.init(vertices, faces)
         found = [scene.intersectRay_first(o, d, first, last) for o, d, first, last in zip(
             case.origins, case.directions, *(end.tolist() for end in _ends(case)))]
-        return Answers(np.array([one[0] for one in found], np.int64),
-                       np.array([one[1] for one in found]))
+        return EngineAnswers(np.array([one[0] for one in found], np.int64),
+                             np.array([one[1] for one in found]))
     return trace
 
 
 def _point_cloud_utils() -> Trace:
     import point_cloud_utils
 
-    def trace(case: Case) -> Answers:
+    def trace(case: Case) -> EngineAnswers:
         found = point_cloud_utils.ray_mesh_intersection(
             *_mesh(case), case.origins, case.directions)
         return of_distances(case, found[2], found[0])
@@ -183,7 +183,7 @@ def _vtk() -> Trace:
     import vtk
     from vtk.util.numpy_support import numpy_to_vtk, numpy_to_vtkIdTypeArray
 
-    def trace(case: Case) -> Answers:
+    def trace(case: Case) -> EngineAnswers:
         vertices, faces = _mesh(case)
         points, cells, data = vtk.vtkPoints(), vtk.vtkCellArray(), vtk.vtkPolyData()
         points.SetData(numpy_to_vtk(vertices, deep=True))
@@ -207,14 +207,14 @@ def _vtk() -> Trace:
             hit = locator.IntersectWithLine(o, end, 0.0, t, place, inside, part, cell)
             answers.append((int(cell), float(t)) if hit else (-1, np.inf))
         triangle, share = np.array(answers).reshape(-1, 2).T
-        return Answers(triangle.astype(np.int64), share * last)
+        return EngineAnswers(triangle.astype(np.int64), share * last)
     return trace
 
 
 def _fcpw() -> Trace:
     import fcpw
 
-    def trace(case: Case) -> Answers:
+    def trace(case: Case) -> EngineAnswers:
         scene = fcpw.scene_3D()
         vertices, faces = (np.asfortranarray(array) for array in _mesh(case))
         scene.set_object_count(1)
@@ -225,22 +225,22 @@ def _fcpw() -> Trace:
         found = fcpw.interaction_3D_list()
         scene.intersect(*rays, _finite_ends(case), found)
         triangle, t = np.array([(one.primitive_index, one.d) for one in found]).reshape(-1, 2).T
-        return Answers(triangle.astype(np.int64), t)
+        return EngineAnswers(triangle.astype(np.int64), t)
     return trace
 
 
 EMBREEX = "embreex"
 ENGINES = {engine.name: engine for engine in (
-    Engine(EMBREEX, "embreex", ("embreex",), _embreex, ends=("t_max",)),
-    Engine("trimesh-embreex", "trimesh", ("trimesh", "embreex"), _trimesh("ray_pyembree"),
+    Adapter(EMBREEX, "embreex", ("embreex",), _embreex, ends=("t_max",)),
+    Adapter("trimesh-embreex", "trimesh", ("trimesh", "embreex"), _trimesh("ray_pyembree"),
            wraps=EMBREEX),
-    Engine("trimesh", "trimesh", ("trimesh", "rtree"), _trimesh("ray_triangle"), most=500),
-    Engine("open3d", "open3d", ("open3d",), _open3d, ends=("t_max",)),
-    Engine("mitsuba", "mitsuba", ("mitsuba",), _mitsuba, ends=("t_max",)),
-    Engine("warp", "warp-lang", ("warp",), warp_kernel.prepare, ends=("t_max",)),
-    Engine("libigl", "libigl", ("igl",), _libigl, ends=ALL_T),
-    Engine("point-cloud-utils", "point-cloud-utils", ("point_cloud_utils",), _point_cloud_utils,
+    Adapter("trimesh", "trimesh", ("trimesh", "rtree"), _trimesh("ray_triangle"), most=500),
+    Adapter("open3d", "open3d", ("open3d",), _open3d, ends=("t_max",)),
+    Adapter("mitsuba", "mitsuba", ("mitsuba",), _mitsuba, ends=("t_max",)),
+    Adapter("warp", "warp-lang", ("warp",), warp_kernel.prepare, ends=("t_max",)),
+    Adapter("libigl", "libigl", ("igl",), _libigl, ends=ALL_T),
+    Adapter("point-cloud-utils", "point-cloud-utils", ("point_cloud_utils",), _point_cloud_utils,
            ends=("t_max",)),
-    Engine("vtk", "vtk", ("vtk",), _vtk, ends=("t_max",), most=500),
-    Engine("fcpw", "fcpw", ("fcpw",), _fcpw, ends=("t_max",)),
+    Adapter("vtk", "vtk", ("vtk",), _vtk, ends=("t_max",), most=500),
+    Adapter("fcpw", "fcpw", ("fcpw",), _fcpw, ends=("t_max",)),
 )}

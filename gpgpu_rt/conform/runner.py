@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from multiprocessing.connection import Connection
 
-from .answers import Answers, Trace
+from .answers import EngineAnswers, Trace
 from .case import Case
 from .spec import Spec
 
@@ -28,7 +28,7 @@ class Runner:
         self._process: multiprocessing.process.BaseProcess | None = None
         self._ours: Connection | None = None
 
-    def trace(self, spec: Spec, case: Case) -> tuple[Answers, float]:
+    def trace(self, spec: Spec, case: Case) -> tuple[EngineAnswers, float]:
         """Return the engine's answers, and the seconds of its call.
 
         Raises

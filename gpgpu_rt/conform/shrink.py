@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..reference import KINDS, acceptance, check
-from .answers import Answers
+from .answers import EngineAnswers
 from .case import Case
 from .runner import Crash, Runner
 from .spec import Spec
@@ -32,7 +32,7 @@ class Minimal:
     family: str
     kind: str
     case: Case
-    answers: Answers
+    answers: EngineAnswers
 
     def to_python(self) -> str:
         """Return Python text for an issue of the engine's project: the mesh, the ray, the right
@@ -110,7 +110,7 @@ def shrink(case: Case, fails: Callable[[Case], bool]) -> Case:
     return case
 
 
-def _kind(spec: Spec, case: Case, runner: Runner) -> tuple[int, Answers | None]:
+def _kind(spec: Spec, case: Case, runner: Runner) -> tuple[int, EngineAnswers | None]:
     """Return the verdict on an engine's answer to a single ray, an index into KINDS, and the
     answer."""
     try:

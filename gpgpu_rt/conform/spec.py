@@ -22,9 +22,9 @@ from .. import __name__ as PROJECT
 from ..errors import OptionError, nearest_names
 from ..methods import find_method
 from ..tracer import Tracer
-from .answers import Answers, Trace, of_distances
+from .answers import EngineAnswers, Trace, of_distances
 from .case import Case
-from .engines import ALL_T, ENGINES, Engine
+from .engines import ALL_T, ENGINES, Adapter
 from .export import case_to_dict
 
 ENGINE, METHOD, FUNCTION, COMMAND = "engine", "method", "function", "command"
@@ -72,12 +72,12 @@ class Spec:
         return f"{self.name} {self.schedule}".strip()
 
     @property
-    def engine(self) -> Engine:
+    def engine(self) -> Adapter:
         """The row of the table, or a row for what is no engine of the table."""
         if self.kind == ENGINE:
             return ENGINES[self.name]
-        return Engine(self.title, PROJECT if self.kind == METHOD else "", (), self.load,
-                      ends=() if self.kind == FUNCTION else ALL_T)
+        return Adapter(self.title, PROJECT if self.kind == METHOD else "", (), self.load,
+                       ends=() if self.kind == FUNCTION else ALL_T)
 
     def load(self) -> Trace:
         """Import what the spec names, and return a function of a case."""
@@ -90,13 +90,13 @@ class Spec:
     def _method(self) -> Trace:
         chosen = {"schedule": self.schedule} if self.schedule else {}
 
-        def trace(case: Case) -> Answers:
+        def trace(case: Case) -> EngineAnswers:
             options = {**case.options.get(self.name, {}), **chosen}
             with Tracer(case.scene, self.name, **options) as tracer:
                 hits = tracer.trace(*case.rays)
                 any_hit = tracer.occluded(case.origins, case.directions, t_min=case.t_min,
                                           t_max=case.t_max)
-                return Answers(hits.triangle, hits.t, any_hit)
+                return EngineAnswers(hits.triangle, hits.t, any_hit)
         return trace
 
     def _function(self) -> Trace:
@@ -106,7 +106,7 @@ class Spec:
         for part in name.split("."):
             function = getattr(function, part)
 
-        def trace(case: Case) -> Answers:
+        def trace(case: Case) -> EngineAnswers:
             found = function(case.triangles, case.origins, case.directions)
             if not isinstance(found, tuple) or len(found) != 2:
                 raise ValueError(f"{self.name} returned {type(found).__name__}; return (t, "
@@ -115,7 +115,7 @@ class Spec:
         return trace
 
     def _command(self) -> Trace:
-        def trace(case: Case) -> Answers:
+        def trace(case: Case) -> EngineAnswers:
             with tempfile.TemporaryDirectory(prefix="conform") as folder:
                 places = [Path(folder) / name for name in ("cases.json", "answers.json")]
                 places[0].write_text(json.dumps(case_to_dict(case)))
@@ -131,7 +131,7 @@ class Spec:
         return trace
 
 
-def answers_from_dict(found: Any, rays: int) -> Answers:
+def answers_from_dict(found: Any, rays: int) -> EngineAnswers:
     """Return the answers of a file that a program wrote.
 
     Parameters
@@ -153,4 +153,4 @@ def answers_from_dict(found: Any, rays: int) -> Answers:
             raise ValueError(f"{name} has {len(array)} entries for {rays} rays")
     triangle = np.where(np.isnan(arrays["triangle"]), -1, arrays["triangle"]).astype(np.int64)
     any_hit = arrays.get("any_hit")
-    return Answers(triangle, arrays.get("t"), None if any_hit is None else any_hit != 0)
+    return EngineAnswers(triangle, arrays.get("t"), None if any_hit is None else any_hit != 0)

@@ -10,7 +10,7 @@ import numpy as np
 from ..errors import OptionError, nearest_names
 from ..reference import Acceptance, Verdicts, acceptance, check
 from ..reference.verdicts import LEAK, UNDECIDABLE, WRONG_KINDS
-from .answers import Answers
+from .answers import EngineAnswers
 from .case import Case
 from .engines import ENGINES
 from .families import FAMILIES, make_case
@@ -28,15 +28,15 @@ class Row:
 
     Attributes
     ----------
-    engine, version : the engine, and its package's version or ""
-    family : the family's name
-    rays : number of rays that the engine traced; 0 if it does not know their intervals
-    undecidable : number of rays for which a hit and a miss are both right
-    wrong : number of wrong rays by kind, of KINDS. A crash counts for all rays of the family
-    seconds : time of the engine's call, with the construction of its structure
-    note : the reason of a crash, or why no ray was traced; else ""
-    own : for a wrapper, the number of wrong rays that the engine behind it answers rightly; None
-        for other engines, or if the engine behind it was not run
+    engine, version : The engine, and its package's version or "".
+    family : The family's name.
+    rays : Number of rays that the engine traced; 0 if it does not know their intervals.
+    undecidable : Number of rays for which a hit and a miss are both right.
+    wrong : Number of wrong rays by kind, of KINDS. A crash counts for all rays of the family.
+    seconds : Time of the engine's call, with the construction of its structure.
+    note : The reason of a crash, or why no ray was traced; else "".
+    own : For a wrapper, the number of wrong rays that the engine behind it answers rightly. None
+        for other engines, or if the engine behind it was not run.
     """
 
     engine: str
@@ -73,7 +73,7 @@ class Known:
         case = make_case(name, min(rays, FAMILIES[name].most), seed)
         return cls(name, case, acceptance(case.triangles, *case.rays))
 
-    def judge(self, answers: Answers, part: slice) -> Verdicts:
+    def judge(self, answers: EngineAnswers, part: slice) -> Verdicts:
         """Judge the answers to the first rays."""
         case = self.case.part(part)
         known = first_rays(self.answers, len(case.origins))

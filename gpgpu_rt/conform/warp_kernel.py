@@ -3,7 +3,7 @@
 Warp reads a kernel's text and its annotations, so this file has no ``from __future__ import
 annotations``.
 """
-from .answers import Answers, Trace
+from .answers import EngineAnswers, Trace
 from .case import Case
 
 
@@ -28,7 +28,7 @@ def prepare() -> Trace:
         if warp.mesh_query_ray_anyhit(mesh, origins[ray], directions[ray], ends[ray]):
             any_hit[ray] = 1
 
-    def trace(case: Case) -> Answers:
+    def trace(case: Case) -> EngineAnswers:
         n, vertices = len(case.origins), case.triangles.reshape(-1, 3)
         vectors = [warp.array(array, dtype=warp.vec3, device="cpu")
                    for array in (vertices, case.origins, case.directions)]
@@ -40,5 +40,5 @@ def prepare() -> Trace:
         warp.launch(trace_rays, n, device="cpu", inputs=[
             mesh.id, *vectors[1:], warp.array(ends, dtype=float, device="cpu"), *found])
         triangle, t, any_hit = (one.numpy() for one in found)
-        return Answers(triangle, t, any_hit != 0)
+        return EngineAnswers(triangle, t, any_hit != 0)
     return trace

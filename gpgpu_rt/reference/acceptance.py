@@ -2,17 +2,19 @@
 
 Exact arithmetic has a single answer to each ray. An engine that rounds may return another answer
 without a fault: a ray through an edge meets one triangle or the other, and two surfaces that
-nearly touch change places. This module bounds what a fair engine may answer:
+nearly touch change places. This module bounds what a fair engine may answer.
 
-- A fair engine rounds like float32, with up to four bits lost to the number of its operations. The
-  bounds of `error_bounds`, evaluated with a unit roundoff of 2^-20 in place of 2^-24, tell which
-  triangles such an engine may hit, which it certainly hits, and by how much its t may be off.
-- A triangle is acceptable if it may be hit, and if no triangle is certainly hit before it.
-- A ray must hit if it certainly hits a triangle. It must also hit if exact arithmetic says that it
-  hits and all its neighbours hit: then the ray meets an edge or a vertex inside a surface, and a
-  miss is a leak. The neighbours are rays around it, farther away than the rounding errors reach.
-- A ray may hit if some triangle is acceptable. A ray that may hit but need not is undecidable: a
-  hit and a miss are both right.
+A fair engine rounds like float32, with up to four bits lost to the number of its operations. The
+bounds of `error_bounds` are evaluated with a unit roundoff of 2^-20 in place of 2^-24. They tell
+which triangles such an engine may hit, which it certainly hits, and by how much its t may be off.
+
+A triangle is acceptable if it may be hit, and if no triangle is certainly hit before it. A ray
+must hit if it certainly hits a triangle. It must also hit if exact arithmetic says that it hits
+and all its neighbours hit. The neighbours are rays around it, farther away than rounding errors
+reach. Such a ray meets an edge or a vertex inside a surface, and a miss is a leak.
+
+A ray may hit if some triangle is acceptable. A ray that may hit but need not is undecidable: a hit
+and a miss are both right.
 """
 from __future__ import annotations
 
@@ -141,9 +143,14 @@ def exact_hits(vertices: np.ndarray, origins: np.ndarray, directions: np.ndarray
 def _candidates(vertices: np.ndarray, solid: np.ndarray, origins: np.ndarray,
                 directions: np.ndarray, t_min: np.ndarray, t_max: np.ndarray
                 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Return the pairs of a ray and a triangle of ``solid`` that a fair engine may hit: ray,
-    triangle, t and the bound on the error of t, (k,) each; and the largest t that the nearest hit
-    of each ray can have, (n,), inf for a ray that need not hit."""
+    """Return the pairs of a ray and a triangle of ``solid`` that a fair engine may hit.
+
+    Returns
+    -------
+    ray, triangle, t and the bound on the error of t : (k,) each
+    nearest : (n,) the largest t that the nearest hit of each ray can have; inf for a ray that need
+        not hit
+    """
     limit, nearest = t_max.copy(), np.full(len(origins), np.inf)
     kept: list[tuple[np.ndarray, ...]] = [(np.zeros(0, np.int64),) * 2 + (np.zeros(0),) * 2]
     if len(solid):

@@ -1,9 +1,8 @@
 """Exact hits: nearest hits in integers, for rays that float64 cannot decide.
 
-Every float32 number is an integer times a power of two, so Cramer's rule for ``o + t d = (1 - u -
-v) v0 + u v1 + v v2`` needs integers alone. numpy's arrays of Python integers hold them without a
-limit. Only the final t, u and v are rounded, correctly. A pair of ray and triangle takes about 10
-microseconds.
+Cramer's rule solves ``o + t d = (1 - u - v) v0 + u v1 + v v2``. Every float32 number is an integer
+times a power of two, so integers suffice. Arrays of Python integers have no limit. Only the final
+t, u and v are rounded, correctly. A pair of ray and triangle takes about 10 microseconds.
 """
 from __future__ import annotations
 

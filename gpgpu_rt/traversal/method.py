@@ -251,8 +251,7 @@ class Method:
 
     @property
     def steps_once(self) -> bool:
-        """Whether a pass runs at most one step, because a pass that pushes stack entries or tests
-        the rays of packets must follow each step."""
+        """Whether a pass runs at most one step: a pass of pushes or of triangle tests follows."""
         return self.stack_entry is not None or self.packet_state is not None
 
     def tables_for(self, options: Mapping[str, Any]) -> Tables:

@@ -8,7 +8,7 @@ from __future__ import annotations
 import pytest
 
 import gpgpu_rt as rt
-from gpgpu_rt.conform.answers import Answers
+from gpgpu_rt.conform.answers import EngineAnswers
 from gpgpu_rt.conform.case import FAMILIES
 from gpgpu_rt.conform.suite import Known
 from gpgpu_rt.options import TRACER_OPTIONS
@@ -25,6 +25,6 @@ def test_bounds_hold(intersection: str, name: str) -> None:
     known = Known.of(name, 150)
     with rt.Tracer(known.case.scene, "brute-force", intersection=intersection) as tracer:
         hits = tracer.trace(*known.case.rays)
-    counts = known.judge(Answers(hits.triangle, hits.t), slice(None)).counts
+    counts = known.judge(EngineAnswers(hits.triangle, hits.t), slice(None)).counts
     wrong = sum(counts[kind] for kind in ("false hit", "wrong nearest", "wrong t", "not finite"))
     assert bool(wrong) == ((intersection, name) in BEYOND), counts

@@ -10,7 +10,7 @@ import mirror
 import pytest
 
 import gpgpu_rt as rt
-from gpgpu_rt.conform.answers import Answers
+from gpgpu_rt.conform.answers import EngineAnswers
 from gpgpu_rt.conform.case import FAMILIES
 from gpgpu_rt.conform.suite import RAYS, Known
 from gpgpu_rt.gl import shader
@@ -92,7 +92,7 @@ def wrong_rays(known: Known, method: str, options: dict) -> int:
     case = known.case
     with rt.Tracer(case.scene, method, **{**case.options.get(method, {}), **options}) as tracer:
         hits = tracer.trace(*case.rays)
-    return int(known.judge(Answers(hits.triangle, hits.t), slice(None)).wrong.sum())
+    return int(known.judge(EngineAnswers(hits.triangle, hits.t), slice(None)).wrong.sum())
 
 
 def test_every_family_finds_a_fault() -> None:
@@ -116,6 +116,6 @@ def test_families_find_contraction(name: str) -> None:
     case, found = known.case, []
     for contract in (False, True):
         hits = mirror.trace(case.triangles, case.origins, case.directions, contract=contract)
-        answers = Answers(hits.triangle, hits.t)
+        answers = EngineAnswers(hits.triangle, hits.t)
         found.append(int(known.judge(answers, slice(None)).wrong.sum()))
     assert found[0] == 0 and found[1] > 0, found

@@ -11,7 +11,7 @@ import pytest
 
 import gpgpu_rt as rt
 from gpgpu_rt import reference
-from gpgpu_rt.conform.answers import Answers
+from gpgpu_rt.conform.answers import EngineAnswers
 from gpgpu_rt.conform.case import FAMILIES
 from gpgpu_rt.conform.engines import ENGINES
 from gpgpu_rt.conform.runner import Crash, Runner
@@ -125,7 +125,7 @@ def test_a_crash_is_counted(engine, body: str, reason: str) -> None:
             runner.trace(spec, case)
         # The runner starts anew.
         answers, _ = runner.trace(Spec(METHOD, "brute-force"), case) if "60" not in body else (
-            Answers(np.zeros(4)), 0)
+            EngineAnswers(np.zeros(4)), 0)
         assert len(answers.triangle) == 4
 
 

@@ -13,7 +13,7 @@ from hypothesis import given, settings
 from gpgpu_rt import reference
 from gpgpu_rt.cli.main import main
 from gpgpu_rt.conform import read_cases, strategies
-from gpgpu_rt.conform.answers import Answers
+from gpgpu_rt.conform.answers import EngineAnswers
 from gpgpu_rt.conform.case import Case
 from gpgpu_rt.conform.export import READER, SCHEMA, export
 from gpgpu_rt.conform.page import page
@@ -54,14 +54,14 @@ def test_both_files_hold_the_same(exported: Path, name: str) -> None:
 @pytest.mark.parametrize("name", ["sphere-edges", "intervals", "coincident"])
 def test_the_reader_judges_as_the_suite_does(exported: Path, tmp_path: Path, name: str,
                                              seed: int) -> None:
-    """Answers are the right answers, of which some are spoilt."""
+    """EngineAnswers are the right answers, of which some are spoilt."""
     known, rng = Known.of(name, 40, 1), np.random.default_rng(seed)
     exact = known.answers.exact
     triangle, t = exact.triangle.copy(), exact.t.copy()
     spoilt = rng.random(40) < 0.5
     triangle[spoilt] = rng.integers(-1, len(known.case.triangles), spoilt.sum())
     t[rng.random(40) < 0.2] *= 1.5
-    verdicts = known.judge(Answers(triangle, t), slice(None))
+    verdicts = known.judge(EngineAnswers(triangle, t), slice(None))
     words = [reference.KINDS[kind] for kind in verdicts.kind]
     family = read_cases.load(exported / f"{name}.json")
     told = read_cases.judge(family, triangle.tolist(), t.tolist())
@@ -86,7 +86,7 @@ def test_shrinking_keeps_the_fault() -> None:
     small = shrink(case, fails)
     assert fails(small) and len(small.triangles) == 1
     text = Minimal("an engine", "1.0", "sphere-random", "leak", small,
-                   Answers(np.array([-1]))).to_python()
+                   EngineAnswers(np.array([-1]))).to_python()
     names: dict[str, object] = {}
     exec(text, names)
     assert np.array_equal(names["triangles"], small.triangles)
