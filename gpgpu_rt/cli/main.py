@@ -32,7 +32,7 @@ from . import benching, conforming, hardware
 from . import passes_heat as looking
 from . import program
 from . import report as teaching
-from . import scenes, tuning, view
+from . import scenes, tuning, view, web
 from .camera import add_camera
 from .card_programs import card_time_lines, watched_for_card
 from .distributed import add_scheduler, render_shared, trace_shared
@@ -395,4 +395,5 @@ def _parser() -> argparse.ArgumentParser:
     tuning.add_commands(command)
     teaching.add_command(command)
     view.add_command(command)
+    web.add_command(command)
     return parser

@@ -1,0 +1,53 @@
+#version 300 es
+// Shows the hits of a browser's rays: the surfaces lit from the eye, or the steps that each ray has taken. A
+// ray that still searches is drawn in the colour of the kernel for which it waits.
+precision highp float;
+precision highp int;
+precision highp sampler2D;
+
+uniform sampler2D hits;         // t, u, v, triangle
+uniform sampler2D surfaces;     // normal, and 8 bits each of red, green and blue as one number
+uniform sampler2D directions;
+uniform sampler2D phases;       // the texel of the states with the phase
+uniform sampler2D counts;       // the texel of the states with the number of steps
+uniform ivec2 places;           // components of the phase and of the steps
+uniform float most;             // the number of steps of the brightest colour; 0 shows surfaces
+uniform bool stepwise;          // whether there are states
+uniform vec2 size;              // of the shown picture, in pixels
+
+out vec4 colour;
+
+const float NO_TRIANGLE = 16777216.0;
+
+vec3 heat(float x) {
+    return clamp(vec3(3.0 * x, 3.0 * x - 1.0, 3.0 * x - 2.0), 0.0, 1.0);
+}
+
+vec3 waiting(int phase) {
+    return phase == 1 ? vec3(0.16, 0.42, 0.72) : phase == 2 ? vec3(0.86, 0.47, 0.12) : vec3(0.45, 0.66, 0.2);
+}
+
+vec3 surface(int triangle, vec3 direction) {
+    int width = textureSize(surfaces, 0).x;
+    vec4 texel = texelFetch(surfaces, ivec2(triangle % width, triangle / width), 0);
+    int packed = int(texel.w);
+    vec3 reflectance = vec3(packed & 255, (packed >> 8) & 255, packed >> 16) / 255.0;
+    return reflectance * (0.15 + 0.85 * abs(dot(texel.xyz, normalize(direction))));
+}
+
+void main() {
+    ivec2 rays = textureSize(hits, 0);
+    ivec2 pixel = clamp(ivec2(gl_FragCoord.xy / size * vec2(rays)), ivec2(0), rays - 1);
+    pixel.y = rays.y - 1 - pixel.y;
+    vec4 hit = texelFetch(hits, pixel, 0);
+    vec3 direction = texelFetch(directions, pixel, 0).xyz;
+    int phase = stepwise ? int(texelFetch(phases, pixel, 0)[places.x]) : 0;
+    vec3 shown = hit.w == NO_TRIANGLE ? mix(vec3(0.86, 0.9, 0.95), vec3(0.55, 0.66, 0.8), normalize(direction).y)
+                                      : surface(int(hit.w), direction);
+    if (most > 0.0) {
+        shown = heat(texelFetch(counts, pixel, 0)[places.y] / most);
+    } else if (phase > 0) {
+        shown = mix(shown, waiting(phase), 0.75);
+    }
+    colour = vec4(sqrt(shown), 1.0);
+}
