@@ -37,7 +37,7 @@ class Statistics:
     noise : For an integrator that samples, the standard error of a pixel's luminance, averaged
         over the picture and divided by the average luminance.
     texture_bytes : Bytes of the scene tables, rays and states.
-    table_bytes : Bytes of the scene tables by record.
+    table_bytes : Name of a table's record (``gl/record.py``) -> bytes of the table's textures.
     build_seconds : Time to build the accelerator, or to load it from the cache, and to pack it, at
         the last build.
     refit_seconds : Time to refit and pack the accelerator, at the last update. After a rebuild,

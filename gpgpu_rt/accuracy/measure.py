@@ -24,7 +24,9 @@ FLIP_MISSING = f"FLIP needs the package flip-evaluator; {how_to_install('figures
 
 
 class Yardstick:
-    """A scene's known rays and its reference picture, which all measurements share.
+    """The rays of a scene with their hits by the float64 reference, and its reference picture.
+
+    All measurements of the scene share these rays and this picture.
 
     Parameters
     ----------

@@ -12,9 +12,10 @@ QUAD = (2, 2)        # every card of the survey shades pixels in quads, for thei
 PASSES_A_CHOICE = 16    # the schedule `kernels` runs this many passes between occlusion queries
 WHILE_WHILE, STEP = "while-while", "step"
 ORDERS = (WHILE_WHILE, STEP)
-# Under `step`, a pass that visits a node can neither write a stack nor begin a packet's next turn
-# (glsl/drivers/packet_turns.glsl), so these steps are kernels of their own. A loop runs these
-# kernels within the visit or the triangle test that asks for them.
+# Kernels without an inner loop: a program with a loop runs them right after the step that asks for
+# them. `push` and `pop` are kernels of methods whose stack lies in textures under `step`
+# (glsl/methods/bvh/packet_steps_stack.glsl), and of kd-packet on R580 (packet_trace.py). `leave`
+# and `begin` are kernels of kd packets (glsl/methods/kdtree/packet_steps.glsl).
 WITHIN = ("push", "pop", "leave", "begin")
 
 
@@ -91,9 +92,9 @@ def _in_step(steps: np.ndarray, count: int) -> tuple[np.ndarray, int]:
 def _in_turns(steps: np.ndarray, within: np.ndarray) -> tuple[np.ndarray, int]:
     """Return the issues of each kernel and the iterations of the outer loop, over all groups.
 
-    All groups advance side by side: in each turn, every unfinished group issues one kernel, and
-    then the kernels marked in ``within`` that the group's rays ask for. ``within`` is a bool by
-    the kernel's number.
+    All groups advance side by side, in rounds. In a round, every unfinished group issues one
+    kernel, and then the kernels marked in ``within`` that the group's rays ask for. ``within`` is
+    a bool by the kernel's number.
     """
     count = len(within) - 1
     padded = np.concatenate([steps, np.zeros((1, *steps.shape[1:]), np.uint8)])

@@ -1,8 +1,9 @@
 """Packet trace: the kernels that a packet of kd-packet runs in a loop, from its trace by steps.
 
-Under the schedule ``step``, a visit holds its push, and `leave` holds its pops. In a loop they are
-kernels of their own (glsl/methods/kdtree/kd_packet_era.glsl), so that a packet that does not push
-does not wait.
+Under the schedule ``step``, the kernel `traverse` of kd-packet includes the push, and the kernel
+`leave` includes the pops. In the loop on R580, `push` and `pop` are kernels of their own
+(glsl/methods/kdtree/kd_packet_era.glsl). Packets that branch together skip `push` if none of them
+pushes.
 """
 from __future__ import annotations
 

@@ -25,8 +25,8 @@ def nearest(triangles: np.ndarray, origins: np.ndarray, directions: np.ndarray,
                                *search(triangles, origins, directions))
     best = [None] * n
     exact = volumes(triangles[triangle], origins[ray], directions[ray])
-    # A hit's t is above / below; Python compares a float with a fraction of integers exactly only
-    # through multiplication, so ends are turned into fractions, too.
+    # `above` and `below` are the integers of the fraction t = above / below of a hit. `outside`
+    # also turns t_min and t_max into fractions. Products of integers compare fractions exactly.
     for one, which, above, below in zip(ray.tolist(), triangle.tolist(), *exact):
         if not below or outside(above, below, first[one], last[one]):
             continue
@@ -103,7 +103,11 @@ def straddling(triangles: np.ndarray, origins: np.ndarray, directions: np.ndarra
 
 
 def in_slabs(o: np.ndarray, d: np.ndarray, lo: np.ndarray, hi: np.ndarray) -> np.ndarray:
-    """Whether lines meet boxes: no axis of the plane across a line separates them."""
+    """Return whether each line meets its box.
+
+    The two are apart if an axis separates them. It suffices to test the cross products of the
+    line's direction with the three coordinate axes.
+    """
     pad = 1e-12 * (np.abs(o).max(1) + np.abs(lo).max(1) + np.abs(hi).max(1))[:, None] + 1e-300
     a, b = lo - o - pad, hi - o + pad
     meets = np.ones(len(o), bool)

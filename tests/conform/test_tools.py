@@ -74,7 +74,10 @@ def test_the_reader_judges_as_the_suite_does(exported: Path, tmp_path: Path, nam
 
 
 def test_shrinking_keeps_the_fault() -> None:
-    """The fault: triangle 77 is never hit."""
+    """A case fails if its ray has a hit and a triangle lies near `lost`.
+
+    `lost` is the centre of the triangle that the ray hits in the whole case.
+    """
     known = Known.of("sphere-random", 300, 1)
     ray = int(np.flatnonzero(known.answers.exact.triangle >= 0)[0])
     case = known.case.part(slice(ray, ray + 1))

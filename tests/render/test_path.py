@@ -263,7 +263,7 @@ def test_each_light_brings_exactly_its_own(name: str, adds: set[str]) -> None:
     """Each light adds only the textures that it needs.
 
     These are streams of shadow rays, a table of lights, a table of point lights, and the sums of
-    an image. Paths sample an even sky directly only where there is no other light.
+    an image. Paths sample an even sky directly only if the scene has no other light.
     """
     floor = path_scenes.point_lit_floor()[0]
     lit = [Material(diffuse=(0.5,) * 3, emission=(1, 1, 1) if "lamp" in name else (0, 0, 0))]
