@@ -19,6 +19,7 @@ from .gl.precision import Precision
 from .hits import STACK_OVERFLOW, UNFINISHED, Hits
 from .methods import Accelerator, Method, settings
 from .methods.choices import COHERENT, Choice, Choices
+from .numerics.public_call import public_call
 from .rays.batch import RayBatch
 from .render.integrators import find_integrator
 from .render.plan import Plan
@@ -28,7 +29,6 @@ from .scene.region import Region
 from .scene.scene import Scene
 from .session.all_hits import AllHits, check_exact
 from .session.build_ahead import move_ahead
-from .session.public_call import public_call
 from .session.session import Session
 from .session.sessions import Sessions
 

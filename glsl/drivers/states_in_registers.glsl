@@ -1,5 +1,4 @@
-// The state stays in registers. The fragment of a ray whose search has not finished is discarded; an
-// occlusion query counts the finished rays.
+// The state stays in registers. Fragments of unfinished rays are discarded; a query counts the other rays.
 
 void end_pass(State state) {
     if (state.phase != DONE) discard;

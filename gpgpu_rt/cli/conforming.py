@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import argparse
+import re
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -12,7 +13,7 @@ from ..conform.page import write_page
 from ..conform.runner import Runner
 from ..conform.shrink import minimal_cases
 from ..conform.spec import COMMAND, METHOD, Spec
-from ..conform.suite import KINDS, RAYS, SEED, Known, Row, family_names, installed, run
+from ..conform.suite import CRASH, KINDS, RAYS, SEED, Known, Row, family_names, installed, run
 from ..disk.files import check_writable, replacing
 from ..errors import Error, OptionError, how_to_install
 from ..methods import find_method, methods
@@ -67,6 +68,8 @@ def _conform(chosen: argparse.Namespace) -> None:
     drawing = None if chosen.plot is None else _chart(chosen.plot)
     if chosen.page is not None:
         check_writable(chosen.page)
+    if chosen.shrink is not None:
+        _folder(chosen.shrink, "--shrink")
     rows: list[Row] = []
     with show_progress("result", tenths("result")) as report:
         for row in run(specs, families, chosen.rays, chosen.seed):
@@ -90,9 +93,10 @@ def _specs(chosen: argparse.Namespace) -> tuple[list[Spec], dict[str, str]]:
     named = [word for word in chosen.engine if word != NONE]
     given = bool(named or chosen.program)
     words = chosen.methods or ([NONE] if given else ["bvh-threaded"])
+    if words == ["all"]:
+        words = [row.name for row in methods()]
     found = []
-    for name in [] if words == [NONE] else [row.name for row in methods()] \
-            if words == ["all"] else words:
+    for name in words if words != [NONE] else ():
         schedules: Sequence[str] = find_method(name).schedules if chosen.schedules else ("",)
         found += [Spec(METHOD, name, schedule) for schedule in schedules]
     found += [Spec.of(word) for word in named]
@@ -153,18 +157,17 @@ def _sum(rows: list[Row]) -> list[Any]:
 
 
 def _export(chosen: argparse.Namespace, families: list[str]) -> None:
-    for name in export(Path(chosen.export), families, chosen.rays, chosen.seed):
+    for name in export(_folder(chosen.export, "--export"), families, chosen.rays, chosen.seed):
         say(f"wrote {name}")
     print(f"wrote {len(families)} families to {chosen.export}")
 
 
 def _shrink(specs: list[Spec], rows: list[Row], chosen: argparse.Namespace) -> None:
     folder = Path(chosen.shrink)
-    folder.mkdir(parents=True, exist_ok=True)
     done: set[tuple[str, str]] = set()
     with Runner() as runner:
         for row in rows:
-            kinds = {kind for kind, count in row.wrong.items() if count}
+            kinds = {kind for kind, count in row.wrong.items() if count and kind != CRASH}
             if not kinds - {kind for engine, kind in done if engine == row.engine}:
                 continue
             spec = next(spec for spec in specs if spec.title == row.engine)
@@ -172,12 +175,21 @@ def _shrink(specs: list[Spec], rows: list[Row], chosen: argparse.Namespace) -> N
                 if (one.engine, one.kind) in done:
                     continue
                 done.add((one.engine, one.kind))
-                words = "-".join([one.engine, one.kind]).replace(" ", "-").replace("/", "-")
+                words = re.sub(r"\W+", "-", f"{one.engine} {one.kind}").strip("-")
                 with replacing(folder / f"{words}.py") as file:
                     file.write_text(one.to_python(), encoding="utf-8")
                 say(f"{one.engine}: {one.kind} with "
                     f"{counted(len(one.case.triangles), 'triangle')} ({row.family})")
     print(f"wrote {counted(len(done), 'minimal case')} to {folder}")
+
+
+def _folder(name: str, option: str) -> Path:
+    """Make a folder, and return its path."""
+    folder = Path(name)
+    if folder.exists() and not folder.is_dir():
+        raise Error(f"{folder} is not a folder; give {option} a folder to write into")
+    folder.mkdir(parents=True, exist_ok=True)
+    return folder
 
 
 def _chart(path: str) -> Any:

@@ -46,8 +46,8 @@ def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 
 
 def binades(rng: np.random.Generator, low: float, high: float, shape: Shape) -> np.ndarray:
-    """Return float64 of this shape between the powers of two nearest to ``low`` and ``high``. All
-    powers of two between them are equally probable."""
+    """Return float64 of this shape, in [2^a, 2^b): 2^a is the power of two above ``low``, and 2^b
+    the power of two above ``high``. All binades between them are equally probable."""
     first, last = np.frexp(low)[1], np.frexp(high)[1]
     return np.ldexp(1 + rng.random(shape), rng.integers(first, last, shape))
 

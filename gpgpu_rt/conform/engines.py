@@ -20,7 +20,8 @@ from . import warp_kernel
 from .answers import EngineAnswers, Trace, of_distances
 from .case import Case
 
-ALL_T = ("t_min", "t_max")
+NEGATIVE = "negative t_min"     # Embree wants t_min >= 0
+ALL_T = (NEGATIVE, "t_min", "t_max")
 
 
 @dataclass(frozen=True)
@@ -34,7 +35,7 @@ class Adapter:
     modules : the modules that must be installed
     prepare : a function that imports the engine and returns a function of a case
     wraps : the name of the engine that this engine calls, or ""
-    ends : the ends of intervals that the engine knows, of "t_min" and "t_max"
+    ends : the ends of intervals that the engine takes, of ALL_T
     most : a slow engine traces at most this number of rays of a family
     """
 
@@ -65,7 +66,8 @@ class Adapter:
     def traces(self, case: Case) -> bool:
         """Return whether the engine knows the intervals of the case's rays."""
         begins, ends = bool((case.t_min != 0).any()), bool((case.t_max != np.inf).any())
-        return (not begins or "t_min" in self.ends) and (not ends or "t_max" in self.ends)
+        return ((not begins or "t_min" in self.ends) and (not ends or "t_max" in self.ends)
+                and (case.t_min.min(initial=0) >= 0 or NEGATIVE in self.ends))
 
 
 def _mesh(case: Case) -> tuple[np.ndarray, np.ndarray]:
@@ -238,7 +240,7 @@ ENGINES = {engine.name: engine for engine in (
     Adapter("open3d", "open3d", ("open3d",), _open3d, ends=("t_max",)),
     Adapter("mitsuba", "mitsuba", ("mitsuba",), _mitsuba, ends=("t_max",)),
     Adapter("warp", "warp-lang", ("warp",), warp_kernel.prepare, ends=("t_max",)),
-    Adapter("libigl", "libigl", ("igl",), _libigl, ends=ALL_T),
+    Adapter("libigl", "libigl", ("igl",), _libigl, ends=("t_min", "t_max")),
     Adapter("point-cloud-utils", "point-cloud-utils", ("point_cloud_utils",), _point_cloud_utils,
            ends=("t_max",)),
     Adapter("vtk", "vtk", ("vtk",), _vtk, ends=("t_max",), most=500),

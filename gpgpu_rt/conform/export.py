@@ -16,7 +16,6 @@ from typing import Any
 import numpy as np
 
 from ..disk.files import replacing
-from ..errors import Error
 from ..reference import Acceptance, acceptance
 from .case import Case
 from .families import FAMILIES, make_case
@@ -72,14 +71,12 @@ def digest(case: Case) -> str:
 def export(folder: Path, names: Iterable[str], rays: int, seed: int) -> Iterator[str]:
     """Write families into a folder, and yield the name of each family when it is written.
 
-    Raises
-    ------
-    Error
-        the folder's name belongs to a file
+    Parameters
+    ----------
+    folder : an existing folder
+    names : families
+    rays, seed : the number of rays of each family, and the seed
     """
-    if folder.exists() and not folder.is_dir():
-        raise Error(f"{folder} is not a folder; give --export a folder to write into")
-    folder.mkdir(parents=True, exist_ok=True)
     families: list[dict[str, Any]] = []
     for name in names:
         family = FAMILIES[name]
@@ -102,4 +99,4 @@ def export(folder: Path, names: Iterable[str], rays: int, seed: int) -> Iterator
 
 def _write(path: Path, told: dict[str, Any]) -> None:
     with replacing(path) as file:
-        file.write_text(json.dumps(told), encoding="utf-8")
+        file.write_text(json.dumps(told, allow_nan=False), encoding="utf-8")

@@ -10,6 +10,7 @@ import functools
 
 import numpy as np
 
+from ..numerics.denormals import keeps_denormals
 from . import flat_families, interval_families, structure_families  # noqa: F401, register theirs
 from .case import FAMILIES, Case, family
 from .draws import bell, between, binades, chosen, cross, directions, unit
@@ -18,6 +19,7 @@ from .shapes import aims_at, box, bumpy_sphere, lattice, outside_rays, soup, squ
 EMBREE_CASE = np.float64([148376, 1234, -223423])   # where Embree's own tests put their sphere
 
 
+@keeps_denormals
 def make_case(name: str, rays: int, seed: int) -> Case:
     """Return the case of a family with this number of rays."""
     return FAMILIES[name].make(rays, seed)

@@ -24,7 +24,7 @@ def judge(family, triangles, ts=None):
         ranges = [(low, high) for one, low, high in family["acceptable"][ray] if one == same]
         if not ranges:
             verdicts.append("wrong triangle")
-        elif ts is None or any(low <= ts[ray] <= high for low, high in ranges):
+        elif ts is None or any(low <= (ts[ray] or 0) <= high for low, high in ranges):
             verdicts.append("right")
         else:
             verdicts.append("wrong t")

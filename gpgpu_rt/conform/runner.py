@@ -8,6 +8,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from multiprocessing.connection import Connection
 
+from ..errors import Error
+from ..interrupts import left_to_this_process
 from .answers import EngineAnswers, Trace
 from .case import Case
 from .spec import Spec
@@ -39,13 +41,13 @@ class Runner:
         if self._process is None or not self._process.is_alive():
             self._start()
         assert self._ours is not None and self._process is not None
-        self._ours.send((spec, case))
-        if not self._ours.poll(self.seconds):
-            self.close()
-            raise Crash(f"no answer within {self.seconds:g} s")
         try:
+            self._ours.send((spec, case))
+            if not self._ours.poll(self.seconds):
+                self.close()
+                raise Crash(f"no answer within {self.seconds:g} s")
             answers, seconds, failure = self._ours.recv()
-        except (EOFError, ConnectionError):
+        except (EOFError, OSError):
             self._process.join(5)
             status = self._process.exitcode
             self.close()
@@ -57,13 +59,19 @@ class Runner:
     def _start(self) -> None:
         context = multiprocessing.get_context("spawn")
         self._ours, theirs = context.Pipe()
-        self._process = context.Process(target=_serve, args=(theirs,), daemon=True)
-        self._process.start()
+        self._process = context.Process(target=_serve, args=(theirs,))
+        with left_to_this_process():
+            self._process.start()
         theirs.close()
-        if not self._ours.poll(START_SECONDS):
-            self.close()
-            raise Crash(f"Python did not start within {START_SECONDS} s")
-        self._ours.recv()
+        try:
+            if self._ours.poll(START_SECONDS):
+                self._ours.recv()
+                return
+        except (EOFError, OSError):
+            pass
+        self.close()
+        raise Error("another process of Python did not start; a script needs the line `if "
+                    "__name__ == \"__main__\":` above the lines that call the suite")
 
     def close(self) -> None:
         """End the process."""

@@ -42,7 +42,10 @@ class Minimal:
         expected = (f"a hit of triangle {known.exact.triangle[0]} at t = "
                     f"{float(known.exact.t[0])!r}" if hit else "a miss")
         found, t = int(self.answers.triangle[0]), self.answers.t
-        told = "a miss" if found < 0 else f"a hit of triangle {found}" + (
+        any_hit = self.answers.any_hit
+        told = "" if any_hit is None else (
+            f"there is {'a' if any_hit[0] else 'no'} hit, and the nearest is ")
+        told += "a miss" if found < 0 else f"a hit of triangle {found}" + (
             "" if t is None else f" at t = {float(t[0])!r}")
         case = self.case
         lines = [f"# {self.engine} {self.version}: {self.kind}. Exact arithmetic says {expected};",
@@ -61,9 +64,9 @@ def minimal_cases(spec: Spec, known: Known, runner: Runner) -> list[Minimal]:
     part = slice(0, spec.engine.most)
     try:
         answers, _ = runner.trace(spec, known.case.part(part))
-    except Crash:
+        kinds = known.judge(answers, part).kind
+    except (Crash, ValueError):
         return []
-    kinds = known.judge(answers, part).kind
     found = []
     for kind in np.unique(kinds[kinds >= KINDS.index("leak")]):
         for ray in np.flatnonzero(kinds == kind)[:3]:
@@ -115,10 +118,11 @@ def _kind(spec: Spec, case: Case, runner: Runner) -> tuple[int, EngineAnswers | 
     answer."""
     try:
         answers, _ = runner.trace(spec, case)
-    except Crash:
+        verdicts = check(case.triangles, case.origins, case.directions, answers.triangle,
+                         answers.t, answers.any_hit, case.t_min, case.t_max)
+        return int(verdicts.kind[0]), answers
+    except (Crash, ValueError):
         return -1, None
-    return int(check(case.triangles, case.origins, case.directions, answers.triangle, answers.t,
-                     answers.any_hit, case.t_min, case.t_max).kind[0]), answers
 
 
 def _rounded(values: np.ndarray, bits: int) -> np.ndarray:

@@ -6,9 +6,12 @@ program.
 from __future__ import annotations
 
 import importlib
+import importlib.util
 import json
 import os
 import shlex
+import shutil
+import signal
 import subprocess
 import sys
 import tempfile
@@ -29,7 +32,7 @@ from .export import case_to_dict
 
 ENGINE, METHOD, FUNCTION, COMMAND = "engine", "method", "function", "command"
 PLACES = ("{cases}", "{answers}")
-COMMAND_SECONDS = 300
+COMMAND_SECONDS = 120   # two calls of a program take less time than the runner waits
 
 
 @dataclass(frozen=True)
@@ -55,11 +58,20 @@ class Spec:
         if self.kind == FUNCTION and not all(self.name.partition(":")):
             raise OptionError(f"--engine {self.name!r}: give a name of the table, or "
                               "module:function")
+        if self.kind == FUNCTION and not _found(self.name.partition(":")[0]):
+            raise OptionError(f"--engine {self.name!r}: no such module in Python's path or in "
+                              "this folder")
         if self.kind == COMMAND:
             for place in PLACES:
                 if place not in self.name:
                     raise OptionError(f"--command {self.name!r} lacks {place}; give for example "
                                       "'./mytracer {cases} {answers}'")
+            try:
+                words = shlex.split(self.name)
+            except ValueError as failure:
+                raise OptionError(f"--command {self.name!r}: {failure}") from failure
+            if shutil.which(words[0]) is None:
+                raise OptionError(f"--command {self.name!r}: no program {words[0]}")
 
     @classmethod
     def of(cls, word: str) -> Spec:
@@ -119,16 +131,36 @@ class Spec:
             with tempfile.TemporaryDirectory(prefix="conform") as folder:
                 places = [Path(folder) / name for name in ("cases.json", "answers.json")]
                 places[0].write_text(json.dumps(case_to_dict(case)))
-                words = [word.format(cases=places[0], answers=places[1])
+                words = [word.replace(PLACES[0], str(places[0])).replace(PLACES[1], str(places[1]))
                          for word in shlex.split(self.name)]
-                done = subprocess.run(words, capture_output=True, timeout=COMMAND_SECONDS,
-                                      check=False)
-                if done.returncode:
-                    last = (done.stderr.decode(errors="replace").strip().splitlines()
-                            or ["no message"])[-1]
-                    raise RuntimeError(f"exit status {done.returncode}: {last[:200]}")
+                _call(words)
                 return answers_from_dict(json.loads(places[1].read_text()), len(case.origins))
         return trace
+
+
+def _found(module: str) -> bool:
+    """Return whether a module can be found, also in the present folder."""
+    sys.path.insert(0, os.getcwd())
+    try:
+        return importlib.util.find_spec(module) is not None
+    except (ImportError, ValueError):
+        return False
+    finally:
+        sys.path.remove(os.getcwd())
+
+
+def _call(words: list[str]) -> None:
+    """Run a program. Its own child processes end with it."""
+    with subprocess.Popen(words, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
+                          start_new_session=True) as program:
+        try:
+            _, errors = program.communicate(timeout=COMMAND_SECONDS)
+        except BaseException:
+            os.killpg(program.pid, signal.SIGKILL)
+            raise
+    if program.returncode:
+        last = (errors.decode(errors="replace").strip().splitlines() or ["no message"])[-1]
+        raise RuntimeError(f"exit status {program.returncode}: {last[:200]}")
 
 
 def answers_from_dict(found: Any, rays: int) -> EngineAnswers:

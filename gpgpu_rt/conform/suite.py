@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
+from contextlib import ExitStack
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -15,7 +16,7 @@ from .case import Case
 from .engines import ENGINES
 from .families import FAMILIES, make_case
 from .runner import Crash, Runner
-from .spec import ENGINE, Spec
+from .spec import ENGINE, METHOD, Spec
 
 RAYS, SEED = 300, 1     # of each family in the quick suite
 CRASH = "crash"
@@ -114,12 +115,20 @@ def installed() -> tuple[list[Spec], dict[str, str]]:
 def run(specs: Sequence[Spec], names: Iterable[str], rays: int = RAYS, seed: int = SEED
         ) -> Iterator[Row]:
     """Hold engines against families; yield a row for each engine in each family."""
-    with Runner() as runner:
-        for name in names:
+    # A wrapper comes after the engine that it wraps. Every engine has a process of its own, since
+    # an engine may change the state of its process; this project's methods share a process.
+    ordered = sorted(dict.fromkeys(specs), key=lambda spec: bool(spec.engine.wraps))
+    with ExitStack() as stack:
+        runners = {key: stack.enter_context(Runner()) for key in map(_process_of, ordered)}
+        for name in dict.fromkeys(names):
             known = Known.of(name, rays, seed)
             wrong: dict[str, np.ndarray] = {}
-            for spec in specs:
-                yield _row(runner, spec, known, wrong)
+            for spec in ordered:
+                yield _row(runners[_process_of(spec)], spec, known, wrong)
+
+
+def _process_of(spec: Spec) -> str:
+    return METHOD if spec.kind == METHOD else spec.title
 
 
 def _row(runner: Runner, spec: Spec, known: Known, wrong: dict[str, np.ndarray]) -> Row:

@@ -9,9 +9,12 @@ bounds of `error_bounds` are evaluated with a unit roundoff of 2^-20 in place of
 which triangles such an engine may hit, which it certainly hits, and by how much its t may be off.
 
 A triangle is acceptable if it may be hit, and if no triangle is certainly hit before it. A ray
-must hit if it certainly hits a triangle. It must also hit if exact arithmetic says that it hits
-and all its neighbours hit. The neighbours are rays around it, farther away than rounding errors
-reach. Such a ray meets an edge or a vertex inside a surface, and a miss is a leak.
+must hit if it certainly hits a triangle. It must also hit if exact arithmetic says that it hits,
+all its neighbours hit, and their triangles meet at the edge or vertex that the ray meets: they
+have corners in common, equal to the bit. The neighbours are rays around it; the outer neighbours
+are farther away than rounding errors reach. A miss of such a ray is a leak.
+
+Surfaces that only seem to meet, seen from the origin, give an engine no such guarantee.
 
 A ray may hit if some triangle is acceptable. A ray that may hit but need not is undecidable: a hit
 and a miss are both right.
@@ -25,6 +28,7 @@ import numpy as np
 
 from ..hits import Hits
 from ..numerics.error_bounds import FLOAT32, Arithmetic, bound_pairs
+from ..numerics.public_call import public_call
 from .exact import nearest_of_pairs
 from .nearest import as_rays, as_triangles, has_area, settle, trace
 from .tree import ReferenceTree
@@ -36,6 +40,7 @@ FAIR = Arithmetic(2.0 ** -20, 4 * FLOAT32.tiny, FLOAT32.huge)
 RADIUS = 32 * FAIR.unit
 _RINGS = ((RADIUS, 12), (RADIUS / 3, 4))    # radius over reach, and number of neighbours
 _WIDEST = 0.05      # no neighbours are judged beyond this angle, in radian
+_SAME = 1e-4        # a limit this near to the exact t, as a share of t, needs no neighbours
 
 
 @dataclass
@@ -76,13 +81,15 @@ class Acceptance:
         the triangle is not acceptable."""
         ray = np.repeat(np.arange(len(self)), np.diff(self.starts))
         found = np.full(len(self), -1)
-        known = (triangle >= 0) & (triangle < len(self.copy_of))
-        first = np.where(known, self.copy_of[np.where(known, triangle, 0)], -1)
+        first = np.full(len(self), -1)
+        known = np.flatnonzero((triangle >= 0) & (triangle < len(self.copy_of)))
+        first[known] = self.copy_of[triangle[known]]
         same = np.flatnonzero(self.triangle == first[ray])
         found[ray[same]] = same
         return found
 
 
+@public_call
 def acceptance(scene_or_triangles: Any, origins: np.ndarray, directions: np.ndarray,
                t_min: float | np.ndarray = 0.0, t_max: float | np.ndarray = np.inf) -> Acceptance:
     """Return what fair engines may answer to each ray.
@@ -106,11 +113,12 @@ def acceptance(scene_or_triangles: Any, origins: np.ndarray, directions: np.ndar
     copy_of = first[copies.ravel()]
     single = (copy_of == np.arange(len(vertices))) & has_area(vertices)
     ray, triangle, t, bound, limit = _candidates(vertices, np.flatnonzero(single), *rays)
-    must_hit = limit < np.inf
-    doubtful = np.flatnonzero(exact.hit & ~must_hit)
-    farthest = _behind_neighbours(vertices, exact, doubtful, *rays)
-    limit[doubtful] = np.minimum(limit[doubtful], farthest)
-    must_hit[doubtful] = np.isfinite(farthest)
+    with np.errstate(invalid="ignore"):     # inf - inf of rays that need not hit
+        doubtful = np.flatnonzero(exact.hit & ~(limit - exact.t <= _SAME * np.abs(exact.t)))
+    limit[doubtful] = np.minimum(limit[doubtful],
+                                 _behind_neighbours(vertices, exact, doubtful, *rays))
+    # An engine in float32 cannot report a t beyond float32, so such a ray need not hit.
+    must_hit = limit <= np.finfo(np.float32).max
     kept = np.flatnonzero(t - bound <= limit[ray])
     kept = kept[np.lexsort((triangle[kept], ray[kept]))]
     counts = np.bincount(ray[kept], minlength=len(origins))
@@ -119,6 +127,7 @@ def acceptance(scene_or_triangles: Any, origins: np.ndarray, directions: np.ndar
                       copy_of)
 
 
+@public_call
 def exact_hits(vertices: np.ndarray, origins: np.ndarray, directions: np.ndarray,
                t_min: np.ndarray, t_max: np.ndarray) -> Hits:
     """Return the exact hits, with t, u and v correctly rounded to float64.
@@ -173,26 +182,54 @@ def _candidates(vertices: np.ndarray, solid: np.ndarray, origins: np.ndarray,
 def _behind_neighbours(vertices: np.ndarray, exact: Hits, rays: np.ndarray, origins: np.ndarray,
                        directions: np.ndarray, t_min: np.ndarray, t_max: np.ndarray
                        ) -> np.ndarray:
-    """Return for some rays the largest t of their neighbours' hits, (k,); inf unless all
-    neighbours certainly hit within the interval."""
-    o, d, t = origins[rays], directions[rays], exact.t[rays]
+    """Return for some rays the largest t of their neighbours' hits, (k,).
+
+    The result is inf unless all neighbours certainly hit within the interval, on triangles that
+    meet at the edge or vertex that the ray meets.
+    """
+    # Directions are scaled by powers of two, because turned directions are rounded to float32.
+    exponent = np.frexp(np.abs(directions[rays]).max(axis=1, initial=0))[1]
+    o, d = origins[rays], np.ldexp(directions[rays], -exponent[:, None])
+    t, first, last = (np.ldexp(end[rays], exponent) for end in (exact.t, t_min, t_max))
     corners = vertices[exact.triangle[rays]]
     bound = bound_pairs(corners, o, d, FAIR).t_bound
     reach = np.abs(corners - o[:, None]).max(axis=(1, 2))
     length = np.sqrt((d * d).sum(axis=1))
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         width = reach / (t * length)
-    farthest = np.where(t > 0, t, np.inf)
+        usable = (t > 0) & (width * RADIUS < _WIDEST)
+    farthest, hit = np.where(usable, t, np.inf), []
     for radius, count in _RINGS:
         for turn in np.arange(count) / count + 0.01:
-            left = np.flatnonzero((width * radius < _WIDEST) & (farthest < np.inf))
+            left = np.flatnonzero(farthest < np.inf)
             around = turned(d[left], radius * width[left], turn)
-            hits = trace(vertices, o[left], around, t_min[rays[left]], t_max[rays[left]],
-                         accelerated=True)
-            certain = (hits.hit & (hits.t - bound[left] >= t_min[rays[left]])
-                       & (hits.t + bound[left] <= t_max[rays[left]]))
+            hits = trace(vertices, o[left], around, first[left], last[left], accelerated=True)
+            certain = (hits.hit & (hits.t - bound[left] >= first[left])
+                       & (hits.t + bound[left] <= last[left]))
             farthest[left] = np.where(certain, np.maximum(farthest[left], hits.t), np.inf)
-    return np.where(width * RADIUS < _WIDEST, farthest + bound, np.inf)
+            triangle = np.full(len(rays), -1)
+            triangle[left] = hits.triangle
+            hit.append(triangle)
+    left = np.flatnonzero(farthest < np.inf)
+    meet = _meet(vertices, exact.triangle[rays[left]], np.stack(hit, 1)[left], o[left], d[left],
+                 RADIUS * reach[left])
+    farthest[left[~meet]] = np.inf
+    return np.ldexp(farthest + bound, -exponent)
+
+
+def _meet(vertices: np.ndarray, triangle: np.ndarray, around: np.ndarray, origins: np.ndarray,
+          directions: np.ndarray, radius: np.ndarray) -> np.ndarray:
+    """Return whether the triangles of each ray's neighbours, (k, r), have an edge in common with
+    the ray's ``triangle``, or a corner that is nearer to the ray than ``radius``; (k,) bool."""
+    # Adding 0 makes equal zeros of both signs.
+    _, corner = np.unique(vertices.reshape(-1, 3) + 0.0, axis=0, return_inverse=True)
+    corner = corner.reshape(-1, 3)
+    mine, theirs = corner[triangle], corner[around]
+    common = (theirs[:, :, None] == mine[:, None, :, None]).any(axis=3).all(axis=1)
+    aside = np.cross(vertices[triangle] - origins[:, None], directions[:, None])
+    distance = (np.linalg.norm(aside, axis=2)
+                / np.linalg.norm(directions, axis=1)[:, None])
+    return (common.sum(axis=1) >= 2) | (common & (distance < radius[:, None])).any(axis=1)
 
 
 def turned(directions: np.ndarray, width: np.ndarray, turn: float) -> np.ndarray:

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..hits import Hits
+from ..numerics.public_call import public_call
 
 _BITS = 24          # of a float32 significand
 _PAIRS = 1 << 16    # most pairs of ray and triangle in a batch
@@ -121,6 +122,7 @@ def nearest_of_pairs(triangles: np.ndarray, ray: np.ndarray, triangle: np.ndarra
     return hits
 
 
+@public_call
 def trace_exact(triangles: np.ndarray, origins: np.ndarray, directions: np.ndarray,
                 t_min: float | np.ndarray = 0.0, t_max: float | np.ndarray = np.inf) -> Hits:
     """Return nearest hits, with t, u and v rounded correctly from exact values to float64.

@@ -18,18 +18,16 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import memory_limited
 from ..hits import INVALID, TRACED, Hits
-from ..numerics.denormals import keeps_denormals
 from ..numerics.error_bounds import FLOAT64, bound_pairs
+from ..numerics.public_call import public_call
 from .exact import nearest_of_pairs
 from .tree import ReferenceTree
 
 _PAIRS = 1 << 19
 
 
-@keeps_denormals
-@memory_limited
+@public_call
 def trace(scene_or_triangles: Any, origins: np.ndarray, directions: np.ndarray,
           t_min: float | np.ndarray = 0.0, t_max: float | np.ndarray = np.inf, *,
           accelerated: bool = False, invalid: str = "raise") -> Hits:
@@ -79,6 +77,7 @@ def trace(scene_or_triangles: Any, origins: np.ndarray, directions: np.ndarray,
     return hits
 
 
+@public_call
 def settle(scene_or_triangles: Any, origins: np.ndarray, directions: np.ndarray, hits: Hits,
            t_min: float | np.ndarray = 0.0, t_max: float | np.ndarray = np.inf
            ) -> tuple[Hits, int]:

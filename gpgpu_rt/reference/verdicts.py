@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..numerics.error_bounds import bound_pairs
+from ..numerics.public_call import public_call
 from .acceptance import FAIR, Acceptance, acceptance
 from .nearest import as_rays, as_triangles, has_area
 
@@ -30,7 +31,7 @@ class Verdicts:
         undecidable : one of several right answers: a hit and a miss are both right
         leak : a miss where every fair engine hits
         false hit : a triangle that no fair engine hits
-        wrong nearest : a triangle that lies behind a certain hit
+        wrong nearest : a triangle that lies behind a hit of every fair engine
         wrong t : the right triangle at a wrong distance
         not finite : a hit whose t is NaN or infinite although float32 holds the right t
         any hit disagrees : the nearest hit is right, but the answer to "is there any hit" is not
@@ -54,6 +55,7 @@ class Verdicts:
         return dict(zip(KINDS, np.bincount(self.kind, minlength=len(KINDS)).tolist()))
 
 
+@public_call
 def check(scene_or_triangles: Any, origins: np.ndarray, directions: np.ndarray,
           triangle: np.ndarray, t: np.ndarray | None = None, any_hit: np.ndarray | None = None,
           t_min: float | np.ndarray = 0.0, t_max: float | np.ndarray = np.inf,
@@ -72,7 +74,8 @@ def check(scene_or_triangles: Any, origins: np.ndarray, directions: np.ndarray,
     Returns
     -------
     Verdicts
-        a ray that is wrong in several ways has the kind that comes first in KINDS
+        a ray has a single kind: a leak, a false hit or a wrong nearest hit before a wrong t, and
+        each of these before a wrong answer to "any hit"
 
     Raises
     ------
@@ -81,8 +84,11 @@ def check(scene_or_triangles: Any, origins: np.ndarray, directions: np.ndarray,
     """
     if known is None:
         known = acceptance(scene_or_triangles, origins, directions, t_min, t_max)
-    triangle = np.asarray(triangle).astype(np.int64)
     n = len(known)
+    triangle, t, any_hit = (None if given is None else np.asarray(given).reshape(-1)
+                            for given in (triangle, t, any_hit))
+    assert triangle is not None
+    triangle = triangle.astype(np.int64)
     for name, given in (("triangle", triangle), ("t", t), ("any_hit", any_hit)):
         if given is not None and np.shape(given) != (n,):
             raise ValueError(f"{name} has shape {np.shape(given)}; expected ({n},)")
@@ -101,7 +107,7 @@ def check(scene_or_triangles: Any, origins: np.ndarray, directions: np.ndarray,
         beyond = (high > np.finfo(np.float32).max) & np.isinf(t) & (t > 0)
         with np.errstate(invalid="ignore"):
             t_error[found] = np.abs(t - (low + high) / 2)[found]
-            kind[hit & ~beyond & ((t < low) | (t > high))] = WRONG_T
+            kind[hit & np.isfinite(t) & ((t < low) | (t > high))] = WRONG_T
         kind[hit & ~np.isfinite(t) & ~beyond] = NOT_FINITE
     elsewhere = np.flatnonzero(hit & (entry < 0))
     kind[elsewhere] = np.where(
@@ -117,6 +123,8 @@ def _may_hit(scene_or_triangles: Any, origins: np.ndarray, directions: np.ndarra
     """Return whether a fair engine may hit the triangle that some rays report, (k,) bool."""
     vertices = as_triangles(scene_or_triangles)
     origins, directions, first, last, _ = as_rays(origins, directions, t_min, t_max, "raise")
+    if not len(vertices):
+        return np.zeros(len(rays), bool)
     exists = triangle[rays] < len(vertices)
     some = vertices[np.where(exists, triangle[rays], 0)]
     pair = bound_pairs(some, origins[rays], directions[rays], FAIR)

@@ -192,3 +192,40 @@ def test_every_installed_engine_answers(name: str) -> None:
     rows = list(run([Spec(ENGINE, name)], ["sphere-random", "outside"], 60))
     assert not any(row.wrong_rays for row in rows), rows
     assert all(row.rays == 60 and row.version for row in rows)
+
+
+QUAD = np.float32([[[-1, -1, 0], [1, -1, 0], [1, 1, 0]], [[-1, -1, 0], [1, 1, 0], [-1, 1, 0]]])
+WALL = np.float32([[[-9, -9, -1], [9, -9, -1], [0, 9, -1]]])
+
+
+def test_a_wall_behind_an_edge_is_no_excuse() -> None:
+    """A ray through the diagonal of a square must hit the square, though the wall behind it is a
+    certain hit."""
+    rays = np.concatenate([QUAD, WALL]), [[0.5, 0.5, 1]], [[0, 0, -1]]
+    assert reference.acceptance(*rays).triangle.tolist() == [0, 1]
+    assert reference.check(*rays, [2], np.array([2.0])).kind.tolist() == [WRONG_NEAREST]
+
+
+@pytest.mark.parametrize("what, second", [
+    ("two depths", QUAD[1:] - np.float32([0, 0, 0.25])),
+    ("a T-junction", np.float32([[[-1, -1, 0], [0.6, 0.6, 0], [-1, 1, 0]],
+                                 [[0.6, 0.6, 0], [1, 1, 0], [-1, 1, 0]]]))])
+def test_edges_that_only_seem_to_meet_prove_no_leak(what: str, second: np.ndarray) -> None:
+    """All neighbours of the ray hit, but no corners are common to their triangles."""
+    known = reference.acceptance(np.concatenate([QUAD[:1], second]), [[0.5, 0.5, 1]], [[0, 0, -1]])
+    assert known.may_hit[0] and not known.must_hit[0]
+
+
+@pytest.mark.parametrize("length", [1e-42, 1e-30, 1, 1e30, 3e38])
+def test_the_length_of_a_direction_changes_no_verdict(length: float) -> None:
+    directions = np.float32([[0, 0, -1]]) * np.float32(length)
+    for triangles, must in ((QUAD, True), (QUAD[:1], False)):
+        known = reference.acceptance(triangles, [[0.5, 0.5, 1]], directions)
+        fits = 1 / length < 3e38    # else float32 cannot hold t, and no engine must hit
+        assert known.must_hit[0] == (must and fits)
+
+
+def test_a_scene_without_triangles() -> None:
+    none = np.zeros((0, 3, 3))
+    assert reference.check(none, [[0, 0, 0]], [[0, 0, 1]], [-1]).kind.tolist() == [RIGHT]
+    assert reference.check(none, [[0, 0, 0]], [[0, 0, 1]], [3]).kind.tolist() == [FALSE_HIT]

@@ -1,11 +1,11 @@
-"""public_call: what every public function of a tracer that takes or returns arrays does."""
+"""public_call: what every public function that computes with arrays does."""
 from __future__ import annotations
 
 from collections.abc import Callable
 from typing import ParamSpec, TypeVar
 
 from ..errors import memory_limited
-from ..numerics.denormals import keeps_denormals
+from .denormals import keeps_denormals
 
 Given = ParamSpec("Given")
 Made = TypeVar("Made")
