@@ -45,6 +45,8 @@ def add_command(command: Command) -> None:
                      "default %(default)s. Families with slow scenes have fewer")
     sub.add_argument("--seed", type=int, default=SEED, help="seed of the rays and of random "
                      "scenes; default %(default)s")
+    sub.add_argument("--check", action="store_true", help="end with exit status 1 if an answer is "
+                     "wrong")
     sub.add_argument("--plot", metavar="IMAGE.png", help="draw the table as a chart, too")
     sub.add_argument("--page", metavar="PAGE.html", help="write the table as a page, too")
     sub.add_argument("--export", metavar="FOLDER", help="write the suite as plain data instead of "
@@ -72,19 +74,31 @@ def _conform(chosen: argparse.Namespace) -> None:
         _folder(chosen.shrink, "--shrink")
     rows: list[Row] = []
     with show_progress("result", tenths("result")) as report:
-        for row in run(specs, families, chosen.rays, chosen.seed):
-            rows.append(row)
-            report(len(rows), len(specs) * len(families), f"{row.engine}, {row.family}")
-    if chosen.json:
-        print_json([row.to_dict() for row in rows])
-    else:
-        _print(rows, missing)
+        try:
+            for row in run(specs, families, chosen.rays, chosen.seed):
+                rows.append(row)
+                report(len(rows), len(specs) * len(families), f"{row.engine}, {row.family}")
+        except KeyboardInterrupt:
+            _tell(rows, missing, chosen)
+            say(f"interrupted after {len(rows)} of {len(specs) * len(families)} results")
+            raise
+    _tell(rows, missing, chosen)
     if drawing is not None:
         drawing(rows, chosen.plot)
     if chosen.page is not None:
         write_page(rows, missing, chosen.page)
     if chosen.shrink is not None:
         _shrink(specs, rows, chosen)
+    wrong = sum(row.wrong_rays for row in rows)
+    if chosen.check and wrong:
+        raise Error(f"{counted(wrong, 'answer')} wrong")
+
+
+def _tell(rows: list[Row], missing: dict[str, str], chosen: argparse.Namespace) -> None:
+    if chosen.json:
+        print_json([row.to_dict() for row in rows])
+    elif rows:
+        _print(rows, missing)
 
 
 def _specs(chosen: argparse.Namespace) -> tuple[list[Spec], dict[str, str]]:
@@ -127,12 +141,14 @@ def _print_lists() -> None:
 def _print(rows: list[Row], missing: dict[str, str]) -> None:
     engines = list(dict.fromkeys(row.engine for row in rows))
     cells = {(row.engine, row.family): row for row in rows}
+    none = Row("", "", "", 0, 0, {}, 0.0)       # for results after an interrupt
     print("Wrong rays out of rays cast. A dash: the engine does not take the family's intervals.")
     print_table(["family", *engines],
-                [[name, *(_cell(cells[engine, name]) for engine in engines)]
+                [[name, *(_cell(cells.get((engine, name), none)) for engine in engines)]
                  for name in dict.fromkeys(row.family for row in rows)])
     print()
-    print_table(["engine", "version", "rays", "wrong", *KINDS, "wrapper's own", "seconds"],
+    print_table(["engine", "version", "rays", "undecidable", "wrong", *KINDS, "wrapper's own",
+                 "seconds"],
                 [_sum([row for row in rows if row.engine == engine]) for engine in engines])
     notes = dict.fromkeys(f"{row.engine}, {row.family}: {row.note}" for row in rows
                           if row.note and row.rays)
@@ -150,8 +166,8 @@ def _cell(row: Row) -> str:
 
 def _sum(rows: list[Row]) -> list[Any]:
     own = [row.own for row in rows if row.own is not None]
-    return [rows[0].engine, rows[0].version, f"{sum(row.rays for row in rows):,}",
-            sum(row.wrong_rays for row in rows),
+    return [rows[0].engine, rows[0].version, sum(row.rays for row in rows),
+            sum(row.undecidable for row in rows), sum(row.wrong_rays for row in rows),
             *(sum(row.wrong[kind] for row in rows) for kind in KINDS),
             sum(own) if own else "-", number(sum(row.seconds for row in rows))]
 
@@ -159,7 +175,8 @@ def _sum(rows: list[Row]) -> list[Any]:
 def _export(chosen: argparse.Namespace, families: list[str]) -> None:
     for name in export(_folder(chosen.export, "--export"), families, chosen.rays, chosen.seed):
         say(f"wrote {name}")
-    print(f"wrote {len(families)} families to {chosen.export}")
+    print(f"wrote {'1 family' if len(families) == 1 else f'{len(families)} families'} to "
+          f"{chosen.export}")
 
 
 def _shrink(specs: list[Spec], rows: list[Row], chosen: argparse.Namespace) -> None:
@@ -188,7 +205,10 @@ def _folder(name: str, option: str) -> Path:
     folder = Path(name)
     if folder.exists() and not folder.is_dir():
         raise Error(f"{folder} is not a folder; give {option} a folder to write into")
-    folder.mkdir(parents=True, exist_ok=True)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as failure:
+        raise Error(f"{option} {folder}: {failure.strerror}") from failure
     return folder
 
 

@@ -36,6 +36,9 @@ def of_distances(case: Case, t: np.ndarray, triangle: np.ndarray,
 
     It must not be used for a case with a t_min above 0.
     """
-    t, triangle = np.array(t, np.float64), np.array(triangle, np.int64)
+    t, triangle = np.array(t, np.float64), np.array(triangle)
+    for name, given in (("t", t), ("triangle", triangle)):
+        if given.shape != (len(case.origins),):
+            raise ValueError(f"{name} has shape {given.shape}; expected ({len(case.origins)},)")
     triangle[(triangle >= 0) & (t > case.t_max)] = -1
     return EngineAnswers(triangle, t, any_hit)

@@ -32,6 +32,10 @@ def judge(family, triangles, ts=None):
 
 
 if __name__ == "__main__":
-    answers = load(sys.argv[2])
-    found = judge(load(sys.argv[1]), answers["triangle"], answers.get("t"))
+    if len(sys.argv) != 3:
+        sys.exit(__doc__)
+    family, answers = load(sys.argv[1]), load(sys.argv[2])
+    if len(answers["triangle"]) != len(family["origins"]):
+        sys.exit(f"{len(answers['triangle'])} answers for {len(family['origins'])} rays")
+    found = judge(family, answers["triangle"], answers.get("t"))
     print({kind: found.count(kind) for kind in sorted(set(found))})

@@ -18,6 +18,9 @@ START_SECONDS = 120
 SECONDS = 300       # an engine that takes longer for a case counts as crashed
 
 
+NO_ANSWER = "no answer"
+
+
 class Crash(Exception):
     """An engine raised an exception, ended its process, or gave no answer in time."""
 
@@ -45,7 +48,7 @@ class Runner:
             self._ours.send((spec, case))
             if not self._ours.poll(self.seconds):
                 self.close()
-                raise Crash(f"no answer within {self.seconds:g} s")
+                raise Crash(f"{NO_ANSWER} within {self.seconds:g} s")
             answers, seconds, failure = self._ours.recv()
         except (EOFError, OSError):
             self._process.join(5)

@@ -48,14 +48,18 @@ class Minimal:
         told += "a miss" if found < 0 else f"a hit of triangle {found}" + (
             "" if t is None else f" at t = {float(t[0])!r}")
         case = self.case
-        lines = [f"# {self.engine} {self.version}: {self.kind}. Exact arithmetic says {expected};",
+        name = f"{self.engine} {self.version}".strip()
+        lines = [f"# {name}: {self.kind}, from a case of the family {self.family}.",
+                 f"# Exact arithmetic says {expected};",
                  f"# the engine says {told}. All numbers are exact float32 values.",
                  "import numpy as np", "",
                  f"triangles = np.array({_text(case.triangles)}, np.float32)",
                  f"origin = np.array({_text(case.origins[0])}, np.float32)",
                  f"direction = np.array({_text(case.directions[0])}, np.float32)",
                  f"t_min, t_max = {float(case.t_min.flat[0])!r}, "
-                 f"float({str(float(case.t_max.flat[0]))!r})"]
+                 f"float({str(float(case.t_max.flat[0]))!r})",
+                 f"expected_triangle = {int(known.exact.triangle[0])}     # -1 for a miss",
+                 f"expected_t = float({str(float(known.exact.t[0]))!r})"]
         return "\n".join(lines) + "\n"
 
 
@@ -118,8 +122,8 @@ def _kind(spec: Spec, case: Case, runner: Runner) -> tuple[int, EngineAnswers | 
     answer."""
     try:
         answers, _ = runner.trace(spec, case)
-        verdicts = check(case.triangles, case.origins, case.directions, answers.triangle,
-                         answers.t, answers.any_hit, case.t_min, case.t_max)
+        verdicts = check(case.triangles, case.origins, case.directions, answers.t,
+                         answers.triangle, answers.any_hit, case.t_min, case.t_max)
         return int(verdicts.kind[0]), answers
     except (Crash, ValueError):
         return -1, None

@@ -121,8 +121,8 @@ class Spec:
         def trace(case: Case) -> EngineAnswers:
             found = function(case.triangles, case.origins, case.directions)
             if not isinstance(found, tuple) or len(found) != 2:
-                raise ValueError(f"{self.name} returned {type(found).__name__}; return (t, "
-                                 "triangle)")
+                raise ValueError(f"{self.name} must return (t, triangle), not "
+                                 f"{type(found).__name__} of {len(found or ())}")
             return of_distances(case, *found)
         return trace
 
@@ -134,7 +134,11 @@ class Spec:
                 words = [word.replace(PLACES[0], str(places[0])).replace(PLACES[1], str(places[1]))
                          for word in shlex.split(self.name)]
                 _call(words)
-                return answers_from_dict(json.loads(places[1].read_text()), len(case.origins))
+                try:
+                    found = json.loads(places[1].read_text())
+                except (OSError, ValueError) as failure:
+                    raise ValueError(f"no JSON in {PLACES[1]}: {failure}") from failure
+                return answers_from_dict(found, len(case.origins))
         return trace
 
 
@@ -178,11 +182,11 @@ def answers_from_dict(found: Any, rays: int) -> EngineAnswers:
     """
     if not isinstance(found, dict) or "triangle" not in found:
         raise ValueError("the answers must be an object with the list \"triangle\"")
-    arrays = {name: np.array([np.nan if one is None else one for one in found[name]], float)
+    arrays = {name: np.array([np.nan if one is None else one for one in found[name]], np.float64)
               for name in ("triangle", "t", "any_hit") if found.get(name) is not None}
     for name, array in arrays.items():
         if array.shape != (rays,):
-            raise ValueError(f"{name} has {len(array)} entries for {rays} rays")
-    triangle = np.where(np.isnan(arrays["triangle"]), -1, arrays["triangle"]).astype(np.int64)
+            raise ValueError(f"{name} has shape {array.shape}; expected ({rays},)")
+    triangle = np.where(np.isnan(arrays["triangle"]), -1, arrays["triangle"])
     any_hit = arrays.get("any_hit")
     return EngineAnswers(triangle, arrays.get("t"), None if any_hit is None else any_hit != 0)

@@ -93,8 +93,10 @@ def _(n: int, seed: int) -> Case:
     return long_way(40_000, n, seed)
 
 
-@family("one-triangle", 39, "one triangle")
+@family("one-triangle", 39, "one triangle, rays at it and past it")
 def _(n: int, seed: int) -> Case:
     rng = np.random.default_rng(seed)
-    return Case(np.float64([[[0, 0, 0], [1, 0, 0], [0, 1, 0]]]), bell(rng, (n, 3)),
-                directions(rng, n))
+    triangle = np.float64([[[0, 0, 0], [1, 0, 0], [0, 1, 0]]])
+    origins = bell(rng, (n, 3)).astype(np.float32)
+    aims = aims_at(triangle, n, rng, "insides") + chosen(rng, [0, 0.3], (n, 1))
+    return Case(triangle, origins, aims - origins)

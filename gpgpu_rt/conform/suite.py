@@ -1,7 +1,7 @@
 """Suite: holds engines against every family, and counts their wrong answers by kind."""
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import asdict, dataclass
 from typing import Any
@@ -15,7 +15,7 @@ from .answers import EngineAnswers
 from .case import Case
 from .engines import ENGINES
 from .families import FAMILIES, make_case
-from .runner import Crash, Runner
+from .runner import NO_ANSWER, Crash, Runner
 from .spec import ENGINE, METHOD, Spec
 
 RAYS, SEED = 300, 1     # of each family in the quick suite
@@ -78,7 +78,7 @@ class Known:
         """Judge the answers to the first rays."""
         case = self.case.part(part)
         known = first_rays(self.answers, len(case.origins))
-        return check(case.triangles, case.origins, case.directions, answers.triangle, answers.t,
+        return check(case.triangles, case.origins, case.directions, answers.t, answers.triangle,
                      answers.any_hit, case.t_min, case.t_max, known)
 
 
@@ -120,23 +120,37 @@ def run(specs: Sequence[Spec], names: Iterable[str], rays: int = RAYS, seed: int
     ordered = sorted(dict.fromkeys(specs), key=lambda spec: bool(spec.engine.wraps))
     with ExitStack() as stack:
         runners = {key: stack.enter_context(Runner()) for key in map(_process_of, ordered)}
+        hung: dict[str, str] = {}
         for name in dict.fromkeys(names):
             known = Known.of(name, rays, seed)
             wrong: dict[str, np.ndarray] = {}
             for spec in ordered:
-                yield _row(runners[_process_of(spec)], spec, known, wrong)
+                row = _row(runners[_process_of(spec)], spec, known, wrong, hung)
+                if row.note.startswith(NO_ANSWER):
+                    hung[spec.title] = name     # it would take as long in every other family
+                yield row
 
 
 def _process_of(spec: Spec) -> str:
     return METHOD if spec.kind == METHOD else spec.title
 
 
-def _row(runner: Runner, spec: Spec, known: Known, wrong: dict[str, np.ndarray]) -> Row:
-    """Return the row of an engine. ``wrong`` holds the wrong rays of the engines before it."""
+def _row(runner: Runner, spec: Spec, known: Known, wrong: dict[str, np.ndarray],
+         hung: Mapping[str, str]) -> Row:
+    """Return the row of an engine.
+
+    Parameters
+    ----------
+    wrong : the wrong rays of the engines before it
+    hung : engine -> the family in which it gave no answer
+    """
     engine, none = spec.engine, dict.fromkeys(KINDS, 0)
     row = Row(spec.title, engine.version, known.name, 0, 0, none, 0.0)
     if not engine.traces(known.case):
         row.note = "the engine does not take these ends of intervals"
+        return row
+    if spec.title in hung:
+        row.note = f"not run, because it gave no answer in {hung[spec.title]}"
         return row
     part = slice(0, engine.most)
     case = known.case.part(part)

@@ -57,7 +57,7 @@ class Verdicts:
 
 @public_call
 def check(scene_or_triangles: Any, origins: np.ndarray, directions: np.ndarray,
-          triangle: np.ndarray, t: np.ndarray | None = None, any_hit: np.ndarray | None = None,
+          t: np.ndarray | None, triangle: np.ndarray, any_hit: np.ndarray | None = None,
           t_min: float | np.ndarray = 0.0, t_max: float | np.ndarray = np.inf,
           known: Acceptance | None = None) -> Verdicts:
     """Judge an engine's answers: is each right, wrong, or undecidable in float32?
@@ -66,8 +66,8 @@ def check(scene_or_triangles: Any, origins: np.ndarray, directions: np.ndarray,
     ----------
     scene_or_triangles, origins, directions, t_min, t_max : the traced scene and rays, as for
         `trace`
-    triangle : (n,) int, the reported triangle; -1 or less for a miss
     t : (n,) float, the reported distance in units of |direction|; None if the engine gives none
+    triangle : (n,) int, the reported triangle; -1 or less for a miss
     any_hit : (n,) bool, the answers to "is there any hit"; None if they were not asked for
     known : the result of `acceptance` for these rays; computed if None
 
@@ -80,7 +80,7 @@ def check(scene_or_triangles: Any, origins: np.ndarray, directions: np.ndarray,
     Raises
     ------
     ValueError
-        shapes do not match, or a ray is invalid
+        shapes do not match, triangles are not integers, or a ray is invalid
     """
     if known is None:
         known = acceptance(scene_or_triangles, origins, directions, t_min, t_max)
@@ -88,7 +88,9 @@ def check(scene_or_triangles: Any, origins: np.ndarray, directions: np.ndarray,
     triangle, t, any_hit = (None if given is None else np.asarray(given).reshape(-1)
                             for given in (triangle, t, any_hit))
     assert triangle is not None
-    triangle = triangle.astype(np.int64)
+    if not (np.isfinite(triangle) & (triangle == np.floor(triangle))).all():
+        raise ValueError("triangle must hold integers; are t and triangle swapped?")
+    triangle = np.clip(triangle, -1, 2 ** 62).astype(np.int64)
     for name, given in (("triangle", triangle), ("t", t), ("any_hit", any_hit)):
         if given is not None and np.shape(given) != (n,):
             raise ValueError(f"{name} has shape {np.shape(given)}; expected ({n},)")

@@ -1,6 +1,7 @@
 """The suite: this project has no wrong ray, engines that crash or hang are counted, verdicts."""
 from __future__ import annotations
 
+import functools
 import importlib.util
 import sys
 import textwrap
@@ -11,6 +12,7 @@ import pytest
 
 import gpgpu_rt as rt
 from gpgpu_rt import reference
+from gpgpu_rt.conform import suite
 from gpgpu_rt.conform.answers import EngineAnswers
 from gpgpu_rt.conform.case import FAMILIES
 from gpgpu_rt.conform.engines import ENGINES
@@ -68,15 +70,15 @@ def test_no_ray_is_wrong_in_full(method: str, schedule: str, name: str) -> None:
                  (ANY_HIT_DISAGREES, ANY_HIT_DISAGREES, UNDECIDABLE), id="any-hit"),
 ])
 def test_verdicts(triangle, t, any_hit, kinds) -> None:
-    found = reference.check(TWO, ORIGINS, DIRECTIONS, np.array(triangle),
-                            None if t is None else np.array(t, float),
+    found = reference.check(TWO, ORIGINS, DIRECTIONS,
+                            None if t is None else np.array(t, float), np.array(triangle),
                             None if any_hit is None else np.array(any_hit, bool))
     assert found.kind.tolist() == list(kinds)
     assert found.wrong.tolist() == [kind >= LEAK for kind in kinds]
 
 
 def test_how_much_an_answer_is_wrong() -> None:
-    found = reference.check(TWO, ORIGINS, DIRECTIONS, [0, -1, 0], np.array([2.5, 0, 2]))
+    found = reference.check(TWO, ORIGINS, DIRECTIONS, np.array([2.5, 0, 2]), [0, -1, 0])
     assert found.t_error[0] == pytest.approx(0.5) and np.isnan(found.t_error[1])
     assert 0 < found.t_allowed[0] < 1e-4
 
@@ -91,9 +93,14 @@ def test_a_miss_between_two_triangles_is_a_leak() -> None:
     assert not known.must_hit[0] and known.may_hit[0]
 
 
+def test_swapped_answers_are_named() -> None:
+    with pytest.raises(ValueError, match="are t and triangle swapped"):
+        reference.check(TWO, ORIGINS, DIRECTIONS, [0, -1, 0], [2.5, 0, 2])
+
+
 def test_wrong_shapes_are_named() -> None:
     with pytest.raises(ValueError, match=r"triangle has shape \(2,\); expected \(3,\)"):
-        reference.check(TWO, ORIGINS, DIRECTIONS, np.array([0, 1]))
+        reference.check(TWO, ORIGINS, DIRECTIONS, None, np.array([0, 1]))
 
 
 @pytest.fixture
@@ -113,7 +120,7 @@ def engine(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     ("import os; os._exit(3)", "the process ended with status 3"),
     ("import os, signal; os.kill(os.getpid(), signal.SIGSEGV)", "status -11"),
     ("import time; time.sleep(60)", "no answer within 2 s"),
-    ("return None", "return (t, triangle)")])
+    ("return None", "must return (t, triangle)")])
 def test_a_crash_is_counted(engine, body: str, reason: str) -> None:
     spec = engine(f"""
         def trace(triangles, origins, directions):
@@ -129,14 +136,32 @@ def test_a_crash_is_counted(engine, body: str, reason: str) -> None:
         assert len(answers.triangle) == 4
 
 
-def test_a_crash_makes_a_row(engine) -> None:
-    spec = engine("""
+@pytest.mark.parametrize("body, note", [
+    ("raise RuntimeError('broken')", "RuntimeError: broken"),
+    ("return 0.5 + origins[:, 0], 0.5 + origins[:, 1]",
+     "triangle must hold integers; are t and triangle swapped?"),
+    ("return origins, origins", "ValueError: t has shape (5, 3); expected (5,)")])
+def test_a_crash_makes_a_row(engine, body: str, note: str) -> None:
+    spec = engine(f"""
         def trace(triangles, origins, directions):
             print("noise of an engine")
-            raise RuntimeError("broken")
+            {body}
         """)
     row, = run([spec], ["one-triangle"], 5)
-    assert row.wrong[CRASH] == row.rays == 5 and row.note == "RuntimeError: broken"
+    assert row.wrong[CRASH] == row.rays == 5 and row.note == note
+
+
+def test_an_engine_that_hangs_is_not_run_again(engine, monkeypatch) -> None:
+    monkeypatch.setattr(suite, "Runner", functools.partial(Runner, seconds=2))
+    spec = engine("""
+        import time
+
+        def trace(triangles, origins, directions):
+            time.sleep(60)
+        """)
+    first, second = run([spec], ["one-triangle", "sphere-random"], 5)
+    assert first.wrong[CRASH] == 5 and first.note == "no answer within 2 s"
+    assert second.rays == 0 and "no answer in one-triangle" in second.note
 
 
 def test_a_function_is_judged(engine) -> None:
@@ -203,7 +228,7 @@ def test_a_wall_behind_an_edge_is_no_excuse() -> None:
     certain hit."""
     rays = np.concatenate([QUAD, WALL]), [[0.5, 0.5, 1]], [[0, 0, -1]]
     assert reference.acceptance(*rays).triangle.tolist() == [0, 1]
-    assert reference.check(*rays, [2], np.array([2.0])).kind.tolist() == [WRONG_NEAREST]
+    assert reference.check(*rays, [2.0], [2]).kind.tolist() == [WRONG_NEAREST]
 
 
 @pytest.mark.parametrize("what, second", [
@@ -227,5 +252,5 @@ def test_the_length_of_a_direction_changes_no_verdict(length: float) -> None:
 
 def test_a_scene_without_triangles() -> None:
     none = np.zeros((0, 3, 3))
-    assert reference.check(none, [[0, 0, 0]], [[0, 0, 1]], [-1]).kind.tolist() == [RIGHT]
-    assert reference.check(none, [[0, 0, 0]], [[0, 0, 1]], [3]).kind.tolist() == [FALSE_HIT]
+    assert reference.check(none, [[0, 0, 0]], [[0, 0, 1]], None, [-1]).kind.tolist() == [RIGHT]
+    assert reference.check(none, [[0, 0, 0]], [[0, 0, 1]], None, [3]).kind.tolist() == [FALSE_HIT]

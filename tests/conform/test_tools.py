@@ -102,8 +102,8 @@ def test_shrinking_keeps_the_fault() -> None:
 def test_strategies_make_cases(case: Case) -> None:
     assert len(case.origins) <= 8 and not case.t_min.any()
     hits = reference.trace(case.triangles, case.origins, case.directions, accelerated=True)
-    assert not reference.check(case.triangles, case.origins, case.directions, hits.triangle,
-                               hits.t).wrong.any()
+    assert not reference.check(case.triangles, case.origins, case.directions, hits.t,
+                               hits.triangle).wrong.any()
 
 
 def test_names_cannot_inject_markup() -> None:
