@@ -25,7 +25,7 @@ SETTINGS = {"resolution": (4, 4, 1), "batch": 128, "queue": 4}
 HEADS = ("pass", "program", "samples", "writes", "how fragments of a ray are merged", "drawn as")
 QUADS, LEFT = "methods/ray_engine/quads.frag", "methods/ray_engine/quad_hits.frag"
 KEPT = {NEAREST.name: "KEEP_NEAREST", FOUND.name: "KEEP_FIRST", HIT.name: "hits"}
-TITLES = {"KEEP_NEAREST": "nearest t", "KEEP_FIRST": "lowest triangle at that t",
+TITLES = {"KEEP_NEAREST": "nearest t", "KEEP_FIRST": "lowest index at that t",
           "hits": "hits of the batch"}
 
 
@@ -126,15 +126,15 @@ def draw_engine(axis: Any, kinds: dict[str, BatchPass], split: dict[str, float])
     steps = (("rays", "origin, direction, interval;\nthe nearest hit so far", 52),
              ("walk", "each ray through the grid to the\nnext cell that lists triangles", 36),
              ("queues", "a cell's rays side by side;\nlong queues form a batch", 20),
-             ("nearest", "keep a nearer hit, or an equally\nnear hit of a lower triangle", 4))
+             ("nearest", "keep the nearest hit; at equal t,\nthe triangle of the lowest index", 4))
     for name, meaning, y in steps:
         box(axis, 3, y, 26, 10, name, meaning, VISITED)
     arrow(axis, (16, 52), (16, 46))
     arrow(axis, (16, 36), (16, 30))
     axis.annotate("", xy=(3, 57), xytext=(3, 9), arrowprops={
         "arrowstyle": "-|>", "color": INK, "lw": 1.2, "connectionstyle": "arc3,rad=-0.13"})
-    held = {**texels_of(RAY_TEXELS), "triangle_table": "corners and rows of triangles",
-            "quads": "rectangle over a queue, row of a triangle"}
+    held = {**texels_of(RAY_TEXELS), "triangle_table": "corners and indices of triangles",
+            "quads": "rectangle over a queue, triangle's number"}
     places = {}
     for at, (name, holds) in enumerate(held.items()):
         y = 56 - 9 * at

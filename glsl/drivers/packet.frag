@@ -5,12 +5,12 @@
 //
 // A ray is unsettled if the step limit stopped its packet before the ray's search was over. With
 // SETTLED_ALONE a packet that leaves a ray unsettled is discarded, and an occlusion query shows whether a
-// packet is missing. If so, all packets are drawn again without SETTLED_ALONE. The query makes a pass that
-// searches the hits for unsettled rays unnecessary; packets hardly ever reach the step limit.
+// packet is missing. If so, all packets are drawn again without SETTLED_ALONE. Because of this query, no
+// extra pass has to search the hits for unsettled rays. Packets hardly ever reach the step limit.
 //
-// The file <method> defines four functions:
+// The file <method> defines four functions (drivers/packet_turns.glsl describes turns):
 //   `start_packet` sets up all rays.
-//   `begin_turn` begins the walk of the rays of a turn (drivers/packet_turns.glsl).
+//   `begin_turn` begins a turn: one walk by waiting rays with the same `octant` (of their directions).
 //   `step_packet` continues the walk. It returns false when the rays of the turn have finished.
 //   `is_settled(r)` is false if the step limit stopped ray r.
 // Loops test their condition at the bottom, for the reason given in drivers/traverse.frag.

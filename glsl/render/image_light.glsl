@@ -3,7 +3,11 @@
 // surroundings.glsl, sample.glsl and luminance.glsl.
 
 uniform sampler2D surroundings_sums;    // cumulative probabilities of the cells of each row
-uniform float image_density;            // density divided by luminance, if all rows had the same length
+
+// The probability density of a direction, per steradian, divided by the luminance of its radiance, where the
+// cosine of the direction's latitude equals the mean cosine of its row of cells. The density includes the
+// probability that this light is chosen.
+uniform float image_density;
 
 struct FarLight {
     vec3 direction;

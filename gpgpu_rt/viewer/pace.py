@@ -49,9 +49,11 @@ class Pace:
         return self._finest(DIVISORS, MOVING, DIVISORS[-1])
 
     def resting(self, shown: int | None) -> int | None:
-        """Return the divisor of the next finer picture after ``shown``.
+        """Return the divisor of the next picture, which is finer than ``shown``, or None.
 
-        Return None if there is no finer picture, or if it would take longer than ``PATIENCE``.
+        The next picture is the finest whose estimated time is at most ``AT_REST``. If no picture
+        is that fast, it is the next finer picture, provided that its estimated time is at most
+        ``PATIENCE``. Otherwise, and if there is no finer picture, return None.
         """
         finer = [d for d in DIVISORS if shown is None or d < shown]
         if not finer:

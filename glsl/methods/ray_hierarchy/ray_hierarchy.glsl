@@ -71,9 +71,10 @@ Cone cone_over(Cone children[4]) {
 //
 // Rounding: q has a relative error of U. The errors of h and w are at most UNIT_ERROR |q|, for an axis with
 // an error of UNIT_ERROR. The error of cos a is 2 U, and sin a has a relative error of 16 U below
-// ALL_DIRECTIONS. The triangle test itself has an error of some units of the distance from origin to
-// corners, which is at most |q| + s. The slack of boxes covers the same errors (core/slack.glsl). SLACK is
-// more than the sum of these errors. If a value is NaN, the pair is kept.
+// ALL_DIRECTIONS. The triangle test itself has an error of some tens of unit roundoffs (ARITHMETIC_UNIT)
+// times the distance from origin to corners. This distance is at most |q| + s. The slack of boxes covers the
+// same errors (core/slack.glsl). SLACK is more than the sum of these errors. If a value is NaN, the pair is
+// kept.
 const float SLACK = 64.0 * ARITHMETIC_UNIT + 64.0 * U;
 
 bool may_hit(vec4 ball, Cone cone) {
