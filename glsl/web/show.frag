@@ -49,5 +49,8 @@ void main() {
     } else if (phase > 0) {
         shown = mix(shown, waiting(phase), 0.75);
     }
+    if (hit.w < 0.0) {
+        shown = vec3(0.5, 0.0, 0.4);    // no fragment wrote this ray
+    }
     colour = vec4(sqrt(shown), 1.0);
 }

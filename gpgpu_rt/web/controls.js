@@ -12,34 +12,42 @@ async function show() {
     wanted = true;
     if (busy) return;
     busy = true;
+    try {
+        await draws();
+    } finally {
+        busy = false;
+    }
+}
+
+async function draws() {
     while (wanted) {
         wanted = false;
         const began = performance.now();
-        const most = chosen.most === null ? MOST_PASSES : chosen.most;
-        result = await trace(schedule(), chosen.camera, chosen.side, chosen.side, {most});
-        const stepwise = schedule().repeats;
-        const [[phase, a], [steps, b]] = stepwise ? [field(schedule(), "phase"), field(schedule(), "steps")]
-            : [[0, 0], [0, 0]];
+        const {side, heat, most} = chosen, drawn = schedule(), stepwise = drawn.repeats;
+        const found = await trace(drawn, chosen.camera, side, side,
+                                  {most: most === null ? MOST_PASSES : most, stopped: () => wanted});
+        if (wanted) continue;
+        result = {...found, side, schedule: drawn};
+        const [[phase, a], [steps, b]] = stepwise ? [field(drawn, "phase"), field(drawn, "steps")] : [[0, 0], [0, 0]];
         draw(page.whole, page.show, {framebuffer: null, width: canvas.width, height: canvas.height},
-             {places: [a, b], stepwise, most: chosen.heat && stepwise ? Math.max(result.steps, 1) : 0,
+             {places: [a, b], stepwise, most: heat && stepwise ? Math.max(result.steps, 1) : 0,
               size: [canvas.width, canvas.height]},
              {hits: result.hit, surfaces, directions: result.directions, phases: result.states[phase],
               counts: result.states[steps]});
-        gl.finish();
+        gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(4));    // waits for the picture
         const took = performance.now() - began;
-        if (chosen.most === null && stepwise) element("pass").max = result.passes;
-        element("counts").textContent = `${chosen.side} x ${chosen.side} rays, ${result.passes} passes`
+        if (most === null && stepwise) element("pass").value = element("pass").max = result.steps;
+        element("counts").textContent = `${side} x ${side} rays, ${result.passes} passes`
             + (stepwise ? `, ${result.alive} rays alive, at most ${result.steps} steps` : "")
             + `, ${took.toFixed(0)} ms`;
         if (chosen.ray) describe(...chosen.ray);
-        remember();
+        if (!dragging) remember();
         canvas.dataset.shown = Number(canvas.dataset.shown || 0) + 1;
         if (dragging && took > 100 && chosen.side > 32) chosen.side = chosen.side / 2;
     }
-    busy = false;
 }
 
-function choose() {
+function choose(most = null) {
     chosen.method = page.methods.find(({name}) => name === element("method").value);
     const names = Object.keys(chosen.method.schedules), list = element("schedule");
     if (!names.includes(chosen.schedule) || list.dataset.owner !== chosen.method.name) {
@@ -48,13 +56,14 @@ function choose() {
         list.value = names.includes(chosen.schedule) ? chosen.schedule : names[0];
     }
     chosen.schedule = list.value;
-    chosen.most = null;
+    chosen.most = schedule().repeats ? most : null;
     chosen.heat = element("heat").checked;
     for (const id of ["pass", "heat"]) element(id).disabled = !schedule().repeats;
-    element("pass").value = element("pass").max = MOST_PASSES;
+    element("pass").value = element("pass").max = chosen.most || MOST_PASSES;
     element("summary").textContent = `${chosen.method.citation}: ${chosen.method.summary}.`;
     const passes = schedule().passes, listed = element("kernel");
-    listed.replaceChildren(...passes.map((one, k) => new Option(one.name, k)));
+    const titles = schedule().repeats ? ["eye rays", "set-up", "step"] : ["eye rays", "loop"];
+    listed.replaceChildren(...passes.map((_, k) => new Option(titles[k], k)));
     listed.value = passes.length - 1;
     showProgram();
     show();
@@ -66,15 +75,20 @@ function showProgram() {
 
 let dragging = false, moved = false, from = null;
 function turn(event) {
-    if (!dragging) return;
+    if (!dragging || !moved && Math.hypot(event.clientX - from[0], event.clientY - from[1]) < 4) return;
     moved = true;
     const [dx, dy] = [event.clientX - from[0], event.clientY - from[1]];
     from = [event.clientX, event.clientY];
     const {eye, target: at, up} = chosen.camera, offset = eye.map((x, k) => x - at[k]);
     const turned = rotated(rotated(offset, unit(up), -0.01 * dx), unit(cross(offset, up)), 0.01 * dy);
-    if (Math.hypot(...cross(unit(turned), unit(up))) < 0.1) return;
+    if (!sideways(turned)) return;
     chosen.camera = {...chosen.camera, eye: turned.map((x, k) => x + at[k])};
     show();
+}
+
+// Whether a view along `offset` is far enough from the camera's upward direction.
+function sideways(offset) {
+    return Math.hypot(...cross(unit(offset), unit(chosen.camera.up))) >= 0.1;
 }
 
 function rotated(v, axis, angle) {
@@ -91,12 +105,13 @@ function clicked(event) {
 
 // Writes the hit and the state of the ray at a place in [0, 1] of the picture.
 function describe(across, down) {
-    const side = chosen.side, [x, y] = [across, down].map((at) => Math.min(side - 1, Math.floor(at * side)));
+    const {side, schedule: drawn} = result;
+    const [x, y] = [across, down].map((at) => Math.max(0, Math.min(side - 1, Math.floor(at * side))));
     const at = 4 * (y * side + x), hit = readTexture(result.hit, side, side).slice(at, at + 4);
     const lines = [`ray (${x}, ${y})`, hit[3] === NO_TRIANGLE ? "no hit"
         : `triangle ${hit[3]} at t = ${hit[0]}, u = ${hit[1]}, v = ${hit[2]}`];
     const texels = new Map();
-    for (const [name, texel, swizzle] of schedule().state) {
+    for (const [name, texel, swizzle] of drawn.state) {
         if (!texels.has(texel)) {
             texels.set(texel, readTexture(result.states[texel], side, side).slice(at, at + 4));
         }
@@ -112,8 +127,12 @@ function remember() {
     if (chosen.most !== null) told.set("pass", chosen.most);
     if (chosen.heat) told.set("heat", 1);
     if (chosen.ray) told.set("ray", chosen.ray.map((at) => at.toFixed(4)).join(","));
-    told.set("eye", chosen.camera.eye.map((x) => x.toPrecision(7)).join(","));
-    history.replaceState(null, "", `#${told}`);
+    told.set("eye", chosen.camera.eye.map((x) => x.toPrecision(9)).join(","));
+    try {
+        history.replaceState(null, "", `#${told}`);
+    } catch {
+        // A browser may limit how often the address changes; the next picture writes it.
+    }
 }
 
 function recall() {
@@ -128,20 +147,28 @@ function recall() {
     chosen.side = Number(element("size").value);
     const [ray, eye, pass] = ["ray", "eye", "pass"].map(numbers);
     if (told.has("ray") && ray.length === 2 && ray.every((at) => at >= 0 && at <= 1)) chosen.ray = ray;
-    if (told.has("eye") && eye.length === 3 && eye.every(Number.isFinite)) chosen.camera = {...chosen.camera, eye};
-    return told.has("pass") && pass[0] >= 1 ? Math.floor(pass[0]) : null;
+    if (told.has("eye") && eye.length === 3 && eye.every(Number.isFinite)
+        && sideways(eye.map((x, k) => x - page.camera.target[k]))) chosen.camera = {...chosen.camera, eye};
+    return pass[0] >= 1 ? Math.min(Math.floor(pass[0]), MOST_PASSES) : null;
 }
 
 async function start() {
     surfaces = texture(page.surfaces.size[0], page.surfaces.size[1], 4, await floats(page.surfaces.data));
     element("method").replaceChildren(...page.methods.map(({name}) => new Option(name, name)));
-    for (const id of ["method", "schedule", "heat"]) element(id).addEventListener("change", choose);
+    for (const id of ["method", "schedule"]) element(id).addEventListener("change", () => choose());
+    element("heat").addEventListener("change", () => {
+        chosen.heat = element("heat").checked;
+        show();
+    });
     element("kernel").addEventListener("change", showProgram);
     element("pass").addEventListener("input", () => {
         chosen.most = Number(element("pass").value);
         show();
     });
+    canvas.addEventListener("webglcontextlost", () => fail("The graphics card stopped; open the page again."));
+    canvas.addEventListener("pointercancel", () => { dragging = false; });
     canvas.addEventListener("pointerdown", (event) => {
+        if (event.button !== 0 || !event.isPrimary) return;
         dragging = true;
         moved = false;
         from = [event.clientX, event.clientY];
@@ -149,6 +176,7 @@ async function start() {
     });
     canvas.addEventListener("pointermove", turn);
     canvas.addEventListener("pointerup", (event) => {
+        if (!dragging) return;
         dragging = false;
         chosen.side = Number(element("size").value);
         if (!moved) clicked(event);
@@ -158,9 +186,7 @@ async function start() {
         chosen.side = Number(element("size").value);
         show();
     });
-    const most = recall();
-    choose();
-    if (most !== null && schedule().repeats) chosen.most = most;
+    choose(recall());
     await selfTest();
     show();
 }

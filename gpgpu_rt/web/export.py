@@ -38,7 +38,6 @@ class WebMethod:
     name, summary, citation : of the method's row
     schedules : for each schedule that runs in a browser, its passes
     test : base64 of float32: the directions of the test's rays, and their hits (t, u, v, triangle)
-    why_not : why the method does not run in a browser; "" if it does
     """
 
     name: str
@@ -46,13 +45,13 @@ class WebMethod:
     citation: str
     schedules: Mapping[str, Any]
     test: Mapping[str, Any]
-    why_not: str = ""
 
 
 def why_not_in_browser(row: Method) -> str:
     """Return why a method does not run on a page; "" if it does."""
     if row.packet or row.single:
-        return "its packets need programs that join names, and more targets than WebGL 2 promises"
+        return ("its packets, or its stack of a packet of one ray, need programs that join names, "
+                "and more targets than WebGL 2 promises")
     if row.glsl.startswith("methods/ray_space/"):
         return "the host builds its table anew for the rays of each call"
     if row.stack_entry is not None:
@@ -82,7 +81,7 @@ class Tables:
     def __init__(self) -> None:
         self.texts: list[str] = []
         self.tables: list[dict[str, Any]] = []
-        self._known: dict[bytes, int] = {}
+        self._known: dict[tuple[Any, ...], int] = {}
 
     def text(self, text: str) -> int:
         """Return the number of a program's text, in GLSL ES."""
@@ -94,12 +93,13 @@ class Tables:
     def table(self, texture: moderngl.Texture) -> int:
         """Return the number of a table."""
         data = texture.read()
-        if data not in self._known:
-            self._known[data] = len(self.tables)
+        key = texture.size, texture.components, texture.dtype, data
+        if key not in self._known:
+            self._known[key] = len(self.tables)
             values = np.frombuffer(data, {"f4": np.float32, "f2": np.float16}[texture.dtype])
             self.tables.append({"size": list(texture.size), "components": texture.components,
                                 "data": packed(values.astype(np.float32))})
-        return self._known[data]
+        return self._known[key]
 
 
 def packed(values: np.ndarray) -> str:
@@ -150,10 +150,13 @@ class _Passes:
     def __init__(self, tables: Tables, schedule: str) -> None:
         self.directions, self.told, self.why_not = np.zeros(0, np.float32), [], ""
         self._tables, self._sources = tables, {}
+        self._loops = schedule == "loop"
         self._wanted = [_EYE, *(["all"] if schedule == "loop" else ["init", "all"])]
 
     def look(self, one: ObservedPass) -> None:
         """Describe a pass, if it is the next of the wanted passes."""
+        if not self._wanted and self._loops and one.kernel == "all":
+            self.why_not = "a ray takes more steps than a loop has on this scene"
         if not self._wanted or self._wanted[0] not in (one.name, one.kernel):
             return
         self._wanted.pop(0)

@@ -102,12 +102,14 @@ its ray. The address keeps what you chose, so that you can share it.</p>
 <option>512</option></select></label>
 <label><input id="heat" type="checkbox"> steps as heat</label>
 </div>
-<canvas id="picture" width="{side}" height="{side}"></canvas>
-<div class="controls"><label>pass</label><input id="pass" type="range" min="1" value="1"></div>
+<canvas id="picture" role="img" aria-label="The traced picture"
+ width="{side}" height="{side}"></canvas>
+<div class="controls"><label for="pass">steps</label>
+<input id="pass" type="range" min="1" value="1"></div>
 <p id="counts"></p>
 <p id="summary"></p>
 </div><div>
-<p id="verdict">The test rays are being traced.</p>
+<p id="verdict" aria-live="polite">The test rays are being traced.</p>
 <p id="selftest" data-state="running"></p>
 <pre id="ray">Click a pixel of the picture.</pre>
 <label>program of the pass <select id="kernel"></select></label>

@@ -6,11 +6,14 @@ const canvas = document.getElementById("picture");
 const gl = canvas.getContext("webgl2", {antialias: false, preserveDrawingBuffer: true});
 const element = (id) => document.getElementById(id);
 const NO_TRIANGLE = 16777216;
+const UNWRITTEN = -2;      // what a target holds where no fragment wrote
+const SLICE = 30;           // milliseconds of passes between two pauses for the page's events
 const CHECKED = 16;         // passes between two looks at whether rays are alive
 const MOST_PASSES = 60000;  // a search that takes more passes is stopped
 
 function fail(message) {
     element("message").textContent = message;
+    element("verdict").textContent = "The test ended early, so nothing is known about this graphics card.";
     const test = element("selftest");
     test.dataset.state = "failed";
     throw new Error(message);
@@ -128,12 +131,15 @@ function basis({eye, target: at, up, fov}, width, height) {
 
 // Draws the passes of a schedule. Returns the directions, the last states and hit, and the number of passes.
 // With `directions`, a texture, the rays are not the camera's. `most` ends a repeated pass early.
-async function trace(schedule, camera, width, height, {directions = null, most = MOST_PASSES} = {}) {
+// `place` names the targets, so that two traces at a time share none; `stopped` ends the trace early.
+async function trace(schedule, camera, width, height,
+                     {directions = null, most = MOST_PASSES, place = "picture", stopped = () => false} = {}) {
+    let since = performance.now();
     let rays = [null, directions], previous = [], passes = 0, alive = 0, steps = 0;
     for (const [number, pass] of schedule.passes.entries()) {
         if (number === 0) {
             if (directions) continue;
-            const into = target("rays", width, height, pass.outputs);
+            const into = target(`${place} rays`, width, height, pass.outputs);
             draw(pass.vertex, pass.fragment, into, {...pass.uniforms, ...basis(camera, width, height)}, {});
             rays = into.textures;
             continue;
@@ -149,18 +155,23 @@ async function trace(schedule, camera, width, height, {directions = null, most =
                 const [group, k] = source.split(":");
                 if (group !== "table") bound[sampler] = (group === "rays" ? rays : previous)[Number(k)];
             }
-            const into = target(`states ${(number + turn) % 2}`, width, height, pass.outputs);
+            const into = target(`${place} states ${(number + turn) % 2}`, width, height, pass.outputs);
+            gl.bindFramebuffer(gl.FRAMEBUFFER, into.framebuffer);
+            into.textures.forEach((_, k) => gl.clearBufferfv(gl.COLOR, k, [0, 1, 2, 3].map(() => UNWRITTEN)));
             draw(pass.vertex, pass.fragment, into, uniforms, bound);
             previous = into.textures;
             passes += 1;
             if (last && (turn + 1) % CHECKED === 0) {
-                [alive, steps] = look(schedule, previous, width, height);
-                if (alive === 0) break;
-                if (turn % 256 === 255) await new Promise((next) => setTimeout(next));
+                [alive, steps] = look(schedule, previous, width, height, place);
+                if (alive === 0 || stopped()) break;
+                if (performance.now() - since > SLICE) {
+                    await new Promise((next) => setTimeout(next));
+                    since = performance.now();
+                }
             }
         }
     }
-    if (schedule.repeats) [alive, steps] = look(schedule, previous, width, height);
+    if (schedule.repeats) [alive, steps] = look(schedule, previous, width, height, place);
     return {directions: rays[1], states: previous, hit: previous[schedule.hit], passes, alive, steps};
 }
 
@@ -169,9 +180,9 @@ function field(schedule, name) {
     return [texel, "xyzw".indexOf(swizzle)];
 }
 
-function look(schedule, states, width, height) {
+function look(schedule, states, width, height, place) {
     const [[phase, a], [steps, b]] = [field(schedule, "phase"), field(schedule, "steps")];
-    const into = target("alive", Math.ceil(width / 16), Math.ceil(height / 16), 1);
+    const into = target(`${place} alive`, Math.ceil(width / 16), Math.ceil(height / 16), 1);
     draw(page.whole, page.alive, into, {places: [a, b]}, {phases: states[phase], counts: states[steps]});
     const found = read(into);
     let alive = 0, most = 0;
@@ -210,7 +221,7 @@ async function selfTest() {
         const bits = new Uint32Array(right.buffer), directions = texture(side, side, 4, given);
         let wrong = 0, traced = 0;
         for (const schedule of Object.values(method.schedules)) {
-            const {hit} = await trace(schedule, {eye}, side, side, {directions});
+            const {hit} = await trace(schedule, {eye}, side, side, {directions, place: "test"});
             const found = readTexture(hit, side, side), foundBits = new Uint32Array(found.buffer);
             for (let k = 0; k < found.length; k += 4) {
                 const hits = found[k + 3] !== NO_TRIANGLE;
