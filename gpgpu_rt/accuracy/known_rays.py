@@ -14,6 +14,7 @@ from ..errors import OptionError, nearest_names
 from ..hits import Hits
 from ..numerics.error_bounds import PairBounds, bound_pairs
 from ..rays import ray_sets
+from ..reference.acceptance import turned
 from ..scene.scene import Scene
 from ..tracer import Tracer
 from .judge import CATEGORIES, RIGHT, WRONG_DISTANCE, judge, upper_confidence
@@ -235,7 +236,7 @@ class KnownRays:
             for turns in (np.arange(2) / 2, np.arange(ring) / ring):
                 if not len(left):
                     return past
-                around = np.concatenate([_turned(directions[left], width, turn + 0.01)
+                around = np.concatenate([turned(directions[left], width, turn + 0.01)
                                          for turn in turns])
                 t = reference.trace(self.scene, np.tile(origins[left], (len(turns), 1)), around,
                                     accelerated=True).t
@@ -247,19 +248,6 @@ class KnownRays:
 
 def _part(hits: Hits, rays: np.ndarray) -> Hits:
     return Hits(hits.t[rays], hits.u[rays], hits.v[rays], hits.triangle[rays], hits.status[rays])
-
-
-def _turned(directions: np.ndarray, width: np.ndarray, turn: float) -> np.ndarray:
-    """Return (n, 3) directions, each moved sideways by ``width`` times its length.
-
-    ``turn``, in full turns, is the angle of the movement around the direction.
-    """
-    length = np.linalg.norm(directions, axis=1)
-    side = np.cross(directions, np.eye(3)[np.abs(directions).argmin(axis=1)])
-    side *= (length / np.linalg.norm(side, axis=1))[:, None]
-    other = np.cross(directions, side) / length[:, None]
-    angle = 2 * np.pi * turn
-    return directions + width[:, None] * (np.cos(angle) * side + np.sin(angle) * other)
 
 
 def check_kinds(kinds: Sequence[str]) -> None:

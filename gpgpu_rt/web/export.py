@@ -75,8 +75,8 @@ def web_names(names: list[str] | None = None) -> list[str]:
     return names or [row.name for row in methods() if not why_not_in_browser(row)]
 
 
-class Tables:
-    """The tables and texts of a page; equal ones are stored once."""
+class PageData:
+    """The tables and texts of a page. Equal tables, and equal texts, are stored once."""
 
     def __init__(self) -> None:
         self.texts: list[str] = []
@@ -108,7 +108,7 @@ def packed(values: np.ndarray) -> str:
                                           mtime=0)).decode()
 
 
-def export_method(scene: Scene, name: str, tables: Tables) -> WebMethod:
+def export_method(scene: Scene, name: str, tables: PageData) -> WebMethod:
     """Return a method of a page, and add its texts and tables to those of the page.
 
     Raises
@@ -122,7 +122,7 @@ def export_method(scene: Scene, name: str, tables: Tables) -> WebMethod:
             continue
         options = {"steps_per_pass": 1} if schedule == "step" and not row.steps_once else {}
         with Tracer(scene, name, schedule=schedule, **options) as tracer:
-            look = _Passes(tables, schedule)
+            look = _Described(tables, schedule)
             with tracer.observe(look.look):
                 hits = tracer.eye_hits(size=(TEST_SIDE, TEST_SIDE))
             why = look.why_not or why
@@ -136,7 +136,7 @@ def export_method(scene: Scene, name: str, tables: Tables) -> WebMethod:
     return WebMethod(name, row.summary, row.citation, schedules, test)
 
 
-class _Passes:
+class _Described:
     """Describes the passes of a schedule while their textures hold what the passes read: the eye
     rays, the set-up of states, and the repeated pass.
 
@@ -147,7 +147,7 @@ class _Passes:
     why_not : why the schedule does not run in a browser, or ""
     """
 
-    def __init__(self, tables: Tables, schedule: str) -> None:
+    def __init__(self, tables: PageData, schedule: str) -> None:
         self.directions, self.told, self.why_not = np.zeros(0, np.float32), [], ""
         self._tables, self._sources = tables, {}
         self._loops = schedule == "loop"

@@ -15,7 +15,7 @@ from ..disk.files import replacing
 from ..errors import LimitError
 from ..gl.shader import ROOT
 from ..scene.scene import Scene
-from .export import Tables, WebMethod, export_method, packed
+from .export import PageData, WebMethod, export_method, packed
 
 HERE = Path(__file__).parent
 SCRIPTS = ("player.js", "controls.js")     # one script in the page
@@ -34,7 +34,7 @@ def write_page(scene: Scene, names: list[str], path: str) -> list[WebMethod]:
     LimitError
         the page would be larger than MOST_BYTES
     """
-    tables = Tables()
+    tables = PageData()
     methods = [export_method(scene, name, tables) for name in names]
     text = page_text(scene, methods, tables)
     if len(text) > MOST_BYTES:
@@ -45,7 +45,7 @@ def write_page(scene: Scene, names: list[str], path: str) -> list[WebMethod]:
     return methods
 
 
-def page_text(scene: Scene, methods: list[WebMethod], tables: Tables) -> str:
+def page_text(scene: Scene, methods: list[WebMethod], tables: PageData) -> str:
     """Return the text of a page."""
     own = [(ROOT / "web" / name).read_text() for name in ("whole.vert", "show.frag", "alive.frag")]
     first = len(tables.texts)

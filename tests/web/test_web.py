@@ -20,7 +20,7 @@ import gpgpu_rt as rt
 from gpgpu_rt.cli.main import main
 from gpgpu_rt.errors import ShaderError
 from gpgpu_rt.gl.es import es_text
-from gpgpu_rt.web.export import Tables, export_method, web_names, why_not_in_browser
+from gpgpu_rt.web.export import PageData, export_method, web_names, why_not_in_browser
 from gpgpu_rt.web.page import page_text
 
 CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))),
@@ -59,7 +59,7 @@ def test_joined_names_are_refused() -> None:
 
 @functools.cache
 def written(names: tuple[str, ...], scene: str = "cornell") -> str:
-    found, tables = rt.load_scene(scene), Tables()
+    found, tables = rt.load_scene(scene), PageData()
     return page_text(found, [export_method(found, name, tables) for name in names], tables)
 
 
@@ -75,7 +75,7 @@ def test_the_page_makes_no_request_and_runs_its_own_script_only() -> None:
 def test_names_cannot_inject_markup() -> None:
     scene = rt.Scene.from_arrays([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]],
                                  name="</script><script>alert(1)</script>")
-    tables = Tables()
+    tables = PageData()
     text = page_text(scene, [export_method(scene, "brute-force", tables)], tables)
     assert "<script>alert" not in text
     assert text.count("<script") == 2 and text.count("</script>") == 2
