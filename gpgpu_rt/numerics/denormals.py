@@ -1,8 +1,8 @@
 """Denormals: a state of the processor in which the host's arithmetic keeps denormal numbers.
 
-A library in the same process may tell the processor to flush denormal numbers to 0, or to round in
-another direction; both states hold for every later operation of the thread. Ends of intervals and
-the t of hits may be denormal, so a hit could be lost.
+A library in the same process may tell the processor to flush denormal numbers to 0. The processor
+then does so for every later operation of the thread. Ends of intervals and the t of hits may be
+denormal, so a hit could be lost.
 """
 from __future__ import annotations
 

@@ -35,7 +35,8 @@ def test_the_scene_does_not_depend_on_the_number_of_rays(name: str) -> None:
 
 
 def check_exact(name: str, rays: int, seed: int, tree: bool = False) -> None:
-    """Compare the answers of two paths that share no code but numpy.
+    """Compare the answers of two paths that share no code but numpy. With ``tree`` they share the
+    tree of boxes that finds candidates.
 
     The first path is float64 with error bounds, and integers where the bounds decide nothing. The
     second path is integers for every triangle whose box the ray's line meets, except triangles on
