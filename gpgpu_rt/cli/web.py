@@ -8,7 +8,7 @@ from ..disk.files import check_writable
 from ..scene.loading import load_scene
 from ..web.export import web_names
 from ..web.page import write_page
-from .shared import Command, add_methods, print_stand_in
+from .shared import Command, add_methods, print_json, print_stand_in
 
 
 def add_command(command: Command) -> None:
@@ -26,7 +26,10 @@ def _web(chosen: argparse.Namespace) -> None:
     names = web_names(None if named == ["all"] else named)
     check_writable(chosen.output)
     scene = load_scene(chosen.scene)
-    print_stand_in(scene)
-    found = write_page(scene, names, chosen.output)
+    found = [one.name for one in write_page(scene, names, chosen.output)]
     size = Path(chosen.output).stat().st_size
-    print(f"wrote {chosen.output}: {', '.join(one.name for one in found)}; {size / 1e6:.1f} MB")
+    if chosen.json:
+        return print_json({**scene.facts(), "methods": found, "output": chosen.output,
+                           "bytes": size})
+    print_stand_in(scene)
+    print(f"wrote {chosen.output}: {', '.join(found)}; {size / 1e6:.1f} MB")

@@ -59,7 +59,7 @@ def page_text(scene: Scene, methods: list[WebMethod], tables: PageData) -> str:
               f"style-src '{_digest(style)}'")
     # "<" cannot end the element of the description, nor begin markup.
     description = json.dumps(told).replace("<", "\\u003c")
-    title = escape(f"{scene.name} in WebGL 2")
+    title = escape(f"{scene.title} in WebGL 2")
     return _PAGE.format(policy=policy, title=title, style=style, script=script,
                         description=description, side=SIDE,
                         triangles=f"{len(scene.triangles):,}")

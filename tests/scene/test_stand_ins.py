@@ -3,6 +3,7 @@ from __future__ import annotations
 
 import argparse
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -30,6 +31,7 @@ COMMANDS = {
     "accuracy": (*METHOD, "--rays", "64", "--size", "8x8", "--precisions", "fp32"),
     "tune": (*METHOD, "--rays", "64", "--budget", "0", "--max-wrong", "0.5", "--max-t-error", "1",
              "-o", "OUT.json"),
+    "web": (*METHOD, "-o", "OUT.html"),
 }
 # The viewer marks a stand-in in its panel. No stand-in is a single surface, so `remesh` accepts
 # none.
@@ -70,7 +72,7 @@ def test_commands_tell(command: str, words, capsys) -> None:
 
 
 def test_pictures_tell(words, monkeypatch) -> None:
-    """Heat maps, pass pictures, the bench's chart and the report's films show the marked title."""
+    """Every picture, page and film shows the marked title."""
     drawn: list[str] = []
 
     def note(*title: object) -> None:
@@ -84,6 +86,8 @@ def test_pictures_tell(words, monkeypatch) -> None:
         drawn.clear()
         assert cli.main((*words(command), *more)) == 0
         assert drawn and all(TITLE in title for title in drawn), command
+    assert cli.main(words("web")) == 0
+    assert f"<title>{TITLE} in WebGL 2</title>" in Path("OUT.html").read_text()
     assert TITLE in film(rt.load_scene(SCENE), "kd-restart", (8, 8))
     assert TITLE in heat_maps(rt.load_scene(SCENE), ["kd-restart"], (8, 8), 64)
 
