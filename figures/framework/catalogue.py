@@ -58,6 +58,7 @@ FIGURES = {
     "ray_space": "Tables over rays: ray classification and the visibility field",
     "schedules": "The three schedules: a pass for each kernel or step, beside a single pass",
     "extremes": "Extreme scenes and rays: the errors of each method, and whether all rays end",
+    "conformance": "Conformance: this project and today's ray tracers against exact answers",
     "tradeoff": "Speed against accuracy: precision, intersection tests, intervals",
 }
 

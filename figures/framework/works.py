@@ -18,8 +18,9 @@ from gpgpu_rt.bench.workloads import Workload, load, workload
 from gpgpu_rt.workers.machine import alone
 
 from ..experiments import (
-    bundle_errors, caustic_errors, coherence, extreme_runs, first_hit_times, frame_times, gap_work,
-    lost_rays, needs_times, path_errors, reduction_times, refraction_errors, update_times
+    bundle_errors, caustic_errors, coherence, conformance_runs, extreme_runs, first_hit_times,
+    frame_times, gap_work, lost_rays, needs_times, path_errors, reduction_times, refraction_errors,
+    update_times
 )
 from ..survey import ray_engine_work, tree_sizes
 from . import era_counts, trace_times
@@ -104,6 +105,10 @@ WORKS = (
     MeasurementKind("extremes", lambda cell, _: {"warm_ups": 0, "cases": extreme_runs.measure(
         cell.method, dict(cell.options), cell.size ** 2)},
         timed=False, catalogued=False, digest=lambda cell: extreme_runs.digest()),
+    # Each family of rays gets size squared rays.
+    MeasurementKind(conformance_runs.WORK, lambda cell, _: conformance_runs.measure(
+        cell.size ** 2), timed=False, catalogued=False,
+        digest=lambda cell: conformance_runs.digest()),
     # The stream has size squared elements.
     MeasurementKind("reduction", lambda cell, _: {
         "warm_ups": reduction_times.WARM_UPS,

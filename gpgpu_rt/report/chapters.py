@@ -119,7 +119,9 @@ precision costs wrong pixels, high precision costs time, and both costs can be m
 is a ray that passes through a closed surface. A *wrong* ray finds another triangle than the exact
 answer, and its rounding errors do not explain the difference. If n rays show no error, the share
 of wrong rays may still be as large as 3/n.
-""", ("tradeoff", "extremes")),
+
+Ray tracers of today are compared with the same exact answers, on rays that are aimed at trouble.
+""", ("tradeoff", "extremes", "conformance")),
     Chapter("All of them side by side (survey, section 4)", """
 The survey ends with a table: the structure of each method, the device that builds it, the
 traversal algorithm, and the speed relative to the Ray Engine. The survey notes that the column of

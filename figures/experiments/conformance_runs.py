@@ -1,0 +1,36 @@
+"""Conformance runs: engines are held against every family of extreme rays."""
+from __future__ import annotations
+
+import functools
+import hashlib
+import json
+import subprocess
+import sys
+from typing import Any
+
+from gpgpu_rt.conform.suite import installed
+from gpgpu_rt.errors import Error
+
+from . import extreme_runs
+
+WORK = "conformance"
+
+
+def measure(rays: int) -> dict[str, Any]:
+    """Return the rows of one method of this project and of every engine that is installed.
+
+    A worker may not start processes of its own, but the suite runs every engine in a process.
+    Therefore this function runs the command.
+    """
+    done = subprocess.run([sys.executable, "-m", "gpgpu_rt", "conform", "--json", "--rays",
+                           str(rays)], capture_output=True, text=True)
+    if done.returncode:
+        raise Error(f"conform: {done.stderr.strip() or 'no message'}")
+    return {"warm_ups": 0, "rows": json.loads(done.stdout)}
+
+
+@functools.cache
+def digest() -> str:
+    """A digest of all cases and of the engines' versions."""
+    versions = [(one.name, one.engine.version) for one in installed()[0]]
+    return hashlib.sha256(f"{extreme_runs.digest()} {versions}".encode()).hexdigest()
