@@ -20,12 +20,14 @@ def add_command(command: Callable[..., argparse.ArgumentParser]) -> None:
                      help="scene of the films and heat maps; default %(default)s")
     sub.add_argument("--size", type=size_word, default=(64, 64), metavar="WIDTHxHEIGHT",
                      help="size of the grid of rays in the films and heat maps; default 64x64")
+    sub.add_argument("--web", default="web", metavar="FOLDER", help="the folder that `make web` "
+                     "wrote; the report links to its pages. Default %(default)s")
     sub.add_argument("--still", action="store_true", help="leave out the films and heat maps")
 
 
 def _report(chosen: argparse.Namespace) -> None:
     found = write_report(chosen.output, chosen.figures, chosen.scene, chosen.size,
-                         not chosen.still, say)
+                         not chosen.still, say, chosen.web)
     if chosen.json:
         return print_json(found.to_dict())
     print(f"wrote {found.output}: {len(found.figures)} figures, {found.bytes / 1e6:.1f} MB")

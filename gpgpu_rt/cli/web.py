@@ -1,4 +1,4 @@
-"""``gpgpu-rt web``: a page that traces a scene in a browser, by the same programs."""
+"""``gpgpu-rt web``: pages that trace a scene in a browser, by the same programs."""
 from __future__ import annotations
 
 import argparse
@@ -6,30 +6,39 @@ from pathlib import Path
 
 from ..disk.files import check_writable
 from ..scene.loading import load_scene
+from ..text_format import counted
 from ..web.export import web_names
+from ..web.gallery import write_gallery
 from ..web.page import write_page
-from .shared import Command, add_methods, print_json, print_stand_in
+from .shared import Command, add_methods, print_json, print_stand_in, say
 
 
 def add_command(command: Command) -> None:
     """Declare the command. ``command(name, run, text)`` returns its parser."""
-    sub = command("web", _web, "write a page that traces a scene in a browser")
+    sub = command("web", _web, "write pages that trace a scene in a browser")
     sub.add_argument("scene", help="a scene's name or a mesh file")
     add_methods(sub, "kd-restart, grid and bvh-threaded; 'all' for every method that runs in a "
                 "browser")
-    sub.add_argument("-o", "--output", required=True, metavar="PAGE.html",
-                     help="the file to write")
+    sub.add_argument("-o", "--output", required=True, metavar="PAGE.html|FOLDER",
+                     help="the page to write; or, if the name does not end in .html, a folder for "
+                     "a gallery: an index, a page for each method, and pages beside the survey's "
+                     "figures")
 
 
 def _web(chosen: argparse.Namespace) -> None:
     named = chosen.methods or ["kd-restart", "grid", "bvh-threaded"]
     names = web_names(None if named == ["all"] else named)
-    check_writable(chosen.output)
     scene = load_scene(chosen.scene)
-    found = [one.name for one in write_page(scene, names, chosen.output)]
-    size = Path(chosen.output).stat().st_size
+    if not chosen.output.lower().endswith((".html", ".htm")):
+        made = write_gallery(scene, names, chosen.output, say)
+        written, size = made.pages, made.bytes
+    else:
+        check_writable(chosen.output)
+        write_page(scene, names, chosen.output)
+        written, size = (chosen.output,), Path(chosen.output).stat().st_size
     if chosen.json:
-        return print_json({**scene.facts(), "methods": found, "output": chosen.output,
-                           "bytes": size})
+        return print_json({**scene.facts(), "methods": names, "output": chosen.output,
+                           "pages": written, "bytes": size})
     print_stand_in(scene)
-    print(f"wrote {chosen.output}: {', '.join(found)}; {size / 1e6:.1f} MB")
+    print(f"wrote {chosen.output}: {', '.join(names)}; "
+          f"{counted(len(written), 'page')}, {size / 1e6:.1f} MB")

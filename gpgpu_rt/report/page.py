@@ -7,11 +7,13 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
+from urllib.parse import quote
 
 from ..disk.files import check_writable, replacing
 from ..errors import Error
 from ..scene.loading import load_scene
 from ..scene.scene import Scene
+from ..web.twins import TWINS, Twin
 from .chapters import CHAPTERS, Chapter
 from .figure import Figure, to_html
 from .films import film, heat_maps, or_why_not
@@ -68,7 +70,8 @@ class Report:
 
 def write_report(output: str | os.PathLike[str], figures: str | os.PathLike[str] = "figures/out",
                  scene: Scene | str = "bunny", size: tuple[int, int] = (64, 64),
-                 films: bool = True, say: Callable[[str], None] = lambda line: None) -> Report:
+                 films: bool = True, say: Callable[[str], None] = lambda line: None,
+                 web: str | os.PathLike[str] = "web") -> Report:
     """Write the teaching page.
 
     Parameters
@@ -80,6 +83,8 @@ def write_report(output: str | os.PathLike[str], figures: str | os.PathLike[str]
     size : (width, height) in rays of the films and heat maps
     films : whether to make films and heat maps. They take a minute and need an OpenGL context
     say : called with each line about progress
+    web : the folder that ``make web`` writes. The page links to each page there that belongs to a
+        figure. The links are relative, so publish both together
 
     Raises
     ------
@@ -114,6 +119,7 @@ def write_report(output: str | os.PathLike[str], figures: str | os.PathLike[str]
             for name in chapter.figures:
                 parts.append(Figure(name, folder).section(width, there) if name in there
                              else _missing(name))
+                parts += [_link(twin, Path(web), path) for twin in TWINS if twin.figure == name]
         return "\n".join([*parts, "</body></html>\n"])
 
     for width in WIDTHS:
@@ -140,6 +146,15 @@ def _opening(chapters: tuple[Chapter, ...], there: list[str], named: set[str]) -
             "Hachisuka’s survey <em>Ray Tracing on Graphics Hardware</em>: its methods run again, "
             "and are measured and compared with the numbers in their papers.</p>"
             f"{note}<nav><ol>{items}</ol></nav>")
+
+
+def _link(twin: Twin, web: Path, output: Path) -> str:
+    """Return a link to the interactive page of a figure; "" if the page was not written."""
+    if not (web / twin.file).is_file():
+        return ""
+    place = quote(Path(os.path.relpath(web / twin.file, output.parent)).as_posix())
+    return (f'<p>{html.escape(twin.shows)} <a href="{html.escape(place)}">Try '
+            f"{html.escape(', '.join(twin.methods))} in your browser</a>.</p>")
 
 
 def _missing(name: str) -> str:

@@ -1,0 +1,146 @@
+"""Gallery: a folder of pages that trace in a browser, with an index; ready to be published."""
+from __future__ import annotations
+
+import re
+import statistics
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from html import escape
+from pathlib import Path
+from typing import Any
+
+from ..disk.files import replacing
+from ..errors import Error
+from ..gl.shader import ROOT
+from ..inspect.heat import Heat, draw_heat, heat
+from ..methods import Method, find_method, methods
+from ..report.images import image_tag, png_uri
+from ..scene.loading import load_scene
+from ..scene.scene import Scene
+from ..tracer import Tracer
+from .export import web_names, why_not_in_browser
+from .page import write_page
+from .twins import TWINS
+
+INDEX = "index.html"
+SIDE = 128      # of the heat maps, in rays
+
+
+@dataclass(frozen=True)
+class Gallery:
+    """The files of a gallery.
+
+    Attributes
+    ----------
+    pages : names of the files in the folder, the index last
+    bytes : size of all files
+    """
+
+    pages: tuple[str, ...]
+    bytes: int
+
+
+def about(row: Method) -> list[str]:
+    """Return the paragraphs of a method's manual: the comment that its program begins with."""
+    header = (ROOT / row.glsl).read_text(encoding="utf-8").split("\n\n")[0]
+    lines = "\n".join(re.sub(r"^// ?", "", line) for line in header.splitlines())
+    return [" ".join(part.split()) for part in lines.split("\n\n")]
+
+
+def write_gallery(scene: Scene, names: Sequence[str], folder: str,
+                  say: Callable[[str], None] = lambda line: None) -> Gallery:
+    """Write a page for each method, the twins of figures, and an index.
+
+    Parameters
+    ----------
+    scene : the scene of the methods' pages
+    names : the methods; the twins have the methods of their figures
+    folder : is made if it is missing; other files in it stay
+    say : called with each line about progress
+
+    Raises
+    ------
+    Error
+        if the folder or a file cannot be written
+    OptionError
+        a method does not run in a browser
+    """
+    web_names(list(names))
+    path = Path(folder)
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+    except OSError as failure:
+        raise Error(f"cannot make the folder {folder}: {failure.strerror}") from failure
+    pages = []
+    for name in names:
+        pages.append(f"{name}.html")
+        say(f"{name} on {scene.title}")
+        write_page(scene, [name], str(path / pages[-1]))
+    for twin in TWINS:
+        pages.append(twin.file)
+        say(f"{twin.figure}: {', '.join(twin.methods)} on {twin.scene}")
+        write_page(load_scene(twin.scene), list(twin.methods), str(path / pages[-1]))
+    maps = [_map(scene, name) for name in names]
+    pages.append(INDEX)
+    with replacing(path / INDEX) as file:
+        file.write_text(_index(scene, names, maps), encoding="utf-8")
+    return Gallery(tuple(pages), sum((path / page).stat().st_size for page in pages))
+
+
+def _map(scene: Scene, name: str) -> Heat:
+    with Tracer(scene, name, statistics=True) as tracer:
+        return heat(tracer, "steps", (SIDE, SIDE))
+
+
+def _index(scene: Scene, names: Sequence[str], maps: Sequence[Heat]) -> str:
+    # Brute force would make every other map dark, so the scale ends where half of the maps do.
+    highest = max(1.0, statistics.median(one.summary()["quantile_99"] for one in maps))
+    cards = [_card(find_method(name), one, scene, highest) for name, one in zip(names, maps)]
+    twins = [f'<li><a href="{twin.file}">{_figure_title(twin.figure)}</a>: '
+             f"{escape(twin.shows)} ({', '.join(twin.methods)} on "
+             f"{escape(load_scene(twin.scene).title)})</li>" for twin in TWINS]
+    others = [(row, why_not_in_browser(row)) for row in methods()]
+    absent = [f"<li>{row.name}: {escape(why)}.</li>" for row, why in others if why]
+    return _INDEX.format(title=escape(f"Ray tracing by fragment programs: {scene.title}"),
+                         cards="".join(cards), twins="".join(twins), absent="".join(absent))
+
+
+def _figure_title(name: str) -> str:
+    return f"Figure {int(name.removeprefix('fig'))}"
+
+
+def _card(row: Method, costs: Heat, scene: Scene, highest: float) -> str:
+    mean = costs.summary()["mean"]
+    picture: Any = draw_heat([costs], "steps", scene.title, highest)
+    said = f"Steps per ray of {row.name} on {scene.title}; mean {mean:.1f}"
+    paragraphs = "".join(f"<p>{escape(part)}</p>" for part in about(row))
+    return (f'<article id="{row.name}"><h2><a href="{row.name}.html">{row.name}</a></h2>'
+            f"<p>{escape(row.summary[:1].upper() + row.summary[1:])} "
+            f"({escape(row.citation)}).</p>"
+            f'<a href="{row.name}.html">{image_tag(png_uri(picture, 480), said)}</a>'
+            f"<p>{mean:.1f} steps per ray.</p><details><summary>How it works</summary>"
+            f"{paragraphs}</details></article>")
+
+
+_INDEX = """<!doctype html>
+<html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width">
+<meta http-equiv="Content-Security-Policy" content="default-src 'none'; img-src data:; \
+style-src 'unsafe-inline'">
+<link rel="icon" href="data:,">
+<title>{title}</title><style>
+body {{ font: 16px/1.5 system-ui, sans-serif; color: #20242b; margin: 0 auto; max-width: 74rem;
+       padding: 1rem }}
+.cards {{ display: grid; gap: 1.5rem;
+         grid-template-columns: repeat(auto-fill, minmax(20rem, 1fr)) }}
+article {{ border: 1px solid #c9ced6; padding: 0 1rem 1rem }} h2 {{ font-size: 1.15rem }}
+img {{ width: 100%; height: auto; border: 1px solid #c9ced6 }} summary {{ cursor: pointer }}
+</style></head><body>
+<h1>{title}</h1>
+<p>Each page traces rays in your browser, on your own graphics card, by the fragment programs of
+2002-2007. The pages need no server and load nothing. The pictures show the number of steps per
+ray, all on one scale; more steps have the last colour.</p>
+<div class="cards">{cards}</div>
+<h2>Beside the survey's figures</h2><ul>{twins}</ul>
+<h2>Methods that do not run in a browser</h2><ul>{absent}</ul>
+</body></html>
+"""

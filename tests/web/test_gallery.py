@@ -1,0 +1,76 @@
+"""The gallery: a page for each method, pages beside figures, and an index that links to them."""
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+import gpgpu_rt as rt
+from gpgpu_rt.cli.main import main
+from gpgpu_rt.methods import find_method
+from gpgpu_rt.report import CHAPTERS, write_report
+from gpgpu_rt.scene.loading import list_scenes
+from gpgpu_rt.web import gallery
+from gpgpu_rt.web.export import web_names, why_not_in_browser
+from gpgpu_rt.web.gallery import about, write_gallery
+from gpgpu_rt.web.twins import TWINS, Twin
+
+SMALL = Twin("fig11", "cornell", ("kd-restart",), "After a leaf, a ray restarts.")
+
+
+@pytest.mark.parametrize("twin", TWINS, ids=lambda twin: twin.figure)
+def test_twins_run_in_a_browser_and_belong_to_figures(twin: Twin) -> None:
+    assert web_names(list(twin.methods)) == list(twin.methods)
+    assert twin.scene in {row["name"] for row in list_scenes()}
+    assert any(twin.figure in chapter.figures for chapter in CHAPTERS)
+
+
+@pytest.mark.parametrize("row", [find_method(name) for name in web_names()],
+                         ids=lambda row: row.name)
+def test_each_method_has_a_manual(row) -> None:
+    paragraphs = about(row)
+    assert re.search(r"\b(19|20)\d\d\b|\bsurvey\b", paragraphs[0])
+    assert not any("//" in part or "\n" in part for part in paragraphs)
+
+
+@pytest.fixture
+def small(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(gallery, "TWINS", (SMALL,))
+
+
+def test_the_index_links_to_every_page(small, tmp_path: Path) -> None:
+    scene = rt.Scene.from_arrays([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]],
+                                 name="</h1><script>alert(1)</script>")
+    made = write_gallery(scene, ["brute-force", "kd-restart"], str(tmp_path / "out"))
+    assert sorted(made.pages) == sorted(one.name for one in (tmp_path / "out").iterdir())
+    index = (tmp_path / "out" / "index.html").read_text()
+    assert {"brute-force.html", "kd-restart.html", "fig11.html"} == {
+        name for name in re.findall(r'href="([^"]*)"', index) if not name.startswith("data:")}
+    assert "<script" not in index and "https://" not in index and "http://" not in index
+    absent = [row for row in rt.methods() if why_not_in_browser(row)]
+    assert all(f"<li>{row.name}: " in index for row in absent)
+
+
+def test_the_report_links_to_the_pages_that_are_there(small, tmp_path: Path) -> None:
+    pytest.importorskip("markdown_it")
+    made = write_gallery(rt.load_scene("cornell"), ["brute-force"], str(tmp_path / "a web"))
+    assert "fig11.html" in made.pages
+    (tmp_path / "sub").mkdir()
+    write_report(tmp_path / "sub" / "r.html", tmp_path, films=False, web=tmp_path / "a web")
+    text = (tmp_path / "sub" / "r.html").read_text()
+    assert re.findall(r'<a href="([^"#]*)">Try', text) == ["../a%20web/fig11.html"]
+
+
+@pytest.mark.parametrize("words, message", [
+    (("cornell", "-m", "bvh-packet", "-o", "out"), "does not run in a browser"),
+    (("cornell", "-m", "kd-restart", "-o", "taken"), "cannot make the folder taken"),
+    (("cornel", "-o", "out"), "cornel")])
+def test_mistakes_write_nothing(words, message: str, tmp_path: Path, capsys,
+                                monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "taken").write_text("a file")
+    assert main(("web", *words)) == 1
+    said = capsys.readouterr().err
+    assert message in said and said.count("\n") == 1
+    assert [one.name for one in tmp_path.iterdir()] == ["taken"]
