@@ -15,14 +15,14 @@ from typing import Any
 
 import numpy as np
 
-from ..disk.files import replacing
+from ..disk.files import read_json, replacing
 from ..reference import Acceptance, acceptance
 from .case import Case
 from .families import FAMILIES, make_case
 
 FORMAT = "gpgpu_rt conformance suite, version 1"
 HERE = Path(__file__).parent
-READER, SCHEMA = "read_cases.py", "schema.json"
+READER, SCHEMA, INDEX = "read_cases.py", "schema.json", "index.json"
 
 
 def case_to_dict(case: Case) -> dict[str, Any]:
@@ -89,12 +89,25 @@ def export(folder: Path, names: Iterable[str], rays: int, seed: int) -> Iterator
         with replacing(folder / f"{name}.npz") as file:
             np.savez_compressed(file, **arrays(case, known))
         families.append({"family": name, "what": family.what, "digest": told["digest"],
-                         "triangles": len(case.triangles), "rays": len(case.origins)})
+                         "seed": seed, "triangles": len(case.triangles),
+                         "rays": len(case.origins)})
         yield name
-    _write(folder / "index.json", {"format": FORMAT, "seed": seed, "families": families})
+    written = {one["family"] for one in families}
+    families += [one for one in _listed(folder) if one["family"] not in written]
+    _write(folder / INDEX, {"format": FORMAT, "families": families})
     for name in (READER, SCHEMA):
         with replacing(folder / name) as file:
             shutil.copyfile(HERE / name, file)
+
+
+def _listed(folder: Path) -> list[dict[str, Any]]:
+    """Return the families that the index of an earlier export lists and whose files are there."""
+    try:
+        index = read_json(folder / INDEX)
+        return [one for one in index["families"] if index["format"] == FORMAT
+                and (folder / f"{one['family']}.json").is_file() and one["seed"] is not None]
+    except (OSError, ValueError, KeyError, TypeError):
+        return []
 
 
 def _write(path: Path, told: dict[str, Any]) -> None:

@@ -133,6 +133,10 @@ def test_the_command_exports_and_lists(tmp_path: Path, capsys: pytest.CaptureFix
                  "--rays", "5"]) == 0
     assert sorted(path.name for path in (tmp_path / "suite").iterdir()) == [
         "index.json", "one-triangle.json", "one-triangle.npz", READER, SCHEMA]
+    assert main(["conform", "--export", str(tmp_path / "suite"), "--family", "box-edges",
+                 "--rays", "5"]) == 0
+    index = json.loads((tmp_path / "suite" / "index.json").read_text())
+    assert [one["family"] for one in index["families"]] == ["box-edges", "one-triangle"]
     assert main(["conform", "--list"]) == 0
     assert "embree-vertices" in capsys.readouterr().out
 
