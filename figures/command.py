@@ -12,6 +12,7 @@ from gpgpu_rt.cli.streams import printed
 from gpgpu_rt.disk.files import check_writable
 from gpgpu_rt.errors import Error, how_to_install, nearest_names
 from gpgpu_rt.interrupts import STATUS
+from gpgpu_rt.text_format import counted
 from gpgpu_rt.workers import Workers
 
 NEEDED = ("distributed", "flip_evaluator", "matplotlib", "tqdm")     # the extra `figures`
@@ -101,8 +102,8 @@ def _index(out: Path) -> None:
     write_index(out, lines, summary.sentences(pages), [
         f"Size of the measurements: {size}. All measurements together took "
         f"{number(seconds / 60)} minutes of processor time"
-        + (f", not counting {unknown} cells: an older version did not time them." if unknown
-           else ".")
+        + (f", not counting {counted(unknown, 'cell')} that an older version measured without a "
+           "clock." if unknown else ".")
         + ("" if not quick else " At the quick size fewer rays are traced than in the papers, so "
            "compare times per ray. `make figures FULL=1` uses the papers' sizes. If you interrupt "
            "it, the next run continues where it stopped.")])

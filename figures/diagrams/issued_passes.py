@@ -40,7 +40,7 @@ def record_of(sampler: str) -> str:
 def kernel_of(one: ObservedPass) -> str:
     """The name of a pass in a diagram."""
     if one.uniforms.get("equal"):
-        return "tile_pairs, again"    # the second draw of a batch finds the lowest triangle
+        return "tile_pairs, again"    # the second draw of a batch finds the lowest index
     return one.kernel or one.name.split("/")[-1].removesuffix(".frag")
 
 

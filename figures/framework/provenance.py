@@ -17,6 +17,7 @@ from typing import Any
 
 from gpgpu_rt.disk.files import read_json, replacing
 from gpgpu_rt.gl.context import open_gpu
+from gpgpu_rt.text_format import counted
 
 from .cell import Cell
 from .results import commit, finished
@@ -82,5 +83,6 @@ def summary(held: dict[str, Any]) -> str:
     cells = held["cells"] or [held["drawn"]]
     words = [", ".join(sorted({str(cell[key]) for cell in cells}))
              for key in ("renderer", "commit", "date")]
-    count = f"{len(held['cells'])} cells" if held["cells"] else "drawn from passes as they ran"
+    count = (counted(len(held["cells"]), "cell") if held["cells"]
+             else "drawn from passes as they ran")
     return f"{count}; {words[0]}; commit {words[1]}; {words[2]}"
