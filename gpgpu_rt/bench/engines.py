@@ -16,8 +16,9 @@ import numpy as np
 import trimesh
 
 from ..scene.scene import Scene
-from ..text_format import named_version
+from ..text_format import counted, named_version
 from ..threads import cores
+from . import embree_in_c
 from .workloads import Workload
 
 # Traces all rays. Returns the triangle that each ray hits or -1, (n,) int; or whether each ray
@@ -39,6 +40,10 @@ class Engine:
     most : a slow engine traces only this number of rays, spread evenly over all rays; None for all
     ends : whether the engine accepts rays with an end, such as shadow rays
     threads : number of threads
+    tile : the engine gets the rays in the order of the image's tiles of this size in pixels
+    robust : whether the engine is used in a mode that promises no leaks at edges and vertices
+    absent : a function that returns the reason why the engine cannot run, or ""; None to look for
+        the modules
     """
 
     name: str
@@ -47,11 +52,16 @@ class Engine:
     most: int | None = None
     ends: bool = True
     threads: int = 1
+    tile: tuple[int, int] = (1, 1)
+    robust: bool = True
+    absent: Callable[[], str] | None = None
 
     @property
     def missing(self) -> str:
         """The reason why the engine cannot run, such as "embreex is not installed"; "" if it can
         run."""
+        if self.absent is not None:
+            return self.absent()
         return next(filter(None, map(_absent, self.modules)), "")
 
 
@@ -155,13 +165,20 @@ EMBREE = f"{_NAMES[0]}, one thread"     # the baseline of all ratios
 OWN = f"{_NAMES[1]}'s own"
 _EMBREEX = ("embreex.rtcore_scene", "embreex.mesh_construction")
 
+_IN_C = f"Embree {embree_in_c.version()}".rstrip()
+_TILES = {16: (4, 4), 8: (4, 2), 1: (1, 1)}     # rays of a packet -> pixels that the packet covers
 _ALL = [CORES] if CORES > 1 else []     # numbers of threads besides 1
 
 ENGINES = (
     Engine(EMBREE, _EMBREEX, _embree(1)),
     *(Engine(f"{_NAMES[0]}, {n} threads", _EMBREEX, _embree(n), threads=n) for n in _ALL),
-    Engine(OWN, ("rtree",), _trimesh, most=1024, ends=False),
+    *(Engine(f"{_IN_C} in C, packets of {width}, {counted(CORES, 'thread')}" if width > 1 else
+             f"{_IN_C} in C, {counted(CORES, 'thread')}", (), embree_in_c.packets(width, CORES),
+             threads=CORES, tile=tile, absent=embree_in_c.missing)
+      for width, tile in _TILES.items()),
+    Engine(OWN, ("rtree",), _trimesh, most=1024, ends=False, robust=False),
     Engine(f"{_NAMES[2]}, one thread", ("open3d",), _open3d(1)),
     *(Engine(f"{_NAMES[2]}, {n} threads", ("open3d",), _open3d(n), threads=n) for n in _ALL),
-    Engine(f"{_NAMES[3]}, {CORES} threads", ("mitsuba", "drjit"), _mitsuba(CORES), threads=CORES),
+    Engine(f"{_NAMES[3]}, {CORES} threads", ("mitsuba", "drjit"), _mitsuba(CORES), threads=CORES,
+           robust=False),
 )

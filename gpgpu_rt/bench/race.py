@@ -157,7 +157,7 @@ def race(scene: str, kind: str, candidates: Sequence[tuple[str, dict[str, Any]]]
             if rays.t_max is not None and not engine.ends:
                 report(f"{what}: left out {engine.name}, whose rays cannot have an end")
             else:
-                given = rays.compact(engine.most)
+                given = rays.compact(engine.most, engine.tile)
                 entries.append(Entry(engine.name, {}, given.live, out_of=(
                     rays.live if given.live < rays.live else None)))
                 calls.append(_theirs(engine.prepare(load(scene), given)))

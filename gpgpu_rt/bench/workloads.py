@@ -64,9 +64,15 @@ class Workload:
             return np.full(len(self.origins), np.inf, np.float32)
         return self.t_max
 
-    def compact(self, most: int | None = None) -> Workload:
-        """Return only the pixels with a ray, in order; at most ``most`` of them, evenly spread."""
+    def compact(self, most: int | None = None, tile: tuple[int, int] = (1, 1)) -> Workload:
+        """Return only the pixels with a ray, at most ``most`` of them, evenly spread.
+
+        The rays are in the order of the image's tiles of ``tile`` pixels (width, height).
+        """
         live = np.flatnonzero(self.has_ray)
+        if tile != (1, 1):
+            y, x = np.divmod(live, self.size)
+            live = live[np.lexsort((x % tile[0], y % tile[1], x // tile[0], y // tile[1]))]
         if most is not None and len(live) > most:
             live = live[np.linspace(0, len(live) - 1, most).astype(np.int64)]
         return Workload(*(np.ascontiguousarray(a[live], np.float32)

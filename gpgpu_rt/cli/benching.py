@@ -71,6 +71,7 @@ def _bench(chosen: argparse.Namespace) -> None:
     if chosen.json:
         print_json({"gpu": gpu.info(), "size": chosen.size,
                     "threads": threads_of(gpu.renderer), "missing": _missing(),
+                    "robust": {one.name: one.robust for one in ENGINES},
                     "races": [{**load(scene).facts(), "rays": kind,
                                "too_noisy": too_noisy(entries),
                                "entries": [entry.to_dict() for entry in entries]}
@@ -147,6 +148,11 @@ def _print_notes(gpu: Gpu, found: Races) -> None:
     print("spread: time of the slowest round divided by the time of the fastest\n"
           "bytes per triangle: size of the method's tables divided by the number of triangles; "
           "without rays and hits")
+    names = {entry.name for *_, entries in found for entry in entries}
+    for promise, words in ((True, "robust (no leaks at edges and vertices are promised)"),
+                           (False, "not robust")):
+        if told := [one.name for one in ENGINES if one.name in names and one.robust == promise]:
+            print(f"{words}: {'; '.join(told)}")
     for why in dict.fromkeys(_missing().values()):
         print(f"left out because {why}: "
               + "; ".join(name for name, reason in _missing().items() if reason == why))

@@ -17,7 +17,7 @@ from PIL import Image
 import gpgpu_rt as rt
 from gpgpu_rt import cli
 from gpgpu_rt.bench import (
-    ENGINES, RAY_SETS, Entry, Workload, engines, race, ranked, too_noisy, workload
+    ENGINES, RAY_SETS, Entry, Workload, embree_in_c, engines, race, ranked, too_noisy, workload
 )
 from gpgpu_rt.bench.engines import EMBREE, OWN
 from gpgpu_rt.cli import benching
@@ -64,6 +64,47 @@ def test_compact_rays_are_those_of_pixels_with_one() -> None:
     with rt.Tracer("cornell") as tracer:
         found = tracer.trace(rays.origins, rays.directions, invalid="miss")
     assert (found.status == 0).tolist() == again.has_ray.tolist()
+
+
+def test_rays_lie_in_tiles_of_the_image() -> None:
+    places = np.stack([*np.indices((4, 4))[::-1], np.ones((4, 4))], -1).reshape(-1, 3)
+    rays = Workload(np.float32(places), np.float32(np.ones((16, 3))), 4)
+    x, y = rays.compact(tile=(2, 2)).origins[:8, :2].T.astype(int).tolist()
+    assert list(zip(x, y)) == [(0, 0), (1, 0), (0, 1), (1, 1), (2, 0), (3, 0), (2, 1), (3, 1)]
+
+
+def test_blocks_of_rays_are_filled_with_rays_that_miss() -> None:
+    rays = workload("cornell", RAY_SETS["eye"], 3)
+    blocks = embree_in_c.laid_out(rays, 8)
+    assert blocks.shape == (2, embree_in_c.FIELDS, 8)
+    assert np.array_equal(blocks[0, 4:7].T, rays.directions[:8])
+    assert np.array_equal(blocks[1, :3, 0], rays.origins[8])
+    assert (blocks[1, 8, 1:] < 0).all() and np.isinf(blocks[1, 8, 0])
+
+
+def test_embree_in_c_says_what_it_lacks(monkeypatch, tmp_path) -> None:
+    monkeypatch.setattr(embree_in_c, "HEADERS", (tmp_path,))
+    assert embree_in_c.missing() == "libembree-dev is not installed" and not embree_in_c.version()
+    (tmp_path / "rtcore_config.h").write_text('#define RTC_VERSION_STRING "9.8.7"\n')
+    assert embree_in_c.version() == "9.8.7"
+    monkeypatch.setenv("PATH", str(tmp_path))
+    assert embree_in_c.missing() == "there is no C compiler (cc)"
+
+
+def test_embree_in_c_tells_of_a_failed_compilation(monkeypatch, tmp_path) -> None:
+    (tmp_path / "rtcore_config.h").write_text("")
+    compiler = tmp_path / "cc"
+    compiler.write_text("#!/bin/sh\necho no such header >&2\nexit 1\n")
+    compiler.chmod(0o755)
+    monkeypatch.setattr(embree_in_c, "HEADERS", (tmp_path,))
+    monkeypatch.setenv("PATH", f"{tmp_path}:/bin")
+    monkeypatch.setenv("TMPDIR", str(tmp_path))
+    monkeypatch.setattr("tempfile.tempdir", None)
+    embree_in_c._library.cache_clear()
+    try:
+        assert embree_in_c.missing() == "libembree-dev cannot be used: no such header"
+    finally:
+        embree_in_c._library.cache_clear()
 
 
 def test_an_engine_of_few_rays_says_of_how_many(capsys) -> None:
