@@ -13,7 +13,8 @@ def main() -> int:
 
 def _load() -> Command:
     # Imported late: `run` already answers Ctrl-C here, so an early interrupt is silent.
-    from .cli.main import main
+    from .cli.main import import_command, main
+    import_command(sys.argv[1:])
     return main
 
 

@@ -31,7 +31,7 @@ BEST = (("bvh-packet", _EYE),
         ("bvh-packet", {"packet": (2, 2), "presort": True, **_TREE, "reinsertion": 3}))
 
 
-def add_command(command: Command) -> None:
+def add_commands(command: Command) -> None:
     sub = command("bench", _bench, "time methods and today's engines on the same rays")
     sub.add_argument("scenes", nargs="+", metavar="scene", help="a scene's name or a mesh file")
     add_methods(sub, "all but " + ", ".join(row.name for row in methods()

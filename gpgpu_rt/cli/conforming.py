@@ -24,7 +24,7 @@ from .shared import Command, add_methods, names, print_json, print_table, say
 NONE = "none"
 
 
-def add_command(command: Command) -> None:
+def add_commands(command: Command) -> None:
     """Declare the command. ``command(name, run, text)`` returns its parser."""
     sub = command("conform", _conform, "hold ray tracers against extreme rays whose exact answers "
                   "are known")

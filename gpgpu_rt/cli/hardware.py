@@ -20,7 +20,7 @@ NOTE = ("The rows `era` judge the kernels as the papers had them, by Mesa's comp
         "loop iterations is not compared with a card's limit, because it depends on the rays.")
 
 
-def add_command(command: Command) -> None:
+def add_commands(command: Command) -> None:
     sub = command("hardware", _hardware, "list the survey's graphics cards with their figures, "
                   "limits and sources")
     sub.add_argument("--methods", action="store_true", help="print which methods each card could "

@@ -8,9 +8,18 @@ from ..errors import did_you_mean, nearest_names
 
 
 class Parser(argparse.ArgumentParser):
-    """Reports what is wrong in one line and suggests similar words."""
+    """Reports what is wrong in one line and suggests similar words.
+
+    Attributes
+    ----------
+    switches : the words that need no value, such as --octants
+    """
 
     speaker = "gpgpu-rt"
+
+    def __init__(self, *given: Any, **more: Any) -> None:
+        super().__init__(*given, **more)
+        self.switches: set[str] = set()
 
     def error(self, message: str) -> Any:
         self.exit(2, f"{self.speaker}: {message} (see `{self.prog} --help`)\n")

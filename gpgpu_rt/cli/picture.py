@@ -11,11 +11,12 @@ from ..render.plan import Plan
 from ..scene.scene import Scene
 from ..tracer import Tracer
 from .camera import camera_of
+from .parser import Parser
 from .progress import doublings, show_progress
 from .shared import Variants, add_variants, parsed, variants
 
 
-def add_picture(sub: argparse.ArgumentParser) -> None:
+def add_picture(sub: Parser) -> None:
     """Declare the options of ``render`` for light."""
     group = sub.add_argument_group("light")
     group.add_argument("--integrator", metavar="NAME", help="the integrator: "
@@ -23,7 +24,7 @@ def add_picture(sub: argparse.ArgumentParser) -> None:
     group.add_argument("--explain", action="store_true", help="print the plan before drawing: "
                        "the passes, textures and defines that the scene requires, and why others "
                        "are left out")
-    add_variants(group, light_options(), "picture_")
+    add_variants(sub, group, light_options(), "picture_")
 
 
 def picture_options(chosen: argparse.Namespace) -> dict[str, Any]:

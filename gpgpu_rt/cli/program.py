@@ -19,7 +19,7 @@ from .shared import Command, add_options, options_for, print_json, print_table, 
 PACKAGE = Path(__file__).parents[1]
 
 
-def add_command(command: Command) -> None:
+def add_commands(command: Command) -> None:
     """Declare the command; ``command(name, run, text)`` makes a parser."""
     sub = command("program", _program, "print the GLSL text that a method runs: "
                   "conditionals resolved, each part under the name of its file")

@@ -8,7 +8,7 @@ from ..report import write_report
 from .shared import print_json, say, size_word
 
 
-def add_command(command: Callable[..., argparse.ArgumentParser]) -> None:
+def add_commands(command: Callable[..., argparse.ArgumentParser]) -> None:
     """Declare the command; ``command(name, run, text)`` returns a parser."""
     sub = command("report", _report, "write one self-contained page: every figure beside the "
                   "published numbers, heat maps, and films of passes")

@@ -26,7 +26,7 @@ from .shared import Command, print_json, print_table, say
 KILOBYTE = 1000
 
 
-def add_command(command: Command) -> None:
+def add_commands(command: Command) -> None:
     """Declare the command. ``command(name, run, text)`` returns its parser."""
     sub = command("scenes", _run, "list the named scenes and the source of each, or fetch the "
                   "papers' scenes")

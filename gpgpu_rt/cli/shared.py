@@ -6,16 +6,17 @@ import json
 import math
 import re
 import sys
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from typing import Any
 
 from ..errors import OptionError
 from ..methods import find_method, methods
 from ..options import TRACER_OPTIONS, TRUTH, Option, spell
 from ..scene.scene import Scene
+from .parser import Parser
 
 # A function that declares a command, given its name, the function that runs it, and its help text.
-Command = Callable[[str, Callable[[argparse.Namespace], None], str], argparse.ArgumentParser]
+Command = Callable[[str, Callable[[argparse.Namespace], None], str], Parser]
 
 
 _WORD = re.compile(r"--[a-z-]+")
@@ -40,10 +41,10 @@ def all_options() -> Variants:
                      *((row.name, row.options) for row in methods())])
 
 
-def add_options(sub: argparse.ArgumentParser) -> None:
+def add_options(sub: Parser) -> None:
     """Declare a ``--word`` for every option of the tracer and of the methods."""
-    add_variants(sub.add_argument_group("options of the tracer and its methods"), all_options(),
-                 "option_")
+    group = sub.add_argument_group("options of the tracer and its methods")
+    add_variants(sub, group, all_options(), "option_")
 
 
 def names(text: str) -> list[str]:
@@ -97,13 +98,15 @@ def word_of(name: str) -> str:
     return "--" + name.replace("_", "-")
 
 
-def add_variants(group: argparse._ArgumentGroup, table: Variants, prefix: str) -> None:
-    """Declare a ``--word`` for each option of ``table``.
+def add_variants(sub: Parser, group: argparse._ArgumentGroup, table: Variants,
+                 prefix: str) -> None:
+    """Declare a ``--word`` for each option of ``table`` in a group of a command's parser.
 
     The parsed arguments hold the text after the word as their attribute ``prefix`` + name.
     """
     for name, kinds in table.items():
         bare = {"nargs": "?", "const": "true"} if _is_switch(kinds) else {}
+        sub.switches.update([word_of(name)] if bare else [])
         try:
             group.add_argument(word_of(name), dest=prefix + name,
                                metavar="true|false" if bare else "VALUE",
@@ -154,14 +157,13 @@ def _listed(owners: Sequence[str]) -> str:
     return ", ".join(owners) if len(owners) < 4 else f"{owners[0]} and {len(owners) - 1} others"
 
 
-def spelled_out(arguments: Sequence[str], options: Variants) -> list[str]:
+def spelled_out(arguments: Sequence[str], switches: Collection[str]) -> list[str]:
     """Return the arguments in a form that argparse reads without ambiguity.
 
     A switch without a value becomes ``--word=true``, so that the next argument, such as a scene,
     is not read as its value. A vector such as -1,0,2 is joined to the word before it, so that
     argparse does not read it as an option.
     """
-    switches = {word_of(name) for name, kinds in options.items() if _is_switch(kinds)}
     found: list[str] = []
     for word, after in zip(arguments, [*arguments[1:], ""]):
         if found and _PLACE.fullmatch(word) and _WORD.fullmatch(found[-1]):

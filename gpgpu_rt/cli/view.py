@@ -15,7 +15,7 @@ from .picture import add_picture, picture_options
 from .shared import add_method, add_options, options_for, print_json, size_word
 
 
-def add_command(command: Callable[..., argparse.ArgumentParser]) -> None:
+def add_commands(command: Callable[..., argparse.ArgumentParser]) -> None:
     sub = command("view", _view, "open a window: look around, change method and options, see "
                   "every pass and the cost of rays")
     sub.add_argument("scene", nargs="?", default="bunny", help="a scene's name, a mesh file or a "

@@ -13,7 +13,7 @@ from ..web.page import write_page
 from .shared import Command, add_methods, print_json, print_stand_in, say
 
 
-def add_command(command: Command) -> None:
+def add_commands(command: Command) -> None:
     """Declare the command. ``command(name, run, text)`` returns its parser."""
     sub = command("web", _web, "write pages that trace a scene in a browser")
     sub.add_argument("scene", help="a scene's name or a mesh file")

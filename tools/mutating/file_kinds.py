@@ -19,7 +19,7 @@ from PIL import Image
 import gpgpu_rt as rt
 from gpgpu_rt.accel import cache
 from gpgpu_rt.cli.frames import write_film
-from gpgpu_rt.cli.main import _read_rays
+from gpgpu_rt.cli.tracing import _read_rays
 from gpgpu_rt.cli.unfinished import Unfinished
 from gpgpu_rt.methods import settings
 from gpgpu_rt.methods.bih.tree import build_bih
