@@ -11,6 +11,7 @@ import numpy as np
 from ..disk.arrays import read_npz
 from ..disk.files import check_writable, replacing
 from ..errors import Error, OptionError
+from ..gl.context import open_gpu
 from ..render.plan import Plan
 from ..scene.loading import load_scene
 from ..scene.scene import Scene
@@ -28,6 +29,7 @@ from .shared import (
     Command, add_method, add_options, given_options, options_for, print_json, print_stand_in,
     size_word
 )
+from .timings import Timings
 
 
 def add_commands(command: Command) -> None:
@@ -44,6 +46,9 @@ def add_commands(command: Command) -> None:
                      "by the rasteriser, with proof that each hit equals the traced hit to the "
                      "bit. verified: by the rasteriser, with a check that each hit is a hit of "
                      "its ray, but not that it is the nearest; default %(default)s")
+    sub.add_argument("--timings", action="store_true", help="print where the time goes, from the "
+                     "start of the process to the written file; the first pass of a program "
+                     "includes its compilation")
     add_camera(sub)
     add_picture(sub)
     add_floor(sub)
@@ -80,27 +85,40 @@ def _render(chosen: argparse.Namespace) -> None:
     check_frames(chosen)
     if chosen.frames is None:
         _check_picture(chosen)
+    if chosen.timings and (chosen.frames is not None or chosen.scheduler is not None):
+        raise OptionError("--timings measures one picture in this process; leave out --frames and "
+                          "--scheduler")
     if chosen.scheduler is not None:
         return render_shared(chosen)
     if chosen.frames is not None:
         tracer, line = render_frames(chosen, lambda moving: _tracer(chosen, moving.scene))
         with tracer:
             return _report(chosen, tracer, line)
-    with _tracer(chosen, scene_of(chosen) if chosen.floor else None) as tracer:
+    timings = Timings()
+    with timings.part("context"):
+        open_gpu(given_options(chosen).get("context"))
+    with timings.part("scene"):     # otherwise the tracer checks its options before it loads
+        scene = scene_of(chosen) if chosen.floor or chosen.timings else None
+    with timings.part("tracer"):
+        tracer = _tracer(chosen, scene)
+    timings.split("tracer", {"structure": tracer.statistics.build_seconds})
+    with tracer:
         plan = explain(chosen, tracer)
         interrupted = False
         try:
-            with watched_for_card(tracer) as card_time, progress_shown() as progress:
+            with timings.part("other drawing"), watched_for_card(tracer) as card_time, (
+                    progress_shown()) as progress:
                 image = tracer.render(progress=progress, **drawing_of(chosen, tracer.scene))
         except KeyboardInterrupt:
             image, interrupted = tracer.unfinished(), True
             if image is None:
                 raise
-        with replacing(chosen.output) as path:
+        timings.split("other drawing", {"passes": tracer.statistics.trace_seconds})
+        with timings.part("file"), replacing(chosen.output) as path:
             image.save(path)
         _report(chosen, tracer, f"wrote {chosen.output}" + (
             " with the samples drawn before the interrupt" if interrupted else ""), plan,
-            card_time())
+            card_time(), timings if chosen.timings else None)
         if interrupted:
             raise KeyboardInterrupt
 
@@ -160,7 +178,8 @@ def _bounds(tracer: Tracer) -> str:
 
 
 def _report(chosen: argparse.Namespace, tracer: Tracer, line: str,
-            plan: Plan | None = None, on_card: dict[str, Any] | None = None) -> None:
+            plan: Plan | None = None, on_card: dict[str, Any] | None = None,
+            timings: Timings | None = None) -> None:
     statistics = tracer.statistics
     if chosen.json:
         print_json({**tracer.scene.facts(), "method": tracer.method.name,
@@ -168,7 +187,8 @@ def _report(chosen: argparse.Namespace, tracer: Tracer, line: str,
                     "options": {k: v for k, v in tracer.options.items() if k != "context"},
                     "statistics": statistics.to_dict(),
                     **({} if plan is None else {"plan": plan.to_dict()}),
-                    **({"on_card": on_card} if on_card else {})})
+                    **({"on_card": on_card} if on_card else {}),
+                    **({} if timings is None else {"timings": timings.parts})})
         return
     print_stand_in(tracer.scene)
     print(f"{line}\n{tracer.method.name} on {tracer.gpu.renderer}: "
@@ -201,6 +221,8 @@ def _report(chosen: argparse.Namespace, tracer: Tracer, line: str,
             for name, value in statistics.split.items()))
     for line in card_time_lines(on_card or {}, tracer):
         print(line)
+    if timings is not None:
+        timings.print()
 
 
 def _read_rays(path: str) -> dict[str, np.ndarray]:
