@@ -10,7 +10,7 @@ from typing import Any
 from urllib.parse import unquote
 
 from ..errors import Error, how_to_install
-from .images import image_tag, png_uri
+from ..inspect.data_uris import image_tag, png_uri
 
 SHORT = 3000     # a figure's text of at most this many characters is shown expanded
 

@@ -7,12 +7,12 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from ..errors import Error
+from ..inspect.data_uris import data_uri, image_tag, png_uri
 from ..inspect.heat import draw_heat, heat
 from ..inspect.pass_pictures import write_passes
 from ..scene.scene import Scene
 from ..text_format import counted
 from ..tracer import Tracer
-from .images import data_uri, image_tag, png_uri
 
 FRAMES = 60      # approximate number of pictures in a film
 

@@ -17,9 +17,11 @@ from ..web.twins import TWINS, Twin
 from .chapters import CHAPTERS, Chapter
 from .figure import Figure, to_html
 from .films import film, heat_maps, or_why_not
-from .images import WIDTHS
 
 LIMIT = 15_000_000      # largest size of the page in bytes
+# Largest widths of a picture in pixels. The page uses the first width with which its size stays
+# within LIMIT.
+WIDTHS = (1400, 1000, 700, 450)
 
 # The content security policy forbids all requests, so even a faulty page cannot contact a server.
 _HEAD = """<!DOCTYPE html>

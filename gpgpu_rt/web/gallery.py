@@ -12,9 +12,9 @@ from typing import Any
 from ..disk.files import replacing
 from ..errors import Error
 from ..gl.shader import ROOT
+from ..inspect.data_uris import image_tag, png_uri
 from ..inspect.heat import Heat, draw_heat, heat
 from ..methods import Method, find_method, methods
-from ..report.images import image_tag, png_uri
 from ..scene.loading import load_scene
 from ..scene.scene import Scene
 from ..tracer import Tracer

@@ -16,6 +16,7 @@ from PIL import Image
 
 import gpgpu_rt as rt
 from gpgpu_rt import cli, trimesh_ray
+from gpgpu_rt.cli import tracing
 from gpgpu_rt.render import path as path_tracing
 
 ROOT = Path(rt.__file__).parents[1]
@@ -129,7 +130,7 @@ def _interrupt(*_: Any) -> None:
 
 def test_an_interrupted_command_writes_what_there_is(monkeypatch, tmp_path, capsys) -> None:
     monkeypatch.setattr(path_tracing, "WAVE", 4 * 16 * 16)
-    monkeypatch.setattr(sys.modules["gpgpu_rt.cli.main"], "progress_shown",
+    monkeypatch.setattr(tracing, "progress_shown",
                         lambda: contextlib.nullcontext(Interrupted(8)))
     target = tmp_path / "part.png"
     arguments = ["render", "cornell-light", "--integrator", "path", "--samples", "32", "--size",

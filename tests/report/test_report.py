@@ -15,7 +15,8 @@ from PIL import Image
 
 import gpgpu_rt as rt
 from gpgpu_rt import cli
-from gpgpu_rt.report import CHAPTERS, images, page, write_report
+from gpgpu_rt.inspect import data_uris
+from gpgpu_rt.report import CHAPTERS, page, write_report
 
 markdown = pytest.importorskip("markdown_it", reason="no markdown-it-py (extra: report)")
 
@@ -130,7 +131,7 @@ def test_a_page_that_is_too_large_gets_smaller_pictures(figures: Path, tmp_path:
 
 @pytest.mark.parametrize("width", [40, 700])
 def test_pictures_keep_their_pixels_or_shrink(width: int) -> None:
-    uri = images.png_uri(picture(300, 3), width)
+    uri = data_uris.png_uri(picture(300, 3), width)
     made = Image.open(io.BytesIO(base64.b64decode(uri.partition(",")[2])))
     assert made.width == min(300, width) and made.height == made.width // 2
 

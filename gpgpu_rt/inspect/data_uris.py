@@ -1,4 +1,4 @@
-"""Pictures as data URIs, so that the page itself contains them."""
+"""Data URIs: pictures that a page itself contains."""
 from __future__ import annotations
 
 import base64
@@ -9,9 +9,6 @@ from pathlib import Path
 
 from PIL import Image
 
-# Largest widths of a picture in pixels. The page uses the first width with which its size stays
-# within `page.LIMIT`.
-WIDTHS = (1400, 1000, 700, 450)
 # Limit on the size of a chart, about 100 MB decoded, because a file may declare any size.
 MOST_PIXELS = 1 << 25
 
