@@ -27,9 +27,9 @@ class Scene:
     ----------
     name : the name of the scene in tables and figures
     triangles : (n, 3, 3) float32, world units, in the order of the given faces
-    colours : (n, 3) float32, diffuse reflectance of each triangle in [0, 1]. The texture of the
-        triangle's material multiplies it. All other parts, such as mirror, glass and emission,
-        come from the material
+    colours : (n, 3) float32, diffuse reflectance of each triangle in [0, 1]. It is multiplied by
+        the texture of the triangle's material, if the material has a texture. All other
+        properties, such as mirror, glass and emission, come from the material
     lights : the point lights; a single light need not be in a tuple. Triangles whose material
         emits are also lights
     camera : the default camera of pictures
@@ -220,7 +220,7 @@ class Scene:
             colours = diffuse_of(len(faces), name, **appearance)
         lights = appearance.pop("lights", None)
         if lights is None:
-            # Outside the scene, no triangle lies between the camera and a light beside it.
+            # A default camera is outside the scene, so no triangle can hide a light beside it.
             lights = light or beside(camera, triangles if given else None)
         return cls(name, triangles, colours, lights, camera, source=source,
                    faces=faces.astype(np.int32), **appearance)
