@@ -144,7 +144,7 @@ void main() {
             first = ivec2(max(next_four, from & ~3), y);
             Shown_four shown = shown_four_load(ivec2(first.x >> 2, y));
             ivec4 at = first.x + ivec4(0, 1, 2, 3);
-            // Use `&`, because products of integers are slow, and a renderer may run this loop often.
+            // Use `&` to combine the flags, because a product of integers is slow in this hot loop.
             asked = ivec4(notEqual(shown.triangle, ivec4(index)))
                 & ivec4(greaterThanEqual(shown.depth, vec4(max(least_here, 0.0))))
                 & ivec4(greaterThanEqual(at, ivec4(from)))
