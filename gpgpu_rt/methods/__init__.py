@@ -48,9 +48,9 @@ def file_of(name: str) -> Path | None:
 def load_methods(folder: str | os.PathLike[str]) -> list[Method]:
     """Add the methods of a folder to the table: the ``ROWS`` of every Python file in the folder.
 
-    Everything that reads the table then knows the methods, and so do processes that this process
-    starts. The folders that the environment variable GPGPU_RT_METHODS names are loaded in the same
-    way.
+    Everything that reads the table then knows the methods. Processes that this process starts know
+    them, too. The folders that the environment variable GPGPU_RT_METHODS names are loaded in the
+    same way.
 
     Parameters
     ----------
