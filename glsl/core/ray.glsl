@@ -6,7 +6,7 @@ struct Ray {
     vec3 direction;
     float t_max;
     vec3 inv_dir;    // finite: a zero component counts as TINY_DIRECTION
-    bvec2 dominant;  // the largest component: x, y, or (if both are false) z
+    bvec2 dominant;  // which component is largest: x, y, or (if both are false) z
     vec3 shear;      // (x / z, y / z, 1 / z) of the direction, axes permuted so z is dominant
     vec3 lo_origin;  // the origins from which box_interval measures the lower and the upper corners of
     vec3 hi_origin;  // boxes (core/slack.glsl)
