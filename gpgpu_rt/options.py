@@ -148,8 +148,9 @@ ERAS: dict[str, dict[str, Any]] = {
 ERA_TARGETS = 4     # render targets of the cards with these chips
 
 TRACER_OPTIONS: tuple[Option, ...] = (
-    Option("era", None, "run the kernels as the papers had them on a card with this chip: a "
-           "kernel a pass, no integers, the chip's numbers", choices=tuple(ERAS), optional=True,
+    Option("era", None, "run the kernels as the papers had them on a card with this chip: "
+           "one kernel per pass, no integers, the chip's number format", choices=tuple(ERAS),
+           optional=True,
            excludes=("statistics", "sort_rays", "rasterised_bounds", "entry_points",
                      "quantise_nodes", "step_cap", "steps_per_pass")),
     Option("schedule", "loop", "how traversal kernels are run: a pass for each kernel, a pass for "

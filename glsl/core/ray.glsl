@@ -16,8 +16,8 @@ struct Ray {
 };
 
 // Before the inversion of a direction, this number replaces each component of smaller magnitude. The
-// largest component of a direction is at least 0.5, because directions have unit length or are scaled so
-// that it lies in [0.5, 1). A component as small as this number therefore does not visibly move a ray.
+// largest component of a direction is at least 0.5, because directions have unit length or are scaled to a
+// largest component in [0.5, 1). A component as small as this number does not visibly move a ray.
 const float TINY_DIRECTION = 1e-20;
 
 vec3 permuted(bvec2 dominant, vec3 v) {

@@ -1,9 +1,9 @@
-// Light sampling of the surroundings. If the surroundings are an image, directions are sampled by its
-// brightness, and get weights by multiple importance sampling as points on emitting triangles do. A sky has
-// an even brightness, so light sampling draws a direction from the surface's own distribution. The path's
-// next direction is also drawn from this distribution. The two directions therefore get equal weights,
-// except for a factor: the probability that light sampling chooses the surroundings (`far_chance`). Include
-// after scatter.glsl, surroundings.glsl, luminance.glsl and both_ways.glsl.
+// Light sampling of the surroundings. If the surroundings are an image, brighter directions are sampled more
+// often, and multiple importance sampling gives the weights, as for points on emitting triangles. The
+// brightness of a sky varies little, so light sampling draws a direction from the surface's own
+// distribution. The path's next direction is also drawn from this distribution. The two directions therefore
+// get equal weights, except for a factor: the probability that light sampling chooses the surroundings
+// (`far_chance`). Include after scatter.glsl, surroundings.glsl, luminance.glsl and both_ways.glsl.
 
 uniform int far_light;      // the surroundings' number among the lights
 uniform float far_chance;   // the probability that light sampling chooses the surroundings

@@ -120,5 +120,5 @@ def check_alone(given: dict[str, Any]) -> None:
     """Raise OptionError for options that cannot be combined with ``--card``."""
     clash = [name for name, value in given.items() if value]
     if clash:
-        raise OptionError(f"--card prints what a card's compiler left of the kernels; leave "
+        raise OptionError(f"--card prints the kernels as a card's compiler compiled them; leave "
                           f"{' and '.join('--' + name.replace('_', '-') for name in clash)} out")

@@ -1,4 +1,4 @@
-"""``gpgpu-rt conform``: hold ray tracers against extreme rays whose exact answers are known."""
+"""``gpgpu-rt conform``: test ray tracers with extreme rays whose exact answers are known."""
 from __future__ import annotations
 
 import argparse
@@ -26,7 +26,7 @@ NONE = "none"
 
 def add_command(command: Command) -> None:
     """Declare the command. ``command(name, run, text)`` returns its parser."""
-    sub = command("conform", _conform, "hold ray tracers against extreme rays whose exact answers "
+    sub = command("conform", _conform, "test ray tracers with extreme rays whose exact answers "
                   "are known")
     add_methods(sub, "bvh-threaded; 'all' for every method, 'none' for engines alone")
     sub.add_argument("--schedules", action="store_true", help="run each method under every "

@@ -166,14 +166,14 @@ def check_image(path: Path, image: Path) -> None:
     would silently leave it out. Raise LimitError if the image is too large."""
     if not is_file(image):
         known = "" if not image.name.startswith("-") else " (options before it are not read)"
-        raise SceneError(f"{path}: no such texture {image.name}{known}; put it there, or leave it "
-                         "out of the file")
+        raise SceneError(f"{path}: no such texture {image.name}{known}; put the texture there, or "
+                         "remove it from the file")
     try:
         with open_input(image) as file, quietly(), Image.open(file) as found:
             check_texels(*found.size, str(image))
     except (OSError, ValueError, SyntaxError, Image.DecompressionBombError) as failure:
         raise SceneError(f"{path}: {image.name} is no image that can be read; replace it, or "
-                         "leave it out of the file") from failure
+                         "remove its name from the file") from failure
 
 
 def _numbers(value: Any, default: Sequence[float] | np.ndarray) -> np.ndarray:

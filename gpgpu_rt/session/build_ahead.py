@@ -50,8 +50,8 @@ class Builds:
     def __init__(self, session: Session) -> None:
         if (session.accelerator.finisher is not None
                 or session.options.get("build_device", "cpu") != "cpu"):
-            raise OptionError(f"method {session.method.name} builds with passes here, which "
-                              "another process cannot do ahead; move frame by frame with update, "
+            raise OptionError(f"method {session.method.name} builds with passes here, but "
+                              "another process cannot run them; move frame by frame with update, "
                               "or leave build_device at cpu")
         self._session = session
         # A context cannot be sent to another process, and builds on the CPU need none.

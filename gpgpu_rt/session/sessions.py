@@ -136,7 +136,7 @@ class Sessions:
         """Within the block, the present session has statistics; see `Tracer.counting`."""
         if self.choices.differ:
             raise OptionError("counting needs a tracer with a single method, but this tracer has "
-                              "two; give it statistics=True, or a single method")
+                              "two; make it with statistics=True, or with a single method")
         with self._alone():
             before, counted = self.present, self._counting
             before.buffers.release()

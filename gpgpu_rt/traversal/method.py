@@ -313,7 +313,7 @@ class Method:
         formats = {options["storage"], options["arithmetic"]}
         if options["rounding"] != "nearest" and formats == {"fp32"}:
             raise OptionError(f"rounding={options['rounding']} applies to fp24 and fp16, but "
-                              "all is fp32; give a precision too, or leave rounding out")
+                              "all numbers are fp32; give a precision too, or leave rounding out")
         self.check_schedule(options, "schedule" in given)
         return options
 

@@ -1,4 +1,4 @@
-"""What goes with the suite: export and reader, minimal cases, strategies, chart, page, command."""
+"""The suite's tools: export and reader, minimal cases, strategies, chart, page and command."""
 from __future__ import annotations
 
 import json

@@ -65,7 +65,7 @@ def _random_trace(size: tuple[int, int] = (8, 12)) -> KernelTrace:
 
 
 def _by_hand(rays: list[list[int]], order: str) -> Counter:
-    """Count the issues of one group as its program would run."""
+    """Count the issues of one group of rays by running the group's program step by step."""
     rays, issues = [list(ray) for ray in rays], Counter()
     while any(rays):
         if order == STEP:

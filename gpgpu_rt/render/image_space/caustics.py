@@ -263,9 +263,9 @@ def _views(light: np.ndarray, corners: np.ndarray, spread: float) -> tuple[Camer
     distance = float(np.linalg.norm(away))
     radius = float(np.linalg.norm(points - centre, axis=1).max())
     if not radius < distance:
-        raise OptionError(f"the light at {light.tolist()} is too near the refractor, which takes "
-                          f"up {radius:.3g} around {centre.round(3).tolist()}; put it further "
-                          "away")
+        raise OptionError(f"the light at {light.tolist()} is too near the refractor, which has a "
+                          f"radius of {radius:.3g} around {centre.round(3).tolist()}; move the "
+                          "light away")
     up = tuple(np.eye(3)[np.argmin(np.abs(away))])
     forward = away / distance
     along = (points - light) @ forward

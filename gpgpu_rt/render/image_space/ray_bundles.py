@@ -294,5 +294,5 @@ def _check(scene: Scene, straight: str) -> None:
         raise OptionError(f"straight={straight!r} is none of {', '.join(STRAIGHT)}")
     for material in scene.used_materials:
         if material.ior or any(material.mirror) or any(material.glossy) or material.texture:
-            raise SceneError(f"{scene.name}: material {material.name} is not plainly diffuse; ray "
-                             "bundles carry diffuse light alone, render with integrator=path")
+            raise SceneError(f"{scene.name}: material {material.name} is not purely diffuse; ray "
+                             "bundles carry only diffuse light, so use integrator=path")

@@ -178,8 +178,8 @@ def _around(mesh: SurfaceMesh, opened: SurfaceMesh, was: np.ndarray, along: np.n
     """
     loop = opened.loops()[0]
     if len(loop) < 4:
-        raise SceneError(f"{mesh.name}: its boundary has {len(loop)} edges; four or more go "
-                         "around an image")
+        raise SceneError(f"{mesh.name}: its boundary has {len(loop)} edges; a geometry image "
+                         "needs four or more")
     cut = np.bincount(mesh.start[along], minlength=len(mesh.vertices))[was[opened.start[loop]]]
     own = mesh.twin[loop] < 0     # true on the boundary of the uncut surface
     forks = np.flatnonzero((cut > 0) & (cut != 2) | (own != np.roll(own, 1)))
@@ -215,7 +215,8 @@ def _shares(length: np.ndarray, mate: np.ndarray, total: int) -> np.ndarray:
     spare = total - 2 * len(length)
     if spare < 0:
         raise OptionError(f"remesh: {len(length)} stretches of boundary do not fit around an "
-                          f"image of {total // 4} cells a side; give a larger size or fewer cuts")
+                          f"image with sides of {total // 4} cells; give a larger size or fewer "
+                          "cuts")
     share = 1 + np.floor(length / length.sum() * spare).astype(np.int64)
     share = np.minimum(share, share[mate])
     alone = np.flatnonzero(mate == np.arange(len(mate)))

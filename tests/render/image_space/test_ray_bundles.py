@@ -1,5 +1,6 @@
-"""Ray bundles are compared with furnaces, with form factors and with traced rays. A ray bundle
-consists of parallel rays, and its hits are the peeled layers of a projection."""
+"""The light of ray bundles is compared with the known light in a closed box that emits everywhere
+(a furnace), with form factors and with traced rays. A ray bundle consists of parallel rays, and
+its hits are the peeled layers of a projection."""
 from __future__ import annotations
 
 import numpy as np
@@ -237,5 +238,5 @@ def test_an_interrupted_gathering_frees_its_textures(monkeypatch) -> None:
 
 def test_what_is_not_diffuse_is_refused() -> None:
     with rt.Tracer(scene_of(ball(50), rt.Material("glass", ior=1.5))) as tracer:
-        with pytest.raises(rt.SceneError, match="material glass is not plainly diffuse"):
+        with pytest.raises(rt.SceneError, match="material glass is not purely diffuse"):
             RayBundles(tracer)
