@@ -208,10 +208,10 @@ class KnownRays:
     def _through_the_surface(self, hits: Hits, excused: np.ndarray) -> np.ndarray:
         """Return which answers passed through an edge of a closed surface, (n,) bool.
 
-        A ray aimed at an edge certainly hits neither of the edge's two triangles, so the ray may
-        miss either of them. Missing both is a leak, unless the edge is a silhouette edge. To
-        decide, trace a ring of rays around the ray: if all of them hit nearer than the answer, the
-        answer is a leak.
+        If a ray is aimed at an edge, rounding decides whether it hits or misses each of the edge's
+        two triangles. But a ray that misses both is a leak, unless the edge is a silhouette edge.
+        To decide, trace a ring of rays around the ray: if all of them hit nearer than the answer,
+        the answer is a leak.
 
         The ring must be wider than the rounding errors of float32. The watertight test shears a
         vertex by slopes of at most 1. A coordinate of the sheared vertex is the difference of two

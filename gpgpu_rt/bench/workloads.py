@@ -108,7 +108,7 @@ def bounced(kind: str, bounces: int) -> str:
 
 
 def told(name: str) -> str:
-    """Return a workload's name for a sentence: the first bounce loses its number."""
+    """Return a workload's name for use in a sentence: without the number of bounces if it is 1."""
     return name.removesuffix(" 1")
 
 

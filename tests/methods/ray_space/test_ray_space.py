@@ -24,8 +24,9 @@ AT_ONCE = 1 << 20       # pairs of ray and triangle in a block
 def rays_everywhere(n: int, seed: int) -> tuple[np.ndarray, np.ndarray]:
     """Return n origins in and around the unit box, and n directions of all kinds.
 
-    The tracer advances rays that start far from the scene. The origins reach to the distance from
-    which the tracer does this. A third of the directions have equal or zero components.
+    The tracer moves the origin of a ray that starts far from the scene to a nearer point of the
+    ray. The origins here have distances up to about this limit. A third of the directions have
+    equal or zero components.
     """
     rng = np.random.default_rng(seed)
     origins = 0.5 + rng.choice([0.4, 0.8, 1.6], (n, 1)) * rng.uniform(-1, 1, (n, 3))
