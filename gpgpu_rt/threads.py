@@ -46,7 +46,7 @@ def _begin() -> None:
 @lru_cache(maxsize=1)
 def _pool(size: int) -> ThreadPoolExecutor:
     """Return the thread pool. The pool stays open, because starting its threads takes half a
-    millisecond. The work on a million hits takes no longer."""
+    millisecond, which is as long as the work on a million hits."""
     return ThreadPoolExecutor(size, initializer=_begin)
 
 

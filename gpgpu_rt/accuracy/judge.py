@@ -240,8 +240,8 @@ class _PairTests:
     def _certain_before(self, rays: np.ndarray, last: np.ndarray, reference: Hits) -> np.ndarray:
         """Return whether any triangle is certainly hit before ``last``, (k,) bool.
 
-        Test the reference's triangle first. For a ray that does not certainly hit it, test all
-        triangles that the exact ray meets before ``last``; they include every certain hit.
+        Test the reference's triangle first. If a ray does not certainly hit this triangle, test
+        all triangles that the exact ray meets before ``last``; these include every certain hit.
 
         Parameters
         ----------

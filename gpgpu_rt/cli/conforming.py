@@ -154,8 +154,8 @@ def _print(rows: list[Row], missing: dict[str, str]) -> None:
                           if row.note and row.rays)
     for line in [*notes, *(f"{name} was not run: {why}" for name, why in missing.items())]:
         print(line)
-    print("The rays are aimed at trouble, so shares say nothing about ordinary rays. "
-          "docs/conformance.md explains what is wrong.")
+    print("The rays are chosen to be difficult, so shares say nothing about ordinary rays. "
+          "docs/conformance.md explains when an answer is wrong.")
 
 
 def _cell(row: Row) -> str:

@@ -23,7 +23,7 @@ from .luminance import luminance
 
 @dataclass(frozen=True, eq=False)
 class ImageLight:
-    """The sampling table of an equirectangular image. Make it by ``of``.
+    """The sampling table of an equirectangular image. The method ``of`` makes a table.
 
     Cells lie between texel centres. Row 0 of the cells lies above the centres of the first row of
     texels, and row ``height`` lies below the centres of the last row. These two rows are half as

@@ -3,8 +3,8 @@
 // functions:
 //   `clear_place`, `load_place` and `store_place` handle the fields of the state besides the node.
 //   `go_on` continues at `node`, with a pop, or with the end of the walk.
-//   `leave_leaf` continues after the last triangle of a leaf. Kernels: `traverse` visits a node; a walk may
-//   define further kernels.
+//   `leave_leaf` continues after the last triangle of a leaf.
+//   `traverse`, a kernel, visits a node. A walk may define further kernels.
 //
 // The field `turns` has a bit for each octant whose rays still wait. Departure from
 // drivers/boxes_by_interval.glsl: with INTERVAL_TEST all rays of an octant walk at once, even rays that

@@ -2,10 +2,10 @@
 // four render targets to the hit.
 //
 // Three rules make the state small, and none of them costs an instruction:
-//   In a leaf, the node and t_min are not needed, because leave_leaf() sets both. Their fields hold the
-//   cursor and the end of the leaf's list. No stack holds the root, so the node of a free entry is 0, and no
-//   field counts the entries. While a ray is `pushing`, its stack is empty. The node of its first entry is
-//   then PUSHING.
+//   1. In a leaf, the node and t_min are not needed, because leave_leaf() sets both. Their fields hold the
+//      cursor and the end of the leaf's list.
+//   2. No stack holds the root, so the node of a free entry is 0, and no field counts the entries.
+//   3. While a ray is `pushing`, its stack is empty. The node of its first entry is then PUSHING.
 
 #define node place      // of a ray in a leaf: the cursor
 #define cursor place
