@@ -13,8 +13,8 @@ Made = TypeVar("Made")
 class Error(Exception):
     """Base class of every error that this package raises on purpose.
 
-    A message may quote a file or an argument. A message longer than ``longest`` characters loses
-    its middle.
+    A message may quote a long text from a file or an argument. If a message has more than
+    ``longest`` characters, its middle is cut out.
     """
 
     longest: int | None = 900
@@ -83,7 +83,7 @@ def how_to_install(extra: str) -> str:
 def nearest_names(name: str, known: Iterable[str]) -> str:
     """Return a clause with the nearest known names, "; did you mean a or b?".
 
-    Where no known name is near, the clause lists all known names.
+    If no known name is near, the clause lists all known names.
     """
     known = sorted(known)
     return did_you_mean(name, known) or f"; known: {', '.join(known)}"
@@ -92,8 +92,8 @@ def nearest_names(name: str, known: Iterable[str]) -> str:
 def did_you_mean(name: str, known: Iterable[str]) -> str:
     """Return a clause with the nearest known names, "; did you mean a or b?".
 
-    Where no known name is near, the clause is "". Messages that list the known names anyway use
-    this function instead of `nearest_names`.
+    If no known name is near, the clause is "". Use this function in a message that lists the known
+    names itself, and `nearest_names` in any other message.
     """
     if not isinstance(name, str):       # the Python API was called with a wrong type
         return ""

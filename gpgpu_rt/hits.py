@@ -23,7 +23,7 @@ class Hits:
     triangle : (n,) int32, row of the hit triangle in the scene's faces; -1 on a miss
     status : (n,) uint8, 0 traced, 1 invalid ray, 2 unfinished (step cap), 3 stack overflow
     nodes_visited, leaves_visited, triangles_tested : (n,) int32, or None without statistics
-    steps : (n,) int32, how often a kernel ran for the ray, or None without statistics
+    steps : (n,) int32, the number of kernel runs for the ray, or None without statistics
     shape : shape of the ray arrays without their last axis: (n,), or (h, w) for (h, w, 3)
     """
 

@@ -46,8 +46,8 @@ def run(load: Callable[[], Command], also: tuple[int, ...] = ()) -> int:
 
 
 def _run(command: Command) -> int:
-    """Run the command. While it runs, the frame of this function is on the stack; this tells the
-    interrupt handler that the command is running."""
+    """Run the command. The interrupt handler knows that the command is running if the frame of
+    this function is on the stack."""
     return command()
 
 
@@ -75,8 +75,8 @@ def _send(number: int) -> None:
 
 
 def _not_raised(problem: sys.UnraisableHookArgs) -> None:
-    """Send the interrupt again where Python could not raise it, as in ``__del__``; print any other
-    exception as usual."""
+    """Handle an exception that Python could not raise, for example in ``__del__``. Send an
+    interrupt again; print any other exception as usual."""
     if issubclass(problem.exc_type, KeyboardInterrupt):
         _again(signal.SIGINT)
     else:
@@ -87,9 +87,9 @@ def _not_raised(problem: sys.UnraisableHookArgs) -> None:
 def left_to_this_process() -> Iterator[None]:
     """Return a context in which processes that this thread starts do not receive Ctrl-C.
 
-    A terminal sends Ctrl-C to all processes of a command. The context also covers the processes of
-    threads that this thread starts in the context. The signal is blocked and not ignored, so the
-    other threads of this process still receive it.
+    A terminal sends Ctrl-C to all processes of a command. The context also applies to threads that
+    this thread starts in the context, and to their processes. The signal is blocked in this
+    thread, not ignored by the process, so the other threads of this process still receive it.
     """
     from multiprocessing import resource_tracker
     resource_tracker.ensure_running()       # starting it would unblock the signal

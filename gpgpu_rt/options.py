@@ -1,4 +1,4 @@
-"""Options: each has one name, used as a Python keyword, as ``--name`` and as a JSON key."""
+"""Options: the name of an option is a Python keyword, the word ``--name``, and a JSON key."""
 from __future__ import annotations
 
 import operator
@@ -18,8 +18,8 @@ class Option:
     ----------
     name : The Python keyword and JSON key. The command line writes it with hyphens.
     default : The value that applies if the caller gives no value.
-    help : The text for users. If the default is None, the text says after "default:" what this
-        means.
+    help : The text for users. If the default is None, the text after "default:" explains the
+        meaning of None.
     kind : The type of a value. Unused if ``choices`` is not None.
     words : Valid words besides the values of ``kind``.
     choices : All valid values; None if ``kind`` decides which values are valid.
@@ -27,8 +27,8 @@ class Option:
         ``maximum``.
     optional : Whether None is valid although the default is another value.
     define : The name of the GLSL macro that the option defines, or None. A switch that is true
-        defines the name, a number defines the name with the number as its value, and a word
-        defines ``define``_WORD.
+        defines the macro, and a number is the macro's value. A word, such as ``fast``, defines
+        another macro, whose name is ``define`` followed by ``_FAST``.
     relaxed : Choices that may lose hits. They exist to be measured.
     excludes : Options that must keep their defaults unless this option has its default.
     schedules : The schedules that allow a value other than the default. Empty for all schedules.
@@ -138,9 +138,9 @@ TRUTH = {"1": True, "true": True, "yes": True, "on": True,
 
 # The chips that the option ``era`` accepts. With this option, a method runs in its era form: the
 # kernels as the papers had them (docs/era.md). Each chip implies further options: the schedule of
-# cards without loops, the papers' triangle test, and the numbers of the chip's fragment
-# processors. NV40 computed in fp32 unless a program asked for halves. NV30 is missing: it has a
-# single render target, and its compiler refuses each of these kernels.
+# cards without loops, the papers' triangle test, and the number format of the chip's fragment
+# processors. NV40 computed in fp32 unless a program used half-precision types. NV30 is missing
+# because it has a single render target, and its compiler refuses each of the kernels.
 _PAPERS = {"schedule": "kernels", "intersection": "moller-trumbore"}
 ERAS: dict[str, dict[str, Any]] = {
     "r300": {**_PAPERS, "precision": "fp24"}, "r420": {**_PAPERS, "precision": "fp24"},
@@ -148,8 +148,9 @@ ERAS: dict[str, dict[str, Any]] = {
 ERA_TARGETS = 4     # render targets of the cards with these chips
 
 TRACER_OPTIONS: tuple[Option, ...] = (
-    Option("era", None, "run the kernels as the papers had them on a card with this chip: a "
-           "kernel a pass, no integers, the chip's numbers", choices=tuple(ERAS), optional=True,
+    Option("era", None, "run the kernels as the papers had them on a card with this chip: "
+           "one kernel per pass, no integers, the chip's number format", choices=tuple(ERAS),
+           optional=True,
            excludes=("statistics", "sort_rays", "rasterised_bounds", "entry_points",
                      "quantise_nodes", "step_cap", "steps_per_pass")),
     Option("schedule", "loop", "how traversal kernels are run: a pass for each kernel, a pass for "

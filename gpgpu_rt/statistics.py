@@ -23,9 +23,9 @@ class Statistics:
     stopped : Number of rays that the step cap or a full stack stopped; the number of a picture
         includes shadow rays.
     kernel_passes : Number of passes by kernel, under the ``kernels`` schedule.
-    live : A list of numbers of live rays. The schedules ``step`` and ``kernels`` count the live
-        rays several times in a traversal. A picture has the numbers of its ray sets one after
-        another.
+    live : A list of numbers of live rays, which have not ended. The schedules ``step`` and
+        ``kernels`` append a number several times in a traversal. The list of a picture holds the
+        numbers of its first ray set, then of its second ray set, and so on.
     picture_passes : Number of passes of a picture by name, without traversal passes.
     waves : Number of ray sets that a picture traced.
     texel_fetches : Texels per pixel that ``picture_passes`` read.
@@ -48,13 +48,15 @@ class Statistics:
     sort_seconds : The part of ``trace_seconds`` that sorts the rays, and puts the hits back into
         the caller's order of rays.
     upload_seconds, readback_seconds : Time to copy arrays to textures, and textures to arrays.
-    driver : Counts of the method's own driver, by name.
+    driver : Counts by name that the method's driver adds; methods without a driver of their own
+        add none.
     counters : Means of the counters over all rays, with statistics=True.
     first_hits : Numbers for a picture with rasterised first hits. ``drawn`` is the number of
         triangles that were rasterised. ``rivals`` is the number of triangles that lie before the
         rasterised triangle in some pixel. A large triangle is examined in parts of the image, and
-        each part counts as a rival of its own. ``retraced`` is the number of eye rays that the
-        method traced instead, and ``retraced_share`` their share of all eye rays.
+        counts once for each part in which it is a rival. ``retraced`` is the number of eye rays
+        that the method traced because their rasterised hit was in doubt. ``retraced_share`` is the
+        share of these rays among all eye rays.
     pass_log : With statistics=True, an entry per program: name, draws, fragments, bytes of streams
         read, tables sampled, bytes written. ``gl/pass_log.py`` describes an entry.
     uploaded_bytes, read_back_bytes : With statistics=True, bytes copied to the graphics card and
@@ -103,7 +105,8 @@ class Statistics:
         self.__dict__.update(Statistics(rays=rays, **self.of_structure()).__dict__)
 
     def add(self, **figures: float) -> None:
-        """Add to the driver's counts, which sum over all its runs in a call."""
+        """Add to the counts in ``driver``. A driver may run several times in a call, and its
+        counts sum over these runs."""
         for name, value in figures.items():
             self.driver[name] = self.driver.get(name, 0.0) + value
 

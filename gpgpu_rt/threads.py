@@ -31,7 +31,7 @@ def threads(count: int) -> Run:
 
 
 def _shared_out(function: Callable[..., Any], *parts: Iterable[Any]) -> Iterable[Any]:
-    if getattr(_thread, "has_a_part", False):   # the pool would wait for this thread: a deadlock
+    if getattr(_thread, "has_a_part", False):   # avoid a deadlock: the pool waits for this thread
         return map(function, *parts)
     return _pool(min(cores(), MOST)).map(function, *parts)
 
@@ -45,8 +45,8 @@ def _begin() -> None:
 
 @lru_cache(maxsize=1)
 def _pool(size: int) -> ThreadPoolExecutor:
-    """Return the thread pool. It stays open, because starting threads takes half a millisecond,
-    which is at least as long as the work on a million hits."""
+    """Return the thread pool. The pool stays open, because starting its threads takes half a
+    millisecond, which is as long as the work on a million hits."""
     return ThreadPoolExecutor(size, initializer=_begin)
 
 

@@ -110,7 +110,7 @@ class Tracer:
 
     @property
     def pass_log(self) -> PassLog | None:
-        """The passes of the last call, with ``statistics=True``."""
+        """The passes of the last call; None without the option ``statistics``."""
         return self.sessions.pass_log
 
     @property
@@ -229,7 +229,7 @@ class Tracer:
         ValueError
             as for ``trace``
         OptionError
-            under options that round or lose hits: they would not be in the order of (t, triangle)
+            under options that round or lose hits, as hits would not be sorted by (t, triangle)
         """
         for method, own in self.sessions.rows.values():
             check_exact(method, own)
@@ -312,8 +312,8 @@ class Tracer:
     @public_call
     def plan(self, size: tuple[int, int] = (512, 512), integrator: str | None = None,
              **options: Any) -> Plan:
-        """Return the passes and textures of `render` with the same arguments, without drawing,
-        and why other passes and textures are left out.
+        """Return the passes and textures that `render` would use with the same arguments, and why
+        the others are left out. Nothing is drawn.
 
         Parameters
         ----------
@@ -348,8 +348,8 @@ class Tracer:
             session.move(self.scene.moved(vertices))
 
     def updates(self, positions: Iterable[np.ndarray]) -> Iterator[None]:
-        """Move to each of ``positions``, which are as for ``update``. While the caller traces a
-        frame, another process builds the next frame's structure (Budge et al. 2008)."""
+        """Move the triangles to each element of ``positions``, an argument of ``update``. While a
+        frame is traced, another process builds the next structure (Budge et al. 2008)."""
         return move_ahead(self.sessions, positions)
 
     def counting(self) -> AbstractContextManager[None]:

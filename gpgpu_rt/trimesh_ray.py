@@ -4,14 +4,14 @@ Names, arguments, shapes and the order of results are the same as in ``trimesh.r
 four differences:
 
 * The hits are sorted by ray, and the hits of a ray by (t, triangle). The search for the next hit
-  of a ray continues exactly behind the previous hit (see ``session/all_hits.py``), so it finds
-  all coincident triangles and skips no triangle.
-* Intersection is computed in float32. Far from the origin, float32 would be too coarse: if a mesh
-  is farther from the origin than it is large, it is first moved to the origin in float64. After
-  the trace, the position of each hit on its ray is computed in float64.
-* A place is a point where a ray passes through one triangle, or through several triangles at once,
-  as at an edge. ``intersects_location`` returns each place once, with the first of its triangles.
-  ``intersects_id`` returns all triangles of a place, as trimesh's own engine does. With
+  of a ray continues directly behind the previous hit in the order of (t, triangle) (see
+  ``session/all_hits.py``). So all hits are found, those on coincident triangles too.
+* Intersection is computed in float32, which is too coarse far from the origin. A mesh whose
+  distance from the origin exceeds its size is therefore first moved to the origin in float64.
+  After the trace, the position of each hit on its ray is computed in float64.
+* A place is a point where a ray passes through the mesh. At an edge or a vertex, a place has
+  several triangles. ``intersects_location`` returns each place once, with the first of its
+  triangles. ``intersects_id`` returns all triangles of a place, as trimesh's own engine does. With
   ``coincident=False`` it returns the first triangle of each place, as trimesh's Embree engine
   does.
 * A ray hits nothing if its origin or direction is not finite, or if its direction is zero. The
@@ -96,12 +96,12 @@ class RayMeshIntersector:
                             ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return the places where rays hit the mesh, each place once.
 
-        Where a ray passes through an edge or a vertex, the triangles around it are hit at a single
-        place, and so are coincident triangles. Two hits of a ray belong to the same place if their
-        values of t are equal within the float32 error bounds of ``numerics/error_bounds.py``.
-        There is an exception: if float64 separates the two hits and proves that the ray hits both
-        triangles, they are two places. The two sides of a thin sheet that is seen from afar thus
-        stay apart.
+        If a ray passes through an edge or a vertex, it hits all triangles around the edge or
+        vertex at a single place. It also hits coincident triangles at a single place. Two hits of
+        a ray belong to the same place if their values of t are equal within the float32 error
+        bounds of ``numerics/error_bounds.py``. There is an exception: if float64 proves that the
+        ray hits both triangles at different t, the two hits are two places. Thus the two sides of
+        a thin sheet, seen from afar, are two places.
 
         Parameters
         ----------
@@ -155,7 +155,8 @@ class RayMeshIntersector:
 
     def _places(self, origins: np.ndarray, directions: np.ndarray, most: int | None
                 ) -> tuple[AllHits, np.ndarray, np.ndarray]:
-        """Return what ``_hits`` returns, for the nearest ``most`` places of each ray."""
+        """Return the result of ``_hits`` with enough hits of each ray for its nearest ``most``
+        places; the rows of first hits are limited to these places."""
         asked = most
         while True:
             hits, places, locations = self._hits(origins, directions, asked, True)
@@ -290,8 +291,9 @@ def _far_centre(vertices: np.ndarray) -> np.ndarray:
     """Return the vector to subtract from (v, 3) vertices to move them near the origin, (3,)
     float64.
 
-    Along an axis where the mesh's centre is farther from 0 than the mesh is large, the vector has
-    the centre; far from 0, float32 would round the vertices coarsely. Along other axes it has 0.
+    Far from 0, float32 would round the vertices coarsely. Along each axis, the component is the
+    mesh's centre if the centre's distance from 0 exceeds the mesh's largest side; otherwise it is
+    0.
     """
     if not len(vertices) or not np.isfinite(vertices).all():
         return np.zeros(3)
@@ -320,7 +322,8 @@ def _places(blurred: np.ndarray, t: np.ndarray, sharp: np.ndarray) -> np.ndarray
         same number
     t : (m,) float64, where the ray of a hit meets the triangle's plane
     sharp : (m,) float64, error bound of t in float64; inf where float64 proves that the ray misses
-        the triangle. Such a hit counts only if all hits with its number are of this kind
+        the triangle. A hit with an infinite bound can begin a place only if all hits with the same
+        number have infinite bounds
     """
     order = np.lexsort((t, ~np.isfinite(sharp), blurred))
     group, t, sharp = blurred[order], t[order], sharp[order]
@@ -335,7 +338,8 @@ def _places(blurred: np.ndarray, t: np.ndarray, sharp: np.ndarray) -> np.ndarray
 
 
 def _check_status(status: np.ndarray) -> None:
-    """Raise an error if rays were stopped: they may have more hits, or nearer hits."""
+    """Raise an error if rays were stopped, because a stopped ray may have more hits, or nearer
+    hits."""
     stopped = int((status > 1).sum())
     if stopped:
         raise Error(f"{stopped} rays were stopped before their search ended; raise step_cap or "

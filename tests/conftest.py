@@ -55,7 +55,7 @@ SCHEDULES: dict[str, dict[str, object]] = {
     "loop": {"schedule": "loop"},
     "step1": {"schedule": "step"},
     "step16": {"schedule": "step", "steps_per_pass": 16},
-    # An odd interval exposes rays that are masked before both buffers hold their state.
+    # With an odd interval, a test fails if a ray is masked before both buffers hold its state.
     "step1-mask3": {"schedule": "step", "mask_interval": 3},
     "kernels": {"schedule": "kernels"},
     "kernels-mask2": {"schedule": "kernels", "mask_interval": 2},
@@ -76,7 +76,8 @@ ON_ANY_BACKEND = ("accel", "figures", "reference")
 
 
 def pytest_runtest_teardown(item: pytest.Item) -> None:
-    """Name the test that leaves the processor flushing denormals: later tests would lose hits."""
+    """Fail the test after which the processor flushes denormal numbers, as later tests would then
+    lose hits."""
     assert not flushed(), f"after {item.nodeid} the processor flushes denormal numbers to 0"
 
 
@@ -111,8 +112,8 @@ def no_gl_error(gpu: Gpu) -> Iterator[None]:
 def pytest_runtest_call(item: pytest.Item) -> Generator[None, object, object]:
     """Skip a test on softpipe if its method keeps a stack in an array.
 
-    softpipe mixes up the arrays of different fragments, and the tracer's error says so. On other
-    renderers, the same error is a failure.
+    softpipe mixes up the arrays of different fragments, so the tracer refuses such a method with
+    an error. On other renderers, this error is a failure of the test.
     """
     try:
         return (yield)
@@ -132,10 +133,11 @@ def exact_renderer(gpu: Gpu) -> Gpu:
 
 
 def variants(name: str) -> list[dict[str, object]]:
-    """Return settings of a method that change its programs.
+    """Return a list of settings of a method, each of which changes the method's programs.
 
-    Each choice of the method's own options gives a setting. A number that is 0 by default,
-    which means off, is set to 6. If an option needs another option, that option is set too.
+    Each choice of each of the method's own options gives a setting. For an option that is a number
+    and 0 (off) by default, the setting is 6. If an option needs another option, the setting also
+    contains the other option.
     """
     settings: list[dict[str, object]] = [{}]
     for option in find_method(name).options:
@@ -151,7 +153,7 @@ def variants(name: str) -> list[dict[str, object]]:
 
 
 def buildable(name: str, given: dict[str, object]) -> bool:
-    """Return whether the requested build device has the requested builder."""
+    """Return whether the device that the options name for the build has the named builder."""
     options = {**{option.name: option.default for option in find_method(name).options}, **given}
     builds = GPU_KD_BUILDS if name.startswith("kd-") else GPU_BUILDS
     return options.get("build_device") != "gpu" or options["build"] in builds
@@ -219,8 +221,8 @@ def assert_same_hits(hits: rt.Hits, oracle: rt.Hits, extent: float, allowed: flo
 
 
 def assert_threaded(bvh: Bvh, triangles: np.ndarray) -> None:
-    """Check a BVH in depth-first order: it has all triangles, and each box is as small as
-    possible."""
+    """Check that a BVH has all triangles, and that each box is as small as possible. The BVH's
+    nodes are in depth-first order."""
     assert (np.sort(bvh.order) == np.arange(len(triangles))).all()
     if not len(triangles):
         return

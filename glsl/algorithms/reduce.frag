@@ -1,7 +1,7 @@
 #version 330 core
 // A level of a reduction (the "reduce" of stream programming): COMBINE the values of FAN neighbours. If
-// COMBINE is a sum, this is the upward half of Blelloch's scan ("Prefix Sums and Their Applications",
-// 1990).
+// COMBINE is a sum, the levels together are the upward half of Blelloch's scan ("Prefix Sums and Their
+// Applications", 1990).
 
 #include <records>
 #include "core/stream.glsl"

@@ -1,8 +1,8 @@
 #version 330 core
-// The downward half of a scan: one level. Each element gets the sum of all elements before it. This is the
-// sum before its block of FAN elements, which the level above computed, plus the sum of the block's
-// elements before this element. In the survey (section 3.6) stream reduction begins with a scan (D. Horn, "Stream
-// Reduction Operations for GPGPU Applications", GPU Gems 2, 2005).
+// One level of the downward half of a scan. Each element gets the sum of all elements before it. This sum has
+// two parts: the sum of all elements before its block of FAN elements, which the level above computed, and
+// the sum of the block's elements before this element. In the survey (section 3.6) stream reduction begins
+// with a scan (D. Horn, "Stream Reduction Operations for GPGPU Applications", GPU Gems 2, 2005).
 //
 // Departure: Horn doubles the distance in log2 n passes, each over all n elements. Here, as in Blelloch's
 // tree, the work of all levels together is proportional to n. A wider fan reduces the number of levels.

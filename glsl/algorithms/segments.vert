@@ -4,10 +4,10 @@
 // them, and only its two ends are sent as vertices. A line that would cross the end of a row is split into
 // two lines.
 //
-// OpenGL draws a line in the texels whose diamond the line leaves. Each line therefore runs from the centre
-// of its first texel to the centre of the texel after its last. This texel may lie beyond the end of the
-// row. Clipping at the end of the row would end the line on a diamond's corner, so the viewport is twice as
-// wide as the target.
+// OpenGL assumes a diamond around the centre of each texel, and draws a line in the texels whose diamond the
+// line leaves. Each line therefore runs from the centre of its first texel to the centre of the texel after
+// its last. The texel after the last may lie beyond the end of the row. Clipping at the end of the row would
+// end the line on a diamond's corner, so the viewport is twice as wide as the target.
 
 #include <sources>
 #include "core/fetch.glsl"

@@ -3,10 +3,11 @@
 // R. Westermann, "Improved GPU Sorting", GPU Gems 2, 2005). In a step every position compares its element
 // with the element of a partner position, and keeps the smaller or the larger of the two elements.
 //
-// Departures: the first step of each merge mirrors a block instead of shifting it, so that all steps put
-// the smaller element first. Elements past the end count as largest and do not move, so that any number of
-// elements can be sorted. A pass runs two steps, since a fragment can gather the four elements on which the
-// result of two steps depends. The first step is then computed twice, but its results are not stored.
+// Departures: in the first step of each merge, the partner of a position is its mirror image in the block,
+// so that all steps put the smaller element first. Elements past the end count as largest and do not move,
+// so that any number of elements can be sorted. A pass runs two steps, because a fragment can gather the four
+// elements on which the result of two steps depends. Each result of the first step is then computed by two
+// fragments, but is not stored.
 
 #include <records>
 #include "core/stream.glsl"

@@ -3,8 +3,8 @@
 // Without these formats R and `stored` return their argument and cost nothing. gpgpu_rt/gl/precision.py
 // rounds in the same way on the host.
 //
-// A result is computed in float32 and then rounded. This double rounding differs from an arithmetic unit
-// of the narrow format in at most a few tenths of a percent of products and quotients.
+// A result is computed in float32 and then rounded, so it is rounded twice. At most a few tenths of a
+// percent of products and quotients differ from those of an arithmetic unit that rounds only once.
 
 const float INFINITE = uintBitsToFloat(0x7f800000u);   // t_max of a ray without an end
 

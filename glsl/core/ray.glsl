@@ -6,7 +6,7 @@ struct Ray {
     vec3 direction;
     float t_max;
     vec3 inv_dir;    // finite: a zero component counts as TINY_DIRECTION
-    bvec2 dominant;  // the largest component: x, y, or (if both are false) z
+    bvec2 dominant;  // which component is largest: x, y, or (if both are false) z
     vec3 shear;      // (x / z, y / z, 1 / z) of the direction, axes permuted so z is dominant
     vec3 lo_origin;  // the origins from which box_interval measures the lower and the upper corners of
     vec3 hi_origin;  // boxes (core/slack.glsl)
@@ -16,8 +16,8 @@ struct Ray {
 };
 
 // Before the inversion of a direction, this number replaces each component of smaller magnitude. The
-// largest component of a direction is at least 0.5, because directions have unit length or are scaled so
-// that it lies in [0.5, 1). A component as small as this number therefore does not visibly move a ray.
+// largest component of a direction is at least 0.5, because directions have unit length or are scaled to a
+// largest component in [0.5, 1). A component as small as this number does not visibly move a ray.
 const float TINY_DIRECTION = 1e-20;
 
 vec3 permuted(bvec2 dominant, vec3 v) {

@@ -1,9 +1,9 @@
 // Boxes are widened so that rounding never loses a box that contains a hit. The boxes themselves stay as
 // they are: each ray moves, once, the origins from which it measures the corners of boxes.
 //
-// Let u be the unit roundoff ARITHMETIC_UNIT, and M the largest distance of origin and scene along an axis.
-// The distance along one axis does not bound the error along this axis, since the watertight test shears
-// depth along the dominant axis onto the other two axes. For example, let the scene and the origin lie in
+// Let u be the unit roundoff ARITHMETIC_UNIT, and M the largest distance from the origin to a point of the
+// scene along any axis. A distance along one axis does not bound the error along this axis, because the
+// watertight test shears depth onto the other two axes. For example, let the scene and the origin lie in
 // the plane y = 0: their distance along y is 0, yet the test's t is off by several u M. These errors arise
 // along an axis, to first order in u (gpgpu_rt/numerics/error_bounds.py has the same steps):
 //

@@ -7,7 +7,7 @@
 // The paper swaps two axes to keep the winding; here they are not swapped, because both windings are
 // accepted. Addition: the ray must also pass through the sheared triangle's box. Rounding never flips the
 // sign of an edge function but can make it zero, and three zeros count as a hit. Without the box a tiny
-// triangle would be "hit" from far away. The comparisons are exact, so the box loses no ray that is inside.
+// triangle would be "hit" from far away. The box test loses no hit: its comparisons are exact.
 //
 // INTERSECTION_MOLLER_TRUMBORE: Moeller and Trumbore, "Fast, Minimum Storage Ray/Triangle
 // Intersection", 1997. Here the determinant is compared to zero and not to an epsilon.

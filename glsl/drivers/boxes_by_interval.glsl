@@ -16,8 +16,8 @@
 // 4.9, 1 and 1.2 in the kitchen, and 1, 1 and 3.0 on the bunny.
 const float REACH = 0.01;
 
-vec3 first_origin;   // bounds all rays' origins for the box corner that the rays meet first
-vec3 last_origin;    // bounds all rays' origins for the opposite corner
+vec3 first_origin;   // the bound on the rays' origins for the box corner that the rays meet first
+vec3 last_origin;    // the bound on the rays' origins for the opposite corner
 vec3 inv_lo;
 vec3 inv_hi;
 float t_first;
@@ -156,8 +156,8 @@ vec3 ends_by_sign(vec3 a, vec3 positive, vec3 negative) {
                 end_by_sign(a.z, positive.z, negative.z));
 }
 
-// An interval of t, from x to y, that holds for all rays of the turn: the part of each ray that lies in the
-// box and is still to be searched lies within it. The interval is empty if x > y.
+// Return an interval of t, from x to y, for all rays of the turn. It contains the part of each ray that
+// lies in the box and is not yet searched. The interval is empty if x > y.
 vec2 searched(int r, vec3 lo, vec3 hi) {
     vec3 a = R(met_first(lo, hi) - first_origin);
     vec3 b = R(met_last(lo, hi) - last_origin);

@@ -17,8 +17,8 @@ int turn;                     // the number of the current turn. Bit a is set if
                               // negative along axis a. If the rays of a turn also share a dominant
                               // axis, 8 times that axis is added.
 
-// The octant of a ray's direction. If neither the order of nodes nor a bound depends on signs, all rays
-// have octant 0 and walk together.
+// The octant of a ray's direction. If neither the order of nodes nor a bound depends on the signs of
+// directions, all rays have octant 0 and walk together.
 int octant_of(Ray ray) {
 #if defined(OCTANTS) || defined(INTERVAL_TEST)
     return direction_octant(ray.direction);

@@ -1,7 +1,7 @@
 #version 330 core
 // The push of kd-texture-stack. Each tile of the atlas holds one stack level of all rays. The pass draws
-// every tile, so each live ray has a fragment in every tile. Only the fragment in the tile that the ray's
-// stack pointer names survives and writes the entry.
+// every tile, so each live ray has a fragment in every tile. One of these fragments writes the entry: the
+// fragment in the tile whose number is the height of the ray's stack.
 
 #include "core/precision.glsl"
 #include "core/tiles.glsl"

@@ -10,7 +10,7 @@
 //
 // Each kernel has a loop of its own that runs while rays need the kernel (while-while; Aila and Laine
 // 2009). A renderer that executes both sides of a branch still skips a loop that no ray enters. If a loop
-// breaks at its top, such a renderer runs the body once more, without effect. Loops here therefore test at
+// tests at its top, such a renderer runs the body once more, without effect. Loops here therefore test at
 // their bottom (`if` and `do while`), and a single step has no loop at all.
 
 #include "core/precision.glsl"

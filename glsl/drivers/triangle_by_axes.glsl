@@ -49,7 +49,7 @@ void test_present(int r) {
         Hit hit = hits[r];
         test_corners(rays[r], corner_seen(r, 0), corner_seen(r, 1), corner_seen(r, 2), tested, hit);
 #ifdef ANY_HIT
-        hit.u = hit.v = 0.0;   // no caller reads where a shadow ray is blocked
+        hit.u = hit.v = 0.0;   // no caller reads u and v of a shadow ray's hit
 #endif
         hit.t = stored(hit.t);
         rows[r] = hit.triangle != hits[r].triangle ? tested : rows[r];

@@ -18,7 +18,7 @@ vec3 cull_origin_hi;
 vec2 cull_shear_lo;
 vec2 cull_shear_hi;
 bvec2 cull_dominant;
-int cull_axes;          // the number of different dominant axes: 0, 1, or 2 for two and more
+int cull_axes;          // 0, 1 or 2: no dominant axis, one, or several different ones
 
 void bound_for_culling(int r) {
     Ray ray = rays[r];

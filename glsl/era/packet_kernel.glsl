@@ -1,11 +1,11 @@
-// A kernel of packets in a loop, as pass.glsl has the kernels of single rays. A card's compiler counts the
-// instructions of this text; nothing runs it. packet_loop.glsl runs the same kernels.
+// A kernel of packets in a loop; pass.glsl is the same for kernels of single rays. A card's compiler counts
+// the instructions of this text, but this text is never run. packet_loop.glsl runs the same kernels.
 //
 // The state of a packet needs more than the four targets of a card. A loop keeps the state in registers and
-// writes only hits, so here each kernel writes only the fields that it changes: everything that it computes is
-// needed, and no other field is moved. The hits of four rays fill all targets, so the cursor of `intersect`
-// leaves as a depth. Not counted are constants that a kernel sets, and the comparison that ends the loop over
-// a leaf's triangles, which is part of the loop's branch.
+// writes only hits. Here each kernel writes only the fields that it changes, so that the compiler drops no
+// computation and adds no moves. The hits of four rays fill all targets, so `intersect` writes its cursor as
+// a depth. Two things are not counted: constants that a kernel sets, and the comparison that ends the loop
+// over a leaf's triangles, which is part of the loop's branch.
 
 #define int float
 #define ivec3 vec3

@@ -5,11 +5,11 @@
 //
 // With IN_LOOP the text is a kernel inside a loop, as on cards with branches (Horn et al. 2007): the loop has
 // branched to the kernel, so the kernel does not ask which rays wait for it. A card's compiler counts the
-// instructions of this text; nothing runs it.
+// instructions of this text, but this text is never run.
 //
-// Departures from the project's present kernels (drivers/traverse.frag): no integers, no step counts, no
-// counters, no slack of boxes, the test of Moeller and Trumbore, and at equal t the triangle found first
-// wins.
+// Departures from the project's present kernels (drivers/traverse.frag): there are no integers, step counts,
+// counters or slack of boxes. The triangle test is that of Moeller and Trumbore. At equal t, the triangle
+// that is found first wins.
 
 #define int float
 #define ivec2 vec2

@@ -1,13 +1,14 @@
 #version 330 core
 // Exchange light between neighbouring layers of a bundle (Szirmay-Kalos 1998; survey, section 5). Each
-// pixel draws two points. The first point carries light from the farther layer to the nearer layer, the
-// second point the other way. A point goes to the texel of the receiving side of a triangle, where blending
-// adds the light. A pixel is a tube of rays; its flux is radiance * solid angle * the pixel's area, for any
-// slope of the surface.
+// pixel draws two points. The first point carries light from the farther layer to the nearer layer. The
+// second point carries light from the nearer layer to the farther layer. A point goes to the texel of the
+// receiving side of a triangle, where blending adds the light. A pixel is a tube of rays; its flux is
+// radiance * solid angle * the pixel's area, for any slope of the surface.
 //
-// Departure: the paper draws a random direction in each iteration and averages. Here the set of directions
-// is fixed, and each bounce runs through all directions. The fourth channel adds up the weights that a side
-// received. A later pass divides the light by this sum, whose exact value would be pi.
+// Departure: the paper draws a random direction in each iteration and averages the iterations' results. Here
+// the set of directions is fixed, and each bounce runs through all directions. The fourth channel adds up
+// the weights that a side received. A later pass divides the light by this sum, whose exact value would be
+// pi.
 
 #include <constants>
 #include "core/fetch.glsl"

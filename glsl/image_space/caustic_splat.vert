@@ -1,9 +1,9 @@
 #version 330 core
 // Find the receiver of a photon in the light's image, and place a point there (Shah, Konttinen and
 // Pattanaik 2007; survey, section 5). A photon is a vertex that leaves the refractor at V along T. Guess a
-// distance d, look up the receiver that the light sees behind V + d T, use the distance of this receiver
-// from V as the next guess, and repeat. Blending adds up the light of the points; the sum is the caustic
-// map.
+// distance d. Look up the receiver that the light sees in the direction of V + d T. Use the distance of this
+// receiver from V as the next guess, and repeat. Blending adds up the light of the points; the sum is the
+// caustic map.
 //
 // Departures: the first guess is d = 0 instead of one unit, so that the scene's scale does not matter. A
 // photon is dropped if another surface blocks its way to the refractor, or if it leaves the light's image.
@@ -44,7 +44,7 @@ vec4 receiver_behind(vec3 place) {
     return in_image(at) ? texelFetch(receivers, ivec2(at), 0) : vec4(0.0);
 }
 
-// The landing point of a photon and its flux; flux 0 if the photon is lost.
+// The landing point of a photon, and the photon's flux. The flux is 0 if the photon is lost.
 vec4 landing(ivec2 texel) {
     vec4 away = texelFetch(leaving, texel, 0);
     vec3 from = texelFetch(start, texel, 0).xyz;

@@ -5,7 +5,7 @@
 
 in vec3 corner;
 in vec3 normal;
-in float inner;     // thickness of the mesh at this corner, measured against the normal
+in float inner;     // thickness of the mesh at this corner, measured opposite to the normal's direction
 
 out vec3 place;
 out vec3 blended;

@@ -1,9 +1,9 @@
-// Light sampling of the surroundings. If the surroundings are an image, directions are sampled by its
-// brightness, and get weights by multiple importance sampling as points on emitting triangles do. A sky has
-// an even brightness, so light sampling draws a direction from the surface's own distribution. The path's
-// next direction is another draw from this distribution. The two directions therefore get equal weights,
-// corrected for the probability that light sampling chooses the surroundings (`far_chance`). Include after
-// scatter.glsl, surroundings.glsl, luminance.glsl and both_ways.glsl.
+// Light sampling of the surroundings. If the surroundings are an image, brighter directions are sampled more
+// often, and multiple importance sampling gives the weights, as for points on emitting triangles. The
+// brightness of a sky varies little, so light sampling draws a direction from the surface's own
+// distribution. The path's next direction is also drawn from this distribution. The two directions therefore
+// get equal weights, except for a factor: the probability that light sampling chooses the surroundings
+// (`far_chance`). Include after scatter.glsl, surroundings.glsl, luminance.glsl and both_ways.glsl.
 
 uniform int far_light;      // the surroundings' number among the lights
 uniform float far_chance;   // the probability that light sampling chooses the surroundings
@@ -12,8 +12,8 @@ uniform float far_chance;   // the probability that light sampling chooses the s
 #include "render/image_light.glsl"
 #endif
 
-// Sample a direction towards the surroundings. Return the light from there that the surface sends back
-// along the ray if no triangle is in between.
+// Sample a direction towards the surroundings. Return the light from this direction that the surface
+// reflects back along the ray, if no triangle is between the surface and the surroundings.
 vec3 surroundings_asked(Surface surface, Scatter scatter, vec4 random, out vec3 direction) {
 #ifdef ASKED_IMAGE
     if (surroundings_kind == IMAGE_KIND) {

@@ -19,8 +19,8 @@ uniform vec2 light_place;       // sample point in the unit square, the same for
 uniform ivec2 corner;           // corner of the drawn region, in the picture
 
 // All pixels use the same sample points, shifted around the unit square by random numbers of the pixel
-// (Cranley and Patterson 1976). Without the shift errors would show as the edges of several shadows; with
-// it they show as noise.
+// (Cranley and Patterson 1976). Without the shift, errors would be visible as the edges of several shadows.
+// With the shift, errors are visible as noise.
 vec3 place_on_light(ivec2 pixel) {
     vec2 moved = random_numbers(random_counter(uvec2(corner + pixel), 0u, 0u, 0u, 0u)).xy;
     vec2 uv = sample_triangle(fract(light_place + moved));

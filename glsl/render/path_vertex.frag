@@ -82,8 +82,8 @@ vec3 light_asked(Hit hit, Surface surface, Scatter scatter, ivec2 texel, inout R
 #endif
     if (max(max(found.r, found.g), found.b) > 0.0) {
         shadow = leave(spawn, direction);
-        // `leave` may have moved the start after the direction was computed. The end is then displaced by
-        // as much.
+        // `leave` may have moved the start after the direction was computed. This displaces the end by the
+        // same distance.
         shadow.t_max = shadow_end(dot(light.place - shadow.origin, direction),
                                   light.blur + spawn.offset, facing);
     }

@@ -1,7 +1,7 @@
 #version 330 core
-// Write the picture in sRGB. With GATHERED the light of a pixel is the sum that other passes gathered.
-// Without GATHERED, for a scene with one light and no bounces, it is the unshadowed light, plus the direct
-// light if the shadow ray hit nothing.
+// Write the picture in sRGB. With GATHERED the light of a pixel is the sum that other passes gathered. A
+// scene with one light and no bounces needs no GATHERED: the light of a pixel is then the unshadowed light,
+// plus the direct light if the shadow ray hit nothing.
 
 #include <streams>
 #include "core/hit.glsl"

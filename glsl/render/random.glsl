@@ -1,9 +1,8 @@
-// Random numbers without a state: an integer hash of pixel, sample, bounce and purpose, so that every
-// method, schedule and order of passes draws the same numbers. Such generators are counter-based (Salmon,
-// Moraes, Dror and Shaw, "Parallel Random Numbers: As Easy as 1, 2, 3", SC 2011). The hash is pcg4d of
-// Jarzynski and Olano, "Hash Functions for GPU Rendering", JCGT 9(3), 2020. Philox, the hash of Salmon et al.,
-// needs the high half of a product, which GLSL 330 does not give. gpgpu_rt/reference/random_numbers.py draws
-// the same numbers.
+// Random numbers without a state: an integer hash of pixel, sample, bounce and purpose. Every method,
+// schedule and order of passes therefore draws the same numbers. The idea is that of Salmon, Moraes, Dror and
+// Shaw, "Parallel Random Numbers: As Easy as 1, 2, 3", SC 2011. The hash is pcg4d of Jarzynski and Olano,
+// "Hash Functions for GPU Rendering", JCGT 9(3), 2020. Philox, the hash of Salmon et al., needs the high half
+// of a product, which GLSL 330 does not give. gpgpu_rt/reference/random_numbers.py draws the same numbers.
 
 // The counter of a block of four numbers: pixel, sample, and a word for the purpose. This word has space
 // for 16 blocks a bounce, 4096 bounces and 65536 seeds.

@@ -19,8 +19,8 @@ uint reversed(uint x) {
     return ((x & 0x55555555u) << 1) | ((x >> 1) & 0x55555555u);
 }
 
-// A permutation that keeps or flips each bit; only lower bits and the key decide which. On reversed bits
-// this is an Owen scrambling.
+// A permutation that keeps or flips each bit; only lower bits and the key decide whether a bit is flipped.
+// Applied to a number with reversed bits, the permutation is an Owen scrambling.
 uint permuted(uint x, uint key) {
     x += key;
     x ^= x * 0x6c50b47cu;

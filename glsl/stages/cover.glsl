@@ -1,23 +1,25 @@
 // Bounds on the pixels whose eye rays can hit a triangle, and on how near the hits can be. The rasteriser's
 // first hits are checked against these bounds. The values here need not be exact. Each value is moved to
-// the safe side by sixteen times the first-order terms of its error.
+// the safe side by a bound on its error: sixteen times the first-order terms of the error.
 //
 // Let all corners of a triangle be at least `nearest` deep. If `test_triangle` accepts the triangle for the
 // ray through a pixel's centre, the projected triangle is at most `margin` pixels from this centre. Two
 // errors make the margin:
 //   `eta` bounds the error of a projected corner, both here and in the test. It covers the rounding
 //   of the corner's position relative to the eye, of the ray's direction, and of the shear.
-//   `beyond` bounds how far outside a short edge a ray may pass and still be accepted, because the edge
-//   function is rounded. The distance is 2^-22 of the square of the longest edge, divided by the length
-//   of the short edge. The box of the test limits this distance to a few lengths of the short edge.
-// A triangle with a corner that is less than `nearest` deep is `cut`, because a corner behind the eye has no
-// place in the image. The edges of a cut triangle become planes through the eye. Their error is the rounding
-// of the test's products of two corners, which grows with the product of the corners' distances.
+//   `beyond` bounds the distance at which a ray may pass outside a short edge and still be accepted,
+//   because the edge function is rounded. The distance is 2^-22 of the square of the longest edge,
+//   divided by the length of the short edge. The test also rejects rays outside the triangle's bounding
+//   box, which limits the distance to a few lengths of the short edge.
+// A triangle is `cut` if a corner is less than `nearest` deep. A corner behind the eye has no place in the
+// image, and a corner near the eye has an inexact place. The edges of a cut triangle become planes through
+// the eye. Their error is the rounding of the test's products of two corners, which grows with the product of
+// the corners' distances.
 //
-// The t of a hit is a mean of the corners' depths. The weights of the mean have the same errors as the edge
-// functions. So the hit's t is never less than the t of `depth`. The t of the triangle's plane is 1 /
-// (slope . ray), with the error of the plane's normal. The hit's t is less than the plane's t by at most
-// `misjudged`.
+// The depth of a hit is a mean of the corners' depths. The weights of the mean have the same errors as the
+// edge functions. So the hit's depth is never less than `depth`. The depth of the triangle's plane is 1 /
+// (slope . ray), with the error of the plane's normal. The hit's depth is less than the plane's depth by
+// at most `misjudged`.
 
 uniform vec3 eye;
 uniform vec3 right;      // `right` and `up` are scaled as in Camera.basis

@@ -2,8 +2,8 @@
 // Rasterised bounds (survey, section 5: "if we know the bound of intersection points using rasterization,
 // we can use this bound to reduce the number of ray traversal steps"). The survey gives no method, so this
 // method is the project's own. Triangles are drawn over a coarse image. MIN blending keeps three depths for
-// each tile: the least depth of any triangle, the greatest depth (negated), and the closing depth. Behind
-// the closing depth no ray of the tile passes, because a single triangle closes the tile there.
+// each tile: the least depth of any triangle, the greatest depth (negated), and the closing depth. No ray of
+// the tile goes beyond the closing depth, because a single triangle that covers the whole tile ends there.
 
 #include <streams>
 #include "stages/eye_triangle.glsl"

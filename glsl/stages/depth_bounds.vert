@@ -35,9 +35,9 @@ void main() {
         vec2 a = projected(corner_a);
         vec2 b = projected(corner_b);
         vec2 c = projected(corner_c);
-        // Allow for a shift of the vertex by MARGIN times `size`, where `size` is at most 100 z. A shift
-        // across the view moves the projected vertex directly. A shift along the view moves it by at most
-        // the slope of the image's edges.
+        // The vertex may be displaced by MARGIN times `size`, where `size` is at most 100 z. A displacement
+        // across the view moves the projected vertex in proportion. A displacement along the view moves the
+        // projected vertex at most by the displacement times the slope of the image's edges.
         vec2 slope = vec2(length(right), length(up));
         vec2 wider = 0.5 * image * MARGIN * size / least(z) * (1.0 / slope + 1.0) * 2.0 + 0.01;
         lo = clamp(floor((min(min(a, b), c) - wider) / tile), vec2(0.0), tiles);

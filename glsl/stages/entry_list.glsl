@@ -1,5 +1,5 @@
-// Reads the entry list of a tile, which stages/entry_points.frag has written. Rays and smaller tiles read
-// it. An entry is the root of a subtree that rays of the tile have to search. The entries are in the order
+// Reads the entry list of a tile, which stages/entry_points.frag has written, for a ray or for a smaller
+// tile. An entry is the root of a subtree that rays of the tile have to search. The entries are in the order
 // of the walk. A texel holds four entries. The texels of a tile lie `entry_tiles_across` texels apart.
 
 const int LIST_END = -1;

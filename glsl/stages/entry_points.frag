@@ -7,7 +7,8 @@
 //
 // Departure: in the paper a tile's rays begin at one node, the deepest node that holds every leaf that the
 // beam meets. In a bounding volume hierarchy, and for tiles that look along many subtrees, this node is
-// often the root. Here a tile has a list of nodes, each as deep as the rays of the tile descend together.
+// often the root. Here a tile has a list of nodes. Each is the deepest node to which the rays of the tile
+// descend together.
 
 #include "core/precision.glsl"
 #include "core/fetch.glsl"
@@ -17,7 +18,7 @@
 #include "stages/tile_beam.glsl"
 #include "stages/entry_list.glsl"
 
-const int MOST_VISITS = 2000;   // after so many visits the beam leaves the rest of the walk to its rays
+const int MOST_VISITS = 2000;   // after so many visits, the tile's rays do the rest of the walk
 
 int found[ENTRIES];
 int entries = 0;

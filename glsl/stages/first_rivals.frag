@@ -1,12 +1,12 @@
 #version 330 core
-// Finds rivals. A triangle is a rival if, in a part of the image, a ray hits it before the triangle that
-// the rasteriser shows at the ray's pixel. Nested loops visit, from the outermost to the innermost:
-//   1. Squares of pixels that show another triangle, at no less than the least depth of this triangle in
-//      the square.
-//   2. Rows of pixels in these squares that the triangle's edges enclose.
-//   3. Pixels of these rows that show another triangle, at no less than this least depth.
-//   4. Tests of the rays of these pixels.
-// So a ray is tested only where, by these bounds, the triangle may come before the shown triangle.
+// Finds rivals. A triangle T is a rival if, in a part of the image, a ray hits T before the triangle that
+// the rasteriser shows at the ray's pixel. The nested loops, from the outermost to the innermost, visit:
+//   1. The squares of pixels that show a triangle other than T at a depth of at least d, where d is the
+//      least depth of T in the square.
+//   2. The rows of pixels in these squares that the edges of T enclose.
+//   3. The pixels of these rows that show a triangle other than T at a depth of at least d.
+//   4. The rays of these pixels, which are tested against T. So a ray is tested only where, by these bounds,
+// T may come before the shown triangle.
 
 #include "core/precision.glsl"
 #include <streams>
@@ -144,7 +144,7 @@ void main() {
             first = ivec2(max(next_four, from & ~3), y);
             Shown_four shown = shown_four_load(ivec2(first.x >> 2, y));
             ivec4 at = first.x + ivec4(0, 1, 2, 3);
-            // Use `&`, because products of integers are slow, and a renderer may run this loop often.
+            // Use `&` to combine the flags, because a product of integers is slow in this hot loop.
             asked = ivec4(notEqual(shown.triangle, ivec4(index)))
                 & ivec4(greaterThanEqual(shown.depth, vec4(max(least_here, 0.0))))
                 & ivec4(greaterThanEqual(at, ivec4(from)))

@@ -3,13 +3,13 @@
 // (survey, section 4.2). One fragment for each tile of rays sends a beam, which bounds rays, through the
 // tree. It writes the node at which the tile's packets begin their walk.
 //
-// Departures: unless the rays have bounds (BOUNDED), the beam surrounds PROBES x PROBES rays of the tile
-// and a margin. Reading all rays would take longer than the visits that the entry saves. The beam may
-// therefore miss rays, and a packet begins at the entry only if an exact comparison shows that all its rays
-// lie within the beam. Otherwise the packet begins at the root (drivers/packet_entry.glsl). The paper's
-// entry is one node, the deepest node that holds every leaf that its beam meets. Here the entry is the
-// node at which the beam first stops, because its rays no longer descend together. Links lead to the nodes
-// at which the walk continues. In BOUNDED tiles whose beam meets nothing, no packet is drawn at all
+// Departures: unless the rays have bounds (BOUNDED), the beam surrounds PROBES x PROBES rays of the tile and
+// a margin. Reading all rays would take longer than the visits that the entry saves. The beam may therefore
+// miss rays, and a packet begins at the entry only if an exact comparison shows that all its rays lie within
+// the beam. Otherwise the packet begins at the root (drivers/packet_entry.glsl). In the paper, the entry is
+// the deepest node that holds every leaf that the beam meets. Here the entry is the first node at which the
+// beam stops because its rays no longer descend together. If the beam stops at further nodes, links lead from
+// the entry to these nodes. In BOUNDED tiles whose beam meets nothing, no packet is drawn at all
 // (drivers/packet_tiles.vert).
 
 #include "core/precision.glsl"
@@ -26,7 +26,7 @@ const float MARGIN = 0.0;
 #else
 const float MARGIN = 0.125;   // share of the probes' extent
 #endif
-const int MOST_VISITS = 500;  // after so many visits the beam leaves the rest of the walk to its packets
+const int MOST_VISITS = 500;  // after so many visits, the tile's packets do the rest of the walk
 
 uniform ivec2 ray_texture_size;
 

@@ -6,12 +6,11 @@
 // no search.
 //
 // The origin and the second end become cells of a lattice in a cube. The key interleaves the bits of the
-// two cells, coarse levels first; the bits of the second end start FREE_LEVELS levels later than those of
-// the origin. A sort therefore does not separate the rays by all bits of the origin first. Every longer
-// prefix of the key divides both origins and ends, the origins FREE_LEVELS levels more finely. The bits form
-// a Gray code: consecutive cells of this code differ in one bit, so a run of rays spans fewer cells than
-// along the Morton curve. A key is two numbers, and the first number holds the first half of the levels.
-// Empty rays come last.
+// two cells, coarse levels first. It begins with FREE_LEVELS levels of the origin alone. After these, each
+// level of the origin is followed by a level of the second end. Rays with a common prefix are therefore near
+// to each other in both ends. The bits form a Gray code: consecutive cells of this code differ in one bit,
+// so a run of rays spans fewer cells than along the Morton curve. A key is two numbers, and the first number
+// holds the first half of the levels. Empty rays come last.
 
 #include "core/precision.glsl"
 #include <streams>

@@ -90,8 +90,8 @@ def scene_box(triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def half_area(lo: np.ndarray, hi: np.ndarray, axis: int = 0) -> np.ndarray:
-    """Return half the surface area of boxes; 0 for an empty box. Coordinates x, y and z lie along
-    `axis` of lo and hi."""
+    """Return half the surface area of boxes; 0 for an empty box. Along the axis number `axis`, the
+    arrays lo and hi hold the coordinates x, y and z."""
     size = np.maximum(np.moveaxis(hi - lo, axis, 0), 0)
     return size[0] * size[1] + size[1] * size[2] + size[2] * size[0]
 

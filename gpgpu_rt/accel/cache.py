@@ -83,8 +83,8 @@ def uncached() -> Iterator[None]:
 
 @contextlib.contextmanager
 def cache_files() -> Iterator[list[Path]]:
-    """Yield a list to which each cache file that is read or written in this context is added. The
-    caller can copy these files to another machine."""
+    """Yield a list. The path of each cache file that is read or written in this context is added
+    to the list. The caller can copy these files to another machine."""
     token = _files.set(files := [])
     try:
         yield files
@@ -125,7 +125,8 @@ def cache_folder() -> Path | None:
 
 @contextlib.contextmanager
 def _tolerated(folder: Path) -> Iterator[None]:
-    """Tolerate errors of writing into the folder in this context; the file is then not kept."""
+    """Return a context that tolerates errors of writing into the folder. After such an error, the
+    structure's file is missing from the cache."""
     try:
         yield
     except OSError as failure:

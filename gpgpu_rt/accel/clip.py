@@ -27,8 +27,9 @@ def clip_bounds(vertices: np.ndarray, index: np.ndarray, lo: np.ndarray,
 
     Returns
     -------
-    lo, hi : (3, m) float32; lo > hi where the triangle is outside the box. The bounds are exact to
-        a few float32 spacings, which suffices because callers pad both the box and the result
+    lo, hi : (3, m) float32; lo > hi where the triangle is outside the box. The errors of the
+        bounds are a few float32 spacings. This suffices, because callers pad both the box and the
+        result
     """
     out_lo = np.empty_like(lo)
     out_hi = np.empty_like(hi)

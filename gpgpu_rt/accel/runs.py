@@ -1,5 +1,5 @@
-"""Runs: the items of each owner, such as the triangles of a leaf, stand side by side in a flat
-array. A run is given by its start and its count."""
+"""Runs: a flat array holds the items of several owners, for example the triangles of all leaves.
+The items of an owner are side by side. They form a run, which has a start and a count."""
 from __future__ import annotations
 
 from collections.abc import Sequence

@@ -1,4 +1,4 @@
-"""Sound: checks whether a structure that was read from a file is one that a builder could make.
+"""Sound: checks whether a builder could have made a structure that was read from a file.
 
 A checksum shows that a file is complete, but not who wrote it. With wrong indices, a shader could
 read outside a table or loop without end. Therefore types, lengths and ranges are checked. Each

@@ -78,8 +78,8 @@ def depth_first_pairs(inner: list[np.ndarray], size: np.ndarray, left: np.ndarra
 
 def kept_nodes(inner: list[np.ndarray], left: np.ndarray, right: np.ndarray, count: np.ndarray,
                most: int) -> np.ndarray:
-    """Return (n,) bool, which nodes to keep in a tree of at most ``most`` nodes. The smallest
-    subtrees become leaves.
+    """Return (n,) bool, which nodes to keep in a tree of at most ``most`` nodes. The subtrees with
+    the fewest entries become leaves.
 
     Parameters
     ----------
@@ -106,8 +106,8 @@ def cut(inner: list[np.ndarray], left: np.ndarray, right: np.ndarray,
 
     Parameters
     ----------
-    kept : (n,) bool. Either both children of a node are kept or none, and the ancestors of a kept
-        node are kept
+    kept : (n,) bool. Of the two children of a node, both are kept or none is kept. The ancestors
+        of a kept node are kept
 
     Returns
     -------

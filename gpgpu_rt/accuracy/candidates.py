@@ -11,13 +11,13 @@ from typing import Any
 from ..methods import find_method
 from ..options import TRACER_OPTIONS, Option
 
-# Knobs that change the hits. All other knobs change only time and memory, and the hits stay the
-# same: on the software renderer, to the bit.
+# Knobs that change the hits. All other knobs change only time and memory. On the software
+# renderer, the hits then stay the same to the bit.
 _ACCURACY = ("precision", "storage", "rounding", "intersection", "interval")
-# These options are no knobs. Statistics and the context do not change a trace. Precision sets
-# storage and arithmetic. `speed_knobs` lists schedules itself. The build device does not change
-# the tree. The era form (docs/era.md) shows what the cards ran, and is slower. Rasterised bounds
-# apply to pictures only, and candidates are measured on ray arrays.
+# The search does not vary these options. Statistics and the context do not change a trace. The
+# knob precision sets storage and arithmetic. `speed_knobs` lists schedules itself. The build
+# device does not change the tree. The era form (docs/era.md) runs the kernels of old cards, and is
+# slower. Rasterised bounds apply to pictures only, but candidates are measured on ray arrays.
 _NO_KNOBS = ("era", "statistics", "context", "storage", "arithmetic", "schedule",
              "build_device", "rasterised_bounds")
 _STEPS = (16, 64)       # values of the option steps_per_pass to try
@@ -117,7 +117,7 @@ def _own_schedule(method: str) -> str:
 def _is_knob(option: Option) -> bool:
     """Return whether an option is a knob.
 
-    An option that excludes others selects another way of tracing, and is no knob.
+    An option that excludes other options is no knob, because it selects another way of tracing.
     """
     return (option.name not in _NO_KNOBS and not option.excludes
             and (option.choices is not None or option.kind is bool))
@@ -128,8 +128,8 @@ def _is_for_accuracy(option: Option) -> bool:
 
 
 def _values(option: Option) -> list[Any]:
-    """Return the values of a knob, the default first. None is included only for a knob that gives
-    None a meaning of its own."""
+    """Return the values of a knob, the default first. None is included only if None is not merely
+    another word for one of the other values."""
     values = list(option.choices) if option.choices is not None else [False, True]
     if option.optional and None not in values:
         values.append(None)

@@ -68,9 +68,9 @@ class Promise:
 
         If ``kinds`` contains eye rays and random rays, the result has an entry for ``COHERENT``
         rays, timed on eye rays, and an entry for ``INCOHERENT`` rays, timed on random rays. Rays
-        aimed at vertices and edges belong to both entries. Otherwise there is a single entry
-        ``ALL``, timed on all kinds. A bound on bytes also gives a single entry, because two
-        methods would hold two structures in memory.
+        aimed at vertices and edges belong to both entries. Otherwise the result has a single entry
+        ``ALL``, timed on all kinds. It also has a single entry if there is a bound on bytes,
+        because two methods would hold two structures in memory.
         """
         if self.max_bytes is not None or not set(OWN_KIND.values()) <= set(self.kinds):
             return {ALL: (self, None)}
@@ -128,11 +128,11 @@ class Finding:
 def _ranks(count: int, share: float) -> tuple[int, int]:
     """Return the ranks of the two errors that bound a quantile, from above and from below.
 
-    The measured errors are sorted in descending order. ``above`` is the largest rank with so few
-    errors before it that, with confidence, at most ``share`` of all possible rays have a larger
-    error. ``below`` is the smallest rank with so many errors up to it that, with confidence, at
-    least ``share`` of all possible rays have an error at least as large. A missing ``above`` is
-    -1, and a missing ``below`` is ``count``.
+    The measured errors are sorted in descending order, and a rank is a position in this order.
+    ``above`` is the largest rank whose error, with 95 % confidence, is exceeded by at most
+    ``share`` of all possible rays. ``below`` is the smallest rank whose error, with 95 %
+    confidence, is reached by at least ``share`` of all possible rays. If no rank has the property,
+    ``above`` is -1 or ``below`` is ``count``.
     """
     end = min(count, 100 + int(3 * share * count))     # both ranks are near share * count
     above, high = -1, end

@@ -1,10 +1,11 @@
 """The judge: decides which answers of a trace are right, and what is wrong with each wrong answer.
 
 An answer is right if the watertight test could have given it, within the bounds of its rounding
-errors (`error_bounds`). This means three things: the answer's triangle is possibly hit, the error
-of t is within its bound, and no other triangle is certainly hit at a nearer t, whatever the errors
-of the two t are. A miss is right if no triangle is certainly hit. A ray through an edge or a
-vertex may therefore miss; `leaks` decides whether such a ray escaped from a closed mesh.
+errors (`error_bounds`). A right answer meets three conditions: the answer's triangle is possibly
+hit, the error of t is within its bound, and no other triangle is certainly hit at a nearer t.
+"Nearer" means that the intervals of the two t, each with its error bound, are disjoint. A miss is
+right if no triangle is certainly hit. A ray through an edge or a vertex may therefore miss;
+`leaks` decides whether such a ray escaped from a closed mesh.
 """
 from __future__ import annotations
 
@@ -33,8 +34,9 @@ class Judgement:
     category : (n,) uint8, an index into CATEGORIES
     within_bound : (n,) bool, whether the answer is right although the reference has another
         triangle, or a miss
-    t_ulps : (n,) float64, |t - exact t| on the answer's own triangle in units in the last place
-        of the exact t as a float32; NaN for misses and false hits
+    t_ulps : (n,) float64, |t - exact t|, where the exact t lies on the answer's own triangle. The
+        unit is the unit in the last place (ulp) of the exact t as a float32. NaN for misses and
+        false hits
     t_bounds : (n,) float64, the same error divided by the bound that `error_bounds` derives
     barycentric_error : (n,) float64, the larger of the errors of u and v; NaN for misses and false
         hits
@@ -71,8 +73,8 @@ class Judgement:
 
     @property
     def upper_95(self) -> float:
-        """The upper 95 % confidence bound of the share of wrong rays, if rays are independent and
-        all drawn in the same way."""
+        """The upper 95 % confidence bound of the share of wrong rays. The bound is valid for rays
+        that were drawn independently from a single distribution."""
         return upper_confidence(int(self.wrong.sum()), len(self))
 
     def quantiles(self, errors: str = "t_ulps") -> dict[str, float]:
@@ -185,7 +187,7 @@ class _PairTests:
             t = hits.t[part].astype(np.float64)
             with np.errstate(over="ignore", invalid="ignore"):
                 error = np.abs(t - pair.t)
-                # Both distances exceed the range of float32: infinity is the nearest float32.
+                # The exact t is beyond the range of float32, so an infinite t has no error.
                 error[(t == pair.t.astype(np.float32)) & np.isinf(t)] = 0
                 in_range = ((pair.t + pair.t_bound >= self.t_min[part])
                             & (pair.t - pair.t_bound <= self.t_max[part]))
@@ -196,8 +198,8 @@ class _PairTests:
             verdict.t_bounds[part] = error / pair.t_bound
             verdict.barycentric_error[part] = np.maximum(np.abs(hits.u[part] - pair.u),
                                                          np.abs(hits.v[part] - pair.v))
-        # Count a NaN in an answer as an infinite error: a NaN in these arrays would mean that the
-        # error is unknown.
+        # An answer that contains a NaN has an infinite error. A NaN in the three arrays would mean
+        # that the error is unknown.
         for errors in (verdict.t_ulps, verdict.t_bounds, verdict.barycentric_error):
             errors[answered[np.isnan(errors[answered])]] = np.inf
 
@@ -238,8 +240,8 @@ class _PairTests:
     def _certain_before(self, rays: np.ndarray, last: np.ndarray, reference: Hits) -> np.ndarray:
         """Return whether any triangle is certainly hit before ``last``, (k,) bool.
 
-        Test the reference's triangle first. For a ray that does not certainly hit it, test all
-        triangles that the exact ray meets before ``last``; they include every certain hit.
+        Test the reference's triangle first. If a ray does not certainly hit this triangle, test
+        all triangles that the exact ray meets before ``last``; these include every certain hit.
 
         Parameters
         ----------

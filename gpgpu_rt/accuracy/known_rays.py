@@ -20,16 +20,17 @@ from ..tracer import Tracer
 from .judge import CATEGORIES, RIGHT, WRONG_DISTANCE, judge, upper_confidence
 
 KINDS = ("eye", "random", "vertices", "edges")
-# The categories that make a hit or miss wrong. A distance beyond its bound is counted separately,
-# because the error of t has a bound of its own.
+# The categories of wrong hits and misses. The category "wrong distance" is not among them: errors
+# of t are counted separately, against their own bound.
 WRONG = ("leak", "false hit", "wrong triangle", "unfinished")
 WITHIN_BOUND = "within bound"
 FLIGHT = 1 << 18          # largest number of rays per call, as in a 512 x 512 picture
 UNIT_ROUNDOFF = 2.0 ** -24
-# `KnownRays._through_the_surface` tests a ray that may have leaked by a ring of rays around it.
-# These are the numbers of rays in a ring. A ring overlooks a gap between two of its rays.
-# Therefore larger rings test the suspected rays again, if there are at most FEW of them. If more
-# rays are suspected, a few false leaks among them do not matter.
+# If a ray may have leaked, `KnownRays._through_the_surface` tests it by a ring of rays around it.
+# RINGS are the numbers of rays in a ring. A small ring may overlook a gap of the surface between
+# two of its rays, and then reports a false leak. Therefore larger rings test the suspected rays
+# again if there are at most FEW suspected rays. Among more suspected rays, a few false leaks do
+# not matter.
 RINGS = (8, 32, 256)
 FEW = 200
 
@@ -40,7 +41,8 @@ class Score:
 
     Attributes
     ----------
-    rays, hits : Number of judged rays, and number of right hits. The t of a right hit is compared.
+    rays, hits : Number of judged rays, and number of right hits. Only right hits have their t
+        compared with the reference.
     wrong : Number of rays with a wrong hit or miss.
     wrong_share, upper_95 : The share of wrong rays, and its upper 95 % confidence bound.
     counts : Number of rays by category. In the category "wrong distance", the error of t exceeds
@@ -167,8 +169,9 @@ class KnownRays:
         truth = self.truth
         verdict = judge(self.scene, self.origins, self.directions, hits, reference=truth)
         category, excused = verdict.category.copy(), verdict.within_bound.copy()
-        # Where an answer has a wrong distance and another triangle than the truth, correct the
-        # distance, so that the triangle is judged alone.
+        # If an answer has a wrong distance and a triangle other than the truth's, judge it again
+        # with the exact distance of its triangle. The new category then depends on the triangle
+        # alone.
         other = np.flatnonzero((category == WRONG_DISTANCE) & (hits.triangle != truth.triangle))
         category[other] = self._choice(hits, other)
         excused[other] = category[other] == RIGHT
@@ -205,15 +208,16 @@ class KnownRays:
     def _through_the_surface(self, hits: Hits, excused: np.ndarray) -> np.ndarray:
         """Return which answers passed through an edge of a closed surface, (n,) bool.
 
-        A ray aimed at an edge certainly hits neither of the edge's two triangles, so the ray may
-        miss either of them. Missing both is a leak, unless the edge is a silhouette edge. To
-        decide, trace a ring of rays around the ray: if all of them hit nearer than the answer, the
-        answer is a leak.
+        If a ray is aimed at an edge, rounding decides whether it hits or misses each of the edge's
+        two triangles. But a ray that misses both is a leak, unless the edge is a silhouette edge.
+        To decide, trace a ring of rays around the ray: if all of them hit nearer than the answer,
+        the answer is a leak.
 
         The ring must be wider than the rounding errors of float32. The watertight test shears a
-        vertex by slopes of at most 1. The vertex is then wrong by at most 5 roundings of each of
-        two terms that are at most M, the largest |vertex - origin|. The edge functions add 3
-        roundings. The sum is below 16 u M across the ray, and the ring has twice this radius.
+        vertex by slopes of at most 1. A coordinate of the sheared vertex is the difference of two
+        terms. Each term is at most M, the largest |vertex - origin|, and has at most 5 roundings.
+        The edge functions add 3 roundings. Across the ray, the error is below 16 u M, where u is
+        the unit roundoff. The radius of the ring is twice this bound.
         """
         past = np.zeros(len(hits), bool)
         left = np.flatnonzero(self.truth.hit & (hits.triangle != self.truth.triangle)
@@ -232,7 +236,8 @@ class KnownRays:
         for ring in RINGS:
             if len(left) > FEW and ring != RINGS[0]:
                 break
-            # Trace two opposite rays first: at a silhouette edge, one of them usually decides.
+            # Trace two opposite rays first: at a silhouette edge, one of the two usually misses,
+            # and then the answer is no leak.
             for turns in (np.arange(2) / 2, np.arange(ring) / ring):
                 if not len(left):
                     return past

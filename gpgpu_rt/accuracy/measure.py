@@ -65,7 +65,7 @@ class Yardstick:
 
         Parameters
         ----------
-        timing : returns a context manager; only the timed part runs within it
+        timing : returns a context manager; only the timed passes run within this context
 
         Returns
         -------
@@ -73,7 +73,7 @@ class Yardstick:
             ``method``, ``precision`` and ``options`` name the candidate, and ``rays`` is the
             number of rays of each kind. ``kinds`` has an entry for each kind of rays: the score
             (`known_rays.Score`), ``seconds`` (median time of the passes alone),
-            ``rays_per_second`` and ``passes``. ``all`` has the same for all kinds together.
+            ``rays_per_second`` and ``passes``. ``all`` is such an entry for all kinds together.
             ``texture_bytes`` is the size of all textures. ``image`` compares a picture with the
             reference picture: ``rmse``, ``differing`` (share of pixels that differ by more than
             1/255), and ``flip`` (the mean FLIP, or None). ``image`` is None if drawing the picture
@@ -183,7 +183,7 @@ def accuracy(scene: Scene, names: Sequence[str] | None = None,
 
 
 def flip_note() -> str | None:
-    """Return why FLIP is not computed, or None if it is."""
+    """Return the reason why FLIP is not computed; None if FLIP is computed."""
     return None if _flip_evaluator() is not None else FLIP_MISSING
 
 

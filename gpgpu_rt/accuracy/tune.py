@@ -16,8 +16,8 @@ The search runs twice: for coherent rays, timed on eye rays, and for incoherent 
 random rays. A tracer picks one of the two results according to its rays. A time is the median of
 several runs in one process, in which candidates alternate. Two assumptions let the search skip
 most combinations of options. A candidate that is slower at default accuracy is slower at any
-accuracy. If a value of an option breaks the error bounds by itself, every combination with this
-value breaks them.
+accuracy. If a value of an option exceeds the error bounds with all other options at their
+defaults, it exceeds the bounds in every combination.
 """
 from __future__ import annotations
 
@@ -43,8 +43,8 @@ from .tuning_results import Search, Trial, Tuning
 # Numbers of rays for the first timing, for most timings, and for the last timing. They are square
 # numbers, so that the rays fill square textures.
 PROBE, SCREEN, FIELD = 1 << 10, 1 << 14, 1 << 16
-FAR_BEHIND = 4.0      # try a method last if the fastest is faster by this factor on PROBE rays
-BEHIND = 2.0          # try a candidate later if the fastest is faster by this factor
+FAR_BEHIND = 4.0      # a method this many times slower than the fastest, on PROBE rays, is last
+BEHIND = 2.0          # a candidate this many times slower than the fastest is tried later
 BEAM = 2              # candidates of a method that are kept after each knob
 WAVE = 4              # candidates that are judged together
 RUNS = 5              # timed runs of a candidate
@@ -61,8 +61,8 @@ def tune(scene: Scene, promise: Promise, rays: int | None = None, seed: int = 0,
     ----------
     scene : Scene
     promise : the bounds
-    rays : number of rays for the proof, and again for the confirmation. The tuner raises a number
-        that is too small for the proof
+    rays : number of rays for the proof, and number of new rays for the confirmation. The tuner
+        raises the number if it is too small for the proof
     seed : seed of all rays
     budget : seconds for all searches together. After this time the tuner tries no new candidate
         and proves the fastest known candidates. Half of the time is for speed options
@@ -89,8 +89,8 @@ def tune(scene: Scene, promise: Promise, rays: int | None = None, seed: int = 0,
 def keeps(found: Choice, scene: Scene, seed: int) -> bool:
     """Return whether a choice keeps its error bounds on new rays, which ``seed`` determines.
 
-    There are as many rays as in the proof. The measured shares decide, not their confidence
-    bounds.
+    As many rays are traced as in the proof. The bounds are compared with the measured shares of
+    wrong hits and of large errors, not with the confidence bounds of these shares.
     """
     asked, measured = found.promise, found.measured
     known = KnownRays(scene, measured["rays"], seed, asked["kinds"])
@@ -117,9 +117,10 @@ class _Searcher:
         self.rays = self._enough(rays)
 
     def _enough(self, rays: int | None) -> int:
-        """Return ``rays``, or the number of rays that the proof needs if it is larger.
+        """Return ``rays``, or the number of rays that the proof needs if this number is larger.
 
-        The factor 0.9 allows for wrong hits, whose t is not compared.
+        The factor 0.9 reduces the share of rays whose t can be compared, because the t of a wrong
+        hit is not compared.
         """
         hit_share = float(self._rays(SCREEN).truth.hit.mean())
         needed = self.promise.rays_needed(0.9 * hit_share)
@@ -346,8 +347,8 @@ class _Searcher:
     def _rays(self, count: int, turn: int = 0, kinds: tuple[str, ...] | None = None) -> KnownRays:
         """Return known rays of the kinds of the promise, or of ``kinds``.
 
-        ``turn`` is 0 for the search, 1 for the proof and 2 for the confirmation. Each has rays of
-        another seed.
+        ``turn`` is 0 for the search, 1 for the proof and 2 for the confirmation. The rays of the
+        three turns have different seeds.
         """
         key = (count, turn, self.promise.kinds if kinds is None else kinds)
         if key not in self._known:

@@ -48,8 +48,8 @@ class Trial:
         return other.rates[max(common)] / self.rates[max(common)] if common else None
 
     def compare(self, chosen: Trial) -> None:
-        """Set the outcome of a trial that was not judged. The outcome is "slower", unless the
-        times say that the trial is faster than the chosen trial."""
+        """Set the outcome of a trial whose errors were not judged to "slower". If the times say
+        that the trial is faster than the chosen trial, do not change its outcome."""
         slower = self.times_slower(chosen)
         if slower is not None and slower < 1:
             self.note = self.note or f"{1 / slower:.2f} times faster where both were timed"
@@ -74,7 +74,7 @@ class Search:
 
     Attributes
     ----------
-    rays_of : "coherent", "incoherent", or "all" if one choice serves both
+    rays_of : "coherent", "incoherent", or "all" if there is one choice for all rays
     promise : the bounds for these rays
     rays : number of rays of each proof
     seed : seed of all rays

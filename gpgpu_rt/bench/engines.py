@@ -1,4 +1,4 @@
-"""Engines: today's ray tracers that a user could choose instead; all trace the same ray arrays.
+"""Engines: other ray tracers of today, with which this package is compared on the same rays.
 
 Every engine is optional. An engine that is not installed or cannot be imported is left out, and
 the bench reports why.

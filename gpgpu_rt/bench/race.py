@@ -19,7 +19,7 @@ from ..tracer import Tracer
 from .engines import EMBREE, ENGINES, Engine
 from .workloads import Workload, load, told, workload
 
-NOISY = 1.5    # no verdict if embreex's slowest run took longer than its fastest by this factor
+NOISY = 1.5    # no verdict if embreex's slowest run took this many times as long as its fastest
 
 
 @dataclass
@@ -126,7 +126,7 @@ def race(scene: str, kind: str, candidates: Sequence[tuple[str, dict[str, Any]]]
     -------
     list of Entry
         candidates, then engines, in the given order. The ratios compare with embreex on one
-        thread; without embreex there are none.
+        thread. Without embreex, the lists of ratios are empty.
 
     Raises
     ------
@@ -199,7 +199,7 @@ def _note(entries: Sequence[Entry], times: Sequence[tuple[float, float]]) -> Non
 
 
 def too_noisy(entries: Sequence[Entry]) -> str:
-    """Return the reason why the times allow no verdict; "" if they allow one."""
+    """Return the reason why the times allow no verdict; "" if they allow a verdict."""
     for entry in entries:
         if entry.name == EMBREE:
             if len(entry.seconds) < 3:

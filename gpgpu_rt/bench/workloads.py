@@ -1,5 +1,5 @@
-"""Workloads: the rays that measurements trace. Rays after a bounce are made from the hits of the
-rays before it, once for all measurements."""
+"""Workloads: the rays that measurements trace. The rays after a bounce are made from the hits of
+the rays before the bounce. They are made once, and all measurements share them."""
 from __future__ import annotations
 
 import functools
@@ -108,13 +108,13 @@ def diffuse(bounces: int) -> str:
 
 
 def bounced(kind: str, bounces: int) -> str:
-    """Return the name of the rays after this number of bounces of a kind; after 0 bounces these
+    """Return the name of the rays after this number of bounces of a kind. The rays after 0 bounces
     are the eye rays."""
     return f"{kind} {bounces}" if bounces else EYE
 
 
 def told(name: str) -> str:
-    """Return a workload's name for a sentence: the first bounce loses its number."""
+    """Return a workload's name for use in a sentence: without the number of bounces if it is 1."""
     return name.removesuffix(" 1")
 
 

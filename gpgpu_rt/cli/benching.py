@@ -20,8 +20,8 @@ from .shared import (
 Races = list[tuple[str, str, list[Entry]]]
 
 SIZE = 1024
-# Candidates with options that were fastest in measurements. The second is the first with shared
-# subtrees, which need half the bytes.
+# Candidates with options that were fastest in measurements. The second candidate has the options
+# of the first and also shared subtrees, which halve the memory.
 _TREE = {"octants": True, "quantise_nodes": 16}
 _EYE = {"packet": (4, 2), "interval_test": True, "entry_points": 32, **_TREE, "reinsertion": 3}
 BEST = (("bvh-packet", _EYE),
@@ -87,8 +87,8 @@ def _bench(chosen: argparse.Namespace) -> None:
 def _candidates(chosen: argparse.Namespace) -> list[tuple[str, dict[str, Any]]]:
     """Return the methods to time, with their options.
 
-    Methods that the user named must accept the given options; default methods that do not accept
-    them are left out.
+    Methods that the user named must accept the given options. If the user named no methods, the
+    default methods that do not accept the options are left out.
     """
     if chosen.methods:
         named = [(name, options_for(chosen, name)) for name in chosen.methods]

@@ -26,7 +26,8 @@ _ROWS = (("arithmetic", "arithmetic instructions", ""),
 
 def card_costs(method: str, card: str, options: dict[str, Any], only: str | None = None
                ) -> list[StaticCost]:
-    """Return the costs of a method's kernels on a card; with ``only``, of that kernel.
+    """Return the costs of a method's kernels on a card. With ``only``, return the costs of the
+    kernel with this name.
 
     Raises
     ------
@@ -41,7 +42,8 @@ def card_costs(method: str, card: str, options: dict[str, Any], only: str | None
 
 
 def card_text(costs: list[StaticCost], listing: bool = True) -> str:
-    """Return the costs as text: a kernel after the other, each with its compiled program."""
+    """Return the costs of all kernels as text. With ``listing``, each kernel's costs are followed
+    by its compiled program."""
     first = costs[0]
     chip = next((card for card in cards() if card.chip.lower() == first.card), None)
     made = compiled_costs(first.card)
@@ -73,8 +75,8 @@ def _counts(cost: StaticCost, chip: Card | None) -> list[str]:
 
 @contextmanager
 def watched_for_card(tracer: Tracer) -> Iterator[Callable[[], dict[str, Any]]]:
-    """Yield a function that returns, after the block, the time that the card of the option ``era``
-    would have taken for the block's traversal.
+    """Yield a function to call after the block. It returns the time that the card of the option
+    ``era`` would have taken for the block's traversal.
 
     The function's result has ``card``, ``seconds`` and ``parts`` (seconds by name), or the reason
     ``no_prediction``. It is empty without the option ``era``.
@@ -118,5 +120,5 @@ def check_alone(given: dict[str, Any]) -> None:
     """Raise OptionError for options that cannot be combined with ``--card``."""
     clash = [name for name, value in given.items() if value]
     if clash:
-        raise OptionError(f"--card prints what a card's compiler left of the kernels; leave "
+        raise OptionError(f"--card prints the kernels as a card's compiler compiled them; leave "
                           f"{' and '.join('--' + name.replace('_', '-') for name in clash)} out")

@@ -1,4 +1,4 @@
-"""``gpgpu-rt conform``: hold ray tracers against extreme rays whose exact answers are known."""
+"""``gpgpu-rt conform``: test ray tracers with extreme rays whose exact answers are known."""
 from __future__ import annotations
 
 import argparse
@@ -26,7 +26,7 @@ NONE = "none"
 
 def add_commands(command: Command) -> None:
     """Declare the command. ``command(name, run, text)`` returns its parser."""
-    sub = command("conform", _conform, "hold ray tracers against extreme rays whose exact answers "
+    sub = command("conform", _conform, "test ray tracers with extreme rays whose exact answers "
                   "are known")
     add_methods(sub, "bvh-threaded; 'all' for every method, 'none' for engines alone")
     sub.add_argument("--schedules", action="store_true", help="run each method under every "
@@ -154,8 +154,8 @@ def _print(rows: list[Row], missing: dict[str, str]) -> None:
                           if row.note and row.rays)
     for line in [*notes, *(f"{name} was not run: {why}" for name, why in missing.items())]:
         print(line)
-    print("The rays are aimed at trouble, so shares say nothing about ordinary rays. "
-          "docs/conformance.md explains what is wrong.")
+    print("The rays are chosen to be difficult, so shares say nothing about ordinary rays. "
+          "docs/conformance.md explains when an answer is wrong.")
 
 
 def _cell(row: Row) -> str:

@@ -1,8 +1,8 @@
 """``gpgpu-rt render --floor``: put a floor below the scene, on which its shadow falls.
 
-The default is no floor, for three reasons. The counts and times that `render` prints then describe
-the given scene. Saved settings and cached trees, which belong to the given scene, can be used. The
-picture is the same as the picture of ``Tracer.render``.
+The default is no floor, for three reasons. Without a floor, the counts and times that `render`
+prints describe the given scene. Saved settings and cached trees, which belong to the given scene,
+can be used. The picture is the same as the picture of ``Tracer.render``.
 """
 from __future__ import annotations
 

@@ -53,7 +53,7 @@ class FolderLock:
             with contextlib.suppress(FileNotFoundError):
                 if os.path.samestat(os.fstat(self._file.fileno()), self._path.stat()):
                     return
-            self._file.close()      # another run has removed this file: lock the new file
+            self._file.close()      # another run has removed this file: try again with a new file
 
     def release(self) -> None:
         """Unlock the folder for other runs. A second call does nothing."""
@@ -63,7 +63,7 @@ class FolderLock:
 
 
 def _locked(file: IO[bytes]) -> bool:
-    """Lock the file and return whether that succeeded; true on a system without file locks."""
+    """Lock the file. Return whether the lock succeeded; true on a system without file locks."""
     try:
         import fcntl
         fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)

@@ -85,8 +85,8 @@ def render_frames(chosen: argparse.Namespace,
 
 def _moved(tracer: Tracer, animation: Animation, frames: Sequence[int],
            ahead: bool) -> Iterator[int]:
-    """Move the tracer to each of the frames, and yield the frame. With ``ahead``, another process
-    builds the next frame meanwhile."""
+    """Move the tracer's scene to each of the frames, and yield the frame's number. With ``ahead``,
+    another process builds the structure of the next frame meanwhile."""
     moving = [frame for frame in frames if frame]
     moves = tracer.updates(map(animation.vertices, moving)) if ahead else (
         tracer.update(animation.vertices(frame)) for frame in moving)
@@ -108,8 +108,8 @@ def opened(chosen: argparse.Namespace) -> Animation:
 
 
 def frame_drawing(chosen: argparse.Namespace, animation: Animation) -> dict[str, Any]:
-    """Return the arguments of `Tracer.render` that all frames share: without a camera, if the
-    camera moves and no option of the command line places it."""
+    """Return the arguments of `Tracer.render` that all frames share. They include a camera unless
+    the animation moves the camera and no option of the command line places it."""
     drawing = drawing_of(chosen, animation.scene)
     if animation.camera is not None and not given_camera(chosen):
         del drawing["camera"]
@@ -135,7 +135,7 @@ def kept_frames(chosen: argparse.Namespace, animation: Animation,
 def _summary(spent: list[dict[str, Any]], ahead: bool) -> str:
     """Return a line with the median times of the frames after the first.
 
-    With ``ahead`` the time of a build is the part for which a frame waited.
+    With ``ahead``, only the part of a build during which a frame waited counts as build time.
     """
     if not spent:
         return "no times: no frame after the first was rendered"

@@ -33,7 +33,7 @@ def add_commands(command: Command) -> None:
                        "example the kernel down under the schedule kernels")
     sub.add_argument("-o", "--output", metavar="FILE", help="write the text to a file")
     sub.add_argument("--card", type=str.lower, choices=COMPILERS, help="print the kernels as "
-                     "this card's own compiler left them: counts, limits and the compiled "
+                     "compiled by this card's own compiler: counts, limits and the compiled "
                      "program")
     sub.add_argument("--scene", default=SCENE, help="scene whose tree determines sizes, such as "
                      "the size of a stack; default %(default)s")

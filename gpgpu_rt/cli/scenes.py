@@ -176,7 +176,7 @@ def _show(names: Sequence[str], folder: Path, base: str | None) -> None:
 def _ask() -> None:
     """Ask the user whether to fetch the scenes. Raise Error unless the answer is yes."""
     if not sys.stdin or not sys.stdin.isatty():
-        raise Error("no terminal to ask at: nothing is fetched; give --yes to agree to the terms")
+        raise Error("nothing is fetched: without a terminal, give --yes to agree to the terms")
     print("Fetch these scenes and agree to their terms? [y/N] ", end="", file=sys.stderr,
           flush=True)
     if sys.stdin.readline().strip().lower() not in ("y", "yes"):

@@ -48,7 +48,7 @@ def add_options(sub: Parser) -> None:
 
 
 def names(text: str) -> list[str]:
-    """Return the names in a word such as grid,kd-restart."""
+    """Return the list of names in a text such as grid,kd-restart."""
     found = [name.strip() for name in text.split(",")]
     if not all(found):
         raise argparse.ArgumentTypeError(f"{text!r} has an empty name; give NAME,NAME,...")
@@ -132,9 +132,9 @@ def described(option: Option) -> str:
 def _help(kinds: Mapping[Option, Sequence[str]]) -> str:
     """Return the help text of a word, which options of several methods may share.
 
-    Each different text occurs once. If there are several, the methods stand before their text.
-    Each different default occurs once. If a text has several defaults, each default is followed by
-    its methods: "default 10 for lbvh, 2 for hybrid".
+    Options with the same text share it. If there are several texts, each text begins with the
+    names of its methods. If the options of a text have several defaults, each default is followed
+    by its methods: "default 10 for lbvh, 2 for hybrid".
     """
     texts: dict[str, dict[str, list[str]]] = {}
     for option, owners in kinds.items():
@@ -160,9 +160,9 @@ def _listed(owners: Sequence[str]) -> str:
 def spelled_out(arguments: Sequence[str], switches: Collection[str]) -> list[str]:
     """Return the arguments in a form that argparse reads without ambiguity.
 
-    A switch without a value becomes ``--word=true``, so that the next argument, such as a scene,
-    is not read as its value. A vector such as -1,0,2 is joined to the word before it, so that
-    argparse does not read it as an option.
+    A switch without a value becomes ``--word=true``. Otherwise argparse would read the next
+    argument, such as a scene, as the switch's value. A vector such as -1,0,2 is joined to the word
+    before it. Otherwise argparse would read the vector as an option.
     """
     found: list[str] = []
     for word, after in zip(arguments, [*arguments[1:], ""]):

@@ -52,8 +52,8 @@ def add_commands(command: Command) -> None:
                      "default %(default)s")
     sub.add_argument("--max-bytes", type=int, metavar="N",
                      help="bound on the bytes of textures with 512 x 512 rays in flight; tune "
-                     "then chooses one method for all rays, because two would be in memory at "
-                     "once")
+                     "then chooses one method for all rays, because the data of two methods "
+                     "would be in memory at once")
     sub.add_argument("--rays", type=count_word, metavar="N", help="number of rays that test the "
                      "bounds, and again as many that confirm the result; default and minimum: the "
                      "number that the bounds need")

@@ -22,10 +22,10 @@ RECORD = "parts.json"
 
 def follows_from(method: str, options: Mapping[str, Any], renderer: str,
                  drawing: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the settings that, with the scene, determine a part of the output.
+    """Return the settings that, together with the scene, determine a part of the output. The
+    caller adds the scene's digest.
 
-    The caller adds the scene's digest.
-    A part is a frame of a film or a tile of a picture. It does not depend on the process that
+    A part is a frame of a film or a tile of a picture. A part does not depend on the process that
     draws it. ``options`` are resolved options; ``drawing`` holds the arguments of
     ``Tracer.render``.
     """

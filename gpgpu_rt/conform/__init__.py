@@ -1,4 +1,4 @@
-"""Conform: extreme cases with exact answers, and any ray tracer held against them.
+"""Conform: tests any ray tracer with extreme cases whose exact answers are known.
 
 docs/conformance.md explains the suite and the command ``gpgpu-rt conform``.
 """

@@ -1,4 +1,4 @@
-"""EngineAnswers: what an engine says about rays, in the form in which the suite judges it."""
+"""EngineAnswers: an engine's answers to rays, in the form that the suite judges."""
 from __future__ import annotations
 
 from collections.abc import Callable
@@ -16,9 +16,10 @@ class EngineAnswers:
     Attributes
     ----------
     triangle : (n,) int, the nearest triangle that the ray hits; negative for a miss
-    t : (n,) float, its distance in units of |direction|; None if the engine gives none
-    any_hit : (n,) bool, whether the ray hits anything, asked by a separate call; None if the
-        engine has no such call
+    t : (n,) float, the distance of the hit in units of |direction|; None if the engine gives no
+        distance
+    any_hit : (n,) bool, whether the ray hits anything, found by a separate call of the engine;
+        None if the engine has no such call
     """
 
     triangle: np.ndarray
@@ -34,7 +35,7 @@ def of_distances(case: Case, t: np.ndarray, triangle: np.ndarray,
                  any_hit: np.ndarray | None = None) -> EngineAnswers:
     """Return answers of an engine that knows no ends of intervals: a hit beyond t_max is a miss.
 
-    It must not be used for a case with a t_min above 0.
+    Do not use this function for a case with a t_min above 0.
     """
     t, triangle = np.array(t, np.float64), np.array(triangle)
     for name, given in (("t", t), ("triangle", triangle)):

@@ -64,7 +64,7 @@ class Family:
     ----------
     name : the family's name in tables and files
     row : its row in docs/extremes.md
-    what : what its scene and rays are, as a phrase
+    what : a phrase that describes the family's scene and rays
     make : (rays, seed) -> case; the scene does not depend on the number of rays
     most : the largest number of rays for which the quick suite has time
     """

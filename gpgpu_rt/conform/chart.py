@@ -15,7 +15,7 @@ from ..disk.files import replacing  # noqa: E402
 from .suite import Row  # noqa: E402
 
 FORMATS = (".png", ".svg", ".pdf")
-LEAST = 1e-4    # the colour of a smaller share is that of this share
+LEAST = 1e-4    # smaller shares have the same colour as this share
 
 
 def draw(rows: Sequence[Row], path: str) -> None:

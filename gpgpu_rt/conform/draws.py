@@ -1,9 +1,10 @@
 """Draws: random numbers that are the same on every machine.
 
-The suite promises the same bits everywhere, so its generators use only operations that IEEE 754
-rounds correctly: integers, +, -, *, / and square roots, each by a numpy call of its own. Sines,
-powers, normal distributions, matrix products and norms differ between machines, because they come
-from vector libraries or because a compiler fuses a multiplication with an addition.
+The suite promises the same bits on every machine. Its generators therefore use only operations
+whose results IEEE 754 defines to the bit: integers, +, -, *, / and square roots, each by a numpy
+call of its own. Sines, powers, normal distributions, matrix products and norms may differ between
+machines, because they come from vector libraries or because a compiler fuses a multiplication with
+an addition.
 """
 from __future__ import annotations
 
@@ -47,7 +48,8 @@ def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 
 def binades(rng: np.random.Generator, low: float, high: float, shape: Shape) -> np.ndarray:
     """Return float64 of this shape, in [2^a, 2^b): 2^a is the power of two above ``low``, and 2^b
-    the power of two above ``high``. All binades between them are equally probable."""
+    the power of two above ``high``. A binade is an interval from a power of two to the next. All
+    binades in the range are equally probable."""
     first, last = np.frexp(low)[1], np.frexp(high)[1]
     return np.ldexp(1 + rng.random(shape), rng.integers(first, last, shape))
 

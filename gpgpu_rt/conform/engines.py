@@ -1,11 +1,10 @@
 """Engines: the ray tracers that people install, each behind the same function.
 
-Every engine is optional, and is imported only where it runs. A wrapper is an engine that calls
-another engine of this table: where both are installed, the errors of the wrapper that the engine
-does not have are the wrapper's own.
+Every engine is optional, and is imported only in the process that runs it. A wrapper is an engine
+that calls another engine of this table. If both are installed, an error of the wrapper is the
+wrapper's own error if the wrapped engine does not make it.
 
-Some libraries trace a single ray per call. Their adapters loop over rays in Python, because there
-is no other way.
+Some libraries trace only a single ray per call. Their adapters loop over rays in Python.
 """
 from __future__ import annotations
 
@@ -20,7 +19,7 @@ from . import warp_kernel
 from .answers import EngineAnswers, Trace, of_distances
 from .case import Case
 
-NEGATIVE = "negative t_min"     # Embree wants t_min >= 0
+NEGATIVE = "negative t_min"     # Embree does not accept a negative t_min
 ALL_T = (NEGATIVE, "t_min", "t_max")
 
 
@@ -35,8 +34,9 @@ class Adapter:
     modules : the modules that must be installed
     prepare : a function that imports the engine and returns a function of a case
     wraps : the name of the engine that this engine calls, or ""
-    ends : the ends of intervals that the engine takes, of ALL_T
-    most : a slow engine traces at most this number of rays of a family
+    ends : the members of ALL_T that the engine accepts: intervals that begin at a t_min other than
+        0, begin at a negative t_min, or end at a finite t_max
+    most : the largest number of rays of a family that a slow engine traces
     """
 
     name: str
@@ -64,7 +64,7 @@ class Adapter:
         return ""
 
     def traces(self, case: Case) -> bool:
-        """Return whether the engine knows the intervals of the case's rays."""
+        """Return whether the engine accepts the intervals of the case's rays."""
         begins, ends = bool((case.t_min != 0).any()), bool((case.t_max != np.inf).any())
         return ((not begins or "t_min" in self.ends) and (not ends or "t_max" in self.ends)
                 and (case.t_min.min(initial=0) >= 0 or NEGATIVE in self.ends))
@@ -82,8 +82,8 @@ def _ends(case: Case) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _finite_ends(case: Case) -> np.ndarray:
-    """Return (n,) float32, t_max, with the largest float32 in place of infinity: these engines
-    multiply by the end of a ray."""
+    """Return (n,) float32, t_max, with the largest float32 in place of infinity, for engines that
+    multiply by t_max."""
     return np.minimum(_ends(case)[1], np.finfo(np.float32).max)
 
 

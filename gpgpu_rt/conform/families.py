@@ -1,8 +1,8 @@
 """Families: scenes and rays where ray tracers fail, each with its row in docs/extremes.md.
 
-A case is made from its family's name, a number of rays and a seed. The suite `gpgpu-rt conform`
-holds every engine against these cases, tests trace them with every method, and the figure
-`extremes` measures them.
+A case is made from its family's name, a number of rays and a seed. In the suite `gpgpu-rt
+conform`, every engine answers these cases. The tests trace the cases with every method, and the
+figure `extremes` measures the methods on them.
 """
 from __future__ import annotations
 
@@ -124,7 +124,8 @@ for _k in (-20, 20):
 
 
 def moved(power: int, n: int, seed: int) -> Case:
-    """The sphere, 10^power of its sizes from 0, with rays from inside to vertices and edges."""
+    """The bumpy sphere, moved away from 0 by 10^power times its size. Rays go from inside to
+    vertices and edges."""
     rng = np.random.default_rng(seed)
     at = 2.0 * 10**power * np.float64([1, -0.6, 0.3])
     triangles = bumpy_sphere(at=at)

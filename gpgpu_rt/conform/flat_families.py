@@ -1,8 +1,8 @@
 """Flat families: scenes that are flat along an axis, and rays that start on them or next to them.
 
-A scene lies in a coordinate plane, in a plane next to it, or far from 0. It may be tilted by a
-float32 spacing. Shadow rays from a floor are such rays: along the flat axis, origin and scene
-differ by less than the rounding errors along the other two axes.
+A scene lies in a coordinate plane, in a plane next to a coordinate plane, or in a plane far from
+0. It may be tilted by a float32 spacing. Shadow rays from a floor are rays of this kind: along the
+flat axis, origin and scene differ by less than the rounding errors along the other two axes.
 """
 from __future__ import annotations
 
@@ -14,7 +14,8 @@ import numpy as np
 from .case import Case, family
 from .draws import bell, between, binades, chosen, directions
 
-# Heights of ray origins over the scene. Some origins lie one float32 spacing over it instead.
+# Heights of ray origins over the scene. Some origins lie one float32 spacing over the scene
+# instead.
 HEIGHTS = (0.0, 1e-12, 1e-11, 1e-10, 1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3)
 STARTS = (-1.0, -1e-6, 0.0, 0.0, 1e-9, 1e-6, 0.3)     # values of t_min
 

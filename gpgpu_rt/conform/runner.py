@@ -15,7 +15,7 @@ from .case import Case
 from .spec import Spec
 
 START_SECONDS = 120
-SECONDS = 300       # an engine that takes longer for a case counts as crashed
+SECONDS = 300       # an engine that needs more time for one case is recorded as crashed
 
 
 NO_ANSWER = "no answer"

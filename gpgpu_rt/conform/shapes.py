@@ -25,7 +25,7 @@ def sphere(subdivisions: int) -> np.ndarray:
 
 
 def bumpy_sphere(subdivisions: int = 3, at: np.ndarray | float = 0.0) -> np.ndarray:
-    """A closed bumpy sphere, (8 4^(subdivisions + 1), 3, 3) float32 or about 20 4^subdivisions.
+    """A closed bumpy sphere of 8 * 4^(subdivisions + 1) triangles, (n, 3, 3) float32.
 
     Shared vertices are equal to the bit. The sphere is star-shaped around its centre ``at``, with
     radii from 0.8 to 1.2.

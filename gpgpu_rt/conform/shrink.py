@@ -22,7 +22,8 @@ class Minimal:
 
     Attributes
     ----------
-    engine, version, family, kind : whose wrong answer it is, from which family, and of which kind
+    engine, version, family, kind : the engine that gives the wrong answer, the engine's version,
+        the family of the original case, and the kind of the wrong answer
     case : a single ray and its triangles
     answers : the engine's answers to the ray
     """
@@ -75,7 +76,7 @@ def minimal_cases(spec: Spec, known: Known, runner: Runner) -> list[Minimal]:
     for kind in np.unique(kinds[kinds >= KINDS.index("leak")]):
         for ray in np.flatnonzero(kinds == kind)[:3]:
             case = known.case.part(slice(ray, ray + 1))
-            if _kind(spec, case, runner)[0] == kind:    # alone, the ray still goes wrong
+            if _kind(spec, case, runner)[0] == kind:    # the ray alone still shows the fault
                 small = shrink(case, lambda one: _kind(spec, one, runner)[0] == kind)
                 told = _kind(spec, small, runner)[1]
                 assert told is not None
@@ -88,8 +89,9 @@ def minimal_cases(spec: Spec, known: Known, runner: Runner) -> list[Minimal]:
 def shrink(case: Case, fails: Callable[[Case], bool]) -> Case:
     """Return a smaller case that still fails: fewer triangles, and then numbers of fewer bits.
 
-    Triangles leave in halves, quarters and so on, as in Zeller and Hildebrandt, "Simplifying and
-    Isolating Failure-Inducing Input", IEEE Transactions on Software Engineering 28(2), 2002.
+    First one half of the triangles is removed, then one quarter, and so on, if the case without
+    them still fails. The method is that of Zeller and Hildebrandt, "Simplifying and Isolating
+    Failure-Inducing Input", IEEE Transactions on Software Engineering 28(2), 2002.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Spec: what to hold against the suite, as text that another process can load.
+"""Spec: names an engine to test, in a form that another process can load.
 
 A spec is an engine of the table, a method of this project, a user's Python function or a user's
 program.
@@ -32,7 +32,7 @@ from .export import case_to_dict
 
 ENGINE, METHOD, FUNCTION, COMMAND = "engine", "method", "function", "command"
 PLACES = ("{cases}", "{answers}")
-COMMAND_SECONDS = 120   # two calls of a program take less time than the runner waits
+COMMAND_SECONDS = 120   # limit for a call; the runner's limit is longer than two calls
 
 
 @dataclass(frozen=True)
@@ -85,14 +85,15 @@ class Spec:
 
     @property
     def engine(self) -> Adapter:
-        """The row of the table, or a row for what is no engine of the table."""
+        """The engine's row of the table. For any other spec, a row that is made here."""
         if self.kind == ENGINE:
             return ENGINES[self.name]
         return Adapter(self.title, PROJECT if self.kind == METHOD else "", (), self.load,
                        ends=() if self.kind == FUNCTION else ALL_T)
 
     def load(self) -> Trace:
-        """Import what the spec names, and return a function of a case."""
+        """Import the engine, method or function of the spec. Return a function that maps a case to
+        answers."""
         if self.kind == ENGINE:
             return ENGINES[self.name].prepare()
         if self.kind == METHOD:

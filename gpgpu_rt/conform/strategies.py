@@ -16,7 +16,7 @@ from .case import Case
 from .families import FAMILIES, make_case
 from .suite import family_names
 
-# Scenes of these families are large, or they take an engine long.
+# The scenes of these families are large, or take an engine a long time.
 SLOW = ("long-way", "coincident", "coplanar", "one-centroid")
 
 

@@ -1,4 +1,5 @@
-"""Suite: holds engines against every family, and counts their wrong answers by kind."""
+"""Suite: engines answer the rays of every family of hard cases; their wrong answers are counted by
+kind."""
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -36,8 +37,8 @@ class Row:
     wrong : Number of wrong rays by kind, of KINDS. A crash counts for all rays of the family.
     seconds : Time of the engine's call, with the construction of its structure.
     note : The reason of a crash, or why no ray was traced; else "".
-    own : For a wrapper, the number of wrong rays that the engine behind it answers rightly. None
-        for other engines, or if the engine behind it was not run.
+    own : For an engine that wraps another engine, the number of wrong rays that the wrapped engine
+        answers rightly. None for other engines, or if the wrapped engine was not run.
     """
 
     engine: str
@@ -75,7 +76,7 @@ class Known:
         return cls(name, case, acceptance(case.triangles, *case.rays))
 
     def judge(self, answers: EngineAnswers, part: slice) -> Verdicts:
-        """Judge the answers to the first rays."""
+        """Judge the answers to the rays of ``part``, a slice that begins at the first ray."""
         case = self.case.part(part)
         known = first_rays(self.answers, len(case.origins))
         return check(case.triangles, case.origins, case.directions, answers.t, answers.triangle,
@@ -114,7 +115,7 @@ def installed() -> tuple[list[Spec], dict[str, str]]:
 
 def run(specs: Sequence[Spec], names: Iterable[str], rays: int = RAYS, seed: int = SEED
         ) -> Iterator[Row]:
-    """Hold engines against families; yield a row for each engine in each family."""
+    """Let each engine answer the rays of each family, and yield a row for each pair of the two."""
     # A wrapper comes after the engine that it wraps. Every engine has a process of its own, since
     # an engine may change the state of its process; this project's methods share a process.
     ordered = sorted(dict.fromkeys(specs), key=lambda spec: bool(spec.engine.wraps))
@@ -141,8 +142,8 @@ def _row(runner: Runner, spec: Spec, known: Known, wrong: dict[str, np.ndarray],
 
     Parameters
     ----------
-    wrong : the wrong rays of the engines before it
-    hung : engine -> the family in which it gave no answer
+    wrong : the wrong rays of the engines that answered before
+    hung : engine -> the family in which the engine gave no answer
     """
     engine, none = spec.engine, dict.fromkeys(KINDS, 0)
     row = Row(spec.title, engine.version, known.name, 0, 0, none, 0.0)

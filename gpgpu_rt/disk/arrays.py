@@ -93,9 +93,10 @@ def _array(file: BinaryIO | IO[bytes], size: int) -> np.ndarray:
     for length in shape:
         count *= int(length)
     if dtype.hasobject or min(shape, default=0) < 0 or not dtype.itemsize:
-        raise ValueError("no array of plain values")
+        raise ValueError("not an array of plain values")
     if count * dtype.itemsize > size:
-        raise ValueError(f"its header declares {count * dtype.itemsize} bytes of {size}")
+        raise ValueError(f"its header declares {count * dtype.itemsize} bytes, but the "
+                         f"file has {size}")
     content = bytearray(count * dtype.itemsize)
     rest = memoryview(content)
     while rest:

@@ -56,8 +56,8 @@ def _check_regular(mode: int, path: str | os.PathLike[str]) -> None:
 
 
 def kind_of(mode: int) -> str:
-    """Return a name such as "a folder" for the kind of a file that is not regular, from its
-    ``st_mode``."""
+    """Return a name such as "a folder" for the kind of a file that is not regular. ``mode`` is the
+    file's ``st_mode``."""
     return _KINDS.get(stat.S_IFMT(mode), "something else")
 
 

@@ -1,8 +1,8 @@
 """Own folder: folders and locks that no other user can have created or can write.
 
-All users share the folder for temporary files. Another user could create a link there under the
-name that we are about to use; our files would then be written through the link. A FIFO under this
-name would block us.
+All users share the folder for temporary files. Another user could create a link in this folder,
+with the name that this program is about to use. The program would then write its files through the
+link. A FIFO with this name would block the program.
 """
 from __future__ import annotations
 

@@ -11,7 +11,7 @@ from ..errors import ShaderError
 _DIRECTIVE = re.compile(r"\s*#\s*(?P<word>\w+)(?P<rest>.*)")
 _DEFINE = re.compile(r"\s*(?P<name>\w+)(?P<parameters>\([^)]*\))?(?P<value>.*)")
 _TOKEN = re.compile(r"\s*(?:(\w+)|(&&|\|\||[=!<>]=|[-+*/%<>!()]))")
-_MOST_EXPANSIONS = 100      # macro expansions in a condition; a macro that names itself never ends
+_MOST_EXPANSIONS = 100      # in a condition; a macro that names itself would expand without end
 
 # Operator -> its precedence and its function.
 _OPERATORS: Mapping[str, tuple[int, Callable[[int, int], int]]] = {

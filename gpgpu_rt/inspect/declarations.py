@@ -43,10 +43,10 @@ class Declaration:
 def used_declarations(lines: Sequence[str], files: Sequence[str]) -> list[Declaration]:
     """Return the declarations that ``main`` reaches, and their comments.
 
-    A declaration is reached if its name occurs in a reached declaration. This may keep unneeded
-    declarations, but never removes a declaration that the program needs. A separate comment is
-    kept if a declaration between it and the next separate comment is used. A file's first comment
-    is kept if any declaration of the file is used.
+    A declaration is reached if its name occurs in a reached declaration. By this rule, unneeded
+    declarations may be kept, but no declaration that the program needs is removed. A separate
+    comment is kept if a declaration between it and the next separate comment is used. A file's
+    first comment is kept if any declaration of the file is used.
 
     Parameters
     ----------

@@ -39,7 +39,8 @@ def palette(pictures: Sequence[np.ndarray]) -> Image.Image:
                             ramp(np.linspace(0, 1, 42))])
     all_of_them = Image.fromarray(np.concatenate(pictures)).quantize(256 - len(exact))
     found = np.reshape(all_of_them.getpalette(), (-1, 3)).astype(int)
-    # Pillow looks colours up in cells, so a colour close to a legend's colour could replace it.
+    # Pillow groups similar colours into cells when it searches the palette. So a colour close to a
+    # legend's colour could replace the legend's colour: drop such colours.
     apart = np.abs(found[:, None] - exact[None].astype(int)).max(2).min(1) > 8
     made = Image.new("P", (1, 1))
     made.putpalette(np.concatenate([exact, found[apart]])[:256].ravel().tolist())

@@ -2,8 +2,8 @@
 
 A pass draws into one of two buffers. Under ``kernels``, a pass draws only the rays that wait for
 its kernel, so the texels of the other rays hold older states. A ray's number of steps never
-decreases, so its present state is the one with more steps. After each pass, the states that were
-drawn are merged with the states before the pass by this rule.
+decreases. Of two states of a ray, the present state therefore has more steps. By this rule, the
+states that a pass has drawn are merged with the states before the pass.
 """
 from __future__ import annotations
 
@@ -40,8 +40,9 @@ class Pass:
         packets, "visit" or "intersect".
     served : Name of a kernel -> number of rays for which the kernel ran in this pass.
     live : Number of unfinished rays.
-    state, hit : Fields of the method's state and of HIT, an entry per ray. A ray of a packet has
-        the state of its packet, and the fields that only the ray's own state has.
+    state, hit : Fields of the method's state and of HIT, an entry per ray. For a ray of a packet,
+        ``state`` holds the fields of the packet's state, and the further fields of the ray's own
+        state.
     """
 
     number: int
@@ -101,7 +102,8 @@ def phase_names(tracer: Tracer) -> dict[int, str]:
 
 
 def kernels_of(tracer: Tracer) -> tuple[str, ...]:
-    """Return the kernels that a ray's state can wait for, or a packet's, in the phases' order."""
+    """Return the kernels for which a ray, or a packet, can wait. They are in the order of the
+    phases."""
     driver = tracer.session.driver
     if isinstance(driver, PacketSteps):
         assert tracer.method.packet_state is not None

@@ -16,7 +16,7 @@ from ..tracer import Tracer
 from .program_text import files_of, heading, program_text, titled
 
 SCENE = "cornell"       # default scene; programs depend on its tree's depth and tables
-SIDE = 8                # picture's side in pixels; programs do not depend on the number of rays
+SIDE = 8                # side of the picture in pixels; it has no effect on programs
 _TRIANGLE_TEST = "glsl/core/triangle.glsl"
 _INCLUDE = re.compile(r'^#include "([^"]+)"', re.M)
 _KERNEL = re.compile(r"F\(\d+, (\w+)\)")      # an entry of the define EACH_KERNEL
@@ -78,7 +78,7 @@ def traced_programs(method: str, options: Mapping[str, Any] | None = None,
     texts = [program_text(one.fragment, extensions) for one in unique]
     own = {heading(glsl), _TRIANGLE_TEST}
     if not any(heading(glsl) in files_of(text) for text in texts):
-        # The method's file has no text of its own: the files that it includes traverse.
+        # The method's file only includes other files, and these files traverse.
         own |= {heading(file) for file in _INCLUDE.findall((ROOT / glsl).read_text())}
     rows = []
     for one, text in zip(unique, texts):

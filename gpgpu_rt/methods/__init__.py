@@ -48,9 +48,9 @@ def file_of(name: str) -> Path | None:
 def load_methods(folder: str | os.PathLike[str]) -> list[Method]:
     """Add the methods of a folder to the table: the ``ROWS`` of every Python file in the folder.
 
-    Everything that reads the table then knows the methods, and so do processes that this process
-    starts. The folders that the environment variable GPGPU_RT_METHODS names are loaded in the same
-    way.
+    Everything that reads the table then knows the methods. Processes that this process starts know
+    them, too. The folders that the environment variable GPGPU_RT_METHODS names are loaded in the
+    same way.
 
     Parameters
     ----------
@@ -89,8 +89,8 @@ def find_method(name: str) -> Method:
     if not isinstance(name, str):
         raise OptionError(f"method is {name!r}; give a method's name: {', '.join(_TABLE)}")
     if name == "auto":
-        raise OptionError("auto is not a method: only Tracer, `render` and `trace`, in a single "
-                          f"process, choose a method by it; name a method: {', '.join(_TABLE)}")
+        raise OptionError("auto is not a method; with auto, Tracer, `render` and `trace` choose a "
+                          f"method, in a single process; name a method: {', '.join(_TABLE)}")
     if name not in _TABLE:
         raise OptionError(f"no method {name!r}" + nearest_names(name, _TABLE))
     return _TABLE[name]

@@ -1,4 +1,5 @@
-"""Choices: a method with options for coherent rays, and a second one for incoherent rays."""
+"""Choices: a method with options for coherent rays, and a method with options for incoherent
+rays."""
 from __future__ import annotations
 
 from collections.abc import Mapping
@@ -85,7 +86,7 @@ class Choices:
         ----------
         options : options of ``PASSING``. Any other option must have the value that it has in both
             choices
-        where : where the choices come from, as the subject of error messages
+        where : the origin of the choices, which is the subject of error messages
 
         Raises
         ------

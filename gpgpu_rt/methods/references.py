@@ -37,10 +37,11 @@ class CitedWork:
 
     Attributes
     ----------
-    key : its name in the file, which ends in the year, if need be with a letter
-    authors : initials and surname of each
-    venue : journal, conference, school or the like, with the volume
-    year : None if the work has no year, as the survey itself
+    key : the work's name in the file. It ends with the year, and with a letter if two names would
+        be the same
+    authors : initials and surname of each author
+    venue : journal, conference or school, with the volume
+    year : None if the work has no year, such as the survey itself
     sections : numbers of the survey's sections that discuss the work
     """
 
@@ -88,13 +89,15 @@ def works() -> dict[str, CitedWork]:
 
 
 def find_work(citation: str) -> CitedWork | None:
-    """The work of a citation such as "Horn et al. 2007"; None if it names no work, or several."""
+    """The work of a citation such as "Horn et al. 2007"; None if the citation names no known work,
+    or several works."""
     found = [work for _, work in citations(citation)]
     return found[0] if len(found) == 1 else None
 
 
 def reference(citation: str) -> str:
-    """The full citation, and where the survey discusses the work; ``citation`` if not known."""
+    """The full citation, and where the survey discusses the work. If the work is not known,
+    ``citation`` itself."""
     work = find_work(citation)
     if work is None:
         return citation

@@ -24,12 +24,12 @@ from .choices import COHERENT, INCOHERENT, PASSING, RAYS, Choice, Choices
 
 FORMAT = 2
 ONE_CHOICE = 1    # the older format, which has one choice for all rays
-# The choices for a scene that was not tuned. They are exact to the bit, and never much slower than
-# the fastest choice. Packets trace eye and shadow rays twice as fast as single
-# rays do, but other rays more slowly; docs/accuracy.md has the measured rates. docs/bvh.md has the
-# gain of entry points. The interval test is off, although it makes packets still faster on large
-# images of eye rays. With the interval test, packets of mirror rays, which count as coherent,
-# would take two to three times as long as single rays.
+# The choices for a scene that was not tuned. They give the same bits as other exact choices, and
+# are never much slower than the fastest choice. Packets trace eye and shadow rays twice as fast as
+# single rays, but other rays more slowly; docs/accuracy.md has the measured rates. docs/bvh.md has
+# the gain of entry points. The interval test makes packets faster on large images of eye rays. But
+# mirror rays also count as coherent, and with the interval test, packets of mirror rays would take
+# two to three times as long as single rays. So the interval test is off.
 SAFE_DEFAULT = {
     COHERENT: ("bvh-packet", {"packet": (4, 2), "octants": True, "quantise_nodes": 16,
                               "entry_points": 32}),
@@ -215,7 +215,7 @@ def _choice(entries: dict[str, Any], where: str, prefix: str) -> Choice:
         known = Choice(entries["method"], given).resolved()[1]
     except OptionError as failure:
         raise SettingsError(f"{where}: {prefix}options: {failure}") from None
-    # JSON has no tuples. The resolved option has the original value in place of a saved list.
+    # JSON has no tuples: a tuple was saved as a list. `known` has the tuple again.
     own = {name: known[name] if isinstance(value, list) else value
            for name, value in given.items()}
     return Choice(**{**entries, "options": own})

@@ -1,8 +1,8 @@
 """Denormals: a state of the processor in which the host's arithmetic keeps denormal numbers.
 
 A library in the same process may tell the processor to flush denormal numbers to 0. The processor
-then does so for every later operation of the thread. Ends of intervals and the t of hits may be
-denormal, so a hit could be lost.
+then flushes the results of all later operations of the thread. The ends of intervals and the t of
+hits may be denormal, so a hit could be lost.
 """
 from __future__ import annotations
 
@@ -29,9 +29,9 @@ def flushed() -> bool:
 def keeps_denormals(function: Callable[Given, Made]) -> Callable[Given, Made]:
     """Decorate a public function: denormal numbers are kept during a call.
 
-    If the thread flushes denormal numbers, the call has C's default floating-point state, and the
-    thread gets its own state back afterwards. Where the C library cannot change the state
-    (Windows), the call goes on with the thread's state.
+    If the thread flushes denormal numbers, the call runs in C's default floating-point state, and
+    the thread's own state is restored afterwards. If the C library cannot change the state
+    (Windows), the call runs in the thread's own state.
     """
     @functools.wraps(function)
     def kept(*given: Given.args, **named: Given.kwargs) -> Made:

@@ -21,9 +21,10 @@ Axes are permuted so that the direction is largest in z:
    of the product itself. The subtraction adds a fourth rounding:
    ``|P - p| <= (1 + u) (u |a.x| + gamma(3) |s a.z| + 8 tiny (1 + |a.z|)) + u |p| + tiny``.
 5. An edge function ``W = P.x Q.y - P.y Q.x`` of two sheared vertices P and Q with errors e and f.
-   The errors of its factors change the first product by at most ``e.x |q.y| + |p.x| f.y +
-   e.x f.y``, and the second product similarly; ``spread`` is the sum. Then three roundings follow:
-   ``|W - w| <= (1 + u) ((1 + u) spread + u (|p.x q.y| + |p.y q.x|) + 2 tiny) + u |w| + tiny``.
+   The errors of P.x and Q.y change the first product by at most ``e.x |q.y| + |p.x| f.y + e.x
+   f.y``. The second product changes similarly, and ``spread`` is the sum of both changes. The two
+   products and the subtraction are rounded: ``|W - w| <= (1 + u) ((1 + u) spread + u (|p.x q.y| +
+   |p.y q.x|) + 2 tiny) + u |w| + tiny``.
 6. ``DET = W0 + W1 + W2``: its error is at most ``(1 + u)^2`` times the sum of the three errors,
    plus ``gamma(2) sum |w|``.
 7. The distance t. Let ``z`` be the depth at which the ray meets the plane, so that
@@ -35,9 +36,9 @@ Axes are permuted so that the direction is largest in z:
 8. A second bound on the depth. Where the test accepts, all W_i have the same sign, so the computed
    depth is a convex combination of the Z_i. Its error is at most the distance along the ray to the
    furthest vertex, plus gamma(6) of the largest ``|Z_i|`` for the roundings of weights and sums.
-   Both bounds hold, so the smaller bound of steps 7 and 8 is used. Where the ray meets the plane
-   outside the range of the vertices' depths, z is moved to the nearest vertex's depth, and the
-   computed depth can only be nearer to the moved z.
+   Both bounds hold, so the smaller bound of steps 7 and 8 is used. If z lies outside the range of
+   the vertices' depths, z is replaced by the nearer end of this range. The computed depth lies in
+   the range up to roundings, so it is nearer to the replaced z than to the original z.
 9. ``U = W1 / DET``: as in step 7, ``W1 - u DET = (W1 - w1) - u (DET - det)``. The roundings of
    DET's inverse and of the product add gamma(3).
 
@@ -91,8 +92,8 @@ class PairBounds:
     t_bound, u_bound, v_bound : (k,) float64, bounds on the error of the test's t, u and v where
         the test accepts; inf where an overflow is possible
     inside : (k,) bool, whether the ray certainly meets the triangle, so that the test must accept
-    possible : (k,) bool, whether the test may accept, for any t. If false, the ray certainly
-        misses the triangle, and the test must reject
+    possible : (k,) bool, whether the test may accept; the interval of t is not considered. If
+        false, the ray certainly misses the triangle, and the test must reject
     """
 
     t: np.ndarray
@@ -110,7 +111,8 @@ def bound_pairs(triangles: np.ndarray, origins: np.ndarray, directions: np.ndarr
     """Intersect k pairs of ray and triangle in float64, and bound the errors that the triangle
     test makes in a given arithmetic.
 
-    Triangles without area are not detected: the test may accept or reject them.
+    Triangles without area are not detected. For such a triangle, the test may accept or reject,
+    whatever ``inside`` and ``possible`` say.
 
     Parameters
     ----------

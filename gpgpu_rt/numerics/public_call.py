@@ -1,4 +1,4 @@
-"""public_call: what every public function that computes with arrays does."""
+"""public_call: the decorator of every public function that computes with arrays."""
 from __future__ import annotations
 
 from collections.abc import Callable

@@ -23,8 +23,9 @@ FEW, AT_ONCE = 1 << 16, 1 << 18
 ROW = 1024   # rays in a row of the texture if the caller gives no shape
 # If more than 1 in MANY rays is invalid, write them by columns instead of ray by ray.
 MANY = 5
-# The result for a block of rays: the indices of invalid rays; the rays' exponents, and their
-# shifts, each None if all are 0; and the start (origin and t_min) that all rays share, or None.
+# The result for a block of rays: the indices of invalid rays; the exponents by which directions
+# were scaled, or None if all are 0; the distances by which origins were advanced (in units of t),
+# or None if all are 0; and the start (origin and t_min) that all rays share, or None.
 _Laid = tuple[np.ndarray, np.ndarray | None, np.ndarray | None, np.ndarray | None]
 _ON_MISS = {"t": np.inf, "u": 0, "v": 0, "triangle": -1}
 
@@ -37,9 +38,9 @@ class RayBatch:
     similar length for any length of the caller's directions. An origin far outside ``bounds`` is
     advanced along its ray (see ``approach``). ``Hits`` are returned in the caller's units.
 
-    A renderer may flush numbers below 2^-126 to 0. If an end of the interval is smaller than this
-    after scaling, it is therefore moved into the interval, to 0 or to 2^-126. An empty interval
-    stays empty.
+    A renderer may flush numbers below 2^-126 to 0. If the magnitude of t_min or t_max is below
+    2^-126 after scaling, the end is therefore moved into the interval, to 0 or to +-2^-126. An
+    empty interval stays empty.
 
     Parameters
     ----------
@@ -93,7 +94,8 @@ class RayBatch:
         width = shape[1] if shape is not None else max(1, min(self.count, ROW))
         height = shape[0] if shape is not None else -(-self.count // width)
         self.size = (max(1, width), max(1, height))
-        # Separate arrays for the two textures: an array that is never written uses no memory.
+        # Each of the two textures has its own array, because an array that is never written uses
+        # no memory.
         planes = [np.empty((self.size[0] * self.size[1], 4), np.float32)
                   for _ in range(RAY_TEXELS.texels)]
         self._planes, self._given, self.sort_seconds = planes, planes, 0.0
@@ -110,7 +112,7 @@ class RayBatch:
         def lay(part: slice) -> _Laid:
             laid = _lay_out([plane[part] for plane in planes], origins[part], directions[part],
                             t_min[part], t_max[part], bounds)
-            if self.tiles is not None:      # here, because the rays are still in the core's cache
+            if self.tiles is not None:      # bound tiles now: the rays are still in the cache
                 self.tiles.see(part.start // self.size[0], self._rows(part), laid[3])
             return laid
         laid = list(threads(self.count)(lay, blocks))
@@ -168,7 +170,8 @@ class RayBatch:
         return RAY_TEXELS.unpack_planes(planes)
 
     def given_units(self, t: np.ndarray, rays: slice | np.ndarray) -> np.ndarray:
-        """Convert (k,) float32 values of t, for the chosen rays, to the caller's units."""
+        """Convert (k,) float32 values of t to the caller's units; ``rays`` selects the k rays of
+        these values."""
         with np.errstate(over="ignore"):
             if self._shift is not None:
                 t = (t + self._shift[rays]).astype(np.float32)
@@ -255,7 +258,7 @@ def _lay_out(planes: list[np.ndarray], origins: np.ndarray, directions: np.ndarr
             origins, shift = approach(origins, directions, *bounds)
             if shift is not None:
                 t_min, t_max, alike = t_min - shift, t_max - shift, False
-        # Empty rays have t_max = -1, so a shared t_min below that would make them live.
+        # Empty rays have t_max = -1. A shared t_min below -1 would give them a valid interval.
         start = np.float32([*origins[0], t_min[0]]) if (
             alike and _alike(t_min) and t_min[0] >= 0) else None
         into = planes if start is None else [None, *planes[1:]]
@@ -279,7 +282,7 @@ def _alike(values: np.ndarray) -> bool:
     """Return whether all rows of (n,) or (n, k) values are equal, and none is NaN."""
     if not values.strides[0]:
         values = values[:1]
-    if (values[:1] != values[len(values) // 2]).any():     # finds most differences at once
+    if (values[:1] != values[len(values) // 2]).any():     # a cheap test that often suffices
         return False
     # Compare each row with the row before it, as flat arrays: numpy is slow along short axes.
     width, row = values[0].size, values.reshape(-1)
@@ -302,8 +305,9 @@ def _joined(blocks: list[slice], parts: list[np.ndarray | None]) -> np.ndarray |
 
 def _normal(t: np.ndarray, exponents: np.ndarray | None, above: float, below: float
             ) -> np.ndarray:
-    """Return (n,) float32, ends of intervals times 2^exponents. A renderer may flush a denormal
-    product to 0, so ``above`` replaces positive denormals and ``below`` negative ones."""
+    """Return (n,) float32, the ends of intervals ``t`` times 2^exponents. A renderer may flush a
+    denormal product to 0. Therefore ``above`` replaces a positive denormal product, and ``below``
+    replaces a negative denormal product."""
     given = t if t.strides[0] else t[:1]
     scaled = given if exponents is None else np.ldexp(given, exponents)
     tiny = (np.abs(scaled) < FLOAT32.tiny) & (given != 0)

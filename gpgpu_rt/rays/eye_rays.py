@@ -26,8 +26,8 @@ def eye_uniforms(camera: Camera, size: tuple[int, int], bounds: Bounds) -> dict[
 
 
 def share_eye(rays: RayTextures, uniforms: dict[str, object]) -> None:
-    """Set the start (origin and t_min) that all eye rays share, for rays written with these
-    uniforms. If the eye is far and origins were moved, the rays share no start."""
+    """Set the start (origin and t_min) that all eye rays share. ``rays`` were written with
+    ``uniforms``. If the eye is so far away that origins were moved, the rays share no start."""
     rays.share_start(None if uniforms["beyond"]
                      else np.float32([*uniforms["eye"], 0]))  # type: ignore[misc]
 

@@ -12,9 +12,9 @@ from __future__ import annotations
 
 import numpy as np
 
-# An origin is far if its distance from the scene's centre exceeds FAR radii of the sphere around
-# the scene's box. It is moved along its ray to NEAR radii before the ray's nearest point to the
-# centre.
+# Lengths are in radii of the sphere around the scene's box. An origin is far if its distance from
+# the sphere's centre exceeds FAR. Let P be the point of the ray that is nearest to the centre. A
+# far origin is moved along its ray to a distance of NEAR before P.
 FAR = 4.0
 NEAR = 2.0
 ABREAST = 128       # points per row in `by_axis`; long rows make numpy's reduction fast
@@ -47,7 +47,8 @@ def approach(origins: np.ndarray, directions: np.ndarray, lo: np.ndarray,
     d = directions[far].astype(np.float64)
     length = np.sqrt((d ** 2).sum(axis=1))
     ahead = np.maximum((offset[far] * d).sum(axis=1) / length - NEAR * radius, 0) / length
-    # Round the shift to float32, so that a hit at a round value of t keeps this value.
+    # Round the shift to float32. Otherwise a hit at a short number such as t = 10 could get a t
+    # with more digits.
     shift[far] = ahead.astype(np.float32)
     moved = origins.copy()
     moved[far] = origins[far] + shift[far, None] * d

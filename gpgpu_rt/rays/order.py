@@ -1,9 +1,9 @@
 """Ray order: sorts arrays of rays so that similar rays lie side by side in their textures.
 
 A renderer runs neighbouring fragments together until the last of them finishes, and neighbouring
-fragments share caches. The survey (section 4.3) proposes to sort rays on the graphics hardware,
-which the option ``sort_rays`` does (``traversal/stages/sorted_rays.py``). Here, the host sorts
-rays that come as arrays, before the upload.
+fragments share caches. The survey (section 4.3) proposes to sort rays on the graphics hardware;
+the option ``sort_rays`` does this (``traversal/stages/sorted_rays.py``). This module sorts rays on
+the host, before their upload, if the caller gives rays as arrays.
 """
 from __future__ import annotations
 
@@ -28,9 +28,9 @@ ORIGIN_BITS = 3     # bits per axis for the cell of a ray's origin in the scene'
 DIRECTIONS = 1 << 6
 _GRAY = (0, 1, 3, 2, 6, 7, 5, 4)    # octants in Gray code order: neighbours differ in one sign
 AT_ONCE = 1 << 16   # rays per block of copying, which fits in a core's cache
-# Rays per block of sorting. Each block is sorted by itself: the rays of a picture's rows start
-# near each other anyway, and sorting and moving is faster within the cache
-# (docs/notes/packet-speed.md).
+# Rays per block of sorting. Each block is sorted by itself, because this is faster within the
+# cache (docs/notes/packet-speed.md). Little is lost: rays that follow each other in a picture's
+# rows start near each other anyway.
 BLOCK = 1 << 17
 # Sort all rays together if the origins of an average block lie in at least this share of the cells
 # in which the origins of all rays lie.
@@ -178,9 +178,8 @@ def _direction_codes(texels: np.ndarray) -> np.ndarray:
 
 
 def _near_one_another(keys: list[np.ndarray]) -> bool:
-    """Return whether the origins in a block are near one another: on average, they lie in less
-    than the share SCATTERED of the cells in which the origins of all rays lie. Only every eighth
-    ray is examined."""
+    """Return whether the origins in an average block lie in fewer cells than the share SCATTERED
+    of the cells in which the origins of all rays lie. Only every eighth ray is examined."""
     cells = np.zeros((len(keys), 1 << 3 * ORIGIN_BITS), bool)
     for held, each in zip(cells, keys):
         held[each[::8] & len(held) - 1] = True
@@ -205,8 +204,8 @@ def _keys() -> np.ndarray:
     code, cell = np.divmod(place, 1 << 3 * ORIGIN_BITS)
     negative = code & 1 | code >> 2 & 2 | code >> 3 & 4
     over = code >> 1 & 1, code >> 2 & 1, code >> 4 & 1     # x over y, x over z, y over z
-    # Number the six orders of |x|, |y|, |z| so that consecutive orders differ by a swap of two
-    # neighbours. The largest components of the six orders are x, x, y, y, z, z.
+    # The magnitudes |x|, |y|, |z| have six orders. Number them so that two consecutive orders
+    # differ by a swap of two neighbours. The largest components are then x, x, y, y, z, z.
     around = np.zeros(8, int)
     around[[3, 7, 6, 4, 0, 1]] = range(6)
     way = around[over[0] | over[1] << 1 | over[2] << 2]

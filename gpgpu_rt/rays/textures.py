@@ -83,8 +83,8 @@ class RayTextures:
         """Upload rays. A shared start is passed by the uniform and not uploaded."""
         self.share_start(batch.start)
         self._start_written = self._start is None
-        # The bounds count a ray as live if its fp32 interval is not empty. With fewer bits, an
-        # empty interval may round to a point, and the ray is live.
+        # The bounds of tiles leave out rays whose fp32 interval is empty. If textures store fewer
+        # bits, an empty interval may round to a point, and the bounds would lack a live ray.
         self.tiles = batch.tiles if self.precision.storage == "fp32" else None
         for texel in range(0 if self._start_written else 1, RAY_TEXELS.texels):
             self._write(texel, batch.texels(texel))
@@ -176,9 +176,9 @@ class StateBuffers(PingPong):
     def hits(self) -> Target:
         """Return a target over the hits of side 0.
 
-        A reader of the states of side 0 finds every ray done, until passes write states again.
-        Rays' states matter only if a ray was stopped, with statistics, or to an observer of
-        states. In these cases, passes write the states before anything reads them.
+        The states of side 0 are cleared. Every ray then reads as done, until passes write states
+        again. Only three readers need the real states: the search for stopped rays, the
+        statistics, and an observer of states. For these readers, passes first write the states.
         """
         if self._hits is None:
             self.side(0).clear()
@@ -186,7 +186,8 @@ class StateBuffers(PingPong):
         return self._hits
 
     def write_states(self) -> None:
-        """Note that passes write states from now on, so the states no longer read as done."""
+        """Record that passes write states from now on. The next call of `hits` clears the states
+        again."""
         release(self._hits)
         self._hits = None
 

@@ -48,8 +48,8 @@ class TileBounds:
         if start is None:
             self.live[rows] = self._joined(np.logical_or, planes[0][:, :, 3] <= along[:, :, 3])
             return
-        # t_max is the fourth component beside the directions. The same two reductions therefore
-        # also show which tiles have live rays.
+        # A texel holds a direction and, as its fourth component, t_max. So the two reductions also
+        # give the bounds of t_max, which show which tiles have live rays.
         least, most = (self._joined(op, along) for op in (np.minimum, np.maximum))
         self.live[rows] = start[3] <= most[:, :, 3]
         if not (start[3] <= least[:, :, 3]).all():      # leave empty rays out of the bounds

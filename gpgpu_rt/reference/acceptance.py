@@ -1,20 +1,23 @@
-"""Acceptance: which answers to a ray are right for every engine that rounds to float32.
+"""Acceptance: which answers to a ray are right for an engine that rounds to float32.
 
 Exact arithmetic has a single answer to each ray. An engine that rounds may return another answer
-without a fault: a ray through an edge meets one triangle or the other, and two surfaces that
-nearly touch change places. This module bounds what a fair engine may answer.
+without a fault. For a ray through an edge, it may return either triangle of the edge. For two
+surfaces that nearly touch, it may return the farther surface. This module tells which answers a
+fair engine may give.
 
-A fair engine rounds like float32, with up to four bits lost to the number of its operations. The
-bounds of `error_bounds` are evaluated with a unit roundoff of 2^-20 in place of 2^-24. They tell
-which triangles such an engine may hit, which it certainly hits, and by how much its t may be off.
+A fair engine rounds like float32, but its operations together may lose up to four more bits. The
+bounds of `error_bounds` are therefore evaluated with a unit roundoff of 2^-20 in place of 2^-24.
+They tell which triangles a fair engine may hit, which triangles it certainly hits, and how large
+the error of its t may be.
 
 A triangle is acceptable if it may be hit, and if no triangle is certainly hit before it. A ray
-must hit if it certainly hits a triangle. It must also hit if exact arithmetic says that it hits,
-all its neighbours hit, and their triangles meet at the edge or vertex that the ray meets: they
-have corners in common, equal to the bit. The neighbours are rays around it; the outer neighbours
-are farther away than rounding errors reach. A miss of such a ray is a leak.
+must hit if it certainly hits a triangle. A ray near an edge or a vertex must hit, too, if exact
+arithmetic says that it hits, all its neighbours hit, and the triangles of these hits share the
+edge or the vertex (their corners are equal to the bit). The neighbours are rays around the ray;
+the outer neighbours are farther away than rounding errors reach. If an engine misses such a ray,
+the miss is a leak.
 
-Surfaces that only seem to meet, seen from the origin, give an engine no such guarantee.
+If two surfaces only seem to meet, seen from the origin, a ray between them need not hit.
 
 A ray may hit if some triangle is acceptable. A ray that may hit but need not is undecidable: a hit
 and a miss are both right.
@@ -34,18 +37,20 @@ from .nearest import as_rays, as_triangles, has_area, settle, trace
 from .tree import ReferenceTree
 
 FAIR = Arithmetic(2.0 ** -20, 4 * FLOAT32.tiny, FLOAT32.huge)
-# A sheared vertex is off by at most 5 roundings of each of two terms; the edge functions add 3.
-# Terms are at most the largest |vertex - origin|, the reach. So rounding moves a ray sideways by
-# less than 16 unit roundoffs of the reach, and the outer neighbours lie twice as far away.
+# A coordinate of a sheared vertex is the difference of two terms. The reach is the largest
+# |vertex - origin|, and no term is larger. Each term has at most 5 roundings, and the edge
+# functions add 3 roundings. So rounding moves a ray sideways by less than 16 unit roundoffs of the
+# reach. The outer neighbours lie twice as far away.
 RADIUS = 32 * FAIR.unit
 _RINGS = ((RADIUS, 12), (RADIUS / 3, 4))    # radius over reach, and number of neighbours
 _WIDEST = 0.05      # no neighbours are judged beyond this angle, in radian
-_SAME = 1e-4        # a limit this near to the exact t, as a share of t, needs no neighbours
+# Skip the neighbours of a ray if its limit exceeds the exact t by at most this share of t.
+_SAME = 1e-4
 
 
 @dataclass
 class Acceptance:
-    """What fair engines may answer to n rays.
+    """The answers that fair engines may give to n rays.
 
     Attributes
     ----------
@@ -53,9 +58,9 @@ class Acceptance:
     must_hit, may_hit : (n,) bool
     starts : (n + 1,) int; the acceptable triangles of ray i are entries starts[i] to
         starts[i + 1] - 1 of the following arrays
-    triangle : (k,) int32, acceptable triangles; of equal triangles, the one with the lowest index
-        stands for all
-    copy_of : (m,) int, the lowest index of the triangles that are equal to each triangle
+    triangle : (k,) int32, acceptable triangles. If several triangles have the same corners, only
+        the triangle with the lowest index is listed
+    copy_of : (m,) int, for each triangle the lowest index of a triangle with the same corners
     t_low, t_high : (k,) float64, the acceptable t on each of these triangles
     """
 
@@ -92,7 +97,7 @@ class Acceptance:
 @public_call
 def acceptance(scene_or_triangles: Any, origins: np.ndarray, directions: np.ndarray,
                t_min: float | np.ndarray = 0.0, t_max: float | np.ndarray = np.inf) -> Acceptance:
-    """Return what fair engines may answer to each ray.
+    """Return the answers that fair engines may give to each ray.
 
     Parameters
     ----------
@@ -132,7 +137,7 @@ def exact_hits(vertices: np.ndarray, origins: np.ndarray, directions: np.ndarray
                t_min: np.ndarray, t_max: np.ndarray) -> Hits:
     """Return the exact hits, with t, u and v correctly rounded to float64.
 
-    Bounds on the errors of float64 decide most rays, and integers the others.
+    Bounds on the errors of float64 decide most rays. Integer arithmetic decides the other rays.
 
     Parameters
     ----------
@@ -182,7 +187,7 @@ def _candidates(vertices: np.ndarray, solid: np.ndarray, origins: np.ndarray,
 def _behind_neighbours(vertices: np.ndarray, exact: Hits, rays: np.ndarray, origins: np.ndarray,
                        directions: np.ndarray, t_min: np.ndarray, t_max: np.ndarray
                        ) -> np.ndarray:
-    """Return for some rays the largest t of their neighbours' hits, (k,).
+    """Return for each of ``rays`` the largest t of its neighbours' hits, (k,).
 
     The result is inf unless all neighbours certainly hit within the interval, on triangles that
     meet at the edge or vertex that the ray meets.

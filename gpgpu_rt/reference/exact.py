@@ -1,8 +1,9 @@
 """Exact hits: nearest hits in integers, for rays that float64 cannot decide.
 
 Cramer's rule solves ``o + t d = (1 - u - v) v0 + u v1 + v v2``. Every float32 number is an integer
-times a power of two, so integers suffice. Arrays of Python integers have no limit. Only the final
-t, u and v are rounded, correctly. A pair of ray and triangle takes about 10 microseconds.
+times a power of two, so the equation is solved in integers. Python integers have no limit. Only
+the final t, u and v are rounded, each to the nearest float64. A pair of ray and triangle takes
+about 10 microseconds.
 """
 from __future__ import annotations
 
@@ -105,7 +106,7 @@ def nearest_of_pairs(triangles: np.ndarray, ray: np.ndarray, triangle: np.ndarra
     ray, triangle = ray[order], triangle[order]
     starts = np.flatnonzero(np.diff(ray, prepend=-1))
     rank = np.arange(len(ray)) - np.repeat(starts, np.diff(starts, append=len(ray)))
-    # The r-th triangles of all rays form a batch, so each ray occurs at most once in it.
+    # Batch r holds the r-th triangle of each ray, so a ray occurs at most once in a batch.
     for r in range(rank.max(initial=-1) + 1):
         batch = np.flatnonzero(rank == r)
         for part in (batch[i:i + _PAIRS] for i in range(0, len(batch), _PAIRS)):
@@ -145,7 +146,8 @@ def trace_exact(triangles: np.ndarray, origins: np.ndarray, directions: np.ndarr
 
 
 def _integers(*arrays: np.ndarray) -> tuple[list[np.ndarray], int]:
-    """Return arrays of integers, and an exponent e: the given numbers are integers times 2^e."""
+    """Return an array of integers for each given array, and an exponent e. The given numbers are
+    these integers times 2^e."""
     parts = [np.frexp(np.asarray(array, np.float64)) for array in arrays]
     least = min((int(exponent[number != 0].min(initial=1 << 30)) for number, exponent in parts),
                 default=0)

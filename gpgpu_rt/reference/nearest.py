@@ -3,13 +3,14 @@
 The triangle test is by Woop, Benthin and Wald, "Watertight Ray/Triangle Intersection", JCGT
 2(1), 2013. It moves the vertices to the ray's origin, permutes the axes so that the direction's
 largest component is z, and shears the vertices so that the ray lies on the z axis. Three 2D edge
-functions then decide. An edge function is a difference of two products, so its sign is never
-wrong. The neighbouring triangle across an edge has exactly the negated edge function, so no ray is
-lost between the two triangles.
+functions then decide. An edge function is a difference of two products. Rounding may make it 0,
+but never gives it the wrong sign. The triangle on the other side of an edge has exactly the
+negated edge function, so no ray is lost between the two triangles.
 
 The test departs from the paper in three points. It accepts triangles that face either way. It does
-not fall back to a higher precision. The ray must also pass through the bounding box of the sheared
-triangle, because all three edge functions may round to zero for a tiny triangle far from the ray.
+not fall back to a higher precision. A hit must also lie in the bounding box of the sheared
+triangle: for a tiny triangle far from the ray, all three edge functions may round to zero, which
+would count as a hit.
 """
 from __future__ import annotations
 
@@ -146,7 +147,7 @@ def _candidates(vertices: np.ndarray, different: np.ndarray, origins: np.ndarray
 
 
 class _Bundle:
-    """Rays whose direction is largest in z: origins, shears and intervals of t."""
+    """Rays in permuted axes, so that z is the largest component of each direction."""
 
     def __init__(self, origins: np.ndarray, directions: np.ndarray, t_min: np.ndarray,
                  t_max: np.ndarray) -> None:
@@ -155,7 +156,7 @@ class _Bundle:
             self.shear = (directions[:, :2] / directions[:, 2:]).T.copy()
         self.inv_z = 1.0 / directions[:, 2]
         self.t_min, self.t_max = t_min, t_max
-        self.limit = t_max.copy()       # t of the nearest hit so far; the tree prunes beyond it
+        self.limit = t_max.copy()       # t of the nearest hit so far; farther boxes are pruned
 
 
 def _nearest(hits: Hits, rays: np.ndarray, solid: np.ndarray, bundle: _Bundle,

@@ -4,11 +4,12 @@ The algorithm is path tracing (Kajiya, "The Rendering Equation", SIGGRAPH 1986).
 path samples one light (next-event estimation), then continues in a direction sampled from the
 material. The power heuristic weights light found in either way (Veach and Guibas, "Optimally
 Combining Sampling Techniques for Monte Carlo Rendering", SIGGRAPH 1995). The reference and the
-shaders use the same random numbers and sample the same lights. Their pictures differ only by
-float32 rounding, and by paths that rounding sends elsewhere.
+shaders use the same random numbers and sample the same lights. Their pictures differ only because
+the shaders round to float32. Sometimes rounding makes a path of the shaders hit another surface.
 
-Radiance is not scaled where light enters a denser medium. The factor cancels for all light that
-enters and leaves again; it would matter only for a light or an eye inside glass.
+In physics, radiance is multiplied by a factor where light enters a denser medium, and divided by
+the same factor where light leaves the medium. Both the reference and the shaders omit this factor.
+The omission matters only for a light or an eye inside glass.
 """
 from __future__ import annotations
 
@@ -39,8 +40,9 @@ TINY = 1e-30        # guards divisions by a density that may be 0
 
 @dataclass
 class PathPicture:
-    """Linear radiance, (height, width, 3) float64 each: the mean of the samples, and its standard
-    error, estimated from the samples' variance."""
+    """A picture of linear radiance: ``mean`` is the mean of each pixel's samples, and ``error`` is
+    the standard error of this mean, estimated from the samples' variance. Both are (height, width,
+    3) float64."""
 
     mean: np.ndarray
     error: np.ndarray
@@ -81,8 +83,8 @@ def path_picture(scene: Scene, size: tuple[int, int], samples: int,
 def path_radiance(scene: Scene, size: tuple[int, int], x: np.ndarray, y: np.ndarray,
                   sample: np.ndarray, settings: PathSettings = PathSettings(),
                   camera: Camera | None = None) -> np.ndarray:
-    """Return (n, 3), the radiance of one path each: path number ``sample`` of pixel (``x``,
-    ``y``), (n,) each, with row 0 at the top."""
+    """Return the radiance of n paths, (n, 3). Path i is the path number ``sample[i]`` of the pixel
+    (``x[i]``, ``y[i]``), with row 0 at the top."""
     return _Paths(scene, size, x, y, sample, settings, camera or scene.camera).run()
 
 
@@ -345,8 +347,8 @@ class _Surfaces:
 
     @staticmethod
     def _off(direction: np.ndarray, side: np.ndarray) -> np.ndarray:
-        """Mirror directions at the flat triangle if an interpolated normal sent them through
-        it."""
+        """Return the directions on the given side of the flat triangles. A direction that an
+        interpolated normal sent to the other side is mirrored at its flat triangle."""
         away = _dot(direction, side) <= 0
         return np.where(away[:, None], _reflect(direction, side), direction)
 

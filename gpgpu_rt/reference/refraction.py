@@ -20,7 +20,7 @@ def refract(directions: np.ndarray, normals: np.ndarray, ratio: float
 
     Returns
     -------
-    (n, 3) refracted directions, or mirrored directions where reflection is total; and (n,) bool,
+    (n, 3) refracted directions, with mirrored directions under total reflection; and (n,) bool,
     whether reflection is total
     """
     cosine = -(directions * normals).sum(1)

@@ -41,8 +41,8 @@ def spawn(scene: Any, hits: Hits, directions: np.ndarray) -> np.ndarray:
     triangles = np.asarray(getattr(scene, "triangles", scene), np.float32)
     directions = np.asarray(directions, np.float32)
     if directions.shape != (len(hits), 3):
-        raise ValueError(f"directions have shape {directions.shape}; give ({len(hits)}, 3), one a "
-                         "hit")
+        raise ValueError(f"directions have shape {directions.shape}; give ({len(hits)}, 3), one "
+                         "for each hit")
     origins = np.full((len(hits), 3), np.nan, np.float32)
     some = np.flatnonzero(hits.hit & np.isfinite(directions).all(1) & (directions != 0).any(1))
     corners, leaving = triangles[hits.triangle[some]], directions[some]

@@ -1,11 +1,11 @@
 """Reference tree: a bounding volume tree in float64 for the reference tracer.
 
-The builder halves the list of triangles repeatedly, each time along the axis whose halves have the
-least area. Node i of level l contains the triangles from floor(i m / 2^l) to
-floor((i + 1) m / 2^l) - 1 of the ordered list of m triangles, so no links are stored. Traversal
-works on batches of pairs (ray, node), nearer children first. It drops a pair only if the ray
-misses the node's box within its interval, so the triangles that remain at the end include every
-hit.
+The builder repeatedly sorts a list of triangles along an axis and halves the list. It chooses the
+axis for which the boxes of the two halves have the least area. Node i of level l contains the
+triangles from floor(i m / 2^l) to floor((i + 1) m / 2^l) - 1 of the ordered list of m triangles,
+so no links are stored. Traversal works on batches of pairs (ray, node), nearer children first. It
+drops a pair only if the ray misses the node's box within its interval, so the triangles that
+remain at the end include every hit.
 """
 from __future__ import annotations
 
@@ -137,7 +137,7 @@ class ReferenceTree:
     def _set_rays(self, origins: np.ndarray, directions: np.ndarray, t_min: np.ndarray,
                   t_max: np.ndarray, margin: np.ndarray | float) -> None:
         """Store the inverse directions and the origins for the slab test. Boxes are widened by
-        moving the origins, so lo and hi have different origins."""
+        moving the origins, so the tests of lower and upper corners use different origins."""
         scale = np.abs(self.boxes[0]).max() + np.abs(origins).max(axis=1, initial=0)
         padding = (_PADDING * scale + _TINY + margin)[:, None]
         self._inv_dir = (1.0 / np.where(directions == 0, _TINY, directions)).T.copy()

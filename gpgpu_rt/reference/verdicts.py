@@ -28,7 +28,7 @@ class Verdicts:
     kind : (n,) uint8, an index into KINDS:
 
         right : the only right answer, within the errors of float32
-        undecidable : one of several right answers: a hit and a miss are both right
+        undecidable : a right answer to a ray for which a hit and a miss are both right
         leak : a miss where every fair engine hits
         false hit : a triangle that no fair engine hits
         wrong nearest : a triangle that lies behind a hit of every fair engine
@@ -74,8 +74,8 @@ def check(scene_or_triangles: Any, origins: np.ndarray, directions: np.ndarray,
     Returns
     -------
     Verdicts
-        a ray has a single kind: a leak, a false hit or a wrong nearest hit before a wrong t, and
-        each of these before a wrong answer to "any hit"
+        if several wrong kinds apply to a ray, its kind is the first that applies of: leak, false
+        hit or wrong nearest; wrong t; any hit disagrees
 
     Raises
     ------

@@ -1,8 +1,8 @@
 """Integrator: draws a picture by passes over streams of rays.
 
-A new integrator declares its ``streams`` and ``passes``, and runs the passes in ``draw``. With
-each stream or pass it declares the defines of ``render/needs.py`` that request it: the stream or
-pass exists only if the scene sets one of these defines. The integrator traces rays with the
+A new integrator declares its ``streams`` and ``passes``, and runs the passes in ``draw``. A scene
+sets defines of ``render/needs.py``. Each stream or pass names some of these defines, and exists
+only if the scene sets at least one of the named defines. The integrator traces rays with the
 tracer's method: ``trace(rays)`` returns hits, and ``trace(rays, any_hit=True)`` finds whether rays
 are occluded.
 """
@@ -156,8 +156,9 @@ class Integrator:
         self.drawn.clear()
         self.fetches, self.vertices = 0, []
         if self.needs.want(("MOVING",)) and self.needs.asked.all_features:
-            # With all features on, the picture costs what a general renderer would need. Such a
-            # renderer does not know whether triangles moved, so it writes the tables again.
+            # With all features on, the picture has the cost of a renderer that supports
+            # everything. Such a renderer does not know whether triangles moved, so it writes the
+            # tables again.
             self.textures.take(self.scene)
 
     def _make_room(self, size: tuple[int, int]) -> None:

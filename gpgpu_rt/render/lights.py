@@ -41,7 +41,8 @@ def _places(scene: Scene, count: int, sample: int) -> list[Uniforms]:
 
     If there are at least as many points as triangles, each triangle has at least one point, and
     its power is divided among its points. Otherwise, each point represents an equal share of the
-    total power. It then also stands for neighbouring triangles in the list that have no point.
+    total power. A point then represents its own triangle and neighbouring triangles in the list
+    that have no point.
     """
     rows = scene.emitters
     corners = scene.triangles[rows].astype(np.float64)

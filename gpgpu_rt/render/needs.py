@@ -47,8 +47,8 @@ class Asked:
     paths : whether to trace paths, which sample one light at each vertex and continue from any
         surface
     sampler : the random numbers of paths, "sobol" or "random"
-    samples : the number of pictures that are averaged; 1 with paths, which count their samples
-        themselves
+    samples : the number of pictures that are averaged. It is 1 with paths, because the integrator
+        of paths averages samples itself
     packs : whether live paths may be packed into smaller textures
     """
 
@@ -90,7 +90,7 @@ class Property:
     images : further textures: "images" of materials, "surroundings_image", "surroundings_sums"
     bouncing : whether the property matters only with bounces
     of_paths : whether the property matters only if paths are traced
-    of_request : whether options, not the scene, decide about the property
+    of_request : whether only the picture's options decide whether the property is present
     """
 
     name: str
@@ -117,8 +117,9 @@ def _kind(kind: str) -> Callable[[Scene, Asked], bool]:
 SURFACES = Table(SURFACE, lambda scene: {
     "normal": Column(len(scene), lambda rows: unit_normals(scene.triangles[rows])),
     "material": scene.material_of})
-# The triangle table of the tracer is in the order of its method. Hits give indices in the scene's
-# order. Rays that leave surfaces therefore need a second triangle table, in the scene's order.
+# The tracer's triangle table is sorted as its method needs, but a hit names its triangle by the
+# index in the scene's order. Rays that leave surfaces therefore need a second triangle table, in
+# the scene's order.
 LEFT_SURFACES = Table(TRIANGLE, lambda scene: triangle_table(scene.triangles)[TRIANGLE.name],
                       geometric=True)
 _MIRROR = Table(MIRROR, lambda scene: {"share": [m.mirror for m in scene.materials]})
@@ -232,7 +233,7 @@ class SceneNeeds:
 
     @classmethod
     def of(cls, scene: Scene, asked: Asked = Asked()) -> SceneNeeds:
-        """Derive the needs of a scene."""
+        """Derive the needs of a scene for a picture with the options ``asked``."""
         present = [p.name for p in PROPERTIES
                    if (asked.all_features or p.found(scene, asked))
                    and (asked.bounces or not p.bouncing) and (asked.paths or not p.of_paths)]
@@ -307,7 +308,7 @@ def _defines(names: Any) -> tuple[str, ...]:
 
 
 def _bounces(scene: Scene, asked: Asked) -> int:
-    """Return the largest number of bounces after which a ray's weight may still be CUTOFF.
+    """Return the largest number of bounces after which a ray's weight may still reach CUTOFF.
 
     The option ``bounces`` limits this number."""
     if asked.all_features or any(m.ior is not None for m in scene.used_materials):

@@ -3,8 +3,8 @@
 The algorithm is that of Kajiya, "The Rendering Equation", SIGGRAPH 1986, with next-event
 estimation and Russian roulette. ``reference/path.py`` is the same algorithm in float64, and
 explains the weights. A wave contains a block of texels for each pixel, and each texel is a path.
-When a path has ended, its ray is empty, so every method skips it, and its texel is masked by
-depth. An occlusion query finds when all paths have ended.
+When a path has ended, its ray has an empty interval, so every method skips the ray, and the
+path's texel is masked by depth. An occlusion query finds when all paths have ended.
 
 Random numbers depend only on pixel, sample and vertex, and samples are added in a fixed order.
 Pictures are therefore bit-identical for all methods, for all sizes of a wave, and with or without
@@ -220,8 +220,8 @@ class Path(Integrator):
         room, context = level.room, self.gpu.context
         found = {**source, **room.samplers(level.walk[1], "walk"), **room.samplers("lit", "lit")}
         if "shadow rays" in room:
-            # Trace before blending is on, because packets unpack their hits by a pass, which must
-            # not be blended.
+            # Trace before blending is on. For packets, `samplers` runs a pass that unpacks the
+            # hits, and this pass must not blend.
             found.update(trace(room.rays["shadow rays"], any_hit=True).samplers())
             found.update(room.samplers("direct", "direct"))
         with level.target(None, "radiance") as target:

@@ -33,7 +33,8 @@ class PixelStream:
     record : the record of a pixel or tile
     wanted : the stream exists if one of these defines is set. With an empty tuple, it always
         exists
-    tile : side in pixels of the tile that a record is for; 1 for a record for each pixel
+    tile : side in pixels of the tile that a record describes; 1 if there is a record for each
+        pixel
     """
 
     name: str
@@ -66,7 +67,8 @@ class PictureStreams:
         return self.rays[name].target if name in self.rays else self._own[name]
 
     def samplers(self, name: str, as_name: str) -> Mapping[str, moderngl.Texture]:
-        """Return sampler name -> texture of a stream that a program reads as ``as_name``."""
+        """Return sampler name -> texture of the stream ``name``, for a program that calls the
+        stream ``as_name``."""
         return self._of(name).samplers(as_name)
 
     def textures(self, name: str) -> list[moderngl.Texture]:

@@ -1,4 +1,5 @@
-"""Plan: the passes, textures and defines of a picture, and why the remaining ones are left out."""
+"""Plan: the passes, textures and defines of a picture, and the reasons why all other passes,
+textures and defines are left out."""
 from __future__ import annotations
 
 from collections.abc import Mapping

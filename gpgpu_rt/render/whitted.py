@@ -165,8 +165,8 @@ class Whitted(Integrator):
     def _tiles(self, wave: Wave) -> Rectangles | None:
         """Return the rectangles in which a wave has rays, or None for the whole image.
 
-        If there are rectangles, also clear the shadow rays: passes over rectangles would leave old
-        shadow rays in the rest of the image."""
+        If there are rectangles, also clear the shadow rays of the whole image, because passes over
+        the rectangles leave old shadow rays elsewhere."""
         if wave.corners is None:
             return None
         assert self.room is not None
@@ -191,8 +191,8 @@ class Whitted(Integrator):
             if "shadow rays" in room:
                 hits = trace(room.rays["shadow rays"], any_hit=True)
             if "radiance" in room:
-                # Get the hits before blending is on, because packets unpack their hits by a pass,
-                # which must not be blended.
+                # Get the hits before blending is on. For packets, `samplers` runs a pass that
+                # unpacks the hits, and this pass must not blend.
                 gathered = {**source, **hits.samplers(), **self._lit()}
                 context.enable_only(moderngl.BLEND)
                 context.blend_func = moderngl.ONE, moderngl.ONE
@@ -210,7 +210,8 @@ class Whitted(Integrator):
 
 def places_in_pixel(samples: int) -> Iterator[tuple[float, float]]:
     """Yield the offset of each sample from the pixel's centre, in pixels. All pixels have the same
-    offsets. If there are 2^k samples, each elementary box of area 2^-k has one of them."""
+    offsets. If there are 2^k samples, each elementary box of area 2^-k contains a single sample:
+    an elementary box is a cell of a division of the pixel into 2^i columns and 2^(k - i) rows."""
     cells = 1 << (samples - 1).bit_length()
     for first in range(0, samples, _AT_ONCE):    # 2^24 samples in one block would need gigabytes
         points = sobol_first_two(np.arange(first, min(first + _AT_ONCE, samples),

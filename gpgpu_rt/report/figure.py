@@ -84,7 +84,8 @@ def to_html(text: str, folder: Path, width: int, known: Collection[str] = ()) ->
 
 
 def _within(token: Any, folder: Path, known: Collection[str]) -> None:
-    """Change a link to a figure's file into a link within the page, and other links into text."""
+    """Change a link to a figure's file into a link within the page. Change any other link into
+    text."""
     if token.type != "link_open":
         return
     name = Path(str(token.attrGet("href"))).stem

@@ -25,7 +25,7 @@ def material_rows(values: Any, count: int, materials: Sequence[Material], name: 
     if outside.any():
         first = int(np.argmax(outside))
         raise SceneError(f"{name}: triangle {first} is of material {rows[first]}, but there are "
-                         f"{len(materials)}")
+                         f"{len(materials)} materials")
     return rows.astype(np.int32)
 
 
@@ -42,7 +42,7 @@ def corner_values(values: Any, count: int, width: int, name: str,
         array = np.empty(0)
     if array.shape != (count, 3, width):
         raise SceneError(f"{name}: {what} have shape {array.shape}; give ({count}, 3, {width}), "
-                         "one a corner")
+                         "one for each corner")
     finite = np.isfinite(array).all(axis=(1, 2))
     if not finite.all():
         raise SceneError(f"{name}: triangle {np.argmin(finite)} has {what} that are not finite; "

@@ -33,8 +33,9 @@ class NamedScene:
     stand_in : the original that the procedural version replaces; None if the
         procedural version is itself the original
     original : the name of the original at its owner
-    page : for an original that cannot be fetched, where its owner publishes it and which file to
-        put where; None for a scene that is built in or can be fetched
+    page : a text for an original that cannot be fetched. It says where the owner publishes the
+        original, which file to save, and where. None for a scene that is built in or can be
+        fetched
     light : position of the light for the mesh of this name; None for a light beside the camera
     paint : makes colours, (n, 3), for a mesh without colours
     takes_argument : whether ``make`` has an argument, as in ``stadium:1e-3``
@@ -203,7 +204,7 @@ def original_file(place: PurePath) -> Path | None:
 
 
 def how_to_get(row: NamedScene) -> str:
-    """Return the error of a scene that is read from ``row.file``, which is missing."""
+    """Return the text of the error for a scene whose file ``row.file`` is missing."""
     return (f"scene {row.name!r} is not built in, and no folder of scenes has {row.file}; run "
             f"`gpgpu-rt scenes --fetch {row.name.removesuffix('-moving')}`")
 

@@ -101,8 +101,8 @@ def _check_ply(path: Path, size: int) -> None:
                 raise ValueError(f"its header declares {count} of {name}, but the file has "
                                  f"{size} bytes")
         elif words[:1] == ["property"] and len(words) > 2:
-            # Add the least size of a value. In text, it is a digit and a separator. A list may be
-            # empty, so add only the size of the value that holds the list's length.
+            # Add the least size of a value. In text, the least size is 2 bytes, a digit and a
+            # separator. A list may be empty, so add only the size of the list's length.
             needed += count * (2 if ascii_ else _PLY_BYTES.get(
                 words[2] if words[1] == "list" else words[1], 1))
         elif "texturefile" in line.lower() and words[:1] == ["comment"]:

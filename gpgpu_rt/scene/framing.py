@@ -48,7 +48,7 @@ def framed(points: np.ndarray, size: Sequence[int] = (1, 1), *, fov: float = 45.
     if not (hi > lo).any():
         return whole
     centre = (lo + hi) / 2
-    # At unit depth, the picture's margins are `steep` away from the view axis.
+    # At depth 1, `steep` is the distance of the inner edges of the margins from the view axis.
     steep = np.array([np.linalg.norm(right), np.linalg.norm(up)]) * (1 - 2 * margin)
     axes = np.stack([right / np.linalg.norm(right), up / np.linalg.norm(up)])
     sides = np.concatenate([axes / steep[:, None], -axes / steep[:, None]]) - forward
@@ -92,7 +92,8 @@ def inside(triangles: np.ndarray, outside: Camera) -> Camera | None:
 
     A mesh counts as a room if two conditions hold. A camera outside sees the backs of many
     triangles, and many triangles are hidden from all sides. The second condition excludes objects
-    whose triangles face inwards. The largest triangles, such as walls and table tops, decide.
+    whose triangles face inwards. In the second condition, only the largest triangles, such as
+    walls and table tops, can hide a triangle.
 
     The limits are between measured values. The share of back faces is 0.95 and 0.5 for two rooms,
     but at most 0.23 for objects and an open box. The share of hidden triangles is 0.36 and 0.9 for

@@ -8,9 +8,9 @@ position in the cell, by the luminance at the cell's corners. The probability de
 direction therefore depends only on its radiance and latitude.
 
 Pharr and Humphreys ("Infinite Area Light Source with Importance Sampling", 2004) choose a texel
-instead. But bilinear filtering spreads the light of a small sun to neighbouring texels, and their
-scheme samples these texels too rarely. ``glsl/render/image_light.glsl`` does the same as this
-module.
+instead. But bilinear filtering spreads the light of a small sun to neighbouring texels, and
+choosing texels samples these neighbours too rarely. ``glsl/render/image_light.glsl`` does the same
+as this module.
 """
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ from .luminance import luminance
 
 @dataclass(frozen=True, eq=False)
 class ImageLight:
-    """The sampling table of an equirectangular image. Make it by ``of``.
+    """The sampling table of an equirectangular image. The method ``of`` makes a table.
 
-    Cells lie between texel centres. Row 0 of the cells lies above the first row of texels, and row
-    ``height`` lies below the last row. These two rows are half as high as other rows, and their
-    radiance does not vary with latitude. Column 0 of the cells lies between the last and the first
-    column of texels.
+    Cells lie between texel centres. Row 0 of the cells lies above the centres of the first row of
+    texels, and row ``height`` lies below the centres of the last row. These two rows are half as
+    high as other rows, and their radiance does not vary with latitude. Column 0 of the cells lies
+    between the centres of the last and of the first column of texels.
 
     Attributes
     ----------

@@ -114,10 +114,10 @@ class Environment:
         """Return the coefficients, (4, 3) float64, of the light that a white surface reflects.
 
         Without shadows, a white surface of normal n reflects row 0 plus the product of n and rows
-        1 to 3. This is exact for a sky. For an image, the coefficients are the constant and linear
-        spherical harmonics, which suffice for Whitted's ambient term. Ramamoorthi and Hanrahan
-        (2001) use one order more. A backdrop gives zeros, because the shaders have a formula for
-        it.
+        1 to 3. The result is exact for a sky. For an image, the coefficients are the constant and
+        the linear spherical harmonics, which suffice for Whitted's ambient term. Ramamoorthi and
+        Hanrahan (2001) also use the quadratic harmonics. For a backdrop, all coefficients are 0,
+        because the shaders have a formula for the backdrop.
         """
         if self.kind == "backdrop":
             return np.zeros((4, 3))

@@ -15,8 +15,8 @@ def asks_surroundings(scene: Scene) -> bool:
     """Return whether next-event estimation samples the surroundings of a scene.
 
     An image is always sampled, because it may be bright in a few small places. A sky is smooth, so
-    bounced rays find its light equally well. Sampling a sky would take shadow rays away from the
-    other lights, so it is sampled only if the scene has no other light.
+    bounced rays find its light equally well. If the sky were sampled, the other lights would get
+    fewer shadow rays. The sky is therefore sampled only if the scene has no other light.
     """
     if scene.environment is None or not scene.environment.emits:
         return False
@@ -122,10 +122,10 @@ class LightChoice:
 def _alias(probabilities: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the probability to keep each entry, and the alias of each entry.
 
-    Entries above the mean are givers: in order, they give their surplus to the entries below the
-    mean, which lack something. The entry that uses up a giver's surplus usually takes more than is
-    left. The giver then lacks something itself, and takes it from the next giver. Cumulative sums
-    of deficits and surpluses replace Vose's loop by one search.
+    An entry above the mean has a surplus, and is a giver. An entry below the mean has a deficit.
+    In order, the givers fill the deficits. The last deficit that a giver fills is usually larger
+    than the rest of its surplus. The giver then has a deficit itself, which the next giver fills.
+    Cumulative sums of deficits and surpluses replace Vose's loop by one search.
     """
     count = len(probabilities)
     scaled = probabilities * count

@@ -110,10 +110,13 @@ def scene_names() -> list[str]:
 
 
 def list_scenes() -> list[dict[str, Any]]:
-    """Return a dictionary for each named scene: `name`; `triangles`, None if the mesh cannot be
-    read; `found`, the mesh's path, "built in", "stand-in", or "missing" for a scene that is not
-    built in and has no file; `stand_in`, the original that a built-in scene replaces, or None;
-    `original`, the place where a user gets the original."""
+    """Return a dictionary for each named scene.
+
+    The keys are: `name`; `triangles`, their number, or None if the mesh cannot be read; `found`,
+    which is the mesh's path, "built in", "stand-in", or, for a scene that is not built in and has
+    no file, "missing"; `stand_in`, the original that a built-in scene replaces, or None;
+    `original`, the place where a user gets the original.
+    """
     rows = []
     for row in catalogue.ROWS.values():
         path = catalogue.mesh_path(row.name)

@@ -16,14 +16,14 @@ LEAST_ROUGHNESS = 0.01
 
 @dataclass(frozen=True)
 class Material:
-    """The reflection, refraction and emission of a surface. The parts are added. The two sides of
-    a triangle behave alike, except for dielectrics.
+    """The reflection, refraction and emission of a surface. The light of all these parts is added.
+    The two sides of a triangle behave alike, except for dielectrics.
 
     Attributes
     ----------
     name : the material's name in errors, scene files and mesh files
-    diffuse : (3,) share of light that is scattered by Lambert's law; by default light grey if no
-        other part is given, white with a texture, and black otherwise
+    diffuse : (3,) share of light that is scattered by Lambert's law. The default is white with a
+        texture. Without a texture, it is light grey if no other part is given, else black
     mirror : (3,) share that is reflected in the mirror direction
     glossy : (3,) share that is reflected into a lobe around the mirror direction
     roughness : roughness r of the lobe, 0.01 to 1: the lobe is cos^n with n = 2 / r^2 - 2

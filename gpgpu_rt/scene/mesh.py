@@ -27,8 +27,8 @@ class Mesh:
     normals, uv : Values at the faces' corners, (n, 3, 3) and (n, 3, 2) float64, or None.
     parts : Names of the objects or groups.
     part_of : Index of each face's part in ``parts``, (n,) int32.
-    camera, lights, environment : The file's values. None, for lights an empty tuple, if the file
-        has no such value.
+    camera, lights, environment : The file's values. If the file has no such value, None, or an
+        empty tuple for ``lights``.
     """
 
     vertices: np.ndarray
@@ -86,8 +86,8 @@ def filled(parts: Sequence[np.ndarray | None], sizes: Sequence[int],
 
 
 def fans(first: np.ndarray, sides: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Cut polygons into n triangles; return their corners, (n, 3), and the
-    polygon of each, (n,).
+    """Cut polygons into n triangles. Return the triangles' corners, (n, 3), and the polygon of
+    each triangle, (n,).
 
     A face with fewer than three corners gives no triangle. A quad becomes 0 1 2 and 2 3 0; a
     larger face becomes a fan around corner 0.

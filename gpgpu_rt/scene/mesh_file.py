@@ -125,8 +125,8 @@ class _Notes(logging.Handler):
 
 
 def flatten(mesh: trimesh.Trimesh | trimesh.Scene) -> Mesh:
-    """Return the arrays of a mesh, or of all instances in a scene, each placed by its
-    transform."""
+    """Return the arrays of a mesh. For a scene, return the joined arrays of all instances, each
+    placed by its transform."""
     if not isinstance(mesh, trimesh.Scene):
         return _join([(mesh, None, "mesh")])
     placed = [(node, *mesh.graph[node]) for node in mesh.graph.nodes_geometry]

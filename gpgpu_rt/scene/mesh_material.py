@@ -81,9 +81,9 @@ def of_mtl(name: str, said: Mapping[str, Any], textures: Textures, image: Any = 
            plain: np.ndarray | None = None) -> Material:
     """Return the material of a Wavefront MTL entry.
 
-    The key illum decides the kind of material. With 3, 5 and 8, it is a mirror that reflects Ks.
-    With 4, 6, 7 and 9, the transparent models, it is a dielectric of index Ni. With 2, which turns
-    highlights on, it is glossy with share Ks and exponent Ns.
+    The key illum decides the kind of material. With 3, 5 and 8, the material is a mirror that
+    reflects Ks. With 4, 6, 7 and 9, which mean transparent models, the material is a dielectric of
+    index Ni. With 2, which means highlights, the material is glossy with share Ks and exponent Ns.
 
     Parameters
     ----------
@@ -121,10 +121,10 @@ def _of_gltf(name: str, said: Mapping[str, Any], textures: Textures) -> Material
     """Return the material of a glTF entry.
 
     The metallic share reflects the base colour, as a mirror or, if rough, into a lobe. The rest is
-    diffuse. The 4 % reflection of surfaces that are not metals is left out. A material without a
-    metallic factor counts as no metal. The format's default is all metal, but few files mean this.
-    A texture varies only the diffuse share; metallic reflection and emission are multiplied by the
-    mean of their textures.
+    diffuse. The 4 % reflection of surfaces that are not metals is omitted. A material without a
+    metallic factor counts as no metal: in the format such a material is all metal, but few authors
+    of files intend this. A texture varies only the diffuse share; metallic reflection and emission
+    are multiplied by the mean of their textures.
     """
     factor = said.get("baseColorFactor")    # trimesh has it in bytes
     base = np.ones(3) if factor is None else np.asarray(factor, np.float64)[:3] / 255
@@ -166,14 +166,14 @@ def check_image(path: Path, image: Path) -> None:
     would silently leave it out. Raise LimitError if the image is too large."""
     if not is_file(image):
         known = "" if not image.name.startswith("-") else " (options before it are not read)"
-        raise SceneError(f"{path}: no such texture {image.name}{known}; put it there, or leave it "
-                         "out of the file")
+        raise SceneError(f"{path}: no such texture {image.name}{known}; put the texture there, or "
+                         "remove it from the file")
     try:
         with open_input(image) as file, quietly(), Image.open(file) as found:
             check_texels(*found.size, str(image))
     except (OSError, ValueError, SyntaxError, Image.DecompressionBombError) as failure:
         raise SceneError(f"{path}: {image.name} is no image that can be read; replace it, or "
-                         "leave it out of the file") from failure
+                         "remove its name from the file") from failure
 
 
 def _numbers(value: Any, default: Sequence[float] | np.ndarray) -> np.ndarray:

@@ -19,8 +19,8 @@ class Library:
     ----------
     path : the library's file
     name : the material's name
-    said : the words after each key, by key in lower case. A texture has a single word, its file
-        name
+    said : key in lower case -> the words after the key. After the key of a texture, the file name
+        is a single word
     """
 
     path: Path

@@ -27,9 +27,9 @@ class Scene:
     ----------
     name : the name of the scene in tables and figures
     triangles : (n, 3, 3) float32, world units, in the order of the given faces
-    colours : (n, 3) float32, diffuse reflectance of each triangle in [0, 1]. The texture of the
-        triangle's material multiplies it. All other parts, such as mirror, glass and emission,
-        come from the material
+    colours : (n, 3) float32, diffuse reflectance of each triangle in [0, 1]. It is multiplied by
+        the texture of the triangle's material, if the material has a texture. All other
+        properties, such as mirror, glass and emission, come from the material
     lights : the point lights; a single light need not be in a tuple. Triangles whose material
         emits are also lights
     camera : the default camera of pictures
@@ -90,8 +90,8 @@ class Scene:
         self.uv = corner_values(self.uv, len(self), 2, self.name, "uv")
         textured = [m.name for m in self.used_materials if m.texture is not None]
         if textured and self.uv is None:
-            raise SceneError(f"{self.name}: material {textured[0]} has a texture, but the mesh no "
-                             "texture coordinates; give uv")
+            raise SceneError(f"{self.name}: material {textured[0]} has a texture, but the mesh "
+                             "has no texture coordinates; give uv")
 
     def __len__(self) -> int:
         return len(self.triangles)
@@ -166,11 +166,11 @@ class Scene:
             with np.errstate(over="ignore"):    # `check_vertices` reports overflow
                 vertices = _array(vertices, np.float32, self.name, "vertices")
             if self.faces is None:
-                raise SceneError(f"{self.name}: was not made of indexed triangles; give "
+                raise SceneError(f"{self.name}: was made without vertex indices; give "
                                  f"({len(self)}, 3, 3) corners")
             if self.faces.size and self.faces.max() >= len(vertices):
                 raise SceneError(f"{self.name}: has {self.faces.max() + 1} vertices or more, "
-                                 f"{len(vertices)} were given; give as many as before")
+                                 f"but {len(vertices)} were given; give as many as before")
             check_vertices(vertices, self.name)
             vertices = vertices[self.faces]
         if np.shape(vertices) != self.triangles.shape:
@@ -220,7 +220,7 @@ class Scene:
             colours = diffuse_of(len(faces), name, **appearance)
         lights = appearance.pop("lights", None)
         if lights is None:
-            # Outside the scene, no triangle lies between the camera and a light beside it.
+            # A default camera is outside the scene, so no triangle can hide a light beside it.
             lights = light or beside(camera, triangles if given else None)
         return cls(name, triangles, colours, lights, camera, source=source,
                    faces=faces.astype(np.int32), **appearance)
@@ -298,8 +298,8 @@ def _colours(colours: Any, count: int, name: str) -> np.ndarray:
     if array.size == 0 and count == 0:
         array = array.reshape(0, 3)
     if array.shape != (count, 3):
-        raise SceneError(f"{name}: colours have shape {array.shape}; give ({count}, 3), one a "
-                         "triangle, or (3,)")
+        raise SceneError(f"{name}: colours have shape {array.shape}; give ({count}, 3), one "
+                         "for each triangle, or (3,)")
     if not np.isfinite(array).all():
         raise SceneError(f"{name}: a colour is not finite; give numbers in [0, 1]")
     return np.ascontiguousarray(np.clip(array, 0, 1), np.float32)

@@ -96,7 +96,7 @@ class _SceneFile:
             triangles, colours, rows, normals, uv = self._from_file(entry, where)
         else:
             if "materials" in entry:
-                raise SceneError(f"{self.path}: {where}.materials goes with file; give material")
+                raise SceneError(f"{self.path}: {where}.materials needs file; give material")
             triangles = self._shape(entry, shapes[0], where)
             count = len(triangles)
             rows = np.full(count, self._row(entry.get("material"), f"{where}.material"), np.int32)

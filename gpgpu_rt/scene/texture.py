@@ -139,7 +139,7 @@ def _numbers(path: Path) -> np.ndarray:
             raise ValueError("not a single array as numpy.save writes it")
     array = read_npy(path)
     if array.dtype.kind not in "fiu":
-        raise ValueError(f"its numbers are of type {array.dtype}; give real ones")
+        raise ValueError(f"its numbers are of type {array.dtype}; give real numbers")
     return array
 
 

@@ -3,8 +3,8 @@
 Hits are in the order of (t, triangle). After a hit at (t, triangle), the ray continues with this t
 as its t_min. At exactly this t, it accepts only triangles with a higher index. ``accept`` in
 ``glsl/core/triangle.glsl`` decides this for every method. Therefore no hit is skipped, no offset
-is needed, and coincident triangles are all found. The t at which a ray continues stays in the
-programs' own units, in which it is exact.
+is needed, and coincident triangles are all found. The t at which a ray continues is not converted
+to the caller's units, because a conversion could round it.
 """
 from __future__ import annotations
 
@@ -92,8 +92,8 @@ def collect(batch: RayBatch, trace: Round, max_hits: int | None = None) -> AllHi
         raise OptionError(f"max_hits is {max_hits}; give 0 or more, or None for all")
     fields = {**batch.given_fields(), "after": np.full(batch.count, -1)}
     status = batch.status()
-    # In the first round, also trace empty rays, so that packets match the rays' tiles. Sorted rays
-    # do not include the empty rays.
+    # In the first round, also trace empty rays, so that packets match the tiles of the image. If
+    # the rays were sorted, the empty rays are already left out.
     rays = np.arange(batch.count) if batch.order is None else batch.order.rays
     found: list[dict[str, np.ndarray]] = []
     height, width = batch.size[::-1]

@@ -2,8 +2,8 @@
 
 B. C. Budge, J. C. Anderson, C. Garth, K. I. Joy, "A Hybrid CPU-GPU Implementation for Interactive
 Ray-Tracing of Dynamic Scenes", 2008 (survey, section 3.4), trace with a stack on the GPU and build
-the kd-tree of each frame on the CPU. The build of frame n + 1 overlaps with the trace of frame n,
-so what is seen is a frame behind what is built.
+the kd-tree of each frame on the CPU. While the CPU builds the tree of frame n + 1, the GPU traces
+frame n.
 
 Departure: the build is any method's own build. It runs in a process of its own, because OpenGL
 calls hold Python's interpreter lock. The process is spawned, not forked, because a fork would
@@ -50,8 +50,8 @@ class Builds:
     def __init__(self, session: Session) -> None:
         if (session.accelerator.finisher is not None
                 or session.options.get("build_device", "cpu") != "cpu"):
-            raise OptionError(f"method {session.method.name} builds with passes here, which "
-                              "another process cannot do ahead; move frame by frame with update, "
+            raise OptionError(f"method {session.method.name} builds with passes here, but "
+                              "another process cannot run them; move frame by frame with update, "
                               "or leave build_device at cpu")
         self._session = session
         # A context cannot be sent to another process, and builds on the CPU need none.
@@ -109,7 +109,7 @@ def _frames(sessions: Sessions, positions: Iterator[np.ndarray]) -> Iterator[Non
             waited = time.perf_counter() - began
             try:
                 coming = _begin(builds, sessions, positions)
-            except Error as problem:    # raise after the caller got the frame that is built
+            except Error as problem:    # raise later: the caller first gets the finished frame
                 coming, failure = None, problem
             with sessions.moving() as session:
                 session.move(scene, accelerator)
@@ -128,7 +128,7 @@ def _begin(builds: Builds, sessions: Sessions,
 
 
 def _build(method: str, options: Mapping[str, Any], triangles: np.ndarray) -> Accelerator:
-    """In the other process: build an accelerator whose tables hold plain arrays."""
+    """Build an accelerator whose tables hold plain arrays. This runs in the other process."""
     with uncached():
         built = find_method(method).prepare(triangles, {**options, "charts": None})
     tables = {name: {field: np.asarray(values) for field, values in table.items()}

@@ -27,8 +27,8 @@ class SceneTables(dict[str, dict[str, moderngl.Texture]]):
     def write(self, records: Tables, accelerator: Accelerator) -> None:
         """Write an accelerator's tables into textures, then run the accelerator's finisher.
 
-        Textures of the same size are reused. A table with the same arrays object is not written
-        again.
+        Textures of the same size are reused. A table is not written again if its arrays are the
+        same object as before.
         """
         for record in records:
             arrays = accelerator.tables[record.name]

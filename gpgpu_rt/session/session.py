@@ -40,7 +40,8 @@ class Session:
     ----------
     structure : scene, accelerator and tables
     driver : runs the method's passes
-    eye_drivers : drivers in which the rasteriser bounds eye rays, or finds their hits
+    eye_drivers : drivers for eye rays, in which the rasteriser computes bounds on hit distances,
+        or finds hits
     buffers : textures of rays and states
     build_seconds, refit_seconds, rebuilt : as in ``Statistics``
     """
@@ -207,7 +208,8 @@ class Session:
     def follow_eye(self, known: bool) -> None:
         """Give the rasteriser the moved triangles.
 
-        If the host does not know their positions (``known`` is False), the rasteriser loses them.
+        If the host does not know their positions (``known`` is False), drop the rasteriser's
+        triangles instead.
         """
         if known:
             self.eye_drivers.take(self.structure.hit_triangles, self.driver)

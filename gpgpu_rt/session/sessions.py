@@ -20,8 +20,9 @@ from ..statistics import Statistics
 from .pictures import Pictures
 from .session import Session
 
-# Rays count as coherent when at least this share of neighbouring rays agrees. At 0.7, packets and
-# single rays take about the same time; docs/accuracy.md has the measurement.
+# Rays count as coherent when at least this share of neighbouring rays agrees in direction and
+# origin. At 0.7, packets and single rays take about the same time; docs/accuracy.md has the
+# measurement.
 COHERENT_SHARE = 0.7
 
 
@@ -97,7 +98,7 @@ class Sessions:
 
     @contextmanager
     def call(self, rays: str | RayBatch) -> Iterator[Session]:
-        """Do the same as ``turn``. With the option ``statistics``, also log the passes."""
+        """Do the same as ``turn``. If the option ``statistics`` is on, also log the passes."""
         with self.turn(rays) as chosen:
             if chosen.options["statistics"]:
                 with logged(self.gpu, self.statistics) as self.pass_log:
@@ -135,7 +136,7 @@ class Sessions:
         """Within the block, the present session has statistics; see `Tracer.counting`."""
         if self.choices.differ:
             raise OptionError("counting needs a tracer with a single method, but this tracer has "
-                              "two; give it statistics=True, or a single method")
+                              "two; make it with statistics=True, or with a single method")
         with self._alone():
             before, counted = self.present, self._counting
             before.buffers.release()

@@ -77,12 +77,12 @@ class Structure:
     @property
     def hit_triangles(self) -> np.ndarray:
         """(n, 3, 3) float32, the triangles that rays are tested against, rounded as the method's
-        tables store them. Row i is the triangle that hits name by index i."""
+        tables store them. A hit on row i gets the triangle index i."""
         coarser = self.accelerator.shown
         return self.triangles if coarser is None else self.builder.stored(self.shown)
 
     def write(self, records: Tables, accelerator: Accelerator) -> None:
-        """Write the tables with these records, of an accelerator, into textures."""
+        """Write the accelerator's tables of these records into textures."""
         self.tables.write(records, accelerator)
         self.table_bytes.clear()
         self.table_bytes.update(self.tables.bytes())
@@ -120,7 +120,7 @@ class Structure:
         self.tables.check(own, accelerator)     # may raise, while the present tables are unchanged
         before, self.accelerator, self.triangles = self.accelerator, accelerator, triangles
         self.scene, self.bounds = scene, scene.bounds
-        self.tables.keep(own)       # `adopt` remakes the tables of an adopted method
+        self.tables.keep(own)       # other methods' tables are remade by `adopt` when needed
         self.write(own, accelerator)
         return Moved(refitted is None, tried, (
             (before.defines, before.stack_levels) == (accelerator.defines,
@@ -128,7 +128,7 @@ class Structure:
 
     def moved_by_passes(self, accelerator: Accelerator, bounds: tuple[np.ndarray, np.ndarray],
                         read_back: tuple[Scene, np.ndarray] | None = None) -> None:
-        """Note that passes have moved the triangles within the textures.
+        """Update the structure after passes have moved the triangles within the textures.
 
         Parameters
         ----------

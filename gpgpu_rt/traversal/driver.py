@@ -26,7 +26,7 @@ Samplers = dict[str, moderngl.Texture]
 AnyPass = TypeVar("AnyPass", bound=FragmentPass)
 Part = TypeVar("Part")
 
-DONE, UNFINISHED, OVERFLOWN = 0, -1, -2   # phases that end a ray, as in core/phase.glsl
+DONE, UNFINISHED, OVERFLOWN = 0, -1, -2   # phases of ended rays, as in core/phase.glsl
 DRAWN = 0.5     # depth at which passes over rays are drawn; a masked ray has depth 0
 
 
@@ -41,8 +41,8 @@ class Setup:
     options : the options of the tracer and of the method, resolved
     step_cap : steps after which a ray is stopped and flagged
     find_method : name -> row of the method table, for a driver that hands rays to another method
-    prepare_other : (method, options) -> samplers and accelerator of another method over the same
-        triangles, for a driver that hands rays to that method
+    prepare_other : (method, options) -> samplers and accelerator of ``method`` over the same
+        triangles, for a driver that hands rays to ``method``
     """
 
     gpu: Gpu
@@ -130,7 +130,8 @@ class DriverBase:
 
     @staticmethod
     def count_pass(statistics: Statistics, kernel: str | None = None) -> None:
-        """Count a pass of a single draw call. Count it also for its kernel, if given."""
+        """Count a pass of a single draw call. If ``kernel`` is given, also add the pass to the
+        count of this kernel."""
         statistics.passes += 1
         statistics.draw_calls += 1
         if kernel is not None:
@@ -151,9 +152,9 @@ class MethodDriver(DriverBase):
 
     Parameters
     ----------
-    driver : the inner driver, if this driver is a stage such as sorted rays: the stage prepares
-        the rays, or the places where they enter the tree, and then runs the inner driver. None if
-        this is a method's own driver
+    driver : the inner driver, or None. A driver is either a method's own driver, without an inner
+        driver, or a stage such as sorted rays. A stage prepares the rays, or the nodes at which
+        they enter the tree, and then runs the inner driver
     """
 
     def __init__(self, setup: Setup, driver: Driver | None = None) -> None:

@@ -18,9 +18,9 @@ class Tiles:
 
     The pass of a kernel then skips the tiles without rays for this kernel. The graphics cards of
     2002-2007 skipped masked tiles by hierarchical depth. A renderer without hierarchical depth
-    tests the depth of every fragment in every pass; late in a traversal, it does little else.
-    The host's list of tiles therefore replaces the hierarchical depth unit. Hits do not depend on
-    the list.
+    tests the depth of every fragment in every pass. Late in a traversal, few rays are live, and
+    these depth tests take most of the time. The host's list of tiles therefore replaces the
+    hierarchical depth unit. Hits do not depend on the list.
     """
 
     def __init__(self, gpu: Gpu, size: tuple[int, int], streams: str) -> None:
@@ -56,8 +56,9 @@ class Tiles:
     def choose(self, kernel: int | None) -> None:
         """Choose the tiles with rays that wait for this kernel; None means any kernel."""
         counts = self._counts.sum(2) if kernel is None else self._counts[:, :, kernel - 1]
-        # Write whole tiles, even where a tile reaches past the last ray. The target clips the part
-        # outside. If the tile were cut here, it could miss the centre of its texel in the counts.
+        # Write whole tiles, even if a tile reaches past the last ray; the target clips the tile.
+        # The same rectangles are drawn over the counts, which have a texel for each tile. A tile
+        # that was cut could miss the centre of this texel.
         self.rectangles.write(rectangles_of(counts > 0))
 
     def release(self) -> None:

@@ -68,14 +68,14 @@ class Accelerator:
     ----------
     tables : Record name -> field name -> array (or Column). The fields are packed into textures.
     uniforms : Uniform name -> value.
-    step_bound : Upper bound of the kernel runs of any ray, computed from the structure's size.
+    step_bound : No ray needs more kernel runs. Computed from the structure's size.
     structure : The builder's result, or None.
     defines : GLSL defines that follow from the structure.
     stack_levels : The most levels that the stack of a ray or packet can hold. 0 without a stack.
     finisher : Passes that complete the tables after their upload.
     shown : The triangles that hits lie on, (n, 3, 3) float32, if the method traces a coarser level
         of the scene. None if hits lie on the scene's own triangles.
-    kept : Data for the row's ``refit``.
+    kept : Data that the builder keeps for the row's ``refit``.
     boxes : Returns the lower and the upper corners, (k, 3) each, of the nodes' boxes. The state's
         field ``node`` is an index into these arrays.
     """
@@ -94,7 +94,7 @@ class Accelerator:
 
 @dataclass(frozen=True)
 class Part:
-    """The choice of the file that replaces ``#include <name>`` in a method's GLSL.
+    """Chooses the file that replaces ``#include <name>`` in a method's GLSL.
 
     A traversal file calls functions that it does not define. Each file that can replace the
     include defines these functions.
@@ -104,8 +104,8 @@ class Part:
     name : str, the name of the include
     option : str, the option whose value chooses the file
     plain : file under ``glsl/`` for every value that has no file in ``files``
-    files : value -> file under ``glsl/``. The file of the key True is also for every other true
-        value that has no file of its own
+    files : value -> file under ``glsl/``. The file of the key True also serves other values that
+        count as true in Python and have no file of their own
     """
 
     name: str
@@ -181,9 +181,9 @@ class Method:
     tables : Records of the tables that the programs read.
     choose_tables : (options) -> records, if an option replaces a table.
     prepare : (triangles (n, 3, 3) float32, options) -> Accelerator.
-    adopt : (structure, triangles, options) -> Accelerator. Like ``prepare``, for a structure that
-        exists already. A row needs this function if another method, whose programs read other
-        tables, hands rays to this method.
+    adopt : (structure, triangles, options) -> Accelerator. Like ``prepare``, but for a structure
+        that another method built. A row needs this function if another method hands rays to this
+        method and the programs of the two methods read different tables.
     refit : (accelerator, triangles, options) -> Accelerator with the same structure over triangles
         that moved. If None, the tracer rebuilds the structure. The tracer also rebuilds the
         structure if the method's option ``rebuild_ratio`` requires it.
@@ -195,10 +195,10 @@ class Method:
         Without an entry for a schedule, `schedules.Traversal` is the driver.
     stack_entry : Record of a level of a stack in textures, if the method has such a stack.
     packet_state : (options) -> Stepwise, for a packet method that runs under ``step``.
-    era_packets : The packets in the era form, if a card's compiler counts their kernels.
+    era_packets : The era form of the packets, whose instructions a card's compiler counts.
     single : Name of the method that traces the rays of packets that reach the limit on steps.
     entry_walk : GLSL file of a beam's walk through the tree, for the option ``entry_points``.
-    own_array : (options) -> whether each fragment writes into an array at an index of its own.
+    own_array : (options) -> whether fragments write into a GLSL array, at different indices.
     fixed_defines : GLSL defines of all programs of this method. They tell apart the methods that
         share a GLSL file.
     no_era_form : why the kernels do not compile in the era dialect (traversal/era.py). Empty if
@@ -251,7 +251,7 @@ class Method:
 
     @property
     def steps_once(self) -> bool:
-        """Whether a pass runs at most one step: a pass of pushes or of triangle tests follows."""
+        """Whether a pass runs one step at most: a pass of pushes or triangle tests must follow."""
         return self.stack_entry is not None or self.packet_state is not None
 
     def tables_for(self, options: Mapping[str, Any]) -> Tables:
@@ -313,7 +313,7 @@ class Method:
         formats = {options["storage"], options["arithmetic"]}
         if options["rounding"] != "nearest" and formats == {"fp32"}:
             raise OptionError(f"rounding={options['rounding']} applies to fp24 and fp16, but "
-                              "all is fp32; give a precision too, or leave rounding out")
+                              "all numbers are fp32; give a precision too, or leave rounding out")
         self.check_schedule(options, "schedule" in given)
         return options
 

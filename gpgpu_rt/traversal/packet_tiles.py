@@ -64,8 +64,8 @@ class TilePass(PrimitivePass):
         self._squares = squares
         self.set(squares=(across, down), side=squares.side)
         self.gpu.context.enable_only(moderngl.PROGRAM_POINT_SIZE)
-        # The renderer drops a point whose centre is outside the viewport. So the viewport holds
-        # whole squares, even where a square reaches past the last packet.
+        # The renderer drops a point whose centre is outside the viewport. So the viewport is large
+        # enough for whole squares, even if the last square reaches past the last packet.
         target.framebuffer.viewport = (0, 0, across * squares.side, down * squares.side)
         try:
             self.draw(target, samplers, moderngl.POINTS, len(places))
@@ -106,13 +106,13 @@ class PacketTiles:
         if rays.tiles is None or self.gpu.whole:
             return None
         if self.entry_tile and rays.bounded:
-            # This readback waits for the pass over the beams, and so would the packets' pass.
+            # This readback waits for the pass over the beams. The packets' pass would wait, too.
             side, some = self.entry_tile, read_field(PACKET_ENTRY, "met", samplers) != 0
         else:
             side = max(SIDE, SQUARE * max(self.packet))
             some = rays.tiles.of_side(side).live
-        # Each point has a cost of its own. So a square is at least SQUARE packets wide, even if it
-        # then covers several tiles.
+        # Each point takes time, however small it is. So a square is at least SQUARE packets wide,
+        # even if it then covers several tiles.
         least = max(side, SQUARE * max(self.packet))
         square = math.gcd(*(least // packet for packet in self.packet))
         if square > self._largest or some.all():

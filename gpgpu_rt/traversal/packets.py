@@ -35,9 +35,9 @@ class PacketTraversal(MethodDriver):
         super().__init__(setup)
         self.packet = packet_of(self.options)
         self.rays = self.packet[0] * self.packet[1]
-        # If the renderer has a target for each ray of a packet, a target holds a ray's hit, or
-        # (``fours``) one field of the hits of four rays. Otherwise (``rows_alone``) a target holds
-        # the rows of four rays' hit triangles.
+        # There are three layouts. If the renderer has as many targets as a packet has rays, a
+        # target holds a ray's hit, or, with ``fours``, one field of the hits of four rays.
+        # Otherwise, with ``rows_alone``, a target holds the triangle indices of four rays' hits.
         self.rows_alone = self.rays > self.gpu.max_draw_buffers
         self.targets = self.rays // 4 if self.rows_alone else self.rays
         self.fours = self.rays % 4 == 0 and not self.rows_alone
@@ -82,8 +82,8 @@ class PacketTraversal(MethodDriver):
 
         Squares in which no packet has a ray to trace are only filled with misses.
         """
-        # The pass that fills skipped squares writes floats. Targets of rows hold integers, so with
-        # them no square is skipped.
+        # Skipped squares are filled by a pass that writes floats. With ``rows_alone``, the targets
+        # hold integers, so no square is skipped.
         samplers = {**self.samplers, **rays.samplers()}
         squares = None if self.rows_alone else self._tiles.squares(rays, samplers)
         counted = name == "packet_counters"
@@ -145,8 +145,8 @@ class PacketTraversal(MethodDriver):
             known = (*TRACER_OPTIONS, *row.options)
             shared = {option.name: self.options[option.name] for option in known
                       if option.name in self.options and option.accepts(self.options[option.name])}
-            # Single rays begin at the root, because only the driver that wraps this driver finds
-            # entry points.
+            # Single rays begin at the root: entry points are found by the driver around this
+            # driver, not here.
             shared.pop("entry_points", None)
             options = resolve_options({**shared, "schedule": "loop", "statistics": False}, known,
                                       f"method {row.name}")
@@ -200,7 +200,8 @@ class PacketTraversal(MethodDriver):
         reads: list[Record] = [rays]
         writes: list[Record] = []
         if name in ("packet", "packet_unsettled", "packet_counters"):
-            # The program reads nothing from these streams; it only needs their structs.
+            # The program does not read these streams. It only needs the declarations of their
+            # structs.
             reads += [r for r in written if r.name != "state"]
         elif name == "packet_hits":
             writes = written

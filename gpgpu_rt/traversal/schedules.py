@@ -44,12 +44,14 @@ MASKED = 0.0    # depth of a masked ray
 
 
 def kernel_depth(kernel: int) -> float:
-    """Return the depth that marks rays that wait for a kernel; kernel 0 means finished rays."""
+    """Return the depth value that marks the rays waiting for a kernel. Kernel 0 stands for
+    finished rays."""
     return (1 + kernel) / 16
 
 
 def mark_stopped(status: np.ndarray, phases: np.ndarray) -> None:
-    """Mark rays with a phase of stopped rays in ``status``, (n,), as ``Hits`` defines it."""
+    """Write the status codes of ``Hits`` into ``status``, (n,), for rays whose phase says that
+    they were stopped."""
     status[phases == UNFINISHED] = hits.UNFINISHED
     status[phases == OVERFLOWN] = hits.STACK_OVERFLOW
 
@@ -73,7 +75,8 @@ class Traversal(MethodDriver):
     _overran = False    # whether a ray under `loop` did not end within one pass
 
     def follow(self, samplers: Samplers, accelerator: Accelerator, step_cap: int) -> None:
-        """Use these tables from now on. Triangles moved; records and defines are unchanged."""
+        """Use these tables from now on. The triangles have moved. The records and the defines must
+        be unchanged."""
         super().follow(samplers, accelerator, step_cap)
         self._overran = False
 

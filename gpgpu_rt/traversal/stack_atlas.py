@@ -45,7 +45,7 @@ class StackAtlas:
         level = np.arange(levels)
         self._corners = np.stack([level % a_row, level // a_row], 1) * size
         self._where = Rectangles(gpu)
-        self._live: np.ndarray | None = None    # the corners from which ``_where`` was made
+        self._live: np.ndarray | None = None    # the rectangles from which ``_where`` was made
 
     def push(self, state: Mapping[str, moderngl.Texture], live: Rectangles | None = None) -> None:
         """Push the entries of all rays in phase PUSH.

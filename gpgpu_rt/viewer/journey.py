@@ -160,7 +160,7 @@ def hit_words(one: Pass, ray: int) -> dict[str, str]:
 def word_of(value: np.ndarray | np.generic) -> str:
     """Return the text of a field's value, with enough digits to identify a float32.
 
-    The text is "-" for a node index that means no node, and for a t that no place on a ray has.
+    The text is "-" for a node index that means no node, and for a t above NO_PLACE.
     """
     if np.ndim(value):
         return " ".join(word_of(part) for part in value)

@@ -195,9 +195,9 @@ class Link:
         """Whether the mouse is over a panel."""
         return bool(self.io.want_capture_mouse)
 
-    # The following state is valid only after `begin`. ImGui processes clicks and keys in order,
-    # and may leave some of them for later frames. So a key goes to the panel that an earlier click
-    # has opened.
+    # The following properties are valid only after `begin`. ImGui processes clicks and keys in
+    # their order, and may leave some events for later frames. So a key goes to the panel that an
+    # earlier click has opened.
 
     @property
     def has_keys(self) -> bool:

@@ -61,7 +61,7 @@ class Viewer:
     ----------
     image : (h, w, 3) uint8, the picture to show, possibly at low resolution; or None
     version : a number that increases with every new image
-    message : the last error or news, in one line
+    message : the last error, or the last report such as "wrote a.png", in one line
     failed : the reason why the present selection cannot be drawn, or "". While there is a reason,
         `step` draws nothing
     """
@@ -75,7 +75,7 @@ class Viewer:
         self.message = self.failed = ""
         self.version = 0
         self.image: np.ndarray | None = None
-        self.divisor: int | None = None         # of the shown picture; None if it is out of date
+        self.divisor: int | None = None     # of the shown picture; None: the picture is outdated
         self.mode = MODES[0]
         self.heat = HeatView()
         self.journey: Journey | None = None
@@ -118,8 +118,8 @@ class Viewer:
         self.camera = self._home
 
     def choose(self, selection: Selection) -> None:
-        """Change the selection in the `step` after the next. The next step does nothing, so that
-        a window can show ``busy``."""
+        """Change the selection in the second call of `step` from now. The first call does nothing,
+        so that a window can show ``busy`` before the change."""
         if selection != self.selection:
             self._wanted, self.message = selection, ""
 
@@ -141,7 +141,8 @@ class Viewer:
             self._outdated()
 
     def change_heat(self, **changes: Any) -> None:
-        """Change attributes of the heat view. A change of the wipe needs no new measurement."""
+        """Change attributes of the heat view. If only the attribute ``wipe`` changes, the picture
+        is shown again without a new measurement."""
         before = self.heat
         self.heat = replace(before, **changes)
         if replace(before, wipe=self.heat.wipe) != self.heat:
@@ -150,7 +151,7 @@ class Viewer:
             self._show(self.heat.pixels())
 
     def go_to(self, index: int, field: str | None = None) -> None:
-        """Show another pass of the journey, or another field."""
+        """Show a pass of the journey (see `Journey`) by its index, and a field of ray states."""
         if self.journey is None:
             return
         self.field = field or self.field
@@ -165,8 +166,8 @@ class Viewer:
         self._insist, self.failed = True, ""
 
     def follow(self, pixel: tuple[int, int]) -> None:
-        """Trace only the ray through a pixel of the finest picture, in the `step` after the next,
-        and store its path in ``path``."""
+        """Trace only the ray through a pixel of the finest picture, and store its path in
+        ``path``. This is done in the second call of `step` from now, as for `choose`."""
         self._asked = tuple(pixel)
 
     # Work ----------------------------------------------------------------------------------

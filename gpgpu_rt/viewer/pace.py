@@ -6,8 +6,8 @@ from collections.abc import Callable
 MOVING = 0.07       # limit in seconds for a picture while the camera moves
 # While the camera rests, the next picture is the finest that takes at most this time in seconds.
 AT_REST = 0.6
-# If every finer picture takes longer than AT_REST, the coarsest of them is drawn if it takes at
-# most this time in seconds. A slower picture is drawn only if the user asks for it.
+# If every finer picture takes longer than AT_REST, the next finer picture is drawn, provided that
+# it takes at most PATIENCE seconds. A slower picture is drawn only if the user asks for it.
 PATIENCE = 3.0
 STALE = 3.0         # age in seconds from which a measured time is ignored, unless it is the newest
 DIVISORS = (1, 2, 3, 4, 6, 8, 12, 16)   # divisors of width and height; 1 draws every pixel

@@ -13,7 +13,7 @@ class Press:
     x, y : position of the press in the window
     button : number of the button
     dx, dy : movement since the last frame
-    moved : length of the movement up to the last frame
+    moved : length of the whole movement, from the press to the last frame
     released : whether the button was released
     over_panel : whether the press was over a panel; None while this is unknown
     """

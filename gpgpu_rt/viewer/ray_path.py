@@ -34,8 +34,8 @@ class RayPath:
     boxes : (k, 2, 3) lower and upper corners of the visited nodes or cells, in order; empty if the
         method's structure has no boxes
     hit : the triangle, or -1
-    count : the number of passes. Passes after the first that did not change the ray do not count
-        and have no row. Only the first MOST_ROWS passes have rows
+    count : the number of the first pass and of all later passes that changed the ray. Passes that
+        do not count have no row. Only the first MOST_ROWS of the counted passes have rows
     """
 
     pixel: tuple[int, int]

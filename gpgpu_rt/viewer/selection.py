@@ -42,8 +42,8 @@ def option_words(options: Mapping[str, Any], known: tuple[Option, ...]) -> list[
 
 
 def camera_words(camera: Camera) -> list[str]:
-    """Return the words ``--eye=x,y,z`` and so on, with enough digits for the camera's exact bits.
-    """
+    """Return the words ``--eye=x,y,z`` and so on. The numbers have enough digits to give the same
+    camera to the bit."""
     vectors = {name: ",".join(map(repr, getattr(camera, name)))
                for name in ("eye", "target", "up")}
     return [*(f"--{name}={text}" for name, text in vectors.items()), f"--fov={camera.fov!r}"]

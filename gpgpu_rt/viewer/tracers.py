@@ -12,7 +12,7 @@ from ..scene.scene import Scene
 from ..tracer import Tracer
 
 KEPT = 3            # number of tracers in the cache
-PROOF = (8, 8)      # size of the test picture in pixels; even so small, it runs every program
+PROOF = (8, 8)      # size of the test picture in pixels; this suffices to run every program
 
 
 class Tracers:

@@ -30,7 +30,7 @@ FLY = 0.35              # speed of flight in extents of the scene per second
 CLICK = 4               # largest movement of the mouse in pixels during a click
 QUIET = 0.5             # seconds without an event after which the window draws less often
 PAUSE = 0.04            # seconds of sleep between two frames while the window draws less often
-MOST_BOXES = 80         # largest number of boxes that are drawn; they are the path's last boxes
+MOST_BOXES = 80         # of the boxes along a path, only this many last boxes are drawn
 RAY_COLOUR, BOX_COLOUR, LAST_COLOUR = (imgui.IM_COL32(*rgba) for rgba in (
     (255, 60, 60, 255), (90, 200, 255, 110), (255, 230, 80, 255)))
 
@@ -60,7 +60,7 @@ def run(selection: Selection, size: tuple[int, int], folder: str = ".",
     logging.getLogger("moderngl_window").setLevel(logging.ERROR)
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore")     # glfw also raises what it warns about
+            warnings.simplefilter("ignore")     # glfw raises an exception after each warning
             config = moderngl_window.create_window_config_instance(
                 Configured, args=["--window=glfw", "--vsync=true"])
     except Error:
@@ -74,8 +74,8 @@ def run(selection: Selection, size: tuple[int, int], folder: str = ".",
 
 
 def _stay(config: Window) -> None:
-    """Run the loop of moderngl_window. An error in an event, even of the window library, is shown
-    as a message and does not end the loop."""
+    """Run the loop of moderngl_window. An error while an event is handled, even an error of the
+    window library, is shown as a message and does not end the loop."""
     window = config.wnd
     config.timer.start()
     while not window.is_closing:

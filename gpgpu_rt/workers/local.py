@@ -8,8 +8,8 @@ from ..interrupts import left_to_this_process
 from . import logs
 
 LOOPBACK = "127.0.0.1"
-# The time that Dask waits for a killed local process to restart, before it gives up the process.
-# On a busy machine, the restart can take longer than Dask's default of 15 s.
+# The time that Dask waits for a killed local process to restart. After this time, Dask no longer
+# uses the process. On a busy machine, the restart can take longer than Dask's default of 15 s.
 LOST = "30 days"
 
 

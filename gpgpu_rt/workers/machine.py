@@ -31,8 +31,8 @@ def taken(waiting: Callable[[], object] = lambda: None) -> Iterator[None]:
     """Return a context that holds the shared lock of this machine.
 
     Several processes can hold the shared lock at once, but only one thread of each process. If
-    another process holds the exclusive lock, call ``waiting`` once and wait. Within the context,
-    `alone` also calls ``waiting`` before it waits.
+    another process holds the exclusive lock, ``waiting`` is called once before the wait. If
+    `alone` is used within the context, it also calls ``waiting`` before it waits.
 
     Notes
     -----

@@ -33,8 +33,8 @@ _tracers: OrderedDict[tuple[str, str, Options], tuple[Tracer, list[Path]]] = Ord
 
 
 def received(value: Any) -> Any:
-    """Return a scene or a motion that was sent to this worker. The future of this task is the
-    input of other tasks, so the value is sent only once."""
+    """Return ``value``, a scene or a motion that was sent to this worker. Other tasks get the
+    future of this task as an argument, so the value is sent only once."""
     return value
 
 

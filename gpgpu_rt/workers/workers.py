@@ -29,13 +29,14 @@ from .local import local_cluster
 LOCAL = "local"
 MOST_KEPT = 16      # number of scenes and structures that stay in the workers' memory
 PART = 1 << 16      # smallest number of rays in a part, approximately
-# The number of image rows in a part is a multiple of this number. Packets are tiles of the image.
-# If a packet's height divides this number, a part has the same packets as the whole image.
+# The number of image rows in a part is a multiple of ROWS. Packets are tiles of the image. ROWS is
+# a multiple of the height of packets, so the packets of a part are packets of the whole image.
 ROWS = 8
 PATIENCE = "10s"    # time to wait for a scheduler's answer, and for its first worker
 TILE = 128          # side in pixels of the tiles that workers draw
 
-Progress = Callable[[int, int], None]     # called with the number of finished parts and of all
+# Called with the number of finished parts, and the number of all parts.
+Progress = Callable[[int, int], None]
 
 
 class Workers:
@@ -59,10 +60,10 @@ class Workers:
 
     Notes
     -----
-    A scene is sent once. A structure is built once and sent as cache files. Digests of a scene and
-    of a structure's inputs identify them. If a worker is killed, other workers run its tasks.
-    Local processes start by "spawn", so a script that opens them needs ``if __name__ ==
-    "__main__":``. Opening local processes sets Dask's
+    A scene is sent once. A structure is built once and sent as cache files. A digest of the scene
+    identifies a scene, and a digest of the build's inputs identifies a structure. If a worker is
+    killed, other workers run its tasks. Local processes start by "spawn", so a script that opens
+    them needs ``if __name__ == "__main__":``. Opening local processes sets Dask's
     ``distributed.deploy.lost-worker-timeout`` in this process.
     """
 

@@ -75,8 +75,8 @@ def test_a_miss_inside_a_closed_mesh_is_a_leak(known, kind: str) -> None:
 def test_a_leak_to_what_lies_behind(ball) -> None:
     """A ray from outside that leaks through an edge of the front hits the back of the mesh.
 
-    This hit counts as wrong. Float32's error bounds would excuse a miss of each front triangle,
-    but all rays in a ring around the ray hit the front.
+    This hit counts as wrong. For each front triangle, float32's error bounds would excuse a miss.
+    But all rays in a ring around the ray hit the front, so the ray must hit the front, too.
     """
     rng = np.random.default_rng(3)
     known = KnownRays(ball, 400, 3, ["edges"])

@@ -111,7 +111,7 @@ def test_knobs_come_from_the_option_tables(method: str) -> None:
     assert ("steps_per_pass" in speed) == ("step" in find_method(method).schedules)
     assert not {"statistics", "context"} & (speed | accuracy)
     for name, option in table.items():
-        # `era` and `fixed_point` compute as a card did, which nobody tunes.
+        # `era` and `fixed_point` imitate the arithmetic of a card, so the tuner ignores them.
         if option.choices is not None and name not in ("era", "fixed_point", "arithmetic",
                                                        "build_device", "rasterised_bounds"):
             assert name in speed | accuracy, name
@@ -220,8 +220,8 @@ def test_proof_and_confirmation_decide(ball) -> None:
                                              (("vertices",), None)])
 def test_a_rate_is_of_neither_the_first_run_nor_an_odd_one(ball, few_rays, monkeypatch,
                                                            kinds: tuple, timed_on: str) -> None:
-    """A rate leaves out slow runs on each kind of rays. The first run takes 100 s, as if it
-    compiled; the second takes 50 s, as an outlier; all others take 1 s."""
+    """Slow runs do not change a rate, for each kind of rays. The first run takes 100 s, as if it
+    compiled programs. The second run takes 50 s, as an outlier. All other runs take 1 s."""
     trace, ahead = KnownRays.trace, {}
 
     def timed(self, tracer, part=slice(None)):

@@ -165,7 +165,7 @@ def test_what_a_killed_run_left_is_removed(folder: Path) -> None:
 def test_consent(folder: Path, capsys, monkeypatch) -> None:
     words = ["scenes", "--fetch", "bunny", "--from", "copy"]
     assert main(words) == 1
-    assert "no terminal to ask at" in capsys.readouterr().err
+    assert "without a terminal, give --yes" in capsys.readouterr().err
     for answer, status in (("n\n", 1), ("", 1), ("yes\n", 0)):
         terminal = io.StringIO(answer)
         terminal.isatty = lambda: True      # type: ignore[method-assign]

@@ -1,8 +1,8 @@
 """Exhaustive search: nearest hits in integers, for all triangles whose box a ray's line meets.
 
-It shares no code with `gpgpu_rt.reference`: it looks for candidates with a slab test of its own,
-and it decides with signs of volumes instead of Cramer's rule. With ``tree`` it takes the
-candidates from the reference's tree of boxes, which is ten times as fast.
+This search shares no code with `gpgpu_rt.reference`: it finds candidates with a slab test of its
+own, and it decides with signs of volumes instead of Cramer's rule. Only with ``tree`` does it use
+the reference's tree of boxes to find candidates, which is ten times as fast.
 """
 from __future__ import annotations
 
@@ -90,7 +90,8 @@ def candidates_of_tree(triangles: np.ndarray, origins: np.ndarray, directions: n
 
 def straddling(triangles: np.ndarray, origins: np.ndarray, directions: np.ndarray,
                ray: np.ndarray, triangle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Drop the pairs for which two volumes have different signs beyond the errors of float64."""
+    """Drop the pairs that have two volumes of different signs, where both volumes are larger than
+    the errors of float64."""
     o, d = origins.astype(np.float64)[ray], directions.astype(np.float64)[ray]
     d = d / np.abs(d).max(1, keepdims=True)
     size = np.abs(triangles.astype(np.float64)).max() + np.abs(o).max(1)
@@ -105,8 +106,8 @@ def straddling(triangles: np.ndarray, origins: np.ndarray, directions: np.ndarra
 def in_slabs(o: np.ndarray, d: np.ndarray, lo: np.ndarray, hi: np.ndarray) -> np.ndarray:
     """Return whether each line meets its box.
 
-    The two are apart if an axis separates them. It suffices to test the cross products of the
-    line's direction with the three coordinate axes.
+    A line misses a box if an axis separates the two. It suffices to test three axes: the cross
+    products of the line's direction with the coordinate axes.
     """
     pad = 1e-12 * (np.abs(o).max(1) + np.abs(lo).max(1) + np.abs(hi).max(1))[:, None] + 1e-300
     a, b = lo - o - pad, hi - o + pad

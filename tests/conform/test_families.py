@@ -19,7 +19,7 @@ FULL_RAYS = 10**7       # of all families together
 
 
 def digests() -> dict[str, list[str]]:
-    """To renew digests.json after a change of a family, print this as JSON."""
+    """Returns the content of digests.json. After a change of a family, print it as JSON."""
     return {name: [digest(make_case(name, 50, seed)) for seed in SEEDS] for name in FAMILIES}
 
 

@@ -110,8 +110,8 @@ def test_families_find_the_fault(exact_renderer, faulty, fault: str) -> None:
 
 @pytest.mark.parametrize("name", FOUND[CONTRACTION])
 def test_families_find_contraction(name: str) -> None:
-    """Contraction leaks at about one ray of 150, so the test takes more rays than the quick
-    suite."""
+    """With contraction, about one ray of 150 passes between two triangles. So this test uses more
+    rays than the quick suite."""
     known = Known.of(name, 1200)
     case, found = known.case, []
     for contract in (False, True):

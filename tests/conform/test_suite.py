@@ -1,4 +1,5 @@
-"""The suite: this project has no wrong ray, engines that crash or hang are counted, verdicts."""
+"""The conformance suite: this project's methods have no wrong ray, crashes and hangs of engines
+are counted, and verdicts are right."""
 from __future__ import annotations
 
 import functools
@@ -209,8 +210,8 @@ def test_wrong_specs_are_named(spec, message: str) -> None:
 
 @pytest.mark.parametrize("name", ENGINES)
 def test_every_installed_engine_answers(name: str) -> None:
-    """Each adapter reports triangles and distances in the suite's units: rays at the insides of
-    triangles are right."""
+    """Each adapter reports triangles and distances in the suite's units. Rays aimed inside
+    triangles therefore get right answers."""
     engine = ENGINES[name]
     if any(importlib.util.find_spec(module) is None for module in engine.modules):
         pytest.skip(engine.missing)

@@ -1,4 +1,4 @@
-"""What goes with the suite: export and reader, minimal cases, strategies, chart, page, command."""
+"""The suite's tools: export and reader, minimal cases, strategies, chart, page and command."""
 from __future__ import annotations
 
 import json
@@ -54,7 +54,7 @@ def test_both_files_hold_the_same(exported: Path, name: str) -> None:
 @pytest.mark.parametrize("name", ["sphere-edges", "intervals", "coincident"])
 def test_the_reader_judges_as_the_suite_does(exported: Path, tmp_path: Path, name: str,
                                              seed: int) -> None:
-    """EngineAnswers are the right answers, of which some are spoilt."""
+    """The judged answers are the right answers, of which some are changed to wrong answers."""
     known, rng = Known.of(name, 40, 1), np.random.default_rng(seed)
     exact = known.answers.exact
     triangle, t = exact.triangle.copy(), exact.t.copy()

@@ -47,7 +47,7 @@ def within_seconds(seconds: float, run: Callable[[], object]) -> object:
 
 
 def png(width: int, height: int) -> bytes:
-    """Returns a PNG file with all texels black, compressed as far as possible."""
+    """Returns a PNG file of black texels. The file is much smaller than its decoded image."""
     def chunk(kind: bytes, data: bytes) -> bytes:
         return (struct.pack(">I", len(data)) + kind + data
                 + struct.pack(">I", zlib.crc32(kind + data)))

@@ -23,8 +23,8 @@ ROWS = {row.name: row for row in rt.methods()}
 
 
 def built_on(kind: type) -> list[str]:
-    """Returns the methods whose accelerator is a ``kind`` and which tests can watch step by
-    step."""
+    """Returns the methods whose accelerator has the type ``kind`` and whose states tests can read
+    after each step."""
     probe = make_case("one-triangle", 1, 0).scene
     names = []
     for name, row in ROWS.items():
@@ -67,9 +67,9 @@ def test_rows_24_and_25_rays_from_split_planes(exact_renderer, method: str, seed
     assert not hits.status.any()
     leaves = int((tree.axis == 3).sum())
     assert hits.leaves_visited.max() <= leaves
-    # For each leaf, a ray walks at most from the root to the leaf and back. The steps that test
-    # the leaf's triangles are subtracted. A packet also walks to empty leaves, and passes them
-    # without a visit.
+    # For each leaf, a ray walks at most from the root to the leaf and back. Each tested triangle
+    # is a step, too, and is subtracted. A packet also walks to empty leaves, which do not count as
+    # visited, so the bound for packets uses the number of all leaves.
     walks = leaves if ROWS[method].packet else hits.leaves_visited
     assert (hits.steps - hits.triangles_tested <= walks * (2 * tree.depth + 2) + 1).all()
     with rt.Tracer(case.scene, "brute-force") as tracer:
@@ -225,8 +225,8 @@ def test_row_34_the_deepest_trees(exact_renderer, method: str, build: str) -> No
 # Caps and loops ----------------------------------------------------------------------------------
 
 def stated_cap(structure: object, triangles: int, stack: bool) -> int:
-    """Returns the step bound that docs/extremes.md states, from an accelerator's depth and
-    size."""
+    """Returns the step bound that docs/extremes.md states for an accelerator, computed from the
+    accelerator's depth and size."""
     if isinstance(structure, Grid):
         occupied = (np.diff(structure.cell_start) > 0).sum()
         return int(structure.resolution.sum() + len(structure.references) + occupied) + 3

@@ -22,11 +22,12 @@ QUICK, FULL = 512, 32_768
 # The quick suite tests options of builders and of traversal in these cases; the full suite tests
 # them in all cases.
 TELLING = ("moved-1e4", "in-planes", "box-corners", "flat-soup")
-# The quick test of every method skips these cases. Other quick tests cover the cases for every
-# method, or the cases are slow to build.
+# The quick test of every method skips these cases, because other quick tests cover them for every
+# method, or because they are slow to build.
 IN_FULL = ("scaled-2^-20", "scaled-2^20", "moved-1e0", "moved-1e2", "lengths", "coplanar",
            "one-triangle", "flat-floor")
-# These cases make lists so long that one pass per entry is too slow for a quick test.
+# In these cases the methods' lists are so long that one pass per entry is too slow for a quick
+# test.
 LONG_LISTS = ("coincident", "one-centroid")
 # With more triangles, a builder that inserts triangles singly is too slow for a quick test.
 SLOW_TO_INSERT = 3000

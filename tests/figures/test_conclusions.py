@@ -1,5 +1,5 @@
-"""The pages of Figures 2 and 26, Table 1 and the CPU, the verdicts and the index show the numbers
-of the JSON files."""
+"""The pages of Figure 2, Figure 26, Table 1 and the CPU, and also the verdicts and the index, show
+the numbers of the JSON files."""
 from __future__ import annotations
 
 import csv

@@ -1,4 +1,5 @@
-"""The diagrams draw the walk of a traced ray. A test predicts the same walk by geometry alone."""
+"""The diagrams draw the walk of a traced ray. The tests predict the same walk by geometry
+alone."""
 from __future__ import annotations
 
 import csv

@@ -1,5 +1,5 @@
-"""The page of the machine model shows the times that follow from the counted kernel runs. It also
-says which accuracy targets ("bars") the model misses."""
+"""The page of the machine model shows the times that follow from the counted kernel runs. The page
+also names the accuracy targets ("bars") that the model misses."""
 from __future__ import annotations
 
 import csv
@@ -43,7 +43,7 @@ def test_the_table_holds_what_the_counts_say(tmp_path: Path) -> None:
         rows = {(row["scene"], row["form"]): row for row in csv.DictReader(file)}
     assert len(rows) == 6
     card, cost = find_card("R580"), static_cost("r580", "kd-restart", "down", in_loop=True)
-    # The loop fetches a node alone; a pass fetches the ray, its state and its hit too.
+    # A run in the loop fetches only a node. A pass also fetches the ray, its state and its hit.
     each = max((cost.arithmetic + ASSUMED.branch_instructions) / card.issue_rate,
                1 / card.texel_rate)
     written = 3 * ASSUMED.texel_bytes / card.bandwidth

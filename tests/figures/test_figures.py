@@ -192,7 +192,7 @@ def test_published_nanoseconds(asked: tuple[str, ...], expected: float) -> None:
 
 
 def test_another_cpu_is_left_out_of_tau(tmp_path) -> None:
-    """Figure 16: tau-b leaves out embreex, however fast embreex is."""
+    """Figure 16: the rank correlation tau-b leaves out embreex, however fast embreex is."""
     figure, panel = fig16.FIGURE, Panel("bunny", "primary")
     for ns, column in zip((1, 300, 200), figure.columns):
         _fake(figure.cell(panel, column, False), tmp_path, ns)

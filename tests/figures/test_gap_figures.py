@@ -41,8 +41,8 @@ def _page(module: Any, tmp_path: Path) -> list[dict[str, str]]:
 def _done(cell: Cell, visits: int, tests: int = 0) -> dict[str, Any]:
     """Returns the recorded work of 32 rays with ``visits`` visits and ``tests`` tests each.
 
-    At every SIMD width, the groups of lanes issue each kernel the same number of times, so
-    utilisation halves when the width doubles. A deep stack also pushes once per ray.
+    At every SIMD width, the groups of lanes issue each kernel the same number of times. So the
+    utilisation of lanes halves when the width doubles. A deep stack also pushes once per ray.
     """
     names = ("traverse" if cell.method.startswith("bvh") or "packet" in cell.method else "down",
              "intersect", "push")
@@ -70,8 +70,9 @@ def test_bytes_moved_are_those_of_the_log(tmp_path: Path) -> None:
 
 
 def test_a_ray_s_bytes_are_those_of_its_records() -> None:
-    # A ray has eight numbers, its direction's inverse three and its hit four. A kd-tree's state
-    # has interval, node, cursor, phase and steps. A BVH's state has node, cursor and stack height.
+    # A ray has 8 numbers, its inverse direction has 3 numbers, and its hit has 4 numbers. The
+    # state for a kd-tree has interval, node, cursor, phase and steps. The state for a BVH has
+    # node, cursor and stack height.
     assert (stacks.NODE, stacks.KD_ENTRY) == (4, 8)
     assert stacks.state_bytes("bvh-stack") == 4 * (8 + 3 + 4 + 3)
     plain = stacks.state_bytes("kd-restart")

@@ -1,7 +1,7 @@
 """The counts on every judged page are right: this test counts them again from the page's cells.
 
-Cells are written instead of measured, with times that all contradict the survey. A figure that is
-not called contradicted therefore has too few scenes or pairs.
+The test does not measure cells. It writes cells whose times all contradict the survey. A figure
+that is not called contradicted therefore has too few scenes or pairs.
 """
 from __future__ import annotations
 
@@ -284,8 +284,8 @@ def test_the_index_opens_with_ten_sentences_from_the_verdicts(drawn) -> None:
         scored = [one for one in some if one["agreed"] is not None]
         assert says.format(*(sum(one[key] for one in scored) for key in ("agreed", "pairs"))
                            ) in order
-    # Whatever meshes there are, Figures 7 and 26 have fewer than four pairs or fewer than two
-    # scenes. Figures 13, 16 and 22 have no predictions here.
+    # With any set of meshes, Figures 7 and 26 have fewer than four pairs or fewer than two scenes.
+    # The test writes no predictions for Figures 13, 16 and 22.
     assert f"* {len(of(verdicts.TOO_LITTLE)) - 5} of these would rest on enough" in lacking
     assert ("(bunny, conference, cows, kitchen, robots and shirley6)" in lacking) == (not meshes)
     assert ("\"contradicted\" for 5" in aside) == (not meshes)

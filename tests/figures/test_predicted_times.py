@@ -29,8 +29,9 @@ def _cells(figure: Comparison) -> list[Cell]:
 
 
 def _write(data: Path, reverse: bool = False, **scene: object) -> None:
-    """Writes the cells of Figure 12: counts whose predicted times have the published order, and
-    measured times that have the reverse order; with ``reverse`` the other way round."""
+    """Writes the cells of Figure 12. The predicted times of the counts have the published order,
+    and the measured times the reverse order. With ``reverse``, the predicted times have the
+    reverse order, and the measured times the published order."""
     figure = fig12.FIGURE
     assert figure.paper_card is not None
     for name in SCENES:

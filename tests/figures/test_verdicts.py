@@ -79,7 +79,8 @@ def test_nothing_measured() -> None:
 
 
 def test_ratios_are_off_by_the_median_over_pairs() -> None:
-    # Relative to 1, 1, 1, the pairs of 1, 2, 8 are off by 2, 4 and 8.
+    # Compared with the times 1, 1, 1, the three pairs of the times 1, 2, 8 are off by the factors
+    # 2, 4 and 8.
     assert verdicts.off_by((1, 2, 8), (1, 1, 1)) == pytest.approx(4)
     assert verdicts.off_by((5, 10, 40), (1, 2, 8)) == pytest.approx(1)
 
@@ -89,7 +90,8 @@ def test_ratios_are_off_by_the_median_over_pairs() -> None:
     ((True, False), verdicts.REFUTED), ((True, None), verdicts.REPRODUCED),
     ((None, None), verdicts.TOO_LITTLE), ((), verdicts.UNMEASURED)])
 def test_verdicts_on_claims(holds: tuple[bool | None, ...], word: str) -> None:
-    """Claims about structure need no scene; a claim that is not decided is not counted."""
+    """Claims about the structure of methods need no scene. Claims that are not decided are not
+    counted."""
     said = verdicts.of_claims(Claim(f"claim {at}", one) for at, one in enumerate(holds))
     assert said.word == word and said.why.count("(no)") == holds.count(False)
     assert (said.held, said.claims) == (holds.count(True), len(holds) - holds.count(None))

@@ -35,7 +35,7 @@ def test_simulated_passes_are_the_passes_of_the_era_form(method: str) -> None:
         ran = tracer.statistics
     assert dict(zip(issued.kernels, issued.passes)) == {
         name: ran.kernel_passes.get(name, 0) for name in issued.kernels}
-    # The tracer looks once more for rays that the step cap stopped.
+    # The tracer has one more query, which counts the rays that the step cap stopped.
     assert issued.queries == ran.queries - 1
 
 
@@ -65,7 +65,7 @@ def _random_trace(size: tuple[int, int] = (8, 12)) -> KernelTrace:
 
 
 def _by_hand(rays: list[list[int]], order: str) -> Counter:
-    """Count the issues of one group as its program would run."""
+    """Count the issues of one group of rays by running the group's program step by step."""
     rays, issues = [list(ray) for ray in rays], Counter()
     while any(rays):
         if order == STEP:
@@ -103,7 +103,7 @@ def test_a_kernel_within_another_has_no_loop_of_its_own() -> None:
     # A kernel within another is issued once for all rays that run it in the same visit.
     both = KernelTrace(trace.kernels, np.array([[1, 1], [3, 3], [1, 1]], np.uint8)[:, None, :])
     assert issued_in_loop(both, (1, 2), WHILE_WHILE, ("push",)).lanes == (4, 0, 2)
-    # A ray that has not run the visit waits with its push until the others leave the inner loop.
+    # A ray that has not run the visit pushes only after the other rays have left the inner loop.
     begins = KernelTrace(trace.kernels, np.array([[1, 3], [1, 1]], np.uint8)[:, None, :])
     assert issued_in_loop(begins, (1, 2), WHILE_WHILE, ("push",)).lanes == (6, 0, 2)
 

@@ -48,7 +48,8 @@ def test_units_take_their_kernels_out_of_the_shader() -> None:
 
 
 def test_a_card_that_fetches_more_than_it_computes_is_bound_by_its_texels() -> None:
-    """Idle lanes fetch nothing."""
+    """If fetches take longer than instructions, idle lanes do not change the predicted time,
+    because idle lanes fetch nothing."""
     card, costs = find_card("G80"), {name: LoopCost(1, 50) for name in COSTS}
     assert on_card(card, WORK, costs).shader == pytest.approx(28 * 50 / card.texel_rate)
 
@@ -67,8 +68,9 @@ def test_prototypes_step_packets() -> None:
 
 
 def test_the_cell_waits_for_transfers() -> None:
-    """One vector instruction does a scalar instruction of four rays. A packet of four rays looks
-    up each fetched texel once. 200 visits fetch one texel each, and 40 tests fetch four each."""
+    """One vector instruction executes a scalar instruction for four rays. A packet of four rays
+    fetches a texel once for all its rays. The 200 visits fetch one texel each, and the 40 tests
+    fetch four texels each."""
     cell = machines()["Cell"]
     hidden, waited = (on_cell(cell, WORK, COSTS, one) for one in (True, False))
     vectors = 200 * 60 + 40 * 100 + 50 * 5

@@ -29,7 +29,7 @@ def test_a_visit_of_both_children_pushes_and_a_leaf_pops_or_restarts() -> None:
     """The first leaf pops two nodes, because no ray is awake in the first. The second leaf
     restarts. A visit of a leaf does not push, although `needed` keeps its value."""
     steps = _column(BEGIN, VISIT, VISIT, TEST, LEAVE, VISIT, LEAVE, VISIT, LEAVE).astype(np.uint8)
-    # What each step reads is what the step before it wrote.
+    # Each step reads the state that the step before it wrote.
     fields = {"needed": _column(0, 0, 3, 3, 3, 3, 3, 3, 3),
               "pushing": _column(0, 1, 0, 0, 0, 0, 0, 1, 1),
               "popped": _column(0, 0, 0, 0, 0, 2, 0, 0, 0)}

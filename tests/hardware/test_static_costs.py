@@ -61,7 +61,7 @@ def test_a_selection_takes_three_instructions_on_nv40(method: str, kernel: str) 
 
 def test_a_triangle_test_reads_its_three_corners() -> None:
     for card in COMPILERS:
-        # Two texels of the ray, one of the state, the hit, and three corners.
+        # Seven texels: two of the ray, one of the state, one of the hit, and three corners.
         assert static_cost(card, "brute-force", "intersect").fetches == 7
 
 
@@ -72,7 +72,7 @@ def test_a_comment_changes_no_digest() -> None:
 
 @pytest.mark.parametrize("method, options", PACKETS, ids=str)
 def test_packets_were_compiled_in_loops(method: str, options: dict) -> None:
-    """Every kernel fits a card. The cards without branches refuse the whole loop alone."""
+    """Every kernel fits a card. Only the whole loop is refused by cards without branches."""
     for card in COMPILERS:
         for one in era_programs(method, in_loop=True, **options):
             cost = static_cost(card, method, one.kernel, in_loop=True, **options)
@@ -89,7 +89,8 @@ def test_packets_were_compiled_in_loops(method: str, options: dict) -> None:
 
 
 def test_an_instruction_of_a_packet_works_on_four_rays() -> None:
-    """A packet's kernel takes fewer instructions than two rays' kernels."""
+    """A packet's kernel for four rays takes fewer instructions than the kernels of two single
+    rays."""
     options = dict(PACKETS[0][1])
     for ray, packet in (("down", "traverse"), ("intersect", "intersect")):
         single = static_cost("r580", "kd-restart", ray, in_loop=True).arithmetic

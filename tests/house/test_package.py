@@ -47,8 +47,8 @@ def test_table_rows_are_complete() -> None:
     (dict(schedule="loop", steps_per_pass=4), "steps_per_pass=4 runs under step only"),
     (dict(schedule="kernels", steps_per_pass=4), "steps_per_pass=4 runs under step only"),
     (dict(schedule="loop", mask_interval=4), "mask_interval=4 runs under kernels, step only"),
-    (dict(rounding="up"), "all is fp32"),
-    (dict(rounding="up", precision="fp32"), "all is fp32"),
+    (dict(rounding="up"), "all numbers are fp32"),
+    (dict(rounding="up", precision="fp32"), "all numbers are fp32"),
     (dict(presort=True, sort_rays=True), "exclude each other"),
 ])
 def test_bad_options(arguments: dict, message: str) -> None:

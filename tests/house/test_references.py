@@ -69,8 +69,9 @@ OWN = [row for row in rt.methods() if not Path(row.glsl).is_absolute()]
 
 @pytest.mark.parametrize("row", OWN, ids=lambda row: row.name)
 def test_every_method_s_paper_is_one_work_of_the_survey(row: rt.Method) -> None:
-    """A row's citation names one work, which the survey discusses in sections that it has. Where
-    the GLSL of the method cites only this work with a section, the section is one of these."""
+    """A row's citation names one work. The survey has the sections that are recorded as discussing
+    the work. If the method's GLSL cites a section for this work alone, the section is one of
+    them."""
     work = find_work(row.citation)
     assert work is not None and work.sections and set(work.sections) <= set(SECTIONS)
     assert reference(row.citation).endswith(f"(survey, {work.discussed})")

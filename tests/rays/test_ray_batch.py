@@ -91,8 +91,8 @@ def test_a_shared_start_is_that_of_all(blocks, count: int, other: int | None) ->
 @pytest.mark.parametrize("fault", [
     None, "another", "far", "far, as far on both sides", "NaN", "inf", "t_min", "exponent"])
 def test_a_start_is_laid_out_where_it_is_asked_for(blocks, fault: str | None) -> None:
-    """Texels and samples equal those of rays laid out one by one, with and without a shared
-    start."""
+    """The texels of a batch, and its samples, are the same as if each ray had been written to
+    texels by itself. This holds with and without a shared start."""
     origins, directions, _ = _rays(1000, seed=8)
     origins[:] = origins[0]
     t_min = np.full(1000, 0.25, np.float32)

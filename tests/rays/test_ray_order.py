@@ -1,5 +1,5 @@
-"""Ray order: if blocks of rays start in different places, each block is sorted separately.
-Otherwise all rays are sorted together."""
+"""Ray order: if the rays of each block start in a few cells of their own, each block is sorted
+separately. Otherwise all rays are sorted together."""
 from __future__ import annotations
 
 import numpy as np

@@ -87,8 +87,8 @@ def test_no_self_hit_in_a_trace(method: str, seed: int) -> None:
 
 @pytest.mark.parametrize("seed", [4])
 def test_out_of_a_ball_nothing_is_hit_and_into_it_all_hit(seed: int) -> None:
-    """Rays that leave a ball hit nothing, not even a neighbouring facet that they graze. Rays into
-    the ball all hit."""
+    """Rays that leave a ball hit nothing, not even a neighbouring facet that they graze. All rays
+    that start at the surface and go into the ball hit."""
     rng = np.random.default_rng(seed)
     ball = rt.load_scene(trimesh.creation.icosphere(subdivisions=4))
     hits = hits_on(ball.triangles, 4, rng)
@@ -145,8 +145,9 @@ def test_the_shader_starts_where_numpy_does(exact_renderer, name: str) -> None:
     """The shader and numpy's `spawn` give a shadow ray the same origin, bit for bit. No shadow ray
     hits the triangle that it leaves.
 
-    The shader tries several origins for slivers, and turns the ray slightly each time. Numpy gets
-    the last direction, and at least 90 % of the origins at slivers are equal.
+    For a sliver, the shader tries several origins. The ray to the light turns slightly with each
+    origin. Numpy gets only the last direction, so its origin may differ. At least 90 % of the
+    origins at slivers are equal.
     """
     with rt.Tracer(slivers_scene() if name == "slivers" else real_scene(name)) as tracer:
         hits, start, end = shadow_rays(tracer, (160, 120))

@@ -30,7 +30,8 @@ def furnace(diffuse: float = 0.6) -> tuple[rt.Scene, np.ndarray]:
 
 
 def white_ball() -> tuple[rt.Scene, np.ndarray]:
-    """Return a white convex body in even light: all pixels must be as bright as the light."""
+    """Return a white convex body in a light that is equal from all directions. All pixels must be
+    as bright as the light."""
     ball = trimesh.creation.icosphere(subdivisions=2)
     light = np.array((0.7, 0.8, 0.9))
     return rt.Scene.from_arrays(ball.vertices, ball.faces, lights=(),

@@ -5,10 +5,8 @@ import numpy as np
 
 
 def chi_square(counts: np.ndarray) -> float:
-    """Return by how many standard deviations the chi-square statistic exceeds its mean.
-
-    The cells are equally likely.
-    """
+    """Return by how many standard deviations the chi-square statistic of ``counts`` exceeds its
+    mean, if all cells are equally likely."""
     expected = counts.sum() / counts.size
     cells = counts.size - 1
     return float((((counts - expected) ** 2).sum() / expected - cells) / np.sqrt(2 * cells))

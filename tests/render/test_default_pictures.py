@@ -65,8 +65,8 @@ def test_a_mesh_file_of_an_object_fills_its_picture(tmp_path) -> None:
 
 @pytest.mark.parametrize("integrator, options", [("whitted", {}), ("path", {"samples": 4})])
 def test_a_room_in_a_file_is_lit_as_by_name(tmp_path, integrator: str, options: dict) -> None:
-    """The light must lie below the ceiling. At its usual place beside the camera, it would lie
-    above."""
+    """The light must lie below the ceiling. At its usual place beside the camera, the light would
+    lie above the ceiling."""
     built = catalogue.ROWS["kitchen"].make()
     named = rt.Scene("kitchen", built.triangles, built.colours, rt.PointLight(built.light),
                      built.camera)

@@ -29,7 +29,8 @@ def small(monkeypatch) -> None:
 
 def pictures(scene: rt.Scene, method: str, ways: tuple[object, ...], tracer_options: dict,
              **options: object) -> list[tuple[np.ndarray, dict[str, int]]]:
-    """Return the radiance and the drawn passes for each way to pack, all from a single tracer."""
+    """Return the radiance and the drawn passes for each value of ``compact`` in ``ways``. A single
+    tracer draws all pictures."""
     found = []
     with rt.Tracer(scene, method, **tracer_options) as tracer:
         for way in ways:
@@ -114,9 +115,9 @@ def test_paths_are_counted_vertex_by_vertex(exact_renderer, small) -> None:
 
 
 def test_live_paths_are_those_that_the_light_is_from(small) -> None:
-    """A path stays live if its eye ray hits the white ball.
+    """At the first vertex, the live paths are the paths whose eye ray hits the white ball.
 
-    After the ball, no path is live, because a ray that leaves a convex ball hits nothing.
+    At the second vertex, no path is live, because a ray that leaves a convex ball hits nothing.
     """
     scene, _ = path_scenes.white_ball()
     with rt.Tracer(scene) as tracer:

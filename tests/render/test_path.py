@@ -79,8 +79,8 @@ def test_cornell_box_at_4096_samples() -> None:
 
 @pytest.mark.parametrize("seed", [12])
 def test_cornell_box_as_by_another_renderer(seed: int) -> None:
-    """In each channel, the mean of each quarter of the picture agrees with that of an independent
-    renderer. A few samples suffice for these means."""
+    """In each channel, the mean of each quarter of the picture agrees with the mean of the same
+    quarter by an independent renderer. A few samples suffice for these means."""
     truth = cornell_truth()[0]
     found = radiance(path_scenes.cornell_lit(), (64, 64), 16, seed=seed)
     for rows, columns in ((slice(0, 32), slice(0, 32)), (slice(0, 32), slice(32, 64)),
@@ -262,8 +262,8 @@ def test_options_that_make_no_sense_are_refused(wrong: dict) -> None:
 def test_each_light_brings_exactly_its_own(name: str, adds: set[str]) -> None:
     """Each light adds only the textures that it needs.
 
-    These are streams of shadow rays, a table of lights, a table of point lights, and the sums of
-    an image. Paths sample an even sky directly only if the scene has no other light.
+    The textures are streams of shadow rays, a table of lights, a table of point lights, and the
+    sums of an image. Shadow rays sample an even sky only if the scene has no other light.
     """
     floor = path_scenes.point_lit_floor()[0]
     lit = [Material(diffuse=(0.5,) * 3, emission=(1, 1, 1) if "lamp" in name else (0, 0, 0))]

@@ -36,7 +36,8 @@ def test_tiles_make_up_the_picture(scene: str, method: str, asked: dict, exact_r
 
 
 def test_however_many_waves_it_takes(monkeypatch, exact_renderer) -> None:
-    """A region traces all its samples in one wave; the whole picture needs a wave per sample."""
+    """A wave is a set of paths that are traced at once. A region traces all its samples in one
+    wave; the whole picture needs a wave per sample."""
     monkeypatch.setattr("gpgpu_rt.render.path.WAVE", 2048)
     with rt.Tracer("cornell-light", "bvh-packet") as tracer:
         whole = np.asarray(tracer.render(size=SIZE, integrator="path", samples=6))

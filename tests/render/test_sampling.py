@@ -92,8 +92,9 @@ def test_frames_are_orthonormal(seed: int) -> None:
 def cosines_and_iors() -> tuple[np.ndarray, np.ndarray]:
     """Return cosines and refractive indices of all kinds.
 
-    The angles are grazing, upright, next to the critical angle and beyond it. The borders lead
-    into and out of glass, water, diamond, a medium of index 1.0003, and a medium of index 10.
+    There are grazing rays, perpendicular rays, rays next to the critical angle, and rays beyond
+    it. The rays enter and leave glass, water, diamond, a medium of index 1.0003, and a medium of
+    index 10.
     """
     iors = np.float32([1.5, 1 / 1.5, 1.33, 1 / 1.33, 2.42, 1 / 2.42, 1.0003, 1 / 1.0003, 10, 0.1])
     cosines = np.float32(np.r_[np.linspace(1e-6, 1, 2000), 10.0 ** -np.arange(7), 1.0])
@@ -197,8 +198,8 @@ def test_triangle_points_are_uniform() -> None:
 
 @pytest.mark.parametrize("ior", [1.5, 1 / 1.5, 2.42])
 def test_reflection_is_the_same_from_both_sides(ior: float) -> None:
-    """Stokes: a border reflects the same share of light from either side, if the light on one side
-    travels back along the refracted ray of the other side."""
+    """A border reflects the same share of the light of a ray and of the light that travels back
+    along the ray's refracted ray (Stokes)."""
     cosine = np.linspace(0.01, 1, 500)
     through = 1 - (1 - cosine ** 2) / ior ** 2
     some = through > 0

@@ -1,4 +1,5 @@
-"""Low-discrepancy numbers: GLSL and numpy draw the same bits, which form the expected nets.
+"""Low-discrepancy numbers: GLSL and numpy draw the same bits. The numbers of a pixel form nets, in
+which every box of a given volume holds the same number of points.
 
 Pixels and events are independent, and means converge faster than with random numbers.
 """

@@ -33,7 +33,8 @@ def scene_of(triangles: np.ndarray, material: rt.Material, camera: rt.Camera,
 
 
 def test_a_box_of_mirrors_adds_up_to_a_geometric_series() -> None:
-    """All walls emit light and reflect exact shares: no ray leaves, is lost or counts twice."""
+    """All walls emit light and reflect shares that float32 holds exactly. The sum shows that no
+    ray leaves the box, is lost or counts twice."""
     wall = rt.Material("wall", mirror=(0.5, 0.25, 0.0), emission=(0.125, 0.25, 1))
     camera = rt.Camera((0.3, 0.4, 0.45), (1, 0.7, 0.1), fov=100)
     scene = scene_of(boxes((0, 0, 0), (1, 1, 1)), wall, camera, None)
@@ -145,8 +146,8 @@ def test_a_square_lamp_lights_a_floor_as_its_form_factor_says() -> None:
 
 
 def test_smooth_normals_shade_a_ball_as_a_ball() -> None:
-    """Smooth normals give the brightness of a round ball, except at its rim. There a light behind
-    a triangle must not shine through the triangle."""
+    """Smooth normals give the brightness of a round ball, except at the ball's rim. At the rim, a
+    light behind a triangle must not shine through the triangle."""
     from gpgpu_rt.scene.attributes import smooth_normals
     from gpgpu_rt.scene.procedural.shapes import ball
     triangles = ball(320)

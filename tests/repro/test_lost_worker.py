@@ -1,4 +1,4 @@
-"""Dask used to give up a worker that was killed twice within 15 s. After the loss of the last
+"""Dask used not to restart a worker that was killed twice within 15 s. After the loss of the last
 worker, a sweep waited for ever."""
 from __future__ import annotations
 

@@ -164,7 +164,7 @@ def test_missing_textures_of_mesh_files_are_errors(folder: Path) -> None:
             rt.load_scene(folder / "two.obj")
     (folder / "two.mtl").write_text("newmtl green\nKd 1 1 1\nmap_Kd my wood.png\n")
     # this error shows that the texture was read
-    with pytest.raises(rt.SceneError, match="green has a texture, but the mesh no"):
+    with pytest.raises(rt.SceneError, match="green has a texture, but the mesh has no"):
         rt.load_scene(folder / "two.obj")
 
 

@@ -60,7 +60,7 @@ def test_an_updated_tracer_hits_what_a_new_one_does(exact_renderer, method: str,
 @pytest.mark.parametrize("method", [row.name for row in rt.methods()
                                     if row.stack or row.stack_entry is not None])
 def test_trees_of_like_depth_share_programs(gpu, method: str) -> None:
-    """The array of a stack is a little longer than the tree is deep.
+    """The array of a stack has a few more entries than the tree has levels.
 
     A tree that is a level deeper therefore needs no new program.
     """

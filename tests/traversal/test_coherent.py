@@ -16,8 +16,8 @@ def bundles(side: int, seed: int, aim: np.ndarray, spread: float) -> tuple[np.nd
     per packet.
 
     The rays of a bundle start at one point, or at points ``spread`` apart. They aim at points
-    ``spread`` apart around one point of ``aim``. Every fifth bundle lies between two dominant
-    axes.
+    ``spread`` apart around one point of ``aim``. In every fifth bundle, the directions lie around
+    the border between two dominant axes.
     """
     rng, count = np.random.default_rng(seed), side * side
     y, x = np.divmod(np.arange(count), side)

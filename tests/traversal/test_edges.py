@@ -155,7 +155,7 @@ def test_counters_do_not_depend_on_the_schedule(exact_renderer, method: str,
                                                 schedule: str) -> None:
     scene = soup_scene(200, 14)
     origins, directions = np.random.default_rng(9).normal(size=(2, 500, 3)).astype(np.float32)
-    if find_method(method).single:  # `loop` handles different dominant axes one after the other
+    if find_method(method).single:  # `loop` traces rays of different dominant axes in turns
         directions *= np.float32([1, 1, 1e4])
     counted = []
     for chosen in (find_method(method).schedules[-1], schedule):

@@ -62,7 +62,8 @@ def test_shadow_rays_stop_at_a_hit(scenes, name):
     {"stack_size": 1}, {"stack_size": 2}, {"push_down": False},
     {"stack_size": 1, "push_down": False}], ids=str)
 def test_a_short_stack_may_be_shorter(scenes, more):
-    """A ray visits the same nodes and tests the same triangles as today, so its passes agree."""
+    """In the era form, a ray visits the same nodes and tests the same triangles as in today's
+    form, also with a shorter stack. So the numbers of passes agree."""
     rays = scenes["shirley6"].camera.rays((SIDE, SIDE))
     with rt.Tracer(scenes["shirley6"], "kd-short-stack", intersection="moller-trumbore",
                    schedule="kernels", **more) as tracer:

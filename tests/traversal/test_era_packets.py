@@ -1,5 +1,5 @@
-"""The packets of the era form, run as the whole program of a card with branches, find the same
-triangles as today's packets."""
+"""The packets of the era form find the same triangles as today's packets. The tests run a program
+that contains all kernels in a loop, as on a card with branches: the whole program."""
 from __future__ import annotations
 
 import re

@@ -55,9 +55,9 @@ def trace(scene: rt.Scene, method: str, rays, **options) -> rt.Hits:
 
 
 def rays_for(method: str, rays: int) -> int:
-    """Returns the number of rays for a method. Slow methods get fewer rays: they draw a pass per
-    step, or their rays share candidate lists. Few random rays share a list, so the lists then cost
-    more than the rays."""
+    """Returns the number of rays for a method. Two kinds of methods are slow and get fewer rays:
+    methods that draw a pass per step, and methods whose rays share candidate lists. Few random
+    rays share a list, so making the lists takes longer than tracing the rays."""
     row = find_method(method)
     lists = "budget" in {option.name for option in row.options}
     return rays if "loop" in row.schedules and not lists else rays // 16
@@ -104,8 +104,8 @@ def test_soup_matches_brute_force(exact_renderer, method: str, options: dict, ra
     assert_same_bits(trace(scene, method, chosen, **options), expected)
 
 
-# These schedules differ in when they mask which rays. The quick suite runs them on cases with
-# different programs.
+# These schedules mask different rays at different times. The quick suite runs the schedules on
+# cases that have different programs.
 @pytest.mark.parametrize("method, options, schedule", schedule_cases(
     ("step1", "step16", "step1-mask3", "kernels", "kernels-mask2"), ("step16", "kernels")))
 def test_schedules_agree(exact_renderer, method: str, options: dict, schedule: dict) -> None:
@@ -164,8 +164,9 @@ def test_real_scene_matches_oracle(name: str) -> None:
 def test_real_scene_bars(exact_renderer, name: str, rays: str) -> None:
     """All methods, builds and schedules agree with brute force and the oracle on 65,536 rays.
 
-    A slow method shares lists between rays, has no acceleration structure, or draws a pass per
-    step. Slow methods trace all eye rays once, and every sixteenth ray in all other cases.
+    A method is slow if it shares lists between rays, has no acceleration structure, or draws a
+    pass per step. A slow method traces all eye rays once. In all other cases it traces only every
+    sixteenth ray.
     """
     scene = real_scene(name)
     chosen = RAY_SETS[rays](scene, 65_536, 29)

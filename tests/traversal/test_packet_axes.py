@@ -29,8 +29,8 @@ def fanned(seed: int, one_origin: bool) -> tuple[np.ndarray, np.ndarray]:
     "packet": (4, 4), "octants": True, "interval_test": True}], ids=["stack", "octants"])
 def test_as_alone(exact_renderer, options: dict, one_origin: bool, precision: str,
                   seed: int) -> None:
-    """A pass over rays (``step``) and a pass over packets (``loop``) give the same hits. Each ray
-    tests alone under ``step``; rays share the fetched corners under ``loop``."""
+    """The schedules ``step`` and ``loop`` give the same hits. Under ``step`` each ray fetches the
+    corners that it tests; under ``loop`` the rays of a packet share the fetched corners."""
     scene = soup_scene(300, seed)
     rays = fanned(seed, one_origin)
     axes = np.abs(rays[1]).argmax(2).reshape(SIDE // 2, 2, SIDE // 4, 4)

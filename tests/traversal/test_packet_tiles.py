@@ -83,7 +83,7 @@ def test_no_hit_is_left_out(exact_renderer, method: str, packet: tuple[int, int]
     scene, origins, directions = seen(size, 5)
     rng = np.random.default_rng(6)
     t_max = np.where(rng.random(origins.shape[:2]) < 0.1, -1.0, np.inf)
-    t_max[:, :size[0] // 3] = -1.0  # these columns hold whole tiles if the image is large
+    t_max[:, :size[0] // 3] = -1.0  # in a large image, whole tiles have no live ray
     broken = directions.copy()
     broken[-1, -1] = np.nan  # now the rays have no common origin
     with rt.Tracer(scene, method, packet=packet) as tracer:
@@ -124,7 +124,7 @@ def test_each_packet_is_drawn_once(part: float, size: tuple[int, int], packet: t
 @pytest.mark.parametrize("tile", ENTRIES[1:])
 def test_no_aimed_ray_is_left_out(exact_renderer, tile: int, octants: bool, seed: int) -> None:
     """No ray is lost if all rays of a tile aim at one vertex or one point of an edge. The tile's
-    beam is then as narrow as a ray, and bounding boxes end exactly there."""
+    beam is then as narrow as a ray, and bounding boxes end exactly at this point."""
     scene = soup_scene(300, seed, size=0.05)
     rng = np.random.default_rng(seed)
     count = 24
@@ -148,8 +148,8 @@ def test_no_aimed_ray_is_left_out(exact_renderer, tile: int, octants: bool, seed
 
 @pytest.mark.parametrize("tile", ENTRIES)
 def test_what_is_left_out_counts_nothing(exact_renderer, tile: int | None) -> None:
-    """Each counter equals the counter of a call that draws all packets, or is zero. The pass log
-    has fewer fragments."""
+    """Each ray's counter equals its counter in a call that draws all packets, or is zero. The pass
+    log has fewer fragments than in such a call."""
     scene, origins, directions = seen((128, 128), 7)
     t_max = np.full(origins.shape[:2], np.inf)
     t_max[:, 64:] = -1

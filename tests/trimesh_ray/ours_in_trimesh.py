@@ -42,8 +42,8 @@ class AsNative(Counting):
 
 
 class AsEmbree(Counting):
-    """Accepts the arguments of the Embree engine, and like that engine reports only one triangle
-    per location."""
+    """Accepts the arguments of the Embree engine, and reports only one triangle per location, as
+    the Embree engine does."""
 
     def __init__(self, geometry, scale_to_box=True):
         super().__init__(geometry, METHOD, coincident=False)

@@ -20,7 +20,7 @@ OURS = {"bvh-threaded": {}, "kd-short-stack": {},
 ENGINES = {"native": Native, "embree": Embree,
            **{name: lambda mesh, name=name, options=options: RayMeshIntersector(
                mesh, name, **options) for name, options in OURS.items()}}
-# Embree steps by offsets, so it is not exact
+# Embree finds the next hit by an offset behind the last hit, so it is not exact
 EXACT = [name for name in ENGINES if name != "embree"]
 
 
@@ -146,8 +146,8 @@ def test_triangles_that_coincide_are_all_found_in_order(name: str) -> None:
 @pytest.mark.filterwarnings("error")
 @pytest.mark.parametrize("length", [1e-300, 1e-46, 1e-41, 1e-38, 1e30, 1e39, 1e300])
 def test_directions_of_any_length(length: float) -> None:
-    """Directions of any length give the same hits. For a short direction, t overflows float32, and
-    all hits used to be at infinity, in triangle order, with NaN locations."""
+    """Directions of any length give the same hits. For a short direction, t overflowed float32 in
+    an earlier version: all hits were at infinity, in triangle order, with NaN locations."""
     mesh = trimesh.creation.icosphere(subdivisions=2)
     origins, directions = random_rays(mesh, 300, 4)
     directions /= np.linalg.norm(directions, axis=1, keepdims=True)

@@ -43,8 +43,8 @@ def test_the_picture_s_tracer_outlives_those_of_other_modes(viewer: Viewer) -> N
 
 
 def test_graphs_show_what_heat_maps_cost(viewer: Viewer) -> None:
-    """Graphs count the passes and rays of both heat maps. Both methods need several passes here,
-    but the picture's own schedule needs only one."""
+    """Graphs count the passes and rays of both heat maps. Both methods need several passes for a
+    heat map, but the schedule of the ordinary picture needs only one pass."""
     viewer.look_at("heat")
     viewer.change_heat(what="passes", other="grid")
     settle(viewer)

@@ -1,8 +1,8 @@
-"""The tests use the viewer's window like a person: under Xvfb, with keys and mouse by xdotool, and
-with screenshots.
+"""The tests use the viewer's window as a person does: under Xvfb, with keys and mouse by xdotool,
+and with screenshots.
 
-They belong to the full suite, because the window, its context and its programs take seconds to
-start on a software renderer.
+The tests belong to the full suite, because the window, its context and its programs take seconds
+to start on a software renderer.
 """
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Acts on a window like a desktop: drops files (XDND protocol) and requests a close.
+"""Does to a window what a desktop does: drops a file on it (XDND protocol) or asks it to close.
 
 Run ``python x_client.py drop WINDOW PATH`` or ``python x_client.py close WINDOW``. The environment
 variable ``DISPLAY`` names the X server.

@@ -169,8 +169,8 @@ def test_an_interrupted_run_goes_on(output: str, shared: bool, tmp_path, capsys,
     assert status == 130 and "2 of 6 parts are saved; --resume draws the others" in said
     status, said = run([*words, "--resume", "--size", "8x8"], capsys)
     assert status == 1 and "parts with another size" in said and said.count("\n") == 1
-    # Workers may resume a run of a single process, and a single process may resume a run of
-    # workers.
+    # Resume in the other way: workers resume a run of a single process, and a single process
+    # resumes a run of workers.
     status, said = run([*words, "--resume"] + ["--scheduler", address] * (not shared), capsys)
     assert status == 0 and ("wrote 4 frames" if shared else "4 of 6 frames drawn") in said
     found, expected = ([p for p in sorted((tmp_path / folder).rglob("*")) if p.is_file()]
@@ -294,9 +294,9 @@ def test_what_a_killed_run_held_is_free(tmp_path) -> None:
 
 
 def test_a_claim_on_what_was_just_let_go_is_not_one(tmp_path, monkeypatch) -> None:
-    """A claim checks that its locked file still exists in the folder. The previous owner may
-    delete the file after the claim opens the file and before the claim locks it. A lock on a
-    deleted file excludes nobody."""
+    """A run claims an output by a lock on a file, and checks that the locked file still exists in
+    the folder. The previous owner may delete the file after the run opens the file and before the
+    run locks it. A lock on a deleted file excludes nobody."""
     folder = tmp_path / "a.unfinished"
     others, lock = [FolderLock(folder, Path("a"))], claim._locked
 

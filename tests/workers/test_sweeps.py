@@ -54,7 +54,7 @@ def test_a_sweep_is_that_of_one_process(workers: Workers, tmp_path, monkeypatch)
     assert flag.exists()
     assert read(tmp_path / "shared") == read(tmp_path / "alone")
     assert len(read(tmp_path / "shared")) == len(TREES)
-    # A second sweep measures nothing again.
+    # A second sweep measures no cell again.
     monkeypatch.setattr(sweep, "results", lambda *_: pytest.fail("measured again"))
     measure.measure(TREES, tmp_path / "shared", workers=workers)
 

@@ -8,9 +8,10 @@
 // plane always comes from the same expression, so the ray's interval in this box equals the interval that a
 // stack would have kept.
 //
-// With STACK_SIZE above 0 far children wait in a stack, which is a local array. The array lives for one
-// pass only, and a push onto a full stack drops the lowest entry. If a ray's stack is empty and entries
-// were lost, the ray climbs. So every stack is large enough, and every schedule gives the same hits.
+// With STACK_SIZE above 0 far children wait in a stack, which is a local array. Entries can be lost: the
+// array is empty at the start of each pass, and a push onto a full stack drops the lowest entry. If a ray's
+// stack is empty and entries were lost, the ray climbs. So a stack of any size and every schedule give the
+// same hits.
 //
 // Planes are widened as boxes are (core/slack.glsl). A plane that ends a child is measured from hi_origin.
 // A plane that begins a child is measured from lo_origin.

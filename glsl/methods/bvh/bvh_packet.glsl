@@ -71,8 +71,8 @@ int visit() {
 
 bool on;   // the walk goes on
 
-// Walk from `node` to the next leaf, and pop a node from the stack where the walk is at a dead end. Stop
-// after `most` pairs of boxes.
+// Walk from `node` to the next leaf. At a node of which the packet enters no child, pop a node from the
+// stack. Stop after `most` pairs of boxes.
 void walk_on(int most) {
     on = true;
     int pause = min(step_limit, steps + most);

@@ -4,7 +4,7 @@
 //   `clear_place`, `load_place` and `store_place` handle the fields of the state besides the node.
 //   `go_on` continues at `node`, with a pop, or with the end of the walk.
 //   `leave_leaf` continues after the last triangle of a leaf.
-//   The kernels are `traverse`, which visits a node, and others of its own.
+//   `traverse`, a kernel, visits a node. A walk may define further kernels.
 //
 // The field `turns` has a bit for each octant whose rays still wait. Departure from
 // drivers/boxes_by_interval.glsl: with INTERVAL_TEST all rays of an octant walk at once, even rays that

@@ -25,7 +25,8 @@ int below(int node, int first) {
     return is_portal(first) ? portal_code(first) : node + 1;
 }
 
-// The new `after` of a walk that goes from a node into the node's subtree if `down`, else to `past`.
+// The new `after` of a walk that leaves a node. If `down`, the walk goes into the node's subtree, else to
+// the node `past`.
 int way_out(int first, int escape, int past, bool down, int after) {
     int inside = is_portal(first) ? past : after;
     int outside = escape < 0 ? -1 : after;

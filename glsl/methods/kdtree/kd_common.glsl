@@ -7,8 +7,8 @@
 // to both children, for the far child. `leave_leaf` continues behind a leaf. Options choose the files
 // behind <entries> (where a search begins) and <interval> (where a ray continues behind a leaf).
 //
-// Departure: the survey's Figure 10 also enters the near child if t_split < 0. This is wrong for a ray that
-// starts beyond the plane.
+// Departure: in the survey's Figure 10, a ray with t_split < 0 enters the near child, too. This is wrong: a
+// negative t_split can mean that the ray starts beyond the plane.
 
 #include "methods/kdtree/kd.glsl"
 

@@ -1,8 +1,8 @@
 // kd-packet: Horn, Sugerman, Houston, Hanrahan, "Interactive k-D Tree GPU Raytracing", I3D 2007 (survey,
 // section 3.4, Figures 13 and 14). The rays of a packet share the node and its fetch. Each ray keeps its
-// own interval. The packet enters a child if any ray needs the child. If the packet enters both children,
-// it pushes the far child. A restart begins at the root, or with PUSH_DOWN at the last node that holds the
-// rest of every ray's interval (see kd_push_down.glsl).
+// own interval. The packet enters a child if any ray needs the child. If it needs both children, it enters
+// the near child and pushes the far child. A restart begins at the root. With PUSH_DOWN, it begins at the
+// last node that contains the rest of every ray's interval (see kd_push_down.glsl).
 //
 // Addition: with SKIP_EMPTY_LEAVES a packet passes leaves without triangles without fetching them, because
 // their parent says that they are empty. The survey does not mention this for Horn et al.
@@ -42,8 +42,8 @@ void start_ray(int r) {
     vec2 interval = box_interval(ray, scene_lo, scene_hi);
     float start = max(interval.x, ray.t_min);
     t_exit[r] = min(max(box_exit(ray, scene_lo, scene_hi), start), ray.t_max);
-    // A ray is awake in a node if its interval there has a length. Widen an interval of one point, so that
-    // its ray is awake.
+    // A ray is awake in a node if its interval in the node is longer than 0. Widen an interval that is a
+    // single point, so that its ray is awake.
     t_exit[r] = max(t_exit[r], start + abs(start) * (4.0 * ARITHMETIC_UNIT) + 1e-30);
     octant[r] = direction_octant(ray.inv_dir) + shared_axis(ray);
     t_turn[r] = start <= min(interval.y, ray.t_max) && ray.t_min <= ray.t_max ? start : NEVER;

@@ -9,8 +9,9 @@
 //   `leave` leaves a leaf. `pop` follows if rays go on: it pops a node, or restarts if the stack is empty.
 //
 // Empty leaves are visited, because the survey does not say that Horn et al. skipped them. Boxes are not
-// widened. As in kd_short_stack_era.glsl, the list of a leaf shares a field with the node, the node of a free
-// stack entry is 0, and the first entry's node is PUSHING while `pushed` may still move down.
+// widened. As in kd_short_stack_era.glsl, the cursor in a leaf's list shares a field of the state with the
+// node. The node of a free stack entry is 0. The first entry's node is PUSHING while `pushed` may still move
+// down.
 
 #define node place      // of a packet in a leaf: the cursor
 #define cursor place
@@ -121,8 +122,8 @@ void push(Packet_rays rays, inout State state, inout Hit hit) {
     state.t_max_0 = state.t_far;
 }
 
-// Test a triangle as core/triangle.glsl does (Moeller and Trumbore 1997). A ray that waits for its turn tests
-// it too.
+// Test a triangle as core/triangle.glsl does (Moeller and Trumbore 1997). Rays that wait for their turn also
+// test the triangle.
 void intersect(Packet_rays rays, inout State state, inout Hit hit) {
     float i = reference_triangle(state.cursor);
     vec3 v0 = triangle_v0(i);
@@ -173,7 +174,7 @@ void restart(inout State state) {
     state.phase = TRAVERSE;
 }
 
-// Pop a node, and once more if no ray is awake in it. If the stack is empty, restart.
+// Pop a node. If no ray is awake in this node, pop another node. If the stack is empty, restart.
 void pop(Packet_rays rays, inout State state, inout Hit hit) {
 #if STACK_SIZE > 0
     if (state.node_0 > FREE) {

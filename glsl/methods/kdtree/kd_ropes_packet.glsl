@@ -1,8 +1,9 @@
 // kd-ropes-packet: Popov, Günther, Seidel, Slusallek, "Stackless KD-Tree Traversal for High Performance GPU
 // Ray Tracing", Eurographics 2007 (survey, section 3.4, Figure 16). Each ray of a packet has its own node
 // and its own t. The packet fetches one node at a time. The rays at this node share the fetch, and rays at
-// other nodes wait. Ropes are not pushed down into subtrees. A leaf's rope therefore names the root of the
-// sibling subtree, where rays from different leaves meet again.
+// other nodes wait. A rope of a leaf names the node behind a face of the leaf. Ropes are not pushed down
+// into subtrees, so this node is the root of a whole sibling subtree, where rays from different leaves meet
+// again.
 //
 // The packet goes on to the node of the ray with the smallest t. Rays with a larger t wait, so a leaf that
 // several rays meet is fetched and tested for all of them at once.

@@ -1,10 +1,11 @@
 // kd-short-stack in the era form: the search of kd_short_stack.glsl, with a state that leaves one of a card's
 // four render targets to the hit.
 //
-// Three things make the state small, and none of them costs an instruction:
-//   In a leaf, the node and t_min are not needed: leave_leaf() sets both. The leaf's list lies in their fields.
-//   No stack holds the root, so the node of a free entry is 0, and no field counts the entries.
-//   A stack of a ray that is `pushing` is empty. The node of its first entry is then PUSHING.
+// Three rules make the state small, and none of them costs an instruction:
+//   1. In a leaf, the node and t_min are not needed, because leave_leaf() sets both. Their fields hold the
+//      cursor and the end of the leaf's list.
+//   2. No stack holds the root, so the node of a free entry is 0, and no field counts the entries.
+//   3. While a ray is `pushing`, its stack is empty. The node of its first entry is then PUSHING.
 
 #define node place      // of a ray in a leaf: the cursor
 #define cursor place

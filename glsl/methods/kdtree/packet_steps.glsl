@@ -6,9 +6,10 @@
 //   `leave` goes on behind a leaf.
 //   `begin` begins the next turn at the root.
 //
-// A kernel is a vote: it loads the places of all rays, but stores only its decision for the packet. The
-// rays then repeat the kernel, each for its own place (packet_ray.glsl). The fields `last` and `from` tell
-// the rays the last kernel and its node. The field `turns` has a bit for each turn that has not begun.
+// In a kernel, the rays vote: it loads the places of all rays, but stores only the decision for the packet.
+// A second pass repeats the kernel for each ray, and stores the ray's new place (packet_ray.glsl). For this
+// pass, the fields `last` and `from` hold the last kernel and its node. The field `turns` has a bit for each
+// turn that has not begun.
 //
 // The method's file for `step` defines `traverse`, `load_ray`, and these functions of the packet's state:
 //   `clear_packet`, `load_packet` and `store_packet` handle the fields that belong to the method.

@@ -3,11 +3,11 @@
 // `fixed_step` and kept within the range, so t is coarse, and a ray near an edge may miss both triangles.
 //
 // Departure: this test is a reconstruction, because the paper's program is not known to this project. We
-// assume that the host scales the scene into the range, and that it attaches to each quad the triangle's unit
-// normal and the unit normals of its edges: in these numbers a determinant of small edges would be zero. This
-// file computes in float32 what such a host would attach. The division here stands for the lookup texture
-// by which such a card would divide. u and v are not rounded, because they do not decide which triangle is
-// hit.
+// assume that the host scales the scene into the range, and that it attaches the triangle's unit normal and
+// the unit normals of its edges to each quad. Without them, the program would need a determinant of small
+// edges, which would be zero in fixed point. This file computes the normals of such a host in float32. The
+// division here stands for the lookup texture by which such a card would divide. u and v are not rounded,
+// because they do not decide which triangle is hit.
 
 #include "core/triangle.glsl"
 

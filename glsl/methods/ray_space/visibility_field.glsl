@@ -4,10 +4,10 @@
 // search finds where the ray starts in the list. The ray tests candidates in this order until a candidate
 // begins behind the hit. A ray that crosses the plane beyond all tiles hits nothing.
 //
-// Departure: a beam holds all triangles that a ray of any direction in its cell may meet, whereas a beam of
-// the paper holds what one sample direction meets. If the origin is very far away, the error of the
-// crossing point is larger than the margin of the beams. The ray then uses the list of its axis, which
-// holds all triangles.
+// Departure: a beam lists all triangles that a ray of any direction in its cell may meet. A beam of the paper
+// lists only the triangles that rays of a single sample direction meet. If the origin is very far away, the
+// error of the crossing point is larger than the margin of the beams. The ray then uses the list of its axis,
+// which holds all triangles.
 
 uniform int directions;
 uniform int tiles;
@@ -42,8 +42,8 @@ int beam_of(Ray ray) {
     return (beam * tiles + int(tile.y)) * tiles + int(tile.x);
 }
 
-// Two bounds on the ray's coordinate along its axis at t, which include rounding. The true point at t lies
-// between the earlier and the later bound, in the direction of the ray.
+// Two bounds on the ray's coordinate along its axis at t, with rounding. The true coordinate lies between
+// the two. A ray passes the earlier bound first.
 float earliest(Ray ray, float t) {
     float at = R(t * permute(ray, ray.direction).z);
     return R(permute(ray, upward(ray) ? ray.hi_origin : ray.lo_origin).z + at);

@@ -2,12 +2,12 @@
 // "The Hierarchical Ray Engine", WSCG 2006 (survey, section 3.6, Figure 23).
 //
 // A cone holds rays o + t d, t >= 0, with |o - apex| <= radius and cos(d, axis) >= cosine. For a point p on
-// such a ray, p - (o - apex) lies in the cone of the rays that begin at the apex. So if a ray meets a
-// sphere, the distance of the sphere's centre from this narrower cone is at most `radius` plus the sphere's
-// own radius. Let v be centre - apex, h its part along the axis and s its part across the axis. The
-// distance from the centre to the cone's side is s cosine - h sine, which is negative inside the cone. For
-// a centre behind the apex, the distance to the cone is |v|. The paper's test is |P - H| <= h tan + r /
-// cos. Multiplied by cosine, it becomes the test here, which has no pole at a right angle.
+// such a ray, p - (o - apex) lies in the cone of the rays that begin at the apex itself. Call this cone the
+// point cone. If a ray meets a sphere, the distance of the sphere's centre from the point cone is at most
+// `radius` plus the sphere's own radius. Let v be centre - apex, h its part along the axis and s its part
+// across the axis. The distance from the centre to the cone's side is s cosine - h sine, which is negative
+// inside the cone. For a centre behind the apex, the distance to the cone is |v|. The paper's test is |P - H|
+// <= h tan + r / cos. Multiplied by cosine, it becomes the test here, which has no pole at a right angle.
 //
 // Departures: a cone without cosine > 0 keeps every triangle. The value `reach` rejects spheres beyond the
 // ends of all rays. With `lines` the rays also extend backwards (t_min < 0), and the test uses |h|.

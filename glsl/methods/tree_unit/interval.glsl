@@ -1,8 +1,9 @@
 // The criterion of a kd-tree: the split plane cuts the ray's interval in the node into the intervals of the
 // near and the far child.
 //
-// One expression computes the t of a plane, as split and as face of a box. So the climb finds for a far
-// child exactly the interval that a stack would have kept. At equal t a ray enters both children.
+// The same expression computes the t of a split plane and the t of a face of a box. So a ray that climbs
+// from a leaf to a far child computes exactly the interval that a stack would have kept for this child. At
+// equal t a ray enters both children.
 
 #include "methods/kdtree/kd.glsl"
 

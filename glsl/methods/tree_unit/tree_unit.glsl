@@ -1,6 +1,6 @@
 // tree-unit: the tree traversal that the survey proposes for hardware (section 5, "Ray Tracing Hardware
 // Architecture"): one traversal for kd-trees and BVHs, in which a programmable criterion chooses the
-// children of a node. The survey proposes no details, so those of this file are the project's own.
+// children of a node. The survey gives no details. The details in this file are the project's own.
 //
 // The option `criterion` chooses the file behind <criterion>. The file defines three functions. `choose`
 // gives the intervals in which the ray searches the two children of a node; an interval (x, y) is empty if

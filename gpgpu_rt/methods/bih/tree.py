@@ -1,15 +1,16 @@
 """Bounding interval hierarchy: the tree, and its build by halving cells.
 
 C. Waechter, A. Keller, "Instant ray tracing: the bounding interval hierarchy", EGSR 2006. A node
-holds an axis and two planes: the end of its left child and the start of its right child. The
-cells of a regular grid over the scene give the split planes. The build halves a cell across its
-longest side, and a triangle goes to the half that has the centre of its box. If one half has no
-triangles, the build makes no node and halves the other half again. The build computes no costs and
-does not put triangles in order. The tree's size is linear in the number of triangles.
+holds an axis and two planes: the end of its left child and the start of its right child. Each node
+has a cell. The root's cell contains the centres of all triangles' boxes. The build halves a cell
+across its longest side, and a triangle goes to the half that contains the centre of its box. If
+one half has no triangles, the build makes no node, and halves the other half again. The build
+computes no costs and does not sort triangles. The tree's size is linear in the number of
+triangles.
 
 Departures: all nodes of a level are split at once, not one by one in place. A node is split into
-two halves of equally many triangles if the centres coincide, so that no plane separates them, and
-also near the depth cap.
+two halves of equally many triangles in two cases: near the depth cap, and if the centres of all
+boxes coincide, so that no plane separates them.
 """
 from __future__ import annotations
 
@@ -24,8 +25,8 @@ from ...accel.runs import expand, owners, run_starts
 from ...accel.sound import alike, are_pairs, each_once, named
 
 LEAF = 3            # the axis of a leaf
-# The most halvings of an axis between two nodes. The build scales centres to between -1 and 1, and
-# they are multiples of 2^-149, so about 150 halvings separate any two centres.
+# The most halvings of an axis from one node to its child. Scaled centres lie between -1 and 1 and
+# are multiples of 2^-149, so about 150 halvings separate any two different centres.
 HALVINGS = 160
 
 

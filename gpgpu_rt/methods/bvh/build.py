@@ -19,7 +19,8 @@ BUILDERS = {"sah": sah.build, "kay-kajiya": median.build, "goldsmith-salmon": in
 
 
 def node_limit(triangles: int, copies: float = 1) -> dict[str, int]:
-    """The argument ``most_nodes`` for `build_bvh`. Without a need for it, the result is empty.
+    """The argument ``most_nodes`` for `build_bvh`, as a dictionary; an empty dictionary if no
+    limit is needed.
 
     A limit is needed if all ``copies`` of the tree together could have more nodes than a float can
     index exactly.

@@ -2,14 +2,14 @@
 
 C. Lauterbach, M. Garland, S. Sengupta, D. Luebke, D. Manocha, "Fast BVH Construction on GPUs",
 Eurographics 2009. Triangles are sorted by the codes, along a space-filling curve. A triangle's
-place in this order is its slot. Each gap between neighbouring slots gives an inner node. The first
-bit in which the two codes at the gap differ is the node's level. The paper sorts a list of splits
-by level.
+place in this order is its slot. Each gap between neighbouring slots gives an inner node. The
+node's level is the position of the first bit in which the two codes at the gap differ. The paper
+sorts a list of the gaps by level.
 
 Here, the tree follows directly from the sorted codes. A node spans all slots around its gap whose
 codes share the bits before the node's level. At each end of this span is another gap. The node's
-parent is the node of one of these two gaps: the gap whose codes share more bits. Triangles with
-equal codes are separated by the bits of their slot numbers.
+parent is the node of one of these two gaps: the gap whose two codes share more leading bits. If
+triangles have equal codes, the bits of their slot numbers follow the codes.
 
 `methods/bvh/gpu_build/lbvh.py` builds the same tree by fragment passes, node for node.
 """
@@ -46,7 +46,8 @@ def build(triangles: np.ndarray, *, morton_bits: int = AXIS_BITS, max_leaf: int 
 
 
 def unit_exponent(triangles: np.ndarray) -> int:
-    """The exponent of a power of two that scales coordinates to at most about 1 in size."""
+    """The exponent of the power of two that scales all coordinates to magnitudes of at most about
+    1."""
     _, exponent = np.frexp(np.abs(triangles).max(initial=0))
     return int(np.clip(-exponent, -126, 126))
 

@@ -1,4 +1,5 @@
-"""Octant copies: a tree in eight orders. Each order is front to back for a direction octant."""
+"""Octant copies: eight copies of a tree. Each copy has the order of nodes that is front to back
+for the directions of an octant."""
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -24,8 +25,8 @@ class OctantCopies:
     Copy o is for directions whose component a is negative if and only if bit a of o is set.
 
     Small subtrees may be stored once for all eight copies, because near the leaves the order of
-    children matters little. These shared subtrees follow the copies, in the tree's own order. Each
-    copy then holds only the root of a shared subtree. The root is called the subtree's portal.
+    children matters little. These shared subtrees are stored behind the copies, in the tree's own
+    order. Of a shared subtree, each copy holds only the root, which is called the portal.
 
     Attributes
     ----------
@@ -127,7 +128,7 @@ class OctantCopies:
 
 
 def times_stored(shared_subtrees: int | None) -> float:
-    """An approximate upper bound on how many times each node of a tree is stored, on average.
+    """An approximate upper bound on the average number of times that a node of a tree is stored.
 
     On the trees of bunny, robots, kitchen and conference, nodes were stored 2.1 times with shared
     subtrees of up to 16 nodes, 1.5 times with 32, and 1.2 times with 64. An unbalanced tree has

@@ -35,8 +35,8 @@ class RayStreams(MethodDriver):
     further rays start at the root.
 
     Between two passes, the stream holds at most ``stream_size`` elements for each level of the
-    tree, because pushed elements lie one level deeper than popped elements, and leaves push
-    nothing.
+    tree. This holds because pushed elements are one level deeper than popped elements, and leaves
+    push no elements.
 
     Attributes
     ----------
@@ -147,8 +147,8 @@ class RayStreams(MethodDriver):
         self._blend(moderngl.MIN)
         self._scatter("drivers/nearest", lowest, [tested, least], count, "LOWEST")
         self.gpu.context.enable_only(moderngl.NOTHING)
-        # The values were rounded to the storage format when the triangle was tested, so the store
-        # function need not round them again.
+        # The triangle test has already rounded the values to the storage format, so the function
+        # that stores them need not round again.
         target = hits.part(replace(hits.record, storage="fp32"))
         self._scatter("drivers/nearest", target, [tested, met, least, lowest], count, "HITS")
         target.release()

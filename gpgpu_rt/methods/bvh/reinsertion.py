@@ -1,17 +1,18 @@
 """Reinsertion: remove subtrees of a finished tree and insert them where they cost least.
 
 D. Meister, J. Bittner, "Parallel Reinsertion for Bounding Volume Hierarchy Optimization", CGF
-37(2), 2018. All nodes search for their best place at once. A place is a node: the subtree that
-moves there becomes the node's sibling, below a new common parent. A move is not made if another
-move with a greater gain conflicts. The cost of an inner node is its area. So the gain of a move is
-the area that it saves, and the SAH cost of the tree falls.
+37(2), 2018. The roots of all subtrees search for their best place at once. A place is a node. If a
+subtree moves to a place, a new inner node replaces the place and has two children: the place and
+the subtree. A move is not made if it conflicts with a move of greater gain. The cost of an inner
+node is its area. The gain of a move is the decrease of the sum of these areas.
 
 Departures: the search goes from ancestor to ancestor, as in the paper. From each ancestor, it goes
 down level by level, not depth first, because numpy processes many nodes at once. Subtrees whose
 move was in conflict search again in the same round, whereas in the paper they wait for the next
-round. Two moves conflict if they change the same link, or if one moves into the subtree that the
-other moves. The paths of moves without a conflict may cross. If all moves together gain nothing,
-only the better half of them is made.
+round. Two moves conflict if they change the links of the same node, or if the first move's place
+lies in the subtree of the second move. The paths between the old and the new places of two moves
+may cross: this is no conflict here. If the moves together gain nothing, only the better half of
+the moves is made.
 """
 from __future__ import annotations
 
@@ -24,7 +25,7 @@ from ...threads import threads
 from .tree import LooseTree
 
 AT_ONCE = 1 << 14   # nodes that search together; their data stays in a core's cache
-WORTH = 0.03        # a round ends when a smaller share of the moves that were found is made
+WORTH = 0.03        # a round ends if the share of moves made, of all moves found, is below this
 
 
 def reinserted(tree: LooseTree, triangles: np.ndarray, rounds: int) -> LooseTree:
@@ -124,13 +125,13 @@ class _Tables:
         while len(on):
             self._search_below(moves, on, pivot, sibling[on], freed[on])
             on = on[pivot[on] > 0]
-            # Without the subtree, its parent is superfluous. Each ancestor above the parent
-            # shrinks to the box of the nodes that remain below the ancestor.
+            # When the subtree leaves, its old parent is removed. The box of each ancestor above
+            # the parent shrinks to the nodes that remain below the ancestor.
             high = on[pivot[on] != parent[nodes[on]]]
             beside[high] = np.maximum(beside[high], box[sibling[high]])
             freed[high] += area[pivot[high]] - _half_area(beside[high])
-            # The pivot itself is a place too: a new parent joins the pivot and the subtree. The
-            # new parent's box is the pivot's old box.
+            # The pivot itself is a place, too: a new node becomes the parent of the pivot and the
+            # subtree. The new node's box is the pivot's old box.
             self._store_better(moves, high, pivot[high], pivot, freed[high] - area[pivot[high]])
             sibling[on] = self._sibling(pivot[on])
             pivot[on] = parent[pivot[on]]
@@ -145,8 +146,8 @@ class _Tables:
         which : (k,) int, indices of moves, ascending; an index may occur several times
         pivot : (m,) int, the present ancestor of each move
         place : (k,) int, a place for each entry of `which`
-        left_over : (k,) float32, the area that the subtree's removal saves, minus the growth of
-            the nodes above the place
+        left_over : (k,) float32, the area that the subtree's removal saves, minus the area by
+            which the nodes between pivot and place grow
         """
         while True:
             # Prune places that cannot gain: the new parent's area is at least the subtree's area.
@@ -212,8 +213,9 @@ class _Tables:
     def _make(self, moves: _Moves, made: np.ndarray) -> None:
         """Make the moves that ``made``, (m,) bool, marks.
 
-        If the moves together do not lower the cost, undo them and try the better half of them, and
-        so on. At the end, ``made`` marks the moves that were made.
+        If the moves together do not lower the cost, undo them and make only the better half of
+        them. Repeat this until the cost is lower or a single move is left, which is made in any
+        case. At the end, ``made`` marks the moves that were made.
         """
         before = [values.copy() for values in (self.left, self.right, self.parent)]
         cost = self.cost

@@ -19,8 +19,8 @@ from .top_down import TriangleLevel
 from .tree import MAX_LEAF, LooseTree
 
 FEW = 12                        # nodes of at most this many triangles are swept
-# Nodes are swept in groups of nodes of similar size. Each number is the most triangles of a node
-# in a group.
+# Nodes are swept in groups of nodes of similar size. FEW_SIZES are the largest numbers of
+# triangles of a node in each group.
 FEW_SIZES = (2, 3, 4, 6, 8, FEW)
 ITEM_CHUNK = 1 << 17            # triangles binned together
 
@@ -74,9 +74,9 @@ def splitter(*, bins: int = 32, max_leaf: int = MAX_LEAF, traversal_cost: float 
 def _best(level: TriangleLevel, bins: int, run: Run) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """The cheapest split of each node: its cost, axis and number of triangles on the left.
 
-    For each side of a split, the area is multiplied by the number of triangles. The cost is the
-    sum of these two products, divided by the node's area. The number of triangles is 0 if no split
-    was found.
+    For each side of a split, the area of the side's box is multiplied by the number of its
+    triangles. The cost is the sum of these two products, divided by the node's area. If no split
+    was found, the returned number of triangles is 0.
     """
     nodes = len(level.count)
     cost = np.full(nodes, np.inf, np.float32)
@@ -107,7 +107,7 @@ def _best(level: TriangleLevel, bins: int, run: Run) -> tuple[np.ndarray, np.nda
 
 def _cheapest(left: np.ndarray, right: np.ndarray, taken: np.ndarray,
               count: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The cost and the `taken`, (k,) each, of the cheapest of the p candidate splits of each node.
+    """The cost and the entry of `taken`, (k,) each, of the cheapest of each node's p splits.
 
     Parameters
     ----------

@@ -1,8 +1,8 @@
 """The node tables of the BVH family.
 
-A table is laid out once for each tree. When the boxes change, it is only refilled. ``Threads`` has
-nodes with escape indices, in one order, or in eight orders for the direction octants. ``Pairs``
-has inner nodes with the boxes of both children.
+The order of a table's records is computed once for each tree. When the boxes change, only the
+boxes are written again. ``Threads`` has nodes with escape indices, in one order, or in eight
+orders for the direction octants. ``Pairs`` has inner nodes with the boxes of both children.
 """
 from __future__ import annotations
 
@@ -98,7 +98,8 @@ class Threads:
     def _corner(self, met: np.ndarray, other: np.ndarray) -> Column:
         """A corner of each record's box.
 
-        The corner is ``met``, (n, 3), but ``other`` along the axes that ``reversed`` marks.
+        Its coordinates come from ``met``, (n, 3). Along the axes that ``reversed`` marks, they
+        come from ``other``, (n, 3).
         """
         def make(rows: slice) -> np.ndarray:
             source = self.source[rows]     # `take` is several times as fast as indexing

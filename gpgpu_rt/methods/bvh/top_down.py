@@ -1,9 +1,9 @@
 """Top-down build of a binary tree over triangles. All nodes of a level are split together.
 
 The triangles are sorted once by centroid along each axis. In each of these three orders, the
-triangles of a node are a run. A split moves the first triangles of the run in one of the orders to
-the left child. Each order is then filtered by side. It stays sorted, so the build never sorts
-again.
+triangles of a node are consecutive: a run. A split along an axis moves the first triangles of the
+run in this axis's order to the left child. Each order is then filtered by side and stays sorted,
+so the build never sorts again.
 """
 from __future__ import annotations
 
@@ -55,9 +55,9 @@ def build(triangles: np.ndarray, splitter: Splitter,
           cluster: np.ndarray | None = None) -> LooseTree:
     """Split nodes until the splitter makes every node a leaf.
 
-    cluster : (n,) int, the number, from 0 up, of the cluster of each triangle. No cluster may be
-        empty. The clusters are the first nodes of the result, and roots of separate trees. If
-        None, all triangles begin in one root
+    cluster : (n,) int, the number of each triangle's cluster, counted from 0. No cluster may be
+        empty. Each cluster becomes a tree of its own, and the roots of these trees are the first
+        nodes of the result. If None, all triangles form a single tree
     """
     # Scale by a power of two, because areas of tiny or huge scenes would underflow or overflow.
     # This changes only exponents.

@@ -96,8 +96,8 @@ class LooseTree:
     def coarsened(self, most_nodes: int) -> LooseTree:
         """A tree of at most `most_nodes` nodes.
 
-        If the tree is larger, all subtrees with at most a certain number of triangles become
-        leaves. This number is the same in the whole tree.
+        If the tree is larger, every subtree with at most k triangles becomes a leaf. The number k
+        is the same for the whole tree, and is chosen so that the limit is kept.
         """
         if len(self.left) <= most_nodes:
             return self
@@ -106,9 +106,8 @@ class LooseTree:
                                                       most_nodes))
 
     def with_leaves(self, triangles: np.ndarray, max_leaf: int) -> LooseTree:
-        """A tree in which subtrees became leaves wherever this does not raise the SAH cost.
-
-        Each of these subtrees has at most `max_leaf` triangles. A node and a triangle both cost 1.
+        """A tree in which a subtree of at most `max_leaf` triangles is replaced by a leaf wherever
+        the replacement does not raise the SAH cost. A node and a triangle both cost 1.
         """
         inner = tree_order.inner_levels(self.left, self.right) if len(self.left) else []
         if not inner:

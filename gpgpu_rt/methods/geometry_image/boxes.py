@@ -1,8 +1,8 @@
 """Image boxes: an image tree's boxes on the host, and front-to-back links made from these boxes.
 
-Traversal does not read these boxes, because fragment passes compute the boxes that it reads. The
-order of children only affects the length of a search. So the links stay valid when positions
-change.
+Traversal does not read these boxes: it reads boxes that fragment passes compute. When positions
+change, the links still lead to all nodes. The order of children may then be worse, which only
+makes searches longer.
 """
 from __future__ import annotations
 

@@ -1,8 +1,9 @@
 """Image tree: quadtrees over the cells of a geometry image, with links (Carr et al. 2006).
 
-A cell is a quad between 2 x 2 neighbouring texels. The tree depends only on the sizes of the
-charts, not on the positions in their texels. If positions change, only the boxes change, and
-fragment passes compute the boxes (gpgpu_rt/methods/geometry_image/pyramid.py).
+A chart is a rectangle of texels, which hold positions. A cell is a quad between 2 x 2 neighbouring
+texels. The tree depends only on the sizes of the charts, not on the positions in their texels. If
+positions change, only the boxes change, and fragment passes compute the boxes
+(gpgpu_rt/methods/geometry_image/pyramid.py).
 
 A mesh that is no geometry image becomes an image of unconnected cells along a Morton curve. Each
 cell then holds a single triangle, and a quadtree over the curve is a hierarchy over space.
@@ -36,9 +37,9 @@ class ImageTree:
     hit : A node's first child, or -1 - leaf for a node at which rays stop, (m,) int32.
     levels : The first node of each level, then the number of nodes, (k + 1,) int64.
     corner : The first texel of each quad at the level where rays stop, (leaves,) int32.
-    across, down : Distance in texels from the first texel of each quad to the quad's next corner
-        in the same row, and to its next corner in the same column, (leaves,) int32.
-    face : The first face of each of these quads, (leaves,) int32.
+    across, down : Difference between two texel indices, (leaves,) int32: from the first corner of
+        each quad to the next corner in the same row, and to the next corner in the same column.
+    face : The first face of each quad in `corner`, (leaves,) int32.
     root : The root of the first chart, or -1 without charts.
     """
 

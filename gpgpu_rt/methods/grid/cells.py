@@ -1,12 +1,13 @@
 """Uniform grid: the structure and its build.
 
-T. J. Purcell, I. Buck, W. R. Mark, P. Hanrahan, "Ray tracing on programmable graphics
-hardware", SIGGRAPH 2002. A cell lists only triangles that overlap the cell; that a triangle's box
-overlaps the cell is not enough. The build tests overlap by separating axes (T. Akenine-Moeller,
-"Fast 3D triangle-box overlap testing", 2001). A column is a row of cells along the dominant axis
-of the triangle's normal. For each column, the build first computes the cells that the triangle's
-plane crosses. It then tests the triangle's edges in the three projections along the axes. Cells
-are widened by `bounds.PADDING` of the scene's size, and the tests are in float64.
+T. J. Purcell, I. Buck, W. R. Mark, P. Hanrahan, "Ray tracing on programmable graphics hardware",
+SIGGRAPH 2002. A cell lists the triangles that overlap the cell. It does not list a triangle if
+only the triangle's box overlaps the cell. The build tests overlap by separating axes (T.
+Akenine-Moeller, "Fast 3D triangle-box overlap testing", 2001). A column is a row of cells along
+the dominant axis of the triangle's normal. For each column, the build first computes the cells
+that the triangle's plane crosses. It then tests the triangle's edges in the three projections
+along the axes. Cells are widened by `bounds.PADDING` of the scene's size, and the tests are in
+float64.
 """
 from __future__ import annotations
 
@@ -25,8 +26,8 @@ MOST_CELLS_AN_AXIS = 512
 MOST_REFERENCES = 1 << 27           # 0.5 GiB of int32
 # An automatic resolution is halved while the mean number of references per triangle is larger.
 USUAL_REFERENCES = 64
-# Smallest side of a cell, in units of the padding. In smaller cells, the padding would list
-# triangles in many neighbouring cells that they do not overlap.
+# Smallest side of a cell, in units of the padding. With smaller cells, the padding would put a
+# triangle into many neighbouring cells that the triangle does not overlap.
 FINEST_CELL = 8
 CHUNK = 1 << 18                     # columns or cells processed together
 
@@ -69,9 +70,9 @@ def build_grid(triangles: np.ndarray, *, resolution: int | Sequence[int] | None 
     triangles : (n, 3, 3) float32, world units
     resolution : number of cells along each axis, one number or three, 1 to 512; None: derived
         from `density`
-    density : target number of cells per triangle. A flat scene has one cell across its thin axis
-        and the same target over the other axes. The resolution is halved while a triangle would
-        lie in more than 64 cells on average.
+    density : target number of cells per triangle. A flat scene has one cell across its thin axis,
+        and its other axes are divided so that the grid reaches the target. The resolution is
+        halved until the average triangle lies in at most 64 cells.
 
     Raises
     ------

@@ -59,8 +59,8 @@ _CULLING = replace(CULLING, option="intersection", files={
 
 def _prepare_packets(triangles: np.ndarray, options: Mapping[str, Any]) -> Accelerator:
     prepared = _prepare(triangles, options, False)
-    # Each traversal of the grid completes at least one ray, and visits each slice, cell and list
-    # entry at most once.
+    # A packet may traverse the grid several times. Each time, at least one ray is completed, and
+    # each slice, cell and list entry is visited at most once.
     grid, (width, height) = prepared.structure, options["packet"]
     once = len(grid.cell_start) + len(prepared.tables[REFERENCE.name]["triangle"])
     prepared.step_bound = (once + int(grid.resolution.max()) + 2) * width * height

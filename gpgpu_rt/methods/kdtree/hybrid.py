@@ -2,14 +2,15 @@
 
 C. Lauterbach et al., "Fast BVH construction on GPUs", Eurographics 2009, build a bounding volume
 hierarchy in this way. Hachisuka's survey proposes the same for kd-trees (section 5). In the upper
-levels, the surface area heuristic (SAH) would count many references for each split. Morton codes
-give all these levels at once. SAH in the levels below keeps the quality of the tree.
+levels, the surface area heuristic (SAH) would be slow, because each node has many references.
+Morton codes give all upper levels at once. Below the upper levels, SAH keeps the quality of the
+tree.
 
 In the paper, each triangle has a code. Here, every cell of a coarse lattice has a code, and lists
 the triangles that overlap it. The cells are sorted by code. A node of the upper levels is a prefix
 of codes: the part of the lattice whose codes begin with these bits. From level to level, nodes are
-halved along x, y and z in turn. A prefix with which no occupied cell's code begins is an empty
-leaf.
+halved along x, y and z in turn. If no occupied cell has a code with a node's prefix, the node is
+an empty leaf.
 """
 from __future__ import annotations
 
@@ -93,7 +94,7 @@ def cells_in_order(triangles: np.ndarray, vertices: np.ndarray, planes: np.ndarr
     box = np.concatenate([np.maximum(part_lo[:, whole] - pad, lo[:, owner]),
                           np.minimum(part_hi[:, whole] + pad, hi[:, owner])])
     held = np.bincount(owner, minlength=len(cell))
-    kept = np.flatnonzero(held)         # some cells touch triangles only by their padding
+    kept = np.flatnonzero(held)         # leave out cells that overlap triangles only by padding
     return (KdLevel(np.ascontiguousarray(lo[:, kept]), np.ascontiguousarray(hi[:, kept]),
                     held[kept], triangle, box), codes[kept])
 
@@ -101,8 +102,8 @@ def cells_in_order(triangles: np.ndarray, vertices: np.ndarray, planes: np.ndarr
 def upper_levels(codes: np.ndarray, bits: int, planes: np.ndarray) -> LooseKdTree:
     """The tree of the upper levels, over ascending codes.
 
-    The cells are children of nodes of this tree, but not nodes of it. If the tree has n nodes,
-    cell k has the number n + k.
+    The returned tree does not contain the cells. If it has n nodes, a child with the number n + k
+    stands for cell k.
     """
     prefixes = [np.unique(codes >> 3 * bits - depth) for depth in range(3 * bits + 1)]
     inner = sum(map(len, prefixes[:-1]))

@@ -1,9 +1,9 @@
 """Ropes: links from each face of a kd-tree's leaf to the node behind the face.
 
 The method is that of S. Popov, J. Günther, H.-P. Seidel, P. Slusallek, "Stackless KD-Tree
-Traversal for High Performance GPU Ray Tracing", Eurographics 2007. The construction starts at the
-root, whose ropes are nil, and goes down. Across the split plane, the ropes of two siblings point
-to each other. On all other faces, a child inherits its parent's ropes.
+Traversal for High Performance GPU Ray Tracing", Eurographics 2007. The construction goes down from
+the root, whose ropes are nil. The faces of two siblings in their split plane get ropes to each
+other. On all other faces, a child inherits its parent's ropes.
 """
 from __future__ import annotations
 

@@ -97,8 +97,9 @@ def _prepare_bounds(triangles: np.ndarray, options: Mapping[str, Any]) -> Accele
 def _with_boxes(prepare: Callable[..., Accelerator]) -> Callable[..., Accelerator]:
     """A ``prepare`` that adds the boxes of all nodes if the option ``entry_points`` is given.
 
-    If a face of a node's box lies on the scene's box, it is moved to infinity. The scene's box
-    itself already clips the rays there, so the rounding of the node's face does not matter.
+    If a face of a node's box lies on the scene's box, the face is moved to infinity. The scene's
+    box already clips rays at this place. So the face is not needed, and its rounding cannot lose a
+    hit.
     """
     def prepare_boxes(triangles: np.ndarray, options: Mapping[str, Any]) -> Accelerator:
         prepared = prepare(triangles, options)
@@ -175,8 +176,9 @@ def _packet_row(name: str, summary: str, citation: str, single: str,
                 **more: Any) -> Method:
     """A row of a packet method.
 
-    ``states`` returns the states of a packet and of a ray under ``step``. Under ``loop``, packets
-    run in a single pass, and ``state`` holds each ray's phase after this pass.
+    ``states`` returns two records for the schedule ``step``: the state of a packet and the state
+    of a ray. Under ``loop``, packets run in a single pass, and the row's ``state`` holds each
+    ray's phase after this pass.
     """
     glsl = f"methods/kdtree/{name.replace('-', '_')}"
 

@@ -10,8 +10,8 @@ level, whereas the paper keeps them sorted by merging.
 `binned` tries the ends of bins, and counts lower and upper faces in two histograms (M. Shevtsov,
 A. Soupikov, A. Kapustin, "Highly parallel fast kd-tree construction for interactive ray tracing of
 dynamic scenes", Eurographics 2007). As in this paper, nodes with few references are searched
-exactly. The bins span the references, not the node. So the candidates always include the planes
-that cut off empty space.
+exactly. The bins extend from the lowest to the highest face of the references, not over the whole
+node. So the candidates always include the planes that cut off empty space.
 """
 from __future__ import annotations
 
@@ -25,10 +25,10 @@ from ...accel.runs import chunks, expand, of_like_length, owners, run_starts
 from ...threads import Run
 
 FEW = 16                # nodes of at most this many references are searched exactly
-# These nodes are searched in groups of nodes of similar size. Each number is the most references
-# of a node in a group.
+# Nodes of at most FEW references are searched in groups of nodes of similar size. FEW_SIZES are
+# the largest numbers of references of a node in each group.
 FEW_SIZES = (1, 2, 3, 4, 6, 8, 12, FEW)
-WORTH_CUTTING = 0.2     # a slice of empty space gets no bonus if it is a smaller share of the node
+WORTH_CUTTING = 0.2     # empty space gets a bonus if it is at least this share of the node
 
 
 @dataclass
@@ -76,8 +76,8 @@ class Costs:
 
     A split that cuts off empty space costs (1 - empty_bonus) times its normal cost if the empty
     space is at least the share `WORTH_CUTTING` of the node. Without this limit, the bonus would
-    make the build cut off sliver after sliver until the depth cap. Without the limit, a bonus of
-    0.4 gives the bunny a tree of 5,000 leaves.
+    make the build cut off sliver after sliver until the depth cap. For example, a bonus of 0.4
+    without the limit gives the bunny a tree of 5,000 leaves.
     """
 
     traversal: float = 1.0

@@ -82,8 +82,8 @@ def children(level: KdLevel, nodes: np.ndarray, axis: np.ndarray, plane: np.ndar
              vertices: np.ndarray | None, pad: np.float32, run: Run = map) -> KdLevel:
     """The children of the given nodes: all left children, then all right children.
 
-    With this order, the references of each side only need to be filtered: they remain in the order
-    of the nodes.
+    In this order, the references of each side are already in the order of their nodes, so they
+    need no sorting.
     """
     count = level.count[nodes]
     index = expand(run_starts(level.count)[nodes], count)

@@ -6,11 +6,11 @@ ray tracing of dynamic scenes", Eurographics 2007 (survey, section 5), use min-m
 with exact SAH near the leaves.
 
 Here, threads share the work on the top levels. numpy releases the interpreter lock in its loops,
-so the threads run at the same time. They share the work by axis and by side, not by triangle. Then
-processes grow the subtrees from arrays in shared memory; each process gets about the same number
-of references. A node's split depends on the node alone, so several workers build the same tree as
-one worker, node for node. Only the limit `MOST_REFERENCES` can make a difference, because it
-applies to each group of subtrees separately.
+so the threads run at the same time. A thread works on an axis, or on the children of one side, not
+on a part of the triangles. Then processes grow the subtrees from arrays in shared memory; each
+process gets about the same number of references. A node's split depends on the node alone, so
+several workers build the same tree as one worker, node for node. There is one exception: the limit
+`MOST_REFERENCES` applies to each group of subtrees separately, and may end a group early.
 
 Processes are spawned, not forked, because a fork would inherit the OpenGL context.
 """
@@ -31,7 +31,7 @@ from .sah_growth import Rules, grow
 from .tree import LooseKdTree, join
 
 SUBTREES = 16       # fewest subtrees per worker: enough to distribute the references evenly
-GROUPS = 2          # groups of subtrees per worker: with two, workers end at about the same time
+GROUPS = 2          # groups of subtrees per worker; two even out the workers' times
 
 
 def grow_on_processes(level: KdLevel, vertices: np.ndarray | None, rules: Rules,

@@ -1,4 +1,5 @@
-"""Kd-tree: the finished tree, and the loose tree, in any order of nodes, that builders return."""
+"""Kd-tree: the finished tree, and the loose tree, which builders return with nodes in any
+order."""
 from __future__ import annotations
 
 import math
@@ -110,9 +111,9 @@ class LooseKdTree:
     def coarsened(self, most: int) -> LooseKdTree:
         """A tree of at most `most` nodes and at most `most` references.
 
-        If the tree is larger, all subtrees with at most a certain number of references become
-        leaves. This number is the same in the whole tree. Each of these leaves lists a triangle
-        only once.
+        If the tree is larger, every subtree with at most k references becomes a leaf, which lists
+        a triangle only once. The number k is the same for the whole tree, and is chosen so that
+        both limits are kept.
         """
         tree, nodes = self, min(most, len(self.axis))
         while nodes and (len(tree.axis) > most or len(tree.references) > most):
@@ -139,9 +140,9 @@ def join(top: LooseKdTree, groups: list[np.ndarray], subtrees: list[LooseKdTree]
 
     Parameters
     ----------
-    top : the top levels, of n nodes. The subtrees below them have roots 0, 1, ...; in `top`, root
-        k is the child with the number n + k
-    groups : for each entry of `subtrees`, the numbers k of its roots
+    top : the top levels, of n nodes. A child with the number n + k stands for the root of subtree
+        k
+    groups : for each entry of `subtrees`, the numbers k of the subtrees that it holds
     subtrees : the subtrees. An entry may hold several subtrees; its first nodes are their roots
     """
     nodes_above = len(top.axis)

@@ -5,9 +5,10 @@ Asia 2008 (survey, section 5). This numpy form defines the tree. The fragment pr
 `gpu_build/zhou.py` give the same tree, node for node. Therefore every value that decides a split
 is computed in float32, in the same order as in the programs.
 
-A large node has more than `small` references. If empty space on one side of the node is more than
+A reference is a triangle's entry in a node, with the box of the triangle's part in the node. A
+large node has more than `small` references. If empty space on one side of the node is more than
 the share `empty_cut` of the node's extent, a split cuts off this empty space. Otherwise the node
-is split in the middle of its longest axis, and references on both sides are clipped.
+is split in the middle of its longest axis, and a triangle that lies on both sides is clipped.
 
 A small root is a small node whose parent is large. For small nodes, the six faces of each
 reference's box are the candidate planes. Masks of 64 bits are computed once for each small root.
@@ -15,11 +16,11 @@ They tell which of the root's references lie left and right of each plane. Each 
 is also stored as a mask of the root's references.
 
 Departures from the paper: a split cuts off empty space on one side of a node, not on up to six
-sides. A reference is clipped by the split plane alone and cut to its old box, not to the six faces
-of the node. This clips three edges instead of a polygon. If all references of a node lie on both
-sides of the middle of its longest axis, the split uses another axis that separates references.
-After `FUTILE` levels without such an axis, the node becomes a leaf of any size. In small nodes,
-splits that cut off empty space get the bonus of `sah`.
+sides. A triangle is clipped by the split plane alone, not by the six faces of the node, and the
+result is cut to the reference's old box. Only the triangle's three edges are then clipped, not a
+polygon. If all references of a node lie on both sides of the middle of its longest axis, the split
+uses another axis that separates references. After `FUTILE` levels without such an axis, the node
+becomes a leaf of any size. In small nodes, splits that cut off empty space get the bonus of `sah`.
 """
 from __future__ import annotations
 
@@ -37,12 +38,12 @@ from .zhou_small import SmallRoots, grow_small
 
 MASK_BITS = 64
 EMPTY_CUT = 0.25    # the value of Zhou et al. for ray tracing
-FUTILE = 3          # most levels in a row that separate no references, one for each axis
+FUTILE = 3          # most levels in a row whose splits separate no references: one per axis
 # Levels of large nodes beyond `depth_cap`, because halving needs more levels than SAH.
 MORE_LEVELS = 8
 # Levels below a small root. More levels would add references but not shorten traversal.
 SMALL_LEVELS = 8
-SLACK = 2           # widening of a clipped part, in paddings, because the clip is in float32
+SLACK = 2           # clipped parts are widened by this many paddings, for float32 errors
 CHUNK = 1 << 18     # triangles clipped together
 
 
@@ -96,8 +97,8 @@ def build(triangles: np.ndarray, **options: object) -> LooseKdTree:
     Parameters
     ----------
     traversal_cost, intersection_cost, empty_bonus : As in `sah_build.build`.
-    max_depth : Largest number of levels. None for 16 + 1.3 log2 n levels of large nodes, and 8
-        levels below a small root.
+    max_depth : Largest number of levels. With None, large nodes have at most 16 + 1.3 log2 n
+        levels, and a small root has at most 8 levels below it.
     small : Largest number of references of a small node, up to 64.
     empty_cut : Empty space is cut off if its share of a large node's extent is larger than this.
     """
@@ -125,7 +126,8 @@ class Nodes:
         return first, first + 1
 
     def leaf(self, node: np.ndarray, count: np.ndarray, triangle: np.ndarray) -> None:
-        """Make these nodes leaves. `triangle` has the triangles of one leaf after another."""
+        """Make these nodes leaves. `triangle` holds the triangles of the first leaf, then of the
+        second leaf, and so on; `count` holds the number of triangles of each leaf."""
         self.leaves.append((node, count, triangle))
 
     def loose(self) -> LooseKdTree:
@@ -145,7 +147,8 @@ class Nodes:
 
 def grow_large(level: KdLevel, triangles: np.ndarray, rules: ZhouRules,
                nodes: Nodes) -> SmallRoots:
-    """Split a level of one node, and all large nodes below it. Return the small roots."""
+    """Split the tree's root, given as a level of a single node, and all large nodes below the
+    root. Return the small roots."""
     node, futile, depth = np.zeros(1, np.int64), np.zeros(1, np.int64), 0
     roots = SmallRoots()
     limit = MOST_REFERENCES * len(triangles) + 4096

@@ -13,9 +13,9 @@ class FixedPoint:
 
     Attributes
     ----------
-    half : half of the largest side of the scene's box, in these numbers. The rest of the range is
-        for origins outside of the box, and for t, which is a distance. An eighth of the range
-        suits most views of a scene
+    half : half of the largest side of the scene's box after scaling. The rest of the range is for
+        origins outside of the box, and for t, which is a distance. An eighth of the range is a
+        good value for most views of a scene
     """
 
     step: float

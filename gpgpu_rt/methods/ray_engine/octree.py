@@ -1,4 +1,4 @@
-"""Octree: the structure and its build. Cells of many triangles are halved along every axis.
+"""Octree: the structure and its build. A cell with many triangles is halved along all three axes.
 
 A. S. Glassner, "Space subdivision for fast ray tracing", 1984. N. A. Carr, J. D. Hall, J. C. Hart,
 "The ray engine", Graphics Hardware 2002, traverse an octree on the host. A cell lists the
@@ -80,8 +80,9 @@ def build_octree(triangles: np.ndarray, *, leaf_size: int = 8, density: float = 
     ----------
     triangles : (n, 3, 3) float32, world units
     leaf_size : cells that hold more triangles are split
-    density : limits the depth. A full tree of the largest depth has about 8 * `density` cells per
-        triangle. A level is not split if triangles could then lie in more than 64 cells on average
+    density : limits the depth. A full tree of the largest depth would have about 8 * `density`
+        cells per triangle. The build also ends at a level if a split could put a triangle into
+        more than 64 cells on average
 
     Raises
     ------

@@ -96,7 +96,8 @@ class BatchTargets:
 
     @property
     def passes(self) -> tuple[str, ...]:
-        """The names of the passes that draw quads, in their order. A name says what is kept."""
+        """The names of the passes that draw quads, in their order. A name says which hit the pass
+        keeps."""
         return ("KEEP_DEPTH",) if self.by_depth else ("KEEP_NEAREST", "KEEP_FIRST")
 
     def upload(self, rays: Mapping[str, np.ndarray]) -> int:
@@ -117,7 +118,8 @@ class BatchTargets:
 
     def draw_quads(self, keep: str, any_hit: bool, samplers: Samplers, accelerator: Accelerator,
                    quads: moderngl.Buffer, count: int, depth_end: float) -> None:
-        """Draw a buffer of quads. A quad is four floats of a rectangle, and a triangle's row."""
+        """Draw a buffer of ``count`` quads. A quad holds four floats, which are a rectangle, and
+        the row of a triangle."""
         context = self.gpu.context
         target = self.targets[keep]
         target.framebuffer.depth_mask = True     # clearing and drawing write depth

@@ -60,7 +60,8 @@ class RayTrip:
         return rays[on]
 
     def ready(self, waiting: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Sort waiting rays by cell, and divide them by the lengths of their queues.
+        """Sort waiting rays by cell, and divide them by the lengths of their queues. The queue of
+        a cell holds the rays that wait for the cell's triangles.
 
         The queues that are long enough are intersected now. If no queue is long enough, all queues
         are intersected now.
@@ -69,7 +70,7 @@ class RayTrip:
         -------
         chosen : the rays that the next batches intersect
         waiting : the rays that keep waiting
-        alone : the rays that the host itself intersects now, because their queues are very short
+        alone : the rays in very short queues, which the host itself intersects now
         """
         waiting = waiting[np.argsort(self.walk.key[waiting], kind="stable")]
         queues = Runs.of(self.walk.key[waiting])

@@ -28,12 +28,14 @@ GROWTH = 4      # ratio of the sizes of successive batches of triangles
 class RayHierarchy(MethodDriver):
     """Runs `ray-hierarchy`; see ``Driver``.
 
-    Triangles are traced in batches. The first batches are small, because their hits shorten the
-    rays; the hierarchy is rebuilt for the shorter rays before each batch. A batch begins as the
-    pairs of each of its triangles with each node of the top level. A pass takes ``stream_size``
-    pairs, and tests each triangle against the four children of its node. The pairs that remain
-    descend to the rays before the next ``stream_size`` pairs are tested. So no stream is longer
-    than four times ``stream_size``.
+    The triangles are divided into batches. Before each batch, the hierarchy over the rays is
+    rebuilt, and rays end at their nearest hits so far. The first batches are small, because their
+    hits shorten the rays for the later batches. A batch begins with all pairs of one of its
+    triangles and a node of the top level. A pass reads ``stream_size`` pairs, and tests the
+    triangle of each pair against the four children of the pair's node. The pairs with these
+    children that pass the test are processed in the same way, level by level down to the rays.
+    Only then the next ``stream_size`` pairs are tested. So no stream is longer than four times
+    ``stream_size``.
     """
 
     def __init__(self, setup: Setup) -> None:
@@ -112,7 +114,7 @@ class RayHierarchy(MethodDriver):
         return kept
 
     def _count(self, level: int, first: int, count: int) -> None:
-        """Count each pair as a visit to the node's children, made by every ray below the node."""
+        """Count a visit to the children of each pair's node, for every ray below this node."""
         visits = self._visits[level - 1]
         self.blend(moderngl.FUNC_ADD)
         self.room.scatter("pair_visits", visits, [self._pairs[level]], count, base=first,
@@ -273,7 +275,8 @@ class _Trace:
     def _descend(self, level: int, pairs: int) -> None:
         """Test the pairs of a level, and the pairs that remain on all levels down to the rays.
 
-        Take a part of the pairs down to the rays before the next part.
+        The pairs are divided into parts. A part descends to the rays before the next part is
+        tested.
         """
         chunk = self.owner.options["stream_size"] * (1 if level else 4)
         for first in range(0, pairs, chunk):

@@ -3,7 +3,8 @@
 J. Arvo, D. Kirk, "Fast Ray Tracing by Ray Classification", SIGGRAPH 1987. A beam is the box of its
 origins swept along its directions. It is convex and has five bounding planes: a plane behind the
 origins, and four planes with the extreme slopes of its directions (the paper's "linear
-separation"). The tests are in float64 with padding. In doubt they report an overlap.
+separation"). The tests compute in float64, and pad the beams. A test that cannot decide reports an
+overlap.
 """
 from __future__ import annotations
 

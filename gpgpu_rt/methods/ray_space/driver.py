@@ -30,7 +30,8 @@ class RayClasses(Traversal):
         self._own: dict[Record, Samplers] = {RAY_BOX: {}, CANDIDATE: {}}
 
     def follow(self, samplers: Samplers, accelerator: Accelerator, step_cap: int) -> None:
-        """Use the tables of triangles that moved. Drop all lists, which are for old positions."""
+        """Use the tables of triangles that moved. Drop all lists, because they were made for the
+        old positions."""
         self._release_own()
         self._given = samplers
         super().follow(samplers, accelerator, step_cap)

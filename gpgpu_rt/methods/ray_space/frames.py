@@ -20,7 +20,7 @@ SLACK = 64.0     # error bound in roundoff units, relative to distances, as in g
 
 @dataclass(frozen=True)
 class RaySpace:
-    """The rays for which the tables are valid, and the error bounds of these rays.
+    """The rays for which a method's tables are valid, and the error bounds of these rays.
 
     Attributes
     ----------

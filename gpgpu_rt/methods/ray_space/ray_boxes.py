@@ -1,4 +1,4 @@
-"""Five-dimensional boxes of rays. Lists of the boxes' candidates are made when rays need them.
+"""Five-dimensional boxes of rays. A box gets its list of candidates when rays need the list.
 
 J. Arvo, D. Kirk, "Fast Ray Tracing by Ray Classification", SIGGRAPH 1987 (survey, Table 1). A ray
 is a five-dimensional point: its origin, and its (u, v) on a face of the direction cube. From one
@@ -7,9 +7,9 @@ that its rays may hit.
 
 The paper halves a box until it has few candidates. Here, the rays of a call decide: a box may have
 a list if it holds ``min_rays`` rays. Each cell of the finest level uses the list of the smallest
-such box around it. If all these lists would exceed the budget, the minimum of rays is raised. The
-paper finds a box's candidates among the candidates of the next larger box. Here, a BVH finds them,
-so no list is made that no ray reads.
+box around the cell that has a list. If all these lists would exceed the budget, ``min_rays`` is
+raised for this call. The paper finds a box's candidates among the candidates of the next larger
+box. Here, a BVH finds the candidates, so the larger boxes need no lists.
 
 A directory holds the start of every finest cell's list, so that a ray finds its list by one
 lookup. If lists do not fit into the budget, their rays use the lists of larger boxes. The largest
@@ -32,10 +32,10 @@ from .frames import ORDERS, RaySpace
 SENTINEL = -1           # the entry that ends a list
 MIB = 1 << 20
 CANDIDATE_BYTES, CELL_BYTES = 8, 4     # bytes in float32 textures
-SAMPLES = 48            # lists of each level from which the memory of all lists is estimated
+SAMPLES = 48            # the memory of a level's lists is estimated from this many of the lists
 FILLED = 0.8            # share of the budget that an estimate may reach
-RAISED = 4              # factor by which the minimum of rays is raised if an estimate is larger
-FACES = 6               # a face of the direction cube is 2 * axis, + 1 for negative directions
+RAISED = 4              # factor by which ``min_rays`` is raised if an estimate exceeds the share
+FACES = 6               # number of a cube face: 2 * axis, + 1 if its directions are negative
 
 
 class RayBoxes:
@@ -97,7 +97,7 @@ class RayBoxes:
 
     @property
     def triangle(self) -> np.ndarray:
-        """The triangles of one list after another, (k,) int32. -1 ends each list."""
+        """The triangles of all lists in a single array, (k,) int32. -1 ends each list."""
         return self._triangle[:self.used]
 
     @property
@@ -139,7 +139,8 @@ class RayBoxes:
     def ask(self, cells: np.ndarray) -> bool:
         """Make the lists that rays need. Return whether the directory changed.
 
-        ``cells`` has each ray's finest cell. Other numbers, for misses and faces, are ignored.
+        ``cells`` holds the number of each ray's finest cell. Numbers that are no cell are ignored:
+        rays that miss the scene, and rays that use the list of a face, have such numbers.
         """
         began = time.perf_counter()
         chosen, rays = np.unique(cells[(cells >= 0) & (cells < self.cells)], return_counts=True)
@@ -152,7 +153,7 @@ class RayBoxes:
         earlier = old > FACES * (len(self.faces[0].order) + 1)
         full = earlier and old + expected * self._missing(chosen, wanted) > self.most
         if (full or not self._make(chosen, rays, wanted)) and earlier:
-            self.forget()               # drop the lists of earlier calls, which fill the budget
+            self.forget()               # drop the lists of earlier calls to free the budget
             self._make(chosen, rays, wanted)
             before = np.full(len(chosen), -1)
         for level in range(1, self.levels):

@@ -1,18 +1,20 @@
 """Visibility field: parallel beams for cells of directions, each with its triangles in order.
 
 J. Mortensen, P. Khanna, I. Yu, M. Slater, "A Visibility Field for Ray Tracing", CGIV 2007 (survey,
-Table 1). Three faces of the direction cube are divided into cells. They cover half the sphere of
-directions, which is enough, because a beam serves rays in both directions. For each cell, a grid
-of tiles covers the plane through the scene's centre perpendicular to the face's axis. A cell and a
-tile define a beam: all lines that have a direction in the cell and cross the plane in the tile.
+Table 1). Three faces of the direction cube are divided into cells. The three faces cover half of
+all directions. This is enough, because a ray of the opposite direction uses the same beam. For
+each cell, a grid of tiles covers the plane through the scene's centre perpendicular to the face's
+axis. A cell and a tile define a beam: all lines that have a direction in the cell and cross the
+plane in the tile.
 
 In the paper, a beam lists the triangles that its central direction hits. Here, a beam lists all
 triangles that any line of the beam may hit, so that a ray of any direction finds its hit.
 
-The triangles of a beam are sorted by their near ends along the axis. Each triangle also has the
-largest far end of all triangles up to it. Therefore a binary search finds the first triangle that
-a ray from any point of the beam may hit, both up and down the axis. The paper uses a tree along
-the beam for this search.
+A triangle's near end is its lowest coordinate along the axis, and its far end is its highest. The
+triangles of a beam are sorted by their near ends. The beam also stores, for each triangle, the
+largest far end among this triangle and the triangles before it. Therefore a binary search finds
+the first triangle that a ray from any point of the beam may hit, both up and down the axis. The
+paper uses a tree along the beam for this search.
 """
 from __future__ import annotations
 
@@ -32,8 +34,8 @@ MIB = 1 << 20
 ENTRY_BYTES, BEAM_BYTES = 16, 8      # bytes in float32 textures
 SAMPLES = 2000          # triangles from which the size of a field is estimated
 FINEST = (8, 24)        # the most directions and the most tiles by default
-# The least ratio of tiles to directions. With a smaller ratio, a field of equal memory makes rays
-# test more triangles.
+# The least ratio of tiles to directions, both along a side. Of two fields with equal memory, the
+# field with a smaller ratio makes rays test more triangles.
 TILES = 2
 USUAL_ENTRIES = 1024    # the most entries per triangle by default
 CHUNK = 1 << 20         # entries processed together
@@ -166,9 +168,9 @@ def _resolution(frames: list[_Frame], directions: int, tiles: int, usual: float
                 ) -> tuple[int, int]:
     """The numbers of directions and tiles of a field with at most ``usual`` entries.
 
-    The numbers are at most ``directions`` and ``tiles``. First, reduce the directions until the
-    field has room for ``TILES`` times as many tiles as directions. Then find the largest number of
-    tiles for which it has room.
+    The numbers are at most ``directions`` and ``tiles``. First, reduce the number of directions
+    until a field with ``TILES`` times as many tiles has at most ``usual`` entries. Then find the
+    largest number of tiles with which the field has at most ``usual`` entries.
     """
     while directions > 1 and _estimate(frames, directions, min(TILES * directions, tiles)) > usual:
         directions -= 1

@@ -7,8 +7,8 @@ The passes, in this order:
 2. ``tile_cones`` computes the cone around each tile's rays.
 3. ``tile_ends`` computes the distance to which each tile's rays search.
 4. For each batch of triangles, ``tile_pairs`` draws all pairs of a triangle and a tile. The vertex
-   stage drops pairs that cannot meet. MIN blending keeps each ray's nearest t. Before the next
-   batch, ``tile_ends`` shortens the tiles' search.
+   stage drops a pair if the tile's cone cannot meet the triangle. MIN blending keeps each ray's
+   nearest t. Before the next batch, ``tile_ends`` shortens the distances to the nearest hits.
 5. ``tile_pairs`` draws all pairs once more, and keeps the lowest index of the triangles at each
    ray's nearest t.
 6. ``tile_hits`` writes the hit of each ray.
@@ -176,8 +176,8 @@ class TileTargets:
         self.targets = {name: Target(owner.gpu, record, shape)
                         for name, (record, shape) in records.items()}
         for name in records.keys() & {"nearest", "found", "quads"}:
-            # The renderer drops a point whose centre is outside the viewport. So the viewport
-            # holds whole tiles, even where a tile reaches past the last ray.
+            # The renderer drops a point whose centre is outside the viewport. So the viewport is
+            # large enough for whole tiles, even if the last tile reaches past the last ray.
             self.targets[name].framebuffer.viewport = (0, 0, *(owner.tile * n for n in self.tiles))
 
     def samplers(self) -> Samplers:

@@ -19,8 +19,8 @@ def batches(triangles: int) -> tuple[tuple[int, int], ...]:
     """The first triangle and the number of triangles of each batch.
 
     Between two batches, a pass shortens the search of each tile's rays. Each batch is twice as
-    large as the batch before. So a few triangles shorten the search early, and yet a million
-    triangles need only 15 batches.
+    large as the batch before. So the first, small batches shorten the search early, but a million
+    triangles still need only 15 batches.
     """
     found, first, count = [], 0, FIRST_BATCH
     while first < triangles:

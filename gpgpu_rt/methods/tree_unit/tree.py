@@ -54,8 +54,9 @@ class UnitTree:
 def from_kdtree(tree: KdTree) -> UnitTree:
     """Return a kd-tree in the common format.
 
-    A face that lies on the scene's box moves to OPEN. The scene's box itself clips the rays there,
-    so rounding cannot end a cell before the triangles on the face.
+    A face of a node that lies on the scene's box is moved to OPEN. The scene's box already clips
+    rays at this place. With the face at OPEN, rounding cannot end the node before a triangle that
+    lies on the face.
     """
     lo, hi = tree.boxes()
     return UnitTree(tree.left, tree.count, tree.axis, tree.split,

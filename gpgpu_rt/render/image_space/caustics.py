@@ -2,10 +2,10 @@
 image space.
 
 The method is that of Shah, Konttinen and Pattanaik (2007; survey, section 5); see
-``glsl/image_space/caustic_splat.vert``. The light is a point. One image from the light shows the
-refractor, which is the glass, water or mirror. It has a photon for each pixel. A second, wider
-image from the light shows the receivers, which are all other surfaces. Photons search this image
-for the point where they land.
+``glsl/image_space/caustic_splat.vert``. The light is a point. A camera at the light draws an image
+of the refractor, which is the glass, water or mirror. Each pixel of this image is a photon. A
+second, wider camera at the light draws an image of the receivers, which are all other surfaces. A
+photon searches the second image for the point where it lands.
 """
 from __future__ import annotations
 
@@ -42,8 +42,8 @@ class Caustics:
     light : (3,) position of the light, outside the refractor
     photons : pixels along a side of the refractor's image, which has a photon for each pixel
     resolution : pixels along a side of the receivers' image, and of the caustic map
-    spread : how much wider the receivers' image is than the refractor's image, as the ratio of the
-        tangents of their half angles
+    spread : the tangent of the half angle of the receivers' image, divided by the tangent of the
+        half angle of the refractor's image
     splat : side in pixels of the square that a photon covers in the caustic map
     iterations : number of successive estimates of the point where a photon lands
     smooth : whether to interpolate the refractor's normals; otherwise, triangles are flat
@@ -51,7 +51,8 @@ class Caustics:
     Attributes
     ----------
     camera, wide : the cameras at the light, for the refractor and for the receivers
-    borders : 0 for a mirror, 2 for closed glass, 1 for a surface with glass or water behind it
+    borders : 0 for a mirror, 2 for a closed surface of glass, 1 for an open surface with glass or
+        water behind it
     """
 
     def __init__(self, tracer: Tracer, light: Any, photons: int = 256, resolution: int = 256,
@@ -262,9 +263,9 @@ def _views(light: np.ndarray, corners: np.ndarray, spread: float) -> tuple[Camer
     distance = float(np.linalg.norm(away))
     radius = float(np.linalg.norm(points - centre, axis=1).max())
     if not radius < distance:
-        raise OptionError(f"the light at {light.tolist()} is too near the refractor, which takes "
-                          f"up {radius:.3g} around {centre.round(3).tolist()}; put it further "
-                          "away")
+        raise OptionError(f"the light at {light.tolist()} is too near the refractor, which has a "
+                          f"radius of {radius:.3g} around {centre.round(3).tolist()}; move the "
+                          "light away")
     up = tuple(np.eye(3)[np.argmin(np.abs(away))])
     forward = away / distance
     along = (points - light) @ forward

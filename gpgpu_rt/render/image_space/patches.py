@@ -118,8 +118,8 @@ def straight_light(tracer: Tracer, places: np.ndarray, normals: np.ndarray,
 
 
 def _reaching(tracer: Tracer, start: np.ndarray, to: np.ndarray, value: np.ndarray) -> np.ndarray:
-    """Return ``value``, (n,), but 0 where it is not positive or where a triangle blocks the way
-    ``to`` the light."""
+    """Return ``value``, (n,), with 0 for negative values, and with 0 where a triangle lies between
+    ``start`` and the light at ``to``."""
     reaching = np.where(value > 0, value, 0.0)
     some = np.flatnonzero(reaching)
     if len(some):

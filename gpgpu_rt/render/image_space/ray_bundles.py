@@ -52,7 +52,8 @@ class RayBundles:
     patch : the longest edge of a patch, as a share of the scene's extent, from 1e-6 to 1
     resolution : pixels along a side of a projection
     straight : how the direct light of lamps is found. "traced" traces ``samples`` shadow rays from
-        each point. "bundles" treats this light like all other light, which suits only large lamps
+        each point. With "bundles", the bundles transport this light like all other light; use
+        "bundles" only with large lamps
     samples : the number of points on lamps
 
     Attributes
@@ -60,8 +61,9 @@ class RayBundles:
     triangles, parent : (m, 3, 3) the patches, and (m,) the scene's triangle of each patch
     leaving : (m, 2, 3) the radiance that leaves the two sides of each patch after `solve`, first
         the side of the normal. If ``straight`` is "traced", emission is not included
-    weights : (m, 2) the sum of the cosine weights with which rays of `solve` met each side. With
-        many directions and pixels, it approaches pi. It is 0 for a side that no ray met
+    weights : (m, 2), for each side, the sum of the cosine weights of the rays of `solve` that met
+        this side. With many directions and pixels, the sum approaches pi. The sum is 0 for a side
+        that no ray met
     layers : the largest number of layers of a projection so far
     """
 
@@ -147,8 +149,8 @@ class RayBundles:
         else:
             own += self.emission[:, None]
         reflected = self.albedo[:, None] / np.pi
-        # The first exchange carries the direct light of lamps and sky. Leave it out if shadow rays
-        # already computed all direct light.
+        # The first exchange carries the direct light of lamps and sky. Omit this exchange if
+        # shadow rays already computed all direct light.
         brought = self.straight == "traced" and self.scene.environment is None
         self.leave(own + reflected * lit if brought else own)
         for _ in range(bounces + (not brought)):
@@ -292,5 +294,5 @@ def _check(scene: Scene, straight: str) -> None:
         raise OptionError(f"straight={straight!r} is none of {', '.join(STRAIGHT)}")
     for material in scene.used_materials:
         if material.ior or any(material.mirror) or any(material.glossy) or material.texture:
-            raise SceneError(f"{scene.name}: material {material.name} is not plainly diffuse; ray "
-                             "bundles carry diffuse light alone, render with integrator=path")
+            raise SceneError(f"{scene.name}: material {material.name} is not purely diffuse; ray "
+                             "bundles carry only diffuse light, so use integrator=path")

@@ -2,8 +2,8 @@
 
 The method is Wyman's (2005); see ``glsl/image_space/refraction_front.frag``. The mesh must be
 closed and consistently oriented. The background counts as infinitely far away, so only the
-direction of the light matters. The point at which light leaves the mesh is an estimate. It is
-exact for a slab, and good for a convex mesh.
+direction of the light matters. The point at which light leaves the mesh is an estimate. The
+estimate is exact for a slab, and good for a convex mesh.
 """
 from __future__ import annotations
 

@@ -78,7 +78,7 @@ def placed(gpu: Gpu, places: np.ndarray, normals: np.ndarray, components: int
     shapes = np.shape(places), np.shape(normals)
     if len(shapes[0]) != 3 or shapes[0][2] != 3 or shapes[0] != shapes[1] or 0 in shapes[0]:
         raise OptionError(f"places and normals have the shapes {shapes[0]} and {shapes[1]}; give "
-                          "(h, w, 3) of both")
+                          "both as (h, w, 3)")
     made: list[object] = []
     try:
         given = {}

@@ -68,8 +68,9 @@ def read_moving(path: Path) -> Moving:
     """Return the animation of the AFF file at ``path``.
 
     Two corners share a vertex of the mesh if they have the same transform, the same position
-    before this transform and the same normal. A scene that computes normals for moved vertices
-    then has smooth normals exactly where the file has smooth normals.
+    before this transform and the same normal. The normals of moved vertices are computed anew, and
+    are smooth where corners share a vertex. So they are smooth exactly where the file's normals
+    are smooth.
 
     Raises
     ------
@@ -98,7 +99,8 @@ def _path(document: Document, span: Span) -> CameraPath | None:
 def _shared(mesh: Mesh, placement: Placement) -> tuple[np.ndarray, np.ndarray]:
     """Group the corners that share a vertex.
 
-    Returns a vertex of the mesh for each group, (v,), and faces whose corners are groups, (n, 3).
+    Returns for each group the index of one of its vertices in the mesh, (v,); and for each face
+    the groups of its corners, (n, 3).
     """
     if mesh.normals is None:
         return np.arange(len(mesh.vertices)), mesh.faces

@@ -20,9 +20,9 @@ from .statements import (
 from .surface import Surface
 from .tokens import Tokens
 
-# Bytes that the memory budget counts for each statement of a file that is included again. A
-# statement needs only a quarter of them. With this number, a file with exponentially many includes
-# is refused within about a second.
+# The memory budget counts this number of bytes for each statement of a file that is included
+# again. A statement needs only a quarter of this number. The larger number has the effect that a
+# file with exponentially many includes is refused within about a second.
 _STATEMENT_BYTES = 4096
 
 

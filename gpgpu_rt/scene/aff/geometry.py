@@ -79,7 +79,8 @@ def read_mesh(tokens: Tokens) -> Geometry:
         texture = tokens.text("the name of a texture")
         uv = _upright(tokens.numbers(2 * count, "texture coordinates").reshape(-1, 2))
         word = tokens.expect("triangles")
-    # A triangle has indices into a list only if the list has entries.
+    # Triangles have indices of normals only if the list of normals has entries. The same holds for
+    # texture coordinates.
     used = [("vertex", vertices), *((what, values) for what, values in (
         ("normal", normals), ("texture coordinate", uv)) if values is not None and len(values))]
     count = tokens.count("triangles", 3 * len(used))

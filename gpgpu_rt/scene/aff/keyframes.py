@@ -3,8 +3,8 @@
 The splines are those of D. H. U. Kochanek and R. H. Bartels, "Interpolating Splines with Local
 Tension, Continuity, and Bias Control", SIGGRAPH 1984. Rotations use the same tangents between the
 logarithms of quaternions and interpolate by "squad" (K. Shoemake, "Quaternion Calculus and Fast
-Animation", SIGGRAPH 1987 course notes). The first and the last key only shape the tangents of
-their neighbours.
+Animation", SIGGRAPH 1987 course notes). The motion does not pass through the first and the last
+key, which only affect the tangents at the neighbouring keys.
 """
 from __future__ import annotations
 
@@ -16,7 +16,8 @@ FEWEST = 4      # the smallest number of keys of a spline
 
 
 class _Segments:
-    """The times of a spline's segments, between the keys 1 and 2, 2 and 3, ... n - 3 and n - 2.
+    """The times of a spline's segments. Keys count from 0, and the segments lie between the keys 1
+    and 2, 2 and 3, ... n - 3 and n - 2.
 
     Parameters
     ----------
@@ -35,8 +36,7 @@ class _Segments:
         self._arrive = arrive * (1 - c2) * (1 + b2), arrive * (1 + c2) * (1 - b2)
 
     def tangents(self, steps: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the tangents with which the segments leave their first keys, and those with which
-        they arrive at their last keys.
+        """Return the tangents at the first keys and at the last keys of the segments.
 
         The tangents are (n - 3, w) each. ``steps`` are the differences between keys, (n - 1, w).
         """
@@ -56,8 +56,8 @@ class _Segments:
 
 
 def _over(length: np.ndarray, span: np.ndarray) -> np.ndarray:
-    """Return length / span, and 0 where span is 0: with ascending times such a segment has no
-    length, so no time lies in it."""
+    """Return length / span, and 0 where span is 0. If times ascend, a segment with span 0 has no
+    length, so its tangents are not used."""
     return np.divide(length, span, out=np.zeros_like(length), where=span != 0)
 
 
@@ -159,15 +159,15 @@ def _matrix(q: np.ndarray) -> np.ndarray:
 
 @dataclass(frozen=True, eq=False)
 class KeyedMotion:
-    """The key frames of a transform. A part that is None leaves the transform's part the identity.
+    """The key frames of a transform. A translation, rotation or scale of None changes nothing.
 
     Attributes
     ----------
     translation : positions, world units
     rotation : rotations
     scale : factors along the three axes
-    visibility : (n, 2) times and flags. A flag holds from its time on, and 0 hides the transform's
-        content
+    visibility : (n, 2) times and flags. A flag is valid from its time until the next time. The
+        flag 0 hides the transform's content
     """
 
     translation: Spline | None = None

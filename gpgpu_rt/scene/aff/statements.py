@@ -35,7 +35,8 @@ class Close:
 
 @dataclass(frozen=True)
 class Include:
-    """A file that is included here, unless its level of detail is above the current level."""
+    """A file that is included at this place, unless the file's level of detail is above the
+    current level of detail."""
 
     name: str
     level: int

@@ -17,10 +17,11 @@ CLEAR = 0.5     # a surface that transmits at least this share of the light beco
 class Surface:
     """A surface of AFF.
 
-    The shininess of a fill statement is left out: the specular share reflects like a mirror, as
-    BART asks of ray tracers. The ambient share is left out too, because the environment lights the
-    scene. If a surface has neither a diffuse nor a specular share, such as the garden behind
-    BART's kitchen, the ambient share becomes its diffuse share.
+    The shininess of a fill statement is ignored: the specular share reflects like a mirror, as the
+    authors of BART require of ray tracers. The ambient share is ignored too, because the
+    environment lights the scene. There is one exception: if a surface has neither a diffuse nor a
+    specular share, its ambient share is used as its diffuse share. The garden behind BART's
+    kitchen is such a surface.
 
     Attributes
     ----------

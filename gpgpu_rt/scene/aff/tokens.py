@@ -64,7 +64,8 @@ class Tokens:
     def count(self, what: str, width: int) -> int:
         """Return the next word as the number of ``what`` that follow.
 
-        Each of them needs at least ``width`` words, so too large a number is an error.
+        Each of the ``what`` needs at least ``width`` words. The number is an error if the file has
+        too few words for it.
         """
         number = int(self.wholes(self.take(1, f"the number of {what}"))[0])
         left = len(self._words) - self.at
@@ -128,8 +129,8 @@ class Tokens:
         return shortened(decoded(self._words[at][:80]))
 
     def line(self, at: int) -> int:
-        """Return the line number of a word, from 1; if there is no such word, that of the last
-        line."""
+        """Return the line number of a word, counted from 1. If there is no such word, return the
+        number of the last line."""
         for k, found in enumerate(re.finditer(rb"\S+", self._text)):
             if k == at:
                 return self._text.count(b"\n", 0, found.start()) + 1

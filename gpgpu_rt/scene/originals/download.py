@@ -15,13 +15,14 @@ from ...errors import Error, OptionError
 from .sources import SourceFile, is_url
 
 TRIES = 5              # a download fails after this many connections in a row without a new byte
-# Seconds to wait after a connection that brought new bytes. Each connection in a row without a new
-# byte doubles the wait.
+# Seconds to wait before the next connection if the last connection brought new bytes. Each
+# connection without a new byte doubles the wait.
 FIRST_WAIT = 0.2
 SECONDS = 30           # longest wait for an answer of the server
 BLOCK = 1 << 16        # bytes that are read at a time
-# A changed file is read to the end, so that the message can name its digest. A server may send
-# without end, so reading stops at this multiple of the expected size.
+# If the file on the server was changed, it is still read to the end, so that the message can name
+# its digest. A server may send without end. Reading therefore stops at LARGEST times the expected
+# size.
 LARGEST = 4
 _AGAIN = (408, 425, 429, 500, 502, 503, 504)     # HTTP statuses of a server that may recover
 

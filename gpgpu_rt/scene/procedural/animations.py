@@ -67,7 +67,7 @@ def cloth() -> Built:
 
 def explosion_triangles(frame: int) -> np.ndarray:
     """Return (69,451, 3, 3) float32 triangles. Frame 0 is the bunny's stand-in. Then the triangles
-    fly apart: each spins, drag slows it down, and it falls to a floor."""
+    fly apart. Each triangle spins, is slowed down by drag, and falls to a floor."""
     start = creatures.bunny().triangles
     if frame == 0:
         return start.astype(np.float32)

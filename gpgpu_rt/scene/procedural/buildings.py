@@ -1,9 +1,9 @@
 """Buildings: procedural stand-ins of millions of triangles, most of them small and hidden.
 
 The stand-ins keep the properties of the originals that matter for ray tracing. The number of
-triangles is the same. Large walls and floors surround dense clutter. In Soda Hall, rooms hide each
-other; in the Power Plant, dense thin parts have no walls between them. Parts are made once and
-placed many times.
+triangles is the same. Large walls and floors surround many small objects. In Soda Hall, rooms hide
+each other. In the Power Plant, there are no walls between the many thin parts. A part, such as a
+chair, is made once and placed many times.
 """
 from __future__ import annotations
 

@@ -49,8 +49,8 @@ class Pieces:
         return sum(len(part) for part in self._triangles)
 
     def add(self, triangles: np.ndarray, colour: Colour) -> None:
-        """Add (k, 3, 3) triangles with one colour, (3,), or with m colours, (m, 3), for m runs of
-        equal length."""
+        """Add (k, 3, 3) triangles. ``colour`` is a single colour, (3,), or m colours, (m, 3): the
+        first colour is for the first k / m triangles, and so on."""
         colour = np.atleast_2d(np.asarray(colour, np.float64))
         self._triangles.append(triangles)
         self._colours.append(np.repeat(colour, len(triangles) // len(colour), axis=0))

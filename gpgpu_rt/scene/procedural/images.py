@@ -26,7 +26,7 @@ def boulder() -> Built:
         chart = np.empty((cells + 1, cells + 1, 3), np.int64)
         chart[..., axis], chart[..., one], chart[..., two] = side, along[:, None], along
         charts.append(chart)
-    # Compute each border point once, for all charts that meet there.
+    # Compute each border point once, for all charts that share it.
     lattice, place = np.unique(np.reshape(charts, (-1, 3)), axis=0, return_inverse=True)
     points = np.tan(lattice / cells * (np.pi / 4))
     points /= np.linalg.norm(points, axis=1, keepdims=True)

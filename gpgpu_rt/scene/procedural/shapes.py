@@ -133,7 +133,7 @@ def noise(points: np.ndarray, wavelength: float, seed: int) -> np.ndarray:
 
 
 def bump(triangles: np.ndarray, height: float, wavelength: float, seed: int = 0) -> np.ndarray:
-    """Return triangles with vertices displaced by smooth noise. Shared vertices stay shared."""
+    """Return triangles with vertices displaced by smooth noise. Equal vertices stay equal."""
     moves = [noise(triangles, wavelength, seed + axis) for axis in range(3)]
     return triangles + height * np.stack(moves, axis=-1)
 
@@ -142,8 +142,8 @@ def divide(triangles: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
     """Return exactly `count` triangles of the same surface, and the original of each triangle.
 
     The largest triangles are split in three at their centroid, so their edges are not divided.
-    Each split adds two triangles. If an odd number is missing, one more triangle is cut in two
-    across its longest edge.
+    Each split adds two triangles. If an odd number of triangles must be added, one more triangle
+    is cut in two across its longest edge.
     """
     extra = count - len(triangles)
     if not 0 <= extra <= 2 * len(triangles) - 1:

@@ -14,8 +14,8 @@ SWING = 0.32           # radians; largest angle of a leg forwards and backwards
 BEND = 0.7             # radians; largest bend of a knee while its foot is in the air
 HIP = 1.45             # height of the hips in world units; the animal is about four units long
 RADIUS = 3.2           # radius of the circle on which the animal walks, world units
-# (x, z) of each leg's hip -> the leg's phase as a share of a step. On one side, the hind leg moves
-# first and then the front leg; then the other side does the same.
+# (x, z) of each leg's hip -> the leg's phase as a share of a step. First the hind leg of one side
+# moves, then the front leg of this side. Then the legs of the other side move in the same order.
 GAIT = {(1.1, -0.4): 0.0, (-1.1, -0.4): 0.25, (1.1, 0.4): 0.5, (-1.1, 0.4): 0.75}
 # Indices of bones. From index LEGS on, each leg has two bones: a thigh and a shin.
 TORSO, HEAD, TAIL, LEGS = 0, 1, 2, 3
@@ -42,8 +42,8 @@ def walker_at(seconds: float) -> np.ndarray:
     triangles, bone = _rest()
     turns, moves = _pose(seconds / STEP_SECONDS)
     posed = np.einsum("kij,kvj->kvi", turns[bone], triangles) + moves[bone, None]
-    # In half a step, a foot on the ground moves backwards relative to the body, by the width of a
-    # swing. The animal moves forwards at the same speed.
+    # In half a step, a foot on the ground moves backwards relative to the body by 2 SWING * HIP.
+    # The animal moves forwards at the same speed, so the foot does not slide on the ground.
     speed = 4 * SWING * HIP / STEP_SECONDS
     round_about = _turn_about(1, -speed * seconds / RADIUS)
     posed = (posed + (0, 0, RADIUS)) @ round_about.T

@@ -49,8 +49,9 @@ def embed(mesh: SurfaceMesh, border: np.ndarray, places: np.ndarray, size: int,
     free[border] = 0
 
     def missed(at: np.ndarray) -> np.ndarray:
-        """Return the residual of each free vertex: the weighted sum of its differences to its
-        neighbours. Positions are complex numbers, row + i column."""
+        """Return the residual of each free vertex: the weighted sum of the differences between the
+        positions of the vertex and its neighbours. Positions are complex numbers, row + i
+        column."""
         return (total * at - np.add.reduceat(pull * at[there], first)) * free
 
     at = np.full(count, (0.5 + 0.5j) * size)
@@ -62,8 +63,8 @@ def embed(mesh: SurfaceMesh, border: np.ndarray, places: np.ndarray, size: int,
         row, column = (np.bincount(mesh.start, np.repeat(g, 3), count) / near for g in guess.T)
         at = np.where(free > 0, row + 1j * column, at)
         left = -missed(at)
-    # The preconditioner has two levels. A coarse matrix over patches of vertices reduces errors of
-    # long range. The diagonal of the full matrix reduces local errors.
+    # The preconditioner has two levels. A coarse matrix over patches of vertices reduces errors
+    # that extend over many vertices. The diagonal of the full matrix reduces local errors.
     patches = min(count // 16 + 1, PATCHES)
     patch = np.empty(count, np.int64)
     patch[morton_order(mesh.vertices if guess is None else

@@ -114,8 +114,8 @@ class GeometryImage:
         return cls(charts)
 
     def scene(self, **settings: Any) -> Scene:
-        """Return a scene of the triangles. The method `geometry-image` traces the scene as images,
-        every other method as a mesh.
+        """Return a scene of the triangles. The method `geometry-image` traces the images of the
+        charts. Every other method traces the triangles as a mesh.
 
         Parameters
         ----------

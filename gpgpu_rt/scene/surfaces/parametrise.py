@@ -24,10 +24,11 @@ from .resampling import cross, rasterised
 from .surface_mesh import SurfaceMesh
 
 CUTS = 8              # largest number of additional cuts
-FAR = 0.02            # warn if the image is further from the surface than this share of the extent
+FAR = 0.02      # warn if the image is further from the surface than this share of its extent
 # Cut to the most shrunk face if it is shrunk by more than this factor times the median.
 STRETCHED = 12.0
-TOLERANCE, ROUGH = 1e-5, 1e-3    # tolerances of the solver: for the image, and for choosing cuts
+# The solver's tolerances: for the final embedding, and for the embeddings that choose cuts.
+TOLERANCE, ROUGH = 1e-5, 1e-3
 
 
 @dataclass(frozen=True)
@@ -124,9 +125,9 @@ def parametrise(scene: Scene | trimesh.Trimesh | str | os.PathLike[str], size: i
 def _opened(mesh: SurfaceMesh, size: int, cuts: int) -> Parametrisation:
     """Return the flattened surface, after cutting from the boundary to the most shrunk faces.
 
-    A closed surface has no boundary, so a path is cut first. It begins at the vertex that is
-    furthest from the centre, and ends at the vertex that is furthest from the path's begin along
-    edges.
+    A closed surface has no boundary, so a path is cut first. The path begins at the vertex that is
+    furthest from the centre. It ends at the vertex that is furthest from the beginning, measured
+    along edges.
     """
     along = np.zeros(len(mesh.start), bool)
     if (mesh.twin >= 0).all():
@@ -172,13 +173,13 @@ def _around(mesh: SurfaceMesh, opened: SurfaceMesh, was: np.ndarray, along: np.n
     """Map the boundary of a cut surface to the border of the image.
 
     Returns the loop of half-edges of the boundary; the start of each half-edge, in texels around
-    the border; and the positions at the border's texels, (4 size, 3). A cut consists of paths
-    between its ends and forks. The two sides of a path have the same positions.
+    the border; and the positions at the border's texels, (4 size, 3). Each cut is divided into
+    paths at its ends and forks. The texels along the two sides of a path have the same positions.
     """
     loop = opened.loops()[0]
     if len(loop) < 4:
-        raise SceneError(f"{mesh.name}: its boundary has {len(loop)} edges; four or more go "
-                         "around an image")
+        raise SceneError(f"{mesh.name}: its boundary has {len(loop)} edges; a geometry image "
+                         "needs four or more")
     cut = np.bincount(mesh.start[along], minlength=len(mesh.vertices))[was[opened.start[loop]]]
     own = mesh.twin[loop] < 0     # true on the boundary of the uncut surface
     forks = np.flatnonzero((cut > 0) & (cut != 2) | (own != np.roll(own, 1)))
@@ -214,7 +215,8 @@ def _shares(length: np.ndarray, mate: np.ndarray, total: int) -> np.ndarray:
     spare = total - 2 * len(length)
     if spare < 0:
         raise OptionError(f"remesh: {len(length)} stretches of boundary do not fit around an "
-                          f"image of {total // 4} cells a side; give a larger size or fewer cuts")
+                          f"image with sides of {total // 4} cells; give a larger size or fewer "
+                          "cuts")
     share = 1 + np.floor(length / length.sum() * spare).astype(np.int64)
     share = np.minimum(share, share[mate])
     alone = np.flatnonzero(mate == np.arange(len(mate)))

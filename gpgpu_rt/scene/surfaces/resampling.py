@@ -32,8 +32,8 @@ def rasterised(flat: np.ndarray, mesh: SurfaceMesh, size: int) -> np.ndarray:
     weights = areas[usable] / whole[usable, None]
     face, texel = face[usable], (at[usable] * (size + 1, 1)).sum(axis=1)
     # Each triangle has three barycentric weights at a texel. For each texel, choose the triangle
-    # whose smallest weight is largest. Then rounding cannot leave a texel on an edge without a
-    # triangle.
+    # whose smallest weight is largest. By this rule, a texel on an edge always gets a triangle,
+    # even if rounding makes a weight negative.
     order = np.lexsort((weights.min(axis=1), texel))
     last = np.append(texel[order][1:] != texel[order][:-1], True)
     chosen = order[last[:len(order)]]

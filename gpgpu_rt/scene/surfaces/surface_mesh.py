@@ -56,8 +56,8 @@ class SurfaceMesh:
         Raises
         ------
         SceneError
-            two triangles run along an edge in the same direction, as they do where more than two
-            triangles share an edge
+            two triangles run along an edge in the same direction. This is always the case if more
+            than two triangles share an edge
         """
         key = self.start * len(self.vertices) + self.end
         order = np.argsort(key, kind="stable")
@@ -183,8 +183,8 @@ class SurfaceMesh:
         kept = np.flatnonzero((self.twin >= 0) & ~along)
         after = np.arange(len(self.start)).reshape(-1, 3)
         after = np.roll(after, -1, axis=1).reshape(-1)
-        # Number a corner like the half-edge that starts there. At both ends of an edge that is not
-        # cut, the corners of its two faces are the same vertex.
+        # A corner has the number of the half-edge that starts at it. An edge that is not cut has
+        # two faces. At each end of the edge, the corners of both faces are the same vertex.
         label = same_labels(len(self.start), np.concatenate([kept, after[kept]]),
                             np.concatenate([after[self.twin[kept]], self.twin[kept]]))
         corner, faces = np.unique(label, return_inverse=True)

@@ -1,9 +1,10 @@
 """Entry points: a pass at low resolution finds the nodes where each tile's rays enter the tree.
 
-The method follows Reshetov et al. 2005. The first passes bound the rays of each tile by a beam,
-for small tiles first. The next passes find lists of entries, for large tiles first; the beams of
-small tiles then refine the lists of the large tiles. Any driver can trace the rays, which begin at
-the entries of their small tile.
+The method follows Reshetov et al. 2005. An entry is a node at which rays begin. The first passes
+bound the rays of each tile by a beam, for small tiles first. The next passes find a list of
+entries for each tile: first for large tiles, then for the small tiles in them, whose beams refine
+the list of the large tile. Any driver can then trace the rays, which begin at the entries of their
+small tile.
 """
 from __future__ import annotations
 
@@ -86,8 +87,8 @@ class EntryPoints(MethodDriver):
               samplers: Samplers, statistics: Statistics, **uniforms: object) -> None:
         """Draw a pass into ``target``.
 
-        ``other`` is what the pass reads besides its samplers: the rays, or the larger tiles whose
-        lists the pass refines, or None.
+        ``other`` is a further input of the pass: the rays, or the larger tiles whose lists the
+        pass refines, or None.
         """
         program = self._program(name, other)
         if isinstance(other, RayTextures):
@@ -135,8 +136,8 @@ class EntryPoints(MethodDriver):
 class EntryTiles:
     """The tiles of one size: their beams, their entries, and the entries as lists for rays.
 
-    A pass writes the entries into several textures. Rays read lists from a single texture, so
-    another pass copies the entries into it.
+    A pass writes the entries into several textures. Rays read lists from a single texture, into
+    which another pass copies the entries.
     """
 
     def __init__(self, owner: EntryPoints, size: tuple[int, int]) -> None:

@@ -1,4 +1,5 @@
-"""Eye drivers: drivers in which the rasteriser bounds eye rays, or finds their hits."""
+"""Eye drivers: drivers for eye rays, in which the rasteriser computes bounds on hit distances, or
+finds hits."""
 from __future__ import annotations
 
 from collections.abc import Mapping
@@ -35,8 +36,8 @@ class EyeDrivers:
         ----------
         driver : the method's own driver
         first_hits : a value of ``first_hits.FIRST_HITS``
-        triangles : (n, 3, 3) float32, rounded as the method's tables store them; row i is the
-            triangle that hits name by index i
+        triangles : (n, 3, 3) float32, rounded as the method's tables store them; a hit on row i
+            gets the triangle index i
 
         Raises
         ------
@@ -70,7 +71,8 @@ class EyeDrivers:
                 driver = helper
 
     def lose_triangles(self) -> None:
-        """Note that triangles moved to unknown positions. Only ``take`` makes them known again."""
+        """Record that triangles moved to positions that the host does not know. The next call of
+        ``take`` supplies their positions again."""
         self._lost = True
 
     def bytes(self) -> int:

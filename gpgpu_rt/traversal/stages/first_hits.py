@@ -1,8 +1,8 @@
 """First hits: the rasteriser finds the hits of eye rays, equal to traced hits to the bit.
 
-The survey (section 5) calls tracing eye rays equivalent to rasterisation. This is only nearly
-true, because rasterisers snap corners to a grid and interpolate depth. Some pixels therefore show
-a triangle that their ray misses, or do not show a triangle that their ray hits. These are the
+The survey (section 5) calls tracing eye rays equivalent to rasterisation. They are not quite
+equivalent, because rasterisers snap corners to a grid and interpolate depth. Some pixels therefore
+show a triangle that their ray misses, or do not show a triangle that their ray hits. These are the
 steps:
 
 1. ``first_sieve`` removes triangles that no ray of the image can hit.
@@ -57,8 +57,9 @@ MOST_PIXELS = 24     # a triangle is searched in parts if its extent in pixels i
 MOST_IN_DOUBT = 0.5  # if a larger share of the rays is in doubt, all rays are traced
 TRACED_ROW = 64      # length of a row of rays in doubt; rows keep neighbours together for packets
 BEFORE, MANY = 1, 2   # as in stages/verdict.glsl
-# The rasteriser is used only if the scales of the scene and of the view are in this range. Outside
-# it, products in the triangle test or in the bounds could overflow or underflow.
+# The rasteriser is used only if three lengths are in this range: the distance from
+# the eye to the scene's farthest corner, and the lengths of the camera's vectors right and up.
+# Outside the range, products in the triangle test or in the bounds could overflow or underflow.
 SCALES = 1e-6, 1e10
 
 
@@ -106,8 +107,8 @@ class FirstHits(DriverBase):
 
         Parameters
         ----------
-        triangles : (n, 3, 3) float32, rounded as the method's tables store them; row i is the
-            triangle that hits name by index i
+        triangles : (n, 3, 3) float32, rounded as the method's tables store them; a hit on row i
+            gets the triangle index i
         """
         self.driver = driver
         corners = triangles.reshape(-1, 3)
@@ -260,7 +261,7 @@ class FirstHits(DriverBase):
 
     def _mark(self, image: FirstImage, rays: RayTextures, final: Target, rivals: np.ndarray,
               side: int, view: dict[str, object]) -> None:
-        """Flag the rays for which one of the ``rivals``, PART, comes before the candidate."""
+        """Flag each ray that hits one of the ``rivals``, (k, 3) PART, before its candidate."""
         self._row_pass("first_doubt", "part", 6, (rays.record, HIT)).draw(
             image.doubted, {**self._tables, **rays.samplers(), **final.samplers()}, rivals,
             {**view, **rays.uniforms(), "part_side": side})

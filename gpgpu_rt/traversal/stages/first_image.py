@@ -28,7 +28,7 @@ class FirstImage:
     ----------
     drawn : target of the candidates, which the depth test chooses
     shown : target of each pixel's depth and triangle
-    fours : the same data, for four pixels of a row in a texel
+    fours : the data of ``shown``, where each texel holds four pixels of a row
     blocks : the depths and triangles of squares with BLOCK pixels a side
     verified : target of the hits, and the flags of rays in doubt
     proved : target of the hits, the flags of rays in doubt, and each pixel's depth and triangle

@@ -1,8 +1,9 @@
 """Entry points of packets: a pass at low resolution finds where packets enter the tree.
 
-The method follows Reshetov et al. 2005. A beam bounds all rays of a tile. If the bounds of the
-tile are not known, the beam bounds only sample rays. Each packet whose rays lie within the beam
-begins at the beam's entry; see stages/packet_entries.frag.
+The method follows Reshetov et al. 2005. A beam bounds the rays of a tile. If the bounds of all
+rays of the tile are known, the beam bounds all rays. Otherwise it bounds only a sample of the
+rays. Each packet whose rays lie within the beam begins at the beam's entry; see
+stages/packet_entries.frag.
 """
 from __future__ import annotations
 

@@ -32,7 +32,8 @@ def test_copies_hold_the_same_leaves(name: str) -> None:
 
 @mesh
 def test_copies_leave_out_boxes_alone(name: str) -> None:
-    """Dropping boxes keeps the leaves, their order and the nesting of the other boxes."""
+    """If boxes are dropped, the leaves, the order of leaves and the nesting of the remaining boxes
+    stay the same."""
     bvh = build_bvh(MESHES[name]())
     whole, fewer = OctantCopies.of(bvh, met_anyway=1), OctantCopies.of(bvh, met_anyway=0.5)
     assert fewer.source.shape[1] < whole.source.shape[1] or bvh.count.size < 8

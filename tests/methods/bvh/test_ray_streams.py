@@ -42,8 +42,8 @@ def test_any_size_finds_the_same(exact_renderer, rays: str, seed: int, statistic
 def test_one_at_a_time_is_the_order_of_a_stack() -> None:
     """A stream of one element per pass never visits more nodes than a stack per ray does.
 
-    A hit removes from the stream all elements behind it. In a larger stream, more elements are
-    already tested before the hit is found, so fewer are removed.
+    A hit removes all elements behind it from the stream. With more elements per pass, more
+    elements are already tested when the hit is found, so fewer elements are removed.
     """
     scene = soup_scene(300, 5)
     chosen = RAY_SETS["surface"](scene, 40, 5)
@@ -118,8 +118,8 @@ def test_lowest_index_wins(exact_renderer, way: int) -> None:
 
 
 def test_a_cap_stops_rays() -> None:
-    """All rays are in flight at once, so a stopped ray does not change the order in which another
-    ray visits nodes."""
+    """A step cap stops rays. All rays are in flight at once, so a stopped ray does not change the
+    order in which another ray visits nodes."""
     scene = soup_scene(200, 8)
     chosen = RAY_SETS["surface"](scene, 300, 8)
     with stream_tracer(scene, 1 << 20, statistics=True) as tracer:

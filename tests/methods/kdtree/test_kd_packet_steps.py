@@ -36,8 +36,8 @@ TARGETS = 4     # render targets that the R420 and the R580 have
 def together(scene: rt.Scene) -> tuple[np.ndarray, np.ndarray]:
     """Return 45x45 eye rays and 45x45 random rays.
 
-    A turn of a packet traces its rays that agree in the signs of their directions. Some packets
-    have one turn, some have many, and some lie at the edge of the image.
+    A packet traces its rays in turns. A turn traces the rays that agree in the signs of their
+    directions. Some packets have one turn, some have many, and some lie at the edge of the image.
     """
     sets = [RAY_SETS[rays](scene, 2025, 4) for rays in ("eye", "random")]
     return tuple(np.concatenate(both).reshape(90, 45, 3) for both in zip(*sets))

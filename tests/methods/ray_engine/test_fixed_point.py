@@ -15,9 +15,10 @@ SIZE = 64
 
 def modelled(scene: rt.Scene, origins: np.ndarray, directions: np.ndarray,
              name: str) -> tuple[np.ndarray, np.ndarray]:
-    """Returns t in world units, (n, triangles), inf for a miss; and the smallest of the
-    hit point's signed distances from the three edges, (n, triangles), in steps of the fixed-point
-    format. A distance is negative outside. The model computes in float32 and rounds each result.
+    """Returns two arrays, (n, triangles) each: t in world units, inf for a miss; and the smallest
+    of the hit point's signed distances from the three edges, in steps of the fixed-point format. A
+    distance is negative outside the triangle. The model computes in float32 and rounds each result
+    to a step.
     """
     numbers, uniforms = FIXED_POINT[name], fixed_uniforms(name, scene.triangles)
 
@@ -59,7 +60,8 @@ def test_hits_are_those_of_a_model(name: str) -> None:
         found = tracer.trace(origins, directions)
     t, _ = modelled(scene, origins, directions, name)
     nearest = t.min(axis=1)
-    # The host does not trace a ray that misses the scene's box, although its rounded ray may hit.
+    # The host does not trace a ray that misses the scene's box, even if the ray, rounded to fixed
+    # point, would hit a triangle.
     ends = np.array([scene.triangles.min((0, 1)), scene.triangles.max((0, 1))])[:, None]
     with np.errstate(divide="ignore"):
         sides = (ends - origins) / directions

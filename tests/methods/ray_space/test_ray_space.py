@@ -24,8 +24,9 @@ AT_ONCE = 1 << 20       # pairs of ray and triangle in a block
 def rays_everywhere(n: int, seed: int) -> tuple[np.ndarray, np.ndarray]:
     """Return n origins in and around the unit box, and n directions of all kinds.
 
-    The origins reach as far out as a ray may start before the tracer advances it to an origin near
-    the scene. A third of the directions have equal or zero components.
+    The tracer moves the origin of a ray that starts far from the scene to a nearer point of the
+    ray. The origins here have distances up to about this limit. A third of the directions have
+    equal or zero components.
     """
     rng = np.random.default_rng(seed)
     origins = 0.5 + rng.choice([0.4, 0.8, 1.6], (n, 1)) * rng.uniform(-1, 1, (n, 3))
@@ -38,8 +39,8 @@ def rays_everywhere(n: int, seed: int) -> tuple[np.ndarray, np.ndarray]:
 def crossed_soup(count: int, seed: int) -> rt.Scene:
     """Return a scene of which half of the triangles are tiny and lie in the scene's middle planes.
 
-    Beams, the sets of rays that share a list, are cut at these planes. A beam is narrowest there,
-    so its list has no margin.
+    A beam is a set of rays that share a list. Beams are cut at the middle planes. At its middle
+    plane a beam is narrowest, so its list has no margin there.
     """
     triangles = random_soup(count, seed, 0.08)
     tiny = triangles[::2]

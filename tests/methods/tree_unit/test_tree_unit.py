@@ -1,5 +1,5 @@
-"""tree-unit: both criteria find the hits of brute force under every schedule, and kd-trees
-and BVHs are complete in the node format of the unit."""
+"""tree-unit: both criteria find the hits of brute force under every schedule. The tables in the
+method's node format contain the whole kd-tree or BVH."""
 from __future__ import annotations
 
 from pathlib import Path

@@ -120,7 +120,8 @@ def test_photons_through_a_slab(ior: float) -> None:
 
 
 def test_water_and_what_is_closed() -> None:
-    """A level water surface is a single border, which refracts light once."""
+    """A level water surface without sides is not closed. It refracts light once, a closed body
+    twice."""
     water = floor((-2, -2), (2, 2), 1.0, 4)
     assert not is_closed(water) and is_closed(SPHERE) and is_closed(SLAB)
     light = np.array([2.5, 3.5, 0.3])

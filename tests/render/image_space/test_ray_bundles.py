@@ -1,5 +1,6 @@
-"""Ray bundles, parallel rays whose hits are the peeled layers of a projection, are compared with
-furnaces, with form factors and with traced rays."""
+"""The light of ray bundles is compared with the known light in a closed box that emits everywhere
+(a furnace), with form factors and with traced rays. A ray bundle consists of parallel rays, and
+its hits are the peeled layers of a projection."""
 from __future__ import annotations
 
 import numpy as np
@@ -143,7 +144,8 @@ def test_layers_are_all_peeled(count: int) -> None:
 
 @pytest.mark.parametrize("seed", [1, 2], ids="seed{}".format)
 def test_gathered_light_is_that_of_traced_rays(seed: int) -> None:
-    """Parallel traced rays from the visible points find the patches that the layers show."""
+    """From each visible point, a traced ray in a bundle's direction finds the same patch as the
+    layers of the bundle."""
     rng = np.random.default_rng(seed)
     things = boxes(*np.sort(rng.uniform(-0.8, 0.8, (2, 4, 3)), axis=0))
     scene = scene_of(np.concatenate([boxes((-1, -1, -1), (1, 1, 1)), things]),
@@ -236,5 +238,5 @@ def test_an_interrupted_gathering_frees_its_textures(monkeypatch) -> None:
 
 def test_what_is_not_diffuse_is_refused() -> None:
     with rt.Tracer(scene_of(ball(50), rt.Material("glass", ior=1.5))) as tracer:
-        with pytest.raises(rt.SceneError, match="material glass is not plainly diffuse"):
+        with pytest.raises(rt.SceneError, match="material glass is not purely diffuse"):
             RayBundles(tracer)

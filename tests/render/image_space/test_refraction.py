@@ -22,9 +22,9 @@ def errors(scene: rt.Scene, camera: Camera, smooth: bool, ior: float = 1.5
            ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return the errors in degrees and the kinds of pixels.
 
-    The errors, (k,), are those of pixels that image-space refraction and the float64 reference
-    both refract twice. The kinds, (n,) each, are those that image-space refraction finds and those
-    that the reference finds.
+    Returned are three arrays. The errors, (k,), belong to the pixels in which both image-space
+    refraction and the float64 reference refract twice. The kinds of pixels, (n,), are first those
+    of image-space refraction, then those of the reference.
     """
     with rt.Tracer(scene) as tracer:
         refraction = Refraction(tracer, ior, smooth)
@@ -80,7 +80,7 @@ def test_a_ball(exact_renderer, ior: float) -> None:
 
 
 def test_a_bubble_reflects_where_no_light_enters(exact_renderer) -> None:
-    """A body with an index below 1 reflects totally at its front past the critical angle."""
+    """The front of a body with an index below 1 reflects totally beyond the critical angle."""
     camera, ior = Camera((0.0, 0.0, 4.0), (0.0, 0.0, 0.0), fov=35), 0.8
     with rt.Tracer(scene_of(ball(5000))) as tracer:
         found, kind = Refraction(tracer, ior).draw(camera, SIZE)

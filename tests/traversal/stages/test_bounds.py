@@ -23,9 +23,10 @@ def aimed_scene(camera: Camera, size: tuple[int, int], count: int, kind: str,
     """Return triangles with corners on rays through pixels. Their outlines go through pixel
     centres, and often along the edges of tiles.
 
-    kind : "near" or "far": the corners are few or many pixels apart; "tiny" and "slivers": all
-        corners are near one ray; "behind": some or all corners may be behind the eye; "beside":
-        the corners are close to the eye; "edge-on": the eye lies in the triangle's plane
+    kind : "near": the corners are few pixels apart; "far": the corners are many pixels apart;
+        "tiny" and "slivers": all corners are near one ray; "behind": some or all corners may be
+        behind the eye; "beside": the corners are close to the eye; "edge-on": the eye lies in the
+        triangle's plane
     """
     rng = np.random.default_rng(seed)
     origins, directions = (values.reshape(-1, 3).astype(np.float64)
@@ -73,7 +74,7 @@ KINDS = ("near", "far", "tiny", "slivers", "behind", "beside", "edge-on")
 @pytest.mark.parametrize("seed", [1], ids="seed{}".format)
 @pytest.mark.parametrize("kind", KINDS)
 def test_aimed_eye_rays_lose_no_hit(exact_renderer, kind: str, seed: int) -> None:
-    """No side of a tile divides a side of the image of 50 x 37 pixels."""
+    """No hit is lost. The image has 50 x 37 pixels, which are no multiples of a tile's side."""
     count = 40 if kind in ("far", "behind") else 400
     scene = aimed_scene(CAMERA, (50, 37), count, kind, seed)
     for method, tile in zip(METHODS, (*TILES, 8)):

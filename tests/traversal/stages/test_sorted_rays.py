@@ -188,8 +188,9 @@ def test_origins_on_a_plane_or_at_a_point(way: str) -> None:
 @pytest.mark.parametrize("bounces, size, least", [
     (1, 512, 1.4), (2, 512, 2.0), pytest.param(1, 2048, 2.0, marks=pytest.mark.once)])
 def test_tiles_of_scattered_rays_need_fewer_nodes(bounces: int, size: int, least: float) -> None:
-    """Sorting gains less at the first bounce than at the second, because neighbouring rays of the
-    first bounce start side by side where eye rays end. With more rays, sorting gains more."""
+    """Sorting gains less at the first bounce than at the second. Neighbouring rays of the first
+    bounce start side by side even without sorting, at the hits of neighbouring eye rays. With more
+    rays, sorting gains more."""
     real_scene("kitchen")
     found = coherence.measure(workloads.load("kitchen"),
                               workloads.workload("kitchen", workloads.diffuse(bounces), size))

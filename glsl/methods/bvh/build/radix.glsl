@@ -34,7 +34,7 @@ int gap_bits(int gap) {
     return gap < 0 ? -1 : shared_bits(slot_code(gap), gap, gap + 1);
 }
 
-// The gap that joins the span of slots first ... last to its sibling, or -1 for the span of all slots. The
+// The gap whose node is the parent of the span of slots first ... last; -1 for the span of all slots. The
 // parent is one of the gaps at the two ends of the span: the gap whose neighbours share more bits. If the
 // result is `last`, the span is the left child, else the right child.
 int parent_gap(int first, int last) {

@@ -1,10 +1,10 @@
 """LBVH by fragment passes (Lauterbach et al. 2009).
 
 The tree equals the tree of `methods.bvh.lbvh`, node for node. First, passes compute boxes and
-Morton codes, and sort the codes. A slot is a place in the sorted order. Then all nodes together
-find their spans of slots, and their parents, in the sorted codes. Six passes of pointer jumping
-give the nodes' positions in depth-first order. Last, each node's box is joined from boxes of runs
-of slots.
+Morton codes, and sort the codes. A slot is a place in the sorted order. Then a pass over all nodes
+finds each node's span of slots, and its parent, in the sorted codes. Six passes of pointer jumping
+give the nodes' positions in depth-first order. Last, the boxes of runs of slots are joined to the
+box of each node.
 """
 from __future__ import annotations
 

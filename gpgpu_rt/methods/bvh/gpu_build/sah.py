@@ -3,9 +3,9 @@
 The method follows Lauterbach et al. 2009. Nodes of more than SMALL triangles are binned: for each
 triangle and axis, a point is blended into a bin of the triangle's node. For smaller nodes, a
 fragment for each triangle tries three splits: the split behind this triangle along each axis. A
-slot is a place in the order of triangles. The slots of a node are partitioned by a scan of the
-flags of slots that go right. For each level, the host reads back two numbers: how many nodes are
-binned, and how many are split.
+slot is a place in the order of triangles. To partition the slots of a node, each slot that goes to
+the right child gets a flag, and a scan sums the flags. For each level, the host reads back two
+numbers: how many nodes are binned, and how many are split.
 """
 from __future__ import annotations
 

@@ -1,10 +1,10 @@
 """Threading: turn nodes that span slots into a finished hierarchy with boxes and escape indices.
 
-A slot is a place in the order of triangles. This works for any tree whose nodes span consecutive
-slots. Two numbers give a node's position in depth-first order: the number of leaves that begin
-before the node, and the number of ancestors that have the node in their left subtree. A node's box
-is joined from four boxes of runs of 4^k slots that cover the node. So neither positions nor boxes
-need a pass for each level of the tree.
+A slot is a place in the order of triangles. The nodes may come from any tree whose nodes span
+consecutive slots. Two numbers give a node's position in depth-first order: the number of leaves
+that begin before the node, and the number of ancestors that have the node in their left subtree. A
+node's box is joined from four boxes of runs of 4^k slots that cover the node. So neither positions
+nor boxes need a pass for each level of the tree.
 """
 from __future__ import annotations
 

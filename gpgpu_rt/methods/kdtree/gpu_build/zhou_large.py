@@ -1,4 +1,7 @@
-"""The large nodes of Zhou's kd-tree by fragment passes. Passes work on a whole level at once."""
+"""The large nodes of Zhou's kd-tree by fragment passes. Passes work on a whole level at once.
+
+A piece is a triangle's entry in a node, with the box of the triangle's part in the node. A chunk
+is a run of at most CHUNK_PIECES pieces of a large node."""
 from __future__ import annotations
 
 from dataclasses import dataclass, field
@@ -78,7 +81,7 @@ class Halving:
     """Decides splits of large nodes as Zhou does: cuts off empty space or halves the longest axis.
     """
 
-    prefixes = False    # whether a CELL holds a prefix of codes in place of ``futile``
+    prefixes = False    # whether the field ``futile`` of a CELL holds a prefix of codes instead
 
     def __init__(self, rules: cpu.ZhouRules) -> None:
         self.rules = rules
