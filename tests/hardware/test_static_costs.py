@@ -150,8 +150,9 @@ def test_the_page_has_the_counts_of_packets() -> None:
         costs = [static_cost(card, "kd-packet", name, in_loop=True, **PACKETS[2][1])
                  for card in ("r580", "nv40", "g80")]
         assert cells.split(" | ") == [f"{one.arithmetic} + {one.fetches}" for one in costs]
-    counts = re.search(r"On R580, `traverse` takes (\d+) instructions without the stack, and (\d+) "
-                       r"instructions without .*?takes (\d+) registers", " ".join(page.split()))
+    counts = re.search(r"On R580, `traverse` takes (\d+) instructions without the stack, and "
+                       r"(\d+) instructions without .*?takes (\d+) registers",
+                       " ".join(page.split()))
     assert counts is not None and list(map(int, counts.groups())) == [
         static_cost("r580", "kd-packet", "traverse", in_loop=True, **PACKETS[1][1]).arithmetic,
         static_cost("r580", "kd-packet", "traverse", in_loop=True, **PACKETS[0][1]).arithmetic,
