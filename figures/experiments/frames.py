@@ -138,7 +138,7 @@ def _overlap(rows: list[dict[str, Any]]) -> list[str]:
                 f"{scene}, {BUDGE}: {number(ahead['frames_a_second'])} frames a second with the "
                 f"overlap and {number(turn['frames_a_second'])} in turn, "
                 f"{number(ahead['frames_a_second'] / turn['frames_a_second'])} times as many. "
-                "If the shorter of update and trace took no time at all, there would be "
+                "If the overlap hid the shorter of update and trace completely, it would give "
                 f"{number(sum(parts) / max(parts))} times as many. On a software renderer the "
                 "build and the trace share the cores.")
     return lines
