@@ -106,9 +106,9 @@ def findings(found: list[dict[str, Any]]) -> list[str]:
     scaled = survey["cpu"] * survey["gpu_peak"] / survey["cpu_peak"]
     lines = [f"The survey, on Soda Hall: {number(survey['cpu'])} Mrays/s on a CPU of "
              f"{number(survey['cpu_peak'])} GFLOP/s, and {number(survey['gpu'])} Mrays/s on a "
-             f"card of {number(survey['gpu_peak'], 4)} GFLOP/s. A GFLOP yields "
-             f"{number(1 / ratio)} times as many rays on the CPU. If the rate grew as the "
-             f"GFLOP/s, the card would reach {number(scaled, 4)} Mrays/s."]
+             f"card of {number(survey['gpu_peak'], 4)} GFLOP/s. For each GFLOP, the CPU traces "
+             f"{number(1 / ratio)} times as many rays as the card. If a card's rate were "
+             f"proportional to its GFLOP/s, this card would reach {number(scaled, 4)} Mrays/s."]
     for scene in dict.fromkeys(row["scene"] for row in found):
         mine = [row for row in found if row["scene"] == scene]
         on_cpu = [row for row in mine if row["threads"] is not None]
@@ -121,9 +121,8 @@ def findings(found: list[dict[str, Any]]) -> list[str]:
                 f"per second as {cpu['traced_by']}")
         if best["rays_per_gflop"] and cpu["rays_per_gflop"]:
             apart = cpu["rays_per_gflop"] / best["rays_per_gflop"]
-            line += (f"; a GFLOP yields {number(apart)} times as many rays with "
-                     f"{cpu['traced_by']} "
-                     f"({number(1 / ratio)} times as many in the survey)")
+            line += (f"; for each GFLOP, {number(apart)} times as many rays are traced by "
+                     f"{cpu['traced_by']} ({number(1 / ratio)} times as many in the survey)")
         lines.append(line + ".")
     return lines
 
@@ -160,8 +159,8 @@ def draw(data: Path, out: Path, full: bool) -> None:
                 f"{number(peak['attained'] / 1e9)} GFLOP/s; multiply-adds in fragment programs "
                 f"reach {number(peak.get('fragments', float('nan')) / 1e9)} GFLOP/s."),
              "* On a software renderer fragment programs run on the same processor, with all its "
-             "threads, so only the code differs, not the hardware. The peak of a card is the rate "
-             "that multiply-adds in fragment programs reach there.",
+             "threads, so only the code differs, not the hardware. On a card, the peak is the "
+             "rate that multiply-adds in fragment programs reach.",
              "* Embree is a tracer of today. It traces single rays through a BVH, and a vector "
              "instruction tests the boxes of several nodes. Reshetov's CPU tracer of 2005 traced "
              "packets through a kd-tree. Soda Hall is measured at full size only.", ""]

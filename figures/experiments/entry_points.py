@@ -97,10 +97,11 @@ def _page(entries: list[dict[str, Any]], bounds: list[dict[str, Any]], note: str
             "subtrees that the tile's rays must search. \"Nodes with entries\" are the nodes that "
             "a ray then visits. \"Nodes of beams\" are the nodes that all beams visit, divided "
             "among the rays. \"Fewer by\" is the nodes a ray visits without entries, divided by "
-            "the sum of these two.\n\n" + markdown_table(HEADS, first)
+            "the sum of the other two numbers.\n\n" + markdown_table(HEADS, first)
             + "\n## Rasterised bounds\n\nTriangles are first drawn over tiles of 8x8 pixels. "
-            "The coverage and the depths of a tile bound the search of its rays. Drawing visits "
-            "no node; its time is included.\n\n" + markdown_table(BOUND_HEADS, second))
+            "The depths of the triangles drawn over a tile bound the interval of t in which the "
+            "tile's rays search. Drawing visits no node of the tree; the times include the time "
+            "of drawing.\n\n" + markdown_table(BOUND_HEADS, second))
 
 
 def _bars(axis: Any, name: str, rows: list[dict[str, Any]]) -> None:

@@ -24,10 +24,10 @@ HEADS = ("figure", "card", "scene", "method", "form", "scored", "published_ns", 
 ABOUT = """# The papers' cards: predicted times without fitted constants
 
 Mesa's compiler for the card compiles the era form of each kernel, in which cards of the papers'
-time can run it (`docs/era.md`). Traces of the rays give the issues of each kernel, with the lanes
-that wait. The rates are those that `gpgpu-rt hardware` prints. No constant is fitted. A ratio is
-predicted over published time. Figures 12, 13, 16, 20 and 22 hold the same predictions beside the
-times measured here.
+time can run it (`docs/era.md`). Traces of the rays show how often the card issues each kernel, and
+how many lanes wait meanwhile. The rates are those that `gpgpu-rt hardware` prints. No constant is
+fitted. A ratio is the predicted time divided by the published time. Figures 12, 13, 16, 20 and 22
+hold the same predictions beside the times measured here.
 
 The model leaves out the misses of the texture cache, latency that too few fragments in flight
 expose, shading, transfers, the set-up of rays, and the passes that a card's limit on loop
@@ -39,14 +39,14 @@ not separate these causes. If a prediction misses a bar (a target below), the pa
 cause is to blame.
 
 A figure's first form is scored. Most papers do not publish the order of their loops, so the choice
-of the form is an assumption too; the other forms stand in the table. `step` runs one step of each
-ray an iteration. `while-while` has an inner loop for each kernel, `passes` a pass for each kernel.
-In `passes` early depth rejects each quad of pixels without a waiting ray. In `passes, blocks` it
-rejects only whole blocks of 8x8 pixels, in case the card's early depth was that coarse. In
-`packets` the rays of a packet of 4x4 are lanes of a warp. Each lane runs the kernels of a single
-ray at every node of its packet. Votes, shared stacks and waiting between the two packets of a warp
-are left out. On R580 a fragment traces a packet of 2x2, with a number of each ray in the four
-components of a vector, and 48 packets branch together.
+of the form is an assumption too; the other forms stand in the table. In `step` the program is a
+loop, and an iteration runs one step of each ray. In `while-while` the loop has an inner loop for
+each kernel. In `passes` each pass runs one kernel, and the early depth test rejects each quad of
+pixels without a waiting ray. In `passes, blocks` it rejects only whole blocks of 8x8 pixels, in
+case the card's early depth was that coarse. In `packets` the rays of a packet of 4x4 are lanes of
+a warp. Each lane runs the kernels of a single ray at every node of its packet. Votes, shared
+stacks and waiting between the two packets of a warp are left out. On R580 a fragment traces a
+packet of 2x2 rays. A component of a vector belongs to a ray, and 48 packets branch together.
 """
 
 

@@ -33,11 +33,12 @@ HEADS = ("scene", "method and format", "rays that hit", "no hit", "another trian
 ABOUT = """# Number formats of the papers' cards: what fixed point and fp24 lose
 
 R200 and NV25 computed in fixed point, R300 and R420 in fp24, NV40 and R580 in fp32. Each row
-compares the eye rays of an image with the exact hits: those of this program's methods in fp32 with
-the watertight test, which all agree. Some rays with an exact hit have *no hit* in the row's
-format, and some hit *another triangle*. Where two surfaces meet, this may be a tie that other
-rounding decides. A *false hit* is the hit of a ray that has no exact hit. Shares are of the rays
-with an exact hit. The error of t is relative, over rays with the same triangle.
+compares the eye rays of an image with the exact hits: the hits in fp32 with the watertight test,
+which are the same for all methods of this program. Some rays with an exact hit have *no hit* in
+the row's format, and some hit *another triangle*. Where two surfaces meet, both triangles may lie
+at the same distance, and rounding then decides which triangle is hit. A *false hit* is the hit of
+a ray that has no exact hit. Shares are of the rays with an exact hit. The error of t is relative,
+over rays with the same triangle.
 
 R300 and R420 could not run every row, because fp24 holds no index beyond 131,072 and some rows
 have longer lists of triangles. NV25's numbers have about 64 steps across a scene. The fixed point

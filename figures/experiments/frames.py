@@ -109,8 +109,9 @@ def _markdown(rows: list[dict[str, Any]], notes: list[str]) -> str:
               row["differing"]] for row in some]))
     absent = [scene for scene in SCENES if all(row["scene"] != scene for row in rows)]
     left = [f"{scene} ({SCENES[scene]})" for scene in absent if is_there(scene)]
-    notes = [*notes, "Update: from new vertices to tables in textures, by refitting or building, "
-             "on the CPU unless a build says gpu. (ray-tiles and ray-hierarchy have no structure "
+    notes = [*notes, "An update is the time from new vertices to finished tables in textures. It "
+             "includes the refit or the build of the structure, on the CPU unless the "
+             "name of a build says gpu. (ray-tiles and ray-hierarchy have no structure "
              "over triangles and only write the triangles.) Update and trace are medians over "
              "frames. Frames a second count all frames, also those that rebuilt a refitted tree.",
              "A frame ahead: as in Budge et al. 2008, another process builds the next frame's "
@@ -120,8 +121,8 @@ def _markdown(rows: list[dict[str, Any]], notes: list[str]) -> str:
              *([f"Measured with FULL=1 only: {', '.join(left)}."] if left else []),
              *(f"Not measured: {catalogue.how_to_get(catalogue.ROWS[scene])}."
                for scene in absent if not is_there(scene)),
-             "Wrong distances: rays over all frames whose t differs in a bit from that of a tree "
-             "built for the frame."]
+             "Wrong distances: the number of rays, over all frames, whose t differs in a bit from "
+             "the t by a tree that is built anew for the frame."]
     return "\n".join([*parts, *(f"* {note}" for note in notes), ""])
 
 
@@ -137,7 +138,7 @@ def _overlap(rows: list[dict[str, Any]]) -> list[str]:
                 f"{scene}, {BUDGE}: {number(ahead['frames_a_second'])} frames a second with the "
                 f"overlap and {number(turn['frames_a_second'])} in turn, "
                 f"{number(ahead['frames_a_second'] / turn['frames_a_second'])} times as many. "
-                f"To hide the shorter of update and trace completely would give "
+                "If the overlap hid the shorter of update and trace completely, it would give "
                 f"{number(sum(parts) / max(parts))} times as many. On a software renderer the "
                 "build and the trace share the cores.")
     return lines

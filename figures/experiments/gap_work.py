@@ -35,10 +35,11 @@ WIDTHS = tuple(GROUPS)
 # of every width divide a square without remainder, whether of rays or of packets of 2x2 rays.
 SIDE, SPREAD = 48, 2
 # A limit of the static costs, for the pages that use them.
-COMPILED = ("A kernel was compiled as a program of its own. The moves of the state to the "
-            "program's outputs count, although a loop would keep the state in registers. This "
-            "makes shaders too slow. The set-up of rays and the loops' branches do not count, "
-            "which makes shaders too fast.")
+COMPILED = ("Each kernel was compiled as a separate program. Two errors are known. The "
+            "instructions that move a ray's state to the program's outputs count, although a loop "
+            "would keep the state in registers; so the computed shaders are too slow. The set-up "
+            "of rays and the branches of loops do not count; so the computed shaders are too "
+            "fast.")
 # Caches: their bytes, the bytes of a transfer, and the number of rays that fetch together.
 STORES, LINES, TOGETHER = (8192, 16384, 131072), (16, 128), (4, 32)
 MISSES = ("kd-restart", "kd-texture-stack", "bvh-threaded")     # methods whose misses are counted

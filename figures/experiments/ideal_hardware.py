@@ -111,16 +111,18 @@ def draw(data: Path, out: Path, full: bool) -> None:
                for one in machines().values() for name, figure in one.figures.items()]
     write_text(out / "ideal_hardware.md", "# Hardware for rays\n\n"
                + _paragraph(found, data, full)
-               + "\n\n" + note + f"\n\n{TREE} has the walk of kd-stack. A push or a pop is part "
-               "of the step before it and accesses the stack on the chip. Shaders need the "
-               "instructions that Mesa's compiler for a card made of each kernel. " + COMPILED
-               + " A machine without a compiler borrows the compiler that is named below.\n\n"
+               + "\n\n" + note + f"\n\n{TREE} visits the same nodes as kd-stack. A push or a pop "
+               "is part of the step before it and accesses the stack on the chip. The shaders' "
+               "instructions are those to which Mesa's compiler for a card compiled each "
+               "kernel. " + COMPILED
+               + " For a machine without a compiler, the compiler that is named below was "
+               "used.\n\n"
                + markdown_table(HEADS, [
                    [number(v) if isinstance(v, float) else "-" if v is None else v for v in row]
                    for row in found])
-               + "\n## The machines' figures\n\nFigures marked * are recalled from memory or "
+               + "\n## The machines' numbers\n\nNumbers marked * are recalled from memory or "
                "assumed, and were not read in the source. `gpgpu-rt hardware --sources` prints "
-               "the card's own figures.\n\n"
+               "the numbers of the card.\n\n"
                + markdown_table(("machine", "figure", "value", "source"), sources))
     scenes = list(dict.fromkeys(row[0] for row in found))
     figure, axes = plt.subplots(1, len(scenes), figsize=(6.4 * len(scenes), 6.4), squeeze=False)
@@ -185,13 +187,13 @@ def _paragraph(found: list[list[Any]], data: Path, full: bool) -> str:
     clocks = find_card(CARD).clock / machines()["RPU"].clock
     text = (
         "The survey would hardwire the triangle test first, and then traversal with a "
-        "programmable criterion, and leave shading to the shaders. It calls the RPU "
+        "programmable criterion, and leave shading to the shaders. The survey calls the RPU "
         f"{low:g} to {high:g} times as fast as graphics hardware. A ray of {scene} takes "
         f"{number(steps)} steps and {number(tests)} tests ({TREE}). With triangle units tracing "
         f"is {gain(f'{CARD} and triangle units')} times as fast as with shaders alone, with "
         f"traversal units {gain(f'{CARD} and traversal units')} times, and with both kinds of "
         "units "
-        f"{gain(f'{CARD} and both')} times. With both it is bound by "
+        f"{gain(f'{CARD} and both')} times. With both kinds of units, the rate is limited by "
         f"{mine[f'{CARD} and both'][10]}. Shaders alone would be "
         f"{gain(f'{CARD}, if no ray waited')} times as fast if no ray waited for another. The RPU "
         f"at {number(machines()['RPU'].clock / 1e6)} MHz could trace "

@@ -48,8 +48,9 @@ def draw(data: Path, out: Path, full: bool) -> None:
     write_text(out / "path_noise.md", (
         "# Path tracing: the error by number of samples\n\n" + note + " The box is compared with "
         "a picture by Mitsuba 3 (Jakob et al. 2022; `figures/measured`), in each channel of each "
-        "pixel that is not black. The noise of that picture, "
-        f"{result['errors']['truth_noise']:.2%}, is subtracted, as for independent errors. The "
+        "pixel that is not black. The noise of Mitsuba's picture, "
+        f"{result['errors']['truth_noise']:.2%}, is subtracted under the assumption that both "
+        "errors are independent. The "
         "furnace is a closed box whose walls emit and reflect evenly, so a formula gives its "
         "radiance. Its error is shown for single pixels and for the mean of all pixels.\n\n"
         + markdown_table(HEADS, [[row[0], row[1], *(f"{error:.3%}" for error in row[2:])]

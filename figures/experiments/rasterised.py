@@ -56,8 +56,9 @@ def draw(data: Path, out: Path, full: bool) -> None:
     write_text(out / "rasterised.md", (
         "# First hits from the rasteriser\n\n"
         "Rasterised hits equal the traced hits to the bit, which is proved for each pixel. A ray "
-        "whose proof fails is in doubt, and is traced. Verified hits are hits of their rays, but "
-        "nothing checks whether the rasteriser missed an earlier triangle. Triangles are drawn "
+        "whose proof fails is in doubt, and is traced. A verified hit is a hit of its ray, but "
+        "nothing checks whether the rasteriser missed a triangle that the ray hits earlier. "
+        "Triangles are drawn "
         "only if a ray can hit them. " + note + "\n\n"
         + markdown_table(HEADS, shown)))
     figure, (left, *maps) = plt.subplots(1, 3, figsize=(13, 4.4))

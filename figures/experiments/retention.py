@@ -1,4 +1,4 @@
-"""Data retention (survey, section 4.3): bytes that passes move because none keeps rays' data."""
+"""Data retention (survey, section 4.3): bytes that passes move because no pass keeps a ray."""
 from __future__ import annotations
 
 from pathlib import Path

@@ -55,8 +55,9 @@ def draw(data: Path, out: Path, full: bool) -> None:
     size = 512 if full else 256
     write_text(out / "schedules.md", f"# The three schedules\n\nbunny, {size}x{size} eye rays; "
                f"renderer: {renderer}. `kernels` issues a pass for each kernel, as Purcell and "
-               "Foley do. In `step`, a pass runs K times for each ray the kernel that the ray "
-               "needs. `loop` is Horn's single pass. Every schedule gives the same "
+               "Foley do. In `step`, a pass runs K steps of each ray, and in each step a ray runs "
+               "the kernel that it needs. `loop` is Horn's single pass. Every schedule gives the "
+               "same "
                "hits.\n\n" + markdown_table(
                    heads, [[number(v) if isinstance(v, float) else v for v in row]
                            for row in rows]))

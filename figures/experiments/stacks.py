@@ -236,8 +236,8 @@ def draw(data: Path, out: Path, full: bool) -> None:
     notes = [f"* {label} has no instructions, fetches and rates: the {CARD}'s compiler has no "
              f"kernels of {compiled(label)}, because {reason}."
              for label, reason in missing_kernels().items()]
-    notes += [f"* {label} has the kernels and the walk of {other}. A pop reads on-chip memory, so "
-              "it fetches no texel." for label, other in KERNELS.items()]
+    notes += [f"* {label} runs the kernels of {other} and visits the same nodes. A pop reads "
+              "on-chip memory, so it fetches no texel." for label, other in KERNELS.items()]
     write_csv(out / "stacks.csv", HEADS, found)
     write_text(out / "stacks.md", "# Stack against stackless\n\n" + _paragraph(found) + "\n\n"
                + note + "\n\nInstructions and fetches include the idle lanes of a warp. The "

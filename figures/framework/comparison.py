@@ -29,7 +29,8 @@ TESTED_BY = ("Our methods test triangles as Möller and Trumbore 1997 do, becaus
              "projections, as Wald et al. 2001 do, ours is the nearest test that is available. "
              "The default of this program, the watertight test of Woop, Benthin and Wald 2013, is "
              "not used here.")
-PREDICTED = ("Nothing is fitted. Nothing is predicted on a scene without its mesh. If the rays of "
+PREDICTED = ("No constant is fitted. If the mesh of a scene is missing, no time is predicted. If "
+             "the rays of "
              "a packet are the lanes of a warp, a lane is assumed to run the kernels of a single "
              "ray. If a fragment traces a packet of 2x2, its vectors are assumed to hold a number "
              "of each ray.")
@@ -362,7 +363,7 @@ def _turned(some: Sequence[PredictedRow]) -> list[str]:
     return [f"{one.column.label} is predicted to take "
             f"{number(one.nanoseconds() / other.nanoseconds())} times the time of "
             f"{other.column.label}, but takes "
-            f"{number(one.published / other.published)} times the latter's time in the paper."
+            f"{number(one.published / other.published)} times as long as that method in the paper."
             for one in some for other in some
             if one.published / other.published < 1 / TIE
             and one.nanoseconds() > other.nanoseconds()]

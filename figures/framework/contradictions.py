@@ -30,8 +30,8 @@ CONTRADICTIONS = (
     Contradiction(("cpu",), "Section 4.2 scales 35.5 Mrays/s from 6.4 to 345.6 GFLOP/s and prints "
                   "1.887 billion rays a second; the product is 1.917. The 6.4 GFLOP/s seem to be "
                   "the Pentium 4's peak in double precision, but the 345.6 GFLOP/s are the "
-                  "GeForce's peak in single precision. What is first \"2 threads with "
-                  "hyperthreading\" is later \"two CPU cores\". The 16.2 \"million rays per "
+                  "GeForce's peak in single precision. The same CPU has first \"2 threads "
+                  "with hyperthreading\" and later \"two CPU cores\". The 16.2 \"million rays per "
                   "second\" are in fact the frames per second that Figure 22 prints in "
                   "parentheses, which are 17.0 million rays per second."),
     Contradiction(("stacks",), "Section 4.3 counts 64 stacks of 256 bytes in a G80's 16 KiB and "
@@ -61,13 +61,13 @@ CONTRADICTIONS = (
                   "stack-based, though Horn's short stack falls back on restarts. It lists "
                   "Carr et al. 2002 without a structure, though their paper has one on the host."),
     Contradiction(("fig07",), "The survey names a GeForce 6800 GTX, but no such card seems to "
-                  "have been sold. By the survey's times the grid on this card beat a commercial "
-                  "renderer, but the thesis's own abstract says that no version of its ray tracer "
-                  "did."),
+                  "have been sold. By the survey's times the grid on this card was faster than a "
+                  "commercial renderer, but the thesis's own abstract says that no version of its "
+                  "ray tracer was faster."),
     Contradiction(("fig13", "fig16", "fig22", "cpu"), "The survey gives three triangle counts for "
                   "the conference room: 282,801, 282,641 and 274 thousand."),
-    Contradiction(("fig10",), "The pseudocode of Figure 10 descends into the first child where "
-                  "t_hit < 0, though it orders children by the direction's sign. A ray that "
+    Contradiction(("fig10",), "The pseudocode of Figure 10 descends into the first child if t_hit "
+                  "< 0, though it orders children by the direction's sign. A ray that "
                   "starts behind the plane would then descend into the wrong child first."),
 )
 

@@ -26,17 +26,18 @@ RULES = (
     "structure, which no scene can change: one example decides",
     f"**{verdicts.TOO_LITTLE}**: the verdict would rest on fewer than {verdicts.LEAST_SCENES} "
     f"scored scenes, or on fewer than {verdicts.LEAST_PAIRS} pairs of methods in all. A pair "
-    "counts if the published numbers of one scene and kind of rays order it; published numbers "
-    "within 5 % of each other tie. A claim that compares no methods needs the scenes alone, and a "
-    "claim about structure, which no scene can change, needs neither. Two times decide no claim "
-    "if they differ by less than the runs of one method do",
+    "counts if the published numbers of its two methods, for the same scene and kind of rays, "
+    "differ by more than 5 %. A claim that compares no methods needs only the scenes. A claim "
+    "about structure, which no scene can change, needs neither scenes nor pairs. If two times "
+    "differ by less than the runs of one method differ among themselves, they decide no claim",
     f"**{verdicts.REDRAWN}**: a diagram or a picture, made from this program's own passes and "
     "tables; the survey prints nothing in it that could be scored",
     f"**{verdicts.UNMEASURED}**: all cells are missing",
-    "If a figure's paper measured on a card, the verdict is on the times that are predicted for "
-    "that card. The verdict on the times of the present renderer follows, by the same rules",
-    "Procedural stand-ins for scenes are never scored. The verdict is followed by what the same "
-    "rules say of the stand-ins")
+    "If a figure's paper measured on a card, the first verdict compares the published times with "
+    "the times that are predicted for that card. A second verdict, by the same rules, compares "
+    "them with the times measured on the present renderer",
+    "If the mesh of a scene is missing, a procedural stand-in is measured, but never scored. "
+    "After the verdict, the page says which verdict the same rules would give on the stand-ins")
 COLOURS = {verdicts.REPRODUCED: "#cfe8d5", verdicts.ORDER: "#f5e6b8",
            verdicts.MOSTLY: "#e6e9b8",
            verdicts.CONTRADICTED: "#f3c9c0", verdicts.REFUTED: "#f3c9c0",

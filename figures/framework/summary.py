@@ -95,8 +95,9 @@ def _order(judged: Sequence[Judged]) -> str:
                      [one.stand_ins for one in here]))
     return (f"In all tables of times together, {agreed} of {counted(pairs, 'pair')} of methods "
             "have the published order in the times predicted for the papers' cards. In the times "
-            f"of the present renderer {ours} of {all_ours} have it on scored scenes, and "
-            f"{others} of {rest} on stand-ins, which are never scored.")
+            f"of the present renderer {ours} of {all_ours} pairs have the published order on "
+            f"scored scenes, and {others} of {rest} pairs have it on stand-ins, which are never "
+            "scored.")
 
 
 def _too_little(some: Sequence[Judged]) -> list[str]:

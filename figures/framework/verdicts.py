@@ -6,15 +6,17 @@
 * contradicted: The order differs, whatever the ratios are.
 * refuted by a counterexample: At most half of the claims hold, and no scene can change them.
 * too little to judge: Fewer than LEAST_SCENES scored scenes, or fewer than LEAST_PAIRS pairs of
-  methods. A pair counts if the published numbers of one scene and kind of rays order it.
+  methods. A pair counts if the published numbers of its two methods, for the same scene and kind
+  of rays, do not tie.
 
 A claim in words has neither order nor ratio. A figure that makes claims is reproduced if every
 claim holds, mostly reproduced if more than half hold, and contradicted otherwise. A claim that
 compares methods needs as many scenes and pairs as a table of times. A claim that compares no
-methods needs the scenes alone, and a claim about structure, which no scene can change, needs
-neither.
+methods needs only the scenes. A claim about structure, which no scene can change, needs neither
+scenes nor pairs.
 
-Stand-ins for scenes are never scored. A verdict also holds what the same rules say of them.
+A stand-in replaces a scene whose mesh is missing, and is never scored. A verdict also holds the
+verdict that the same rules give on the stand-ins.
 """
 from __future__ import annotations
 

@@ -53,10 +53,9 @@ def _remarks(results: Results) -> list[str]:
             f"{panel.label}: in the order of the rows, a ray fetches "
             f"{', '.join(number(n) for n in nodes)} nodes, and the rate is "
             f"{', '.join(number(times[0] / t) for t in times)} times kd-restart's. A packet "
-            f"visits {number(shared)} "
-            "times the nodes of one of its rays and shares them among four rays. Push-down saves "
-            f"{_spared(nodes[1], nodes[2])} of them; the short stack saves "
-            f"{_spared(nodes[2], nodes[3])} of the rest.")
+            f"visits {number(shared)} times as many nodes as one of its rays alone, and fetches "
+            f"them once for four rays. Push-down saves {_spared(nodes[1], nodes[2])} of these "
+            f"nodes; the short stack saves {_spared(nodes[2], nodes[3])} of the remaining nodes.")
         skipping = results.get((panel, SKIPPING))
         if skipping is not None:
             spared = _spared(nodes[3], skipping["counters"]["nodes_visited"])

@@ -36,9 +36,10 @@ NOTES = (
     TESTED_BY,
     "Predicted: the machine model of [era_machine](era_machine.md), with kernels that the card's "
     "compiler compiled. A packet's rays are the lanes of a warp, and each lane runs the kernels "
-    "of a single ray. kd-stack runs the kernels of kd-texture-stack in a loop. Methods without "
-    "kernels in the era form (docs/era.md) are not predicted. The Ray Engine's host is left out: "
-    "only its passes and transfers count. The Ray Engine is therefore predicted too fast, and all "
+    "of a single ray. kd-stack runs the kernels of kd-texture-stack in a loop. Speeds of methods "
+    "without kernels in the era form (docs/era.md) are not predicted. The prediction for the Ray "
+    "Engine counts only its passes and transfers, and leaves out the work of its host. The Ray "
+    "Engine is therefore predicted too fast, and all "
     "other methods too slow relative to it.",
     "Measured: the Ray Engine's host is numpy.",
     "Zhou's paper is about building kd-trees. Its row is therefore the kd-tree with a full stack, "
@@ -213,7 +214,8 @@ def _page(found: list[MethodSpeed], data: Path, full: bool) -> str:
         "The last four columns are speeds relative to the Ray Engine. \"Scaled again\" repeats "
         "the survey's scaling: the rate that the survey prints for a paper is multiplied once by "
         "the ratio of the cards' arithmetic rates and once by the ratio of their bandwidths. The "
-        "column shows both results. The rate at 10,000 triangles is interpolated between "
+        "column shows the results of both multiplications. The rate at 10,000 triangles is "
+        "interpolated between "
         "scenes:\n",
         markdown_table(("source", "card", "Mrays/s at 10,000 triangles, or at the nearest count",
                         "scenes"), cards),

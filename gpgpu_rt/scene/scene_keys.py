@@ -40,22 +40,24 @@ OBJECTS: Mapping[str, Mapping[str, Key]] = {
         "meshes": Key("list of mesh", "the meshes of the scene", required=True),
         "materials": Key("map of material", "the materials by name"),
         "lights": Key("list of light", "the point lights"),
-        "environment": Key("environment", "light from outside the scene; by default darkness"),
+        "environment": Key("environment", "light from outside the scene; by default no light"),
         "camera": Key("camera", "by default a camera that sees the whole scene from outside"),
     },
     "mesh": {
-        "file": Key("text", "a mesh file beside this one, or a named scene (`gpgpu-rt scenes`)"),
+        "file": Key("text", "path of a mesh file, relative to the scene file's folder; or a named "
+                    "scene (`gpgpu-rt scenes`)"),
         "box": Key("box", "a box, instead of a file"),
         "sphere": Key("sphere", "a sphere of triangles, instead of a file"),
         "quad": Key("points", "four corners, anticlockwise as seen from outside, instead of a "
                     "file"),
         "material": Key("text", "the name of the material of the whole mesh"),
-        "materials": Key("map of text", "names of materials by the name of a group, object or "
-                         "material in the mesh file"),
-        "smooth": Key("flag", "interpolate normals, which are computed from the triangles"),
-        "scale": Key("size", "first, scale by this factor", above=0),
+        "materials": Key("map of text", "a material's name for each group, object or material of "
+                         "the mesh file, by its name in the mesh file"),
+        "smooth": Key("flag", "shade with normals that are computed from the triangles and "
+                      "interpolated, so that edges look smooth"),
+        "scale": Key("size", "first, scale by this factor, or by a factor for each axis", above=0),
         "rotate": Key("vector", "then rotate by degrees around x, then y, then z"),
-        "translate": Key("vector", "at last, move by this vector"),
+        "translate": Key("vector", "last, move by this vector"),
     },
     "box": {
         "lo": Key("vector", "its lower corner", required=True),
@@ -68,33 +70,37 @@ OBJECTS: Mapping[str, Mapping[str, Key]] = {
                          most=1e6),
     },
     "material": {
-        "diffuse": Key("vector", "share that is scattered by Lambert's law", **_SHARE),
-        "mirror": Key("vector", "share that is reflected in the mirror direction", **_SHARE),
-        "glossy": Key("vector", "share that is reflected into a lobe around the mirror direction",
+        "diffuse": Key("vector", "share of the light that is scattered by Lambert's law, for red, "
+                       "green and blue", **_SHARE),
+        "mirror": Key("vector", "share of the light that is reflected in the mirror direction",
                       **_SHARE),
+        "glossy": Key("vector", "share of the light that is reflected into a lobe around the "
+                      "mirror direction", **_SHARE),
         "roughness": Key("number", "roughness of the glossy lobe; 0.2 by default", least=0.01,
                          most=1),
         "ior": Key("number", "refractive index; makes the material a dielectric, which "
                    "refracts the light that it does not reflect", least=0.1, most=10),
         "emission": Key("vector", "radiance that the surface emits", least=0),
-        "texture": Key("text", "an image file beside this one, which multiplies the diffuse "
-                       "share"),
+        "texture": Key("text", "path of an image file, relative to the scene file's folder; the "
+                       "image multiplies the diffuse share"),
     },
     "light": {
         "position": Key("vector", "its position, world units", required=True),
-        "intensity": Key("vector", "radiance of a white surface that faces the light, at any "
-                         "distance; white by default", least=0),
+        "intensity": Key("vector", "radiance of a white surface that faces the light, the same "
+                         "at any distance; (1, 1, 1) by default", least=0),
     },
     "environment": {
         "colour": Key("vector", "radiance from all directions", least=0),
         "zenith": Key("vector", "radiance from straight above", least=0),
         "ground": Key("vector", "radiance from straight below", least=0),
-        "image": Key("text", "an equirectangular image file, or .npy, beside this one"),
-        "backdrop": Key("flag", "the pale sky behind pictures of plain meshes"),
+        "image": Key("text", "path of an equirectangular image, as an image file or as .npy, "
+                     "relative to the scene file's folder"),
+        "backdrop": Key("flag", "true: the pale sky that is also behind pictures of mesh files "
+                        "without materials"),
     },
     "camera": {
         "eye": Key("vector", "its position, world units", required=True),
-        "target": Key("vector", "the point that it looks at", required=True),
+        "target": Key("vector", "the point at which the camera looks", required=True),
         "up": Key("vector", "the upward direction; (0, 1, 0) by default"),
         "fov_degrees": Key("number", "vertical angle of the image; 45 by default"),
     },

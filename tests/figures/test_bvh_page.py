@@ -85,10 +85,10 @@ def test_streams_are_as_the_page_says(size: int, row: int) -> None:
 def test_the_table_of_streams_agrees_with_that_of_nodes() -> None:
     """Both tables show the same node counts for eye rays."""
     text, nodes = PAGE.read_text(), tables()["nodes"]
-    rows = text[text.index("| a ray |"):].split("\n\n")[0].splitlines()
+    rows = text[text.index("| per ray |"):].split("\n\n")[0].splitlines()
     heads, *rows = [[cell.strip() for cell in row.strip("|").split("|")]
                     for row in rows if "---" not in row]
-    words = {"a stack a ray": "bvh-stack", "packets of 2x2": "bvh-packet",
+    words = {"a stack for each ray": "bvh-stack", "packets of 2x2": "bvh-packet",
              "packets of 4x2": "bvh-packet --packet 4x2", "streams": "bvh-packet --streams"}
     assert [row[0] for row in rows] == list(words)
     for name, *cells in rows:

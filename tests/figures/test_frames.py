@@ -142,7 +142,7 @@ def test_what_rays_do_in_a_bih() -> None:
             tracer.trace(*scene.camera.rays((256, 256)))
             said.append({k: f"{v:.3g}" for k, v in tracer.statistics.counters.items()})
     bih, bvh, stack = said
-    assert f"enters {bih['leaves_visited']} of its leaves" in page
-    assert f"into {bvh['leaves_visited']}, and tests {bih['triangles_tested']} triangles" in page
-    assert f"against {bvh['triangles_tested']}." in page
-    assert f"({bih['nodes_visited']} to {stack['nodes_visited']} on the bunny)" in page
+    for name, counted in (("by `bih`", bih), ("by a BVH", bvh)):
+        assert (f"{name} a ray enters {counted['leaves_visited']} leaves and tests "
+                f"{counted['triangles_tested']} triangles" in page), name
+    assert f"from {bih['nodes_visited']} to {stack['nodes_visited']}." in page

@@ -150,7 +150,7 @@ def test_a_method_without_compiled_kernels_keeps_its_bytes(tmp_path: Path) -> No
     assert {row[head] for head in numbers} == {""} and all(short[head] for head in numbers)
     page = (tmp_path / "stacks.md").read_text()
     assert "* bvh-stack has no instructions, fetches and rates:" in page
-    assert "kd-stack has the kernels and the walk of kd-texture-stack" in page
+    assert "kd-stack runs the kernels of kd-texture-stack and visits the same nodes" in page
 
 
 @pytest.mark.parametrize("latency, held", [(500, False), (50_000, True)])

@@ -280,7 +280,8 @@ def test_the_index_opens_with_ten_sentences_from_the_verdicts(drawn) -> None:
         assert line.startswith(f"* {len(of(*words))} figure")
     tables = [one for one in said.values() if not one["claims"]]
     for some, says in (([one for one in tables if one["renderer"]], "{} of {} pairs"),
-                       ([one["renderer"] or one for one in tables], "renderer {} of {} have")):
+                       ([one["renderer"] or one for one in tables],
+                        "renderer {} of {} pairs have")):
         scored = [one for one in some if one["agreed"] is not None]
         assert says.format(*(sum(one[key] for one in scored) for key in ("agreed", "pairs"))
                            ) in order

@@ -55,7 +55,7 @@ def test_culling_saves_what_the_page_says(scene: str, packet: tuple[int, int]) -
 @pytest.mark.full
 @pytest.mark.parametrize("scene", SCENES)
 def test_packets_in_a_grid_look_into_as_many_cells_as_the_page_says(scene: str) -> None:
-    for name, packet in (("a ray alone", (1, 1)), ("16 rays together", (4, 4))):
+    for name, packet in (("a single ray", (1, 1)), ("a packet of 16 rays", (4, 4))):
         for what, counted in zip(("cells", "tests"), counters(scene, "grid", packet)):
             said = next(row[2:] for row in rows() if row[:2] == [name, what])
             assert number(said[SCENES.index(scene)]) == pytest.approx(counted, rel=0.01, abs=0.6)

@@ -131,9 +131,9 @@ def test_the_page_has_these_counts() -> None:
 
 
 def test_the_page_has_the_counts_of_loops() -> None:
-    page = (Path(__file__).parents[2] / "docs" / "era.md").read_text()
+    page = " ".join((Path(__file__).parents[2] / "docs" / "era.md").read_text().split())
     counts = re.search(r"then takes (\d+), (\d+) and (\d+) instructions .* `traverse` of "
-                       r"`bvh-threaded` (\d+), (\d+)\s+and (\d+)\.", page, re.S)
+                       r"`bvh-threaded` takes (\d+), (\d+) and (\d+)\.", page)
     assert counts is not None
     assert [int(count) for count in counts.groups()] == [
         static_cost(card, method, kernel, in_loop=True).arithmetic
@@ -151,8 +151,9 @@ def test_the_page_has_the_counts_of_packets() -> None:
         costs = [static_cost(card, "kd-packet", name, in_loop=True, **PACKETS[2][1])
                  for card in ("r580", "nv40", "g80")]
         assert cells.split(" | ") == [f"{one.arithmetic} + {one.fetches}" for one in costs]
-    counts = re.search(r"`traverse` takes\s+(\d+) and (\d+) instructions on R580.*?takes (\d+) "
-                       r"registers", page, re.S)
+    counts = re.search(r"On R580, `traverse` takes (\d+) instructions without the stack, and "
+                       r"(\d+) instructions without .*?takes (\d+) registers",
+                       " ".join(page.split()))
     assert counts is not None and list(map(int, counts.groups())) == [
         static_cost("r580", "kd-packet", "traverse", in_loop=True, **PACKETS[1][1]).arithmetic,
         static_cost("r580", "kd-packet", "traverse", in_loop=True, **PACKETS[0][1]).arithmetic,
