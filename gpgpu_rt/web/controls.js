@@ -153,7 +153,7 @@ function recall() {
 }
 
 async function start() {
-    surfaces = texture(page.surfaces.size[0], page.surfaces.size[1], 4, await floats(page.surfaces.data));
+    surfaces = await surfaceTexture();
     element("method").replaceChildren(...page.methods.map(({name}) => new Option(name, name)));
     for (const id of ["method", "schedule"]) element(id).addEventListener("change", () => choose());
     element("heat").addEventListener("change", () => {

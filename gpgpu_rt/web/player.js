@@ -21,12 +21,6 @@ function fail(message) {
 if (!gl) fail("This browser offers no WebGL 2.");
 if (!gl.getExtension("EXT_color_buffer_float")) fail("This graphics card cannot draw into float textures.");
 
-async function floats(base64) {
-    const bytes = Uint8Array.from(atob(base64), (letter) => letter.charCodeAt(0));
-    const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip"));
-    return new Float32Array(await new Response(stream).arrayBuffer());
-}
-
 // Textures, targets and programs --------------------------------------------------------------------------
 
 function texture(width, height, components, values) {
@@ -43,13 +37,53 @@ function texture(width, height, components, values) {
     return made;
 }
 
+const values = (number) => unpacked(page.tables[number]);
+
 const tables = new Map();
 async function table(number) {
     if (!tables.has(number)) {
-        const {size, components, data} = page.tables[number];
-        tables.set(number, texture(size[0], size[1], components, await floats(data)));
+        const {size: [width, height, components], triangles} = page.tables[number], found = await values(number);
+        tables.set(number, texture(width, height, components,
+                                   triangles ? await triangleTable(found, 4 * width * height) : found));
     }
     return tables.get(number);
+}
+
+// The corners of the scene's triangles, nine numbers a triangle.
+let corners = null;
+async function sceneCorners() {
+    if (corners === null) {
+        const [vertices, numbers] = [await values(page.triangles.vertices), await values(page.triangles.corners)];
+        corners = new Float32Array(3 * numbers.length);
+        numbers.forEach((number, k) => corners.set(vertices.subarray(3 * number, 3 * number + 3), 3 * k));
+    }
+    return corners;
+}
+
+// Returns the texels of a triangle table: v0 and the triangle's number, v1 and whether the triangle is the last
+// of its leaf, v2.
+async function triangleTable(rows, length) {
+    const from = await sceneCorners(), texels = new Float32Array(length);
+    for (let row = 0; row < rows.length / 2; ++row) {
+        const [triangle, last] = [rows[2 * row], rows[2 * row + 1]], at = 12 * row;
+        for (let k = 0; k < 3; ++k) texels.set(from.subarray(9 * triangle + 3 * k, 9 * triangle + 3 * k + 3), at + 4 * k);
+        texels[at + 3] = triangle;
+        texels[at + 7] = last;
+    }
+    return texels;
+}
+
+// Returns the texture of the triangles' normals and colours.
+async function surfaceTexture() {
+    const width = 1024, from = await sceneCorners(), colours = await values(page.triangles.colours);
+    const height = Math.ceil(colours.length / width), texels = new Float32Array(4 * width * height);
+    colours.forEach((colour, triangle) => {
+        const [a, b, c] = [0, 3, 6].map((k) => Array.from(from.subarray(9 * triangle + k, 9 * triangle + k + 3)));
+        const normal = cross(b.map((x, k) => x - a[k]), c.map((x, k) => x - a[k]));
+        const length = Math.max(Math.hypot(...normal), 1e-300);
+        texels.set([...scaled(normal, 1 / length), colour], 4 * triangle);
+    });
+    return texture(width, height, 4, texels);
 }
 
 const targets = new Map();
@@ -217,7 +251,7 @@ async function selfTest() {
     let rays = 0, differing = 0;
     for (const method of page.methods) {
         const {side, eye} = method.test;
-        const given = await floats(method.test.directions), right = await floats(method.test.hits);
+        const given = await values(method.test.directions), right = await values(method.test.hits);
         const bits = new Uint32Array(right.buffer), directions = texture(side, side, 4, given);
         let wrong = 0, traced = 0;
         for (const schedule of Object.values(method.schedules)) {

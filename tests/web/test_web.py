@@ -129,6 +129,7 @@ def test_rays_have_the_bits_of_the_host(exact_renderer, tmp_path: Path, scene: s
     page = tmp_path / "page.html"
     names = tuple(web_names()) if scene == "cornell" else ("kd-restart", "grid", "bvh-threaded")
     page.write_text(written(names, scene))
+    assert page.stat().st_size < 8e6
     dom = opened(page, "", "--dump-dom")
     assert 'id="message"></p>' in dom
     test = re.search(r'<p id="selftest"([^>]*)>', dom)[1]
