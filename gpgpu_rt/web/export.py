@@ -15,17 +15,14 @@ import numpy as np
 
 from ..errors import OptionError
 from ..gl.es import es_text
-from ..gl.observation import ObservedPass
 from ..methods import Method, find_method, methods
 from ..scene.scene import Scene
 from ..tracer import Tracer
+from .described import Described, NotInBrowser
 from .packing import packed_table
 
 TEST_SIDE = 64      # the page checks TEST_SIDE^2 rays of each method
-MOST_TARGETS = 4    # render targets that every WebGL 2 offers
-SCHEDULES = ("loop", "step")
-_EYE = "drivers/eye_rays.frag"
-_CAMERA = ("eye", "right", "up", "forward", "size")
+SCHEDULES = ("loop", "step", "kernels")
 
 
 @dataclass(frozen=True)
@@ -49,15 +46,10 @@ class WebMethod:
 
 def why_not_in_browser(row: Method) -> str:
     """Return why a method does not run on a page; "" if it does."""
-    if row.packet or row.single:
-        return ("its packets, or its stack of a packet of one ray, need programs that join names, "
-                "and more targets than WebGL 2 promises")
     if row.glsl.startswith("methods/ray_space/"):
         return "the host builds its table anew for the rays of each call"
-    if row.stack_entry is not None:
-        return "its stack lies in a texture that other passes write"
-    if not set(SCHEDULES) & set(row.schedules):
-        return "its passes need occlusion queries that return counts, which WebGL 2 lacks"
+    if set(row.schedules) == set(row.drivers) == {"kernels"}:
+        return "the host counts and reads back between its passes, or draws triangles instead of rays"
     return ""
 
 
@@ -160,14 +152,19 @@ def export_method(scene: Scene, name: str, tables: PageData) -> WebMethod:
             continue
         options = {"steps_per_pass": 1} if schedule == "step" and not row.steps_once else {}
         with Tracer(scene, name, schedule=schedule, **options) as tracer:
-            look = _Described(tables, schedule)
-            with tracer.observe(look.look):
+            with tracer.observe() as passes:
                 hits = tracer.eye_hits(size=(TEST_SIDE, TEST_SIDE))
-            why = look.why_not or why
-            if not look.why_not:
-                schedules[schedule] = look.described(tracer)
+                if schedule == "loop" and row.packet_state is not None:
+                    _hand_back(tracer)
+            try:
+                with tracer.gpu:
+                    found = Described(tracer, passes, TEST_SIDE, tables)
+            except NotInBrowser as reason:
+                why = str(reason)
+                continue
+        schedules[schedule] = found.told()
         test = {"side": TEST_SIDE, "eye": [float(x) for x in scene.camera.eye],
-                "directions": tables.values(look.directions.reshape(-1, 4)),
+                "directions": tables.values(found.directions),
                 "hits": tables.values(np.column_stack([
                     hits.t, hits.u, hits.v, np.where(hits.hit, hits.triangle, -1)
                 ]).astype(np.float32))}
@@ -176,61 +173,11 @@ def export_method(scene: Scene, name: str, tables: PageData) -> WebMethod:
     return WebMethod(name, row.summary, row.citation, schedules, test)
 
 
-class _Described:
-    """Describes the passes of a schedule while their textures hold what the passes read: the eye
-    rays, the set-up of states, and the repeated pass.
+def _hand_back(tracer: Tracer) -> None:
+    """Trace the last call's rays again, and draw the pass that gives packets' hits to rays.
 
-    Attributes
-    ----------
-    directions : float32, of the eye rays
-    told : the passes, ready for JSON
-    why_not : why the schedule does not run in a browser, or ""
+    A call that reads hits to the host needs no such pass, but the page does.
     """
-
-    def __init__(self, tables: PageData, schedule: str) -> None:
-        self.directions, self.told, self.why_not = np.zeros(0, np.float32), [], ""
-        self._tables, self._sources = tables, {}
-        self._loops = schedule == "loop"
-        self._wanted = [_EYE, *(["all"] if schedule == "loop" else ["init", "all"])]
-
-    def look(self, one: ObservedPass) -> None:
-        """Describe a pass, if it is the next of the wanted passes."""
-        if not self._wanted and self._loops and one.kernel == "all":
-            self.why_not = "a ray takes more steps than a loop has on this scene"
-        if not self._wanted or self._wanted[0] not in (one.name, one.kernel):
-            return
-        self._wanted.pop(0)
-        if one.name == _EYE:
-            self.directions = np.frombuffer(one.outputs[1].read(), np.float32)
-        self._describe(one)
-        group = "rays" if one.name == _EYE else "previous"
-        self._sources.update({texture.glo: f"{group}:{k}"
-                              for k, texture in enumerate(one.outputs)})
-
-    def _describe(self, one: ObservedPass) -> None:
-        inputs = {}
-        for sampler, texture in one.inputs.items():
-            if texture.glo in self._sources:
-                inputs[sampler] = self._sources[texture.glo]
-            elif sampler.endswith("_table"):
-                inputs[sampler] = f"table:{self._tables.texture(texture)}"
-            else:
-                self.why_not = f"another program than the traversal writes {sampler}"
-        if len(one.outputs) > MOST_TARGETS:
-            self.why_not = f"a pass has more than {MOST_TARGETS} render targets"
-        # The player sets the camera, and the eye in the place of the rays' shared origin.
-        uniforms = {name: np.asarray(value, float).ravel().tolist()
-                    for name, value in one.uniforms.items()
-                    if name not in (*_CAMERA, "rays_texel_0")}
-        if not self.why_not:
-            self.told.append({
-                "name": one.label, "vertex": self._tables.text(one.texts[0]),
-                "fragment": self._tables.text(one.texts[1]), "uniforms": uniforms,
-                "inputs": inputs, "outputs": len(one.outputs)})
-
-    def described(self, tracer: Tracer) -> dict[str, Any]:
-        """Return the description of the schedule."""
-        record, step = tracer.precision.layout(tracer.method.state), len(self.told) == 3
-        return {"passes": self.told, "repeats": step, "hit": self.told[-1]["outputs"] - 1,
-                "state": [[field.name, field.texel, field.swizzle] for field in record.fields]
-                if step else []}
+    session = tracer.session
+    rays, buffers = session.buffers.of((TEST_SIDE, TEST_SIDE))
+    session.driver.run(rays, buffers, tracer.statistics)[0].samplers()

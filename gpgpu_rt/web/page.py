@@ -18,7 +18,7 @@ from ..scene.scene import Scene
 from .export import PageData, WebMethod, export_method
 
 HERE = Path(__file__).parent
-SCRIPTS = ("unpack.js", "player.js", "controls.js")     # one script in the page
+SCRIPTS = ("unpack.js", "player.js", "passes.js", "controls.js")     # one script in the page
 SIDE = 512          # of the canvas, in pixels
 MOST_BYTES = 64 << 20
 
