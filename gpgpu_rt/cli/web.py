@@ -23,13 +23,17 @@ def add_command(command: Command) -> None:
 
 def _web(chosen: argparse.Namespace) -> None:
     named = chosen.methods or ["kd-restart", "grid", "bvh-threaded"]
-    names = web_names(None if named == ["all"] else named)
+    every, left_out = named == ["all"], dict[str, str]()
+    names = web_names(None if every else named)
     check_writable(chosen.output)
     scene = load_scene(chosen.scene)
-    found = [one.name for one in write_page(scene, names, chosen.output)]
+    found = [one.name for one in write_page(scene, names, chosen.output,
+                                            left_out if every else None)]
     size = Path(chosen.output).stat().st_size
     if chosen.json:
-        return print_json({**scene.facts(), "methods": found, "output": chosen.output,
-                           "bytes": size})
+        return print_json({**scene.facts(), "methods": found, "left_out": left_out,
+                           "output": chosen.output, "bytes": size})
     print_stand_in(scene)
     print(f"wrote {chosen.output}: {', '.join(found)}; {size / 1e6:.1f} MB")
+    for reason in left_out.values():
+        print(f"left out: {reason}")

@@ -12,6 +12,7 @@ from typing import Any, Protocol
 import moderngl
 import numpy as np
 
+from ..gl.loops import without_do
 from ..gl.observation import ObservedPass
 from ..gl.record import Record
 from ..rays.records import HIT
@@ -62,6 +63,7 @@ class Described:
         self._tables, self._side = tables, side
         self._schedule, self._kernels = str(tracer.options["schedule"]), tracer.method.kernels
         self._state, self._stream = _state_record(tracer)
+        self._packets = tracer.method.packet_state is not None
         self._passes: list[dict[str, Any]] = []
         self._numbers: dict[tuple[Any, ...], int] = {}      # of passes, by their keys
         self._targets: list[dict[str, Any]] = []
@@ -163,10 +165,12 @@ class Described:
                 inputs[sampler] = f"table:{self._tables.texture(texture)}"
             else:
                 raise NotInBrowser(f"the host writes {sampler}")
-        sized = self._sized(one)
+        sized, fragment = self._sized(one), one.texts[1]
+        if self._packets:
+            fragment = without_do(fragment)
         return {"title": _title(one, self._schedule),
                 "vertex": self._tables.text(one.texts[0]),
-                "fragment": self._tables.text(one.texts[1]), "sized": sized,
+                "fragment": self._tables.text(fragment), "sized": sized,
                 "uniforms": {name: np.asarray(value, float).ravel().tolist()
                              for name, value in one.uniforms.items()
                              if name not in _OF_THE_EYE and name not in sized},
@@ -220,7 +224,8 @@ def _cycle(passes: list[ObservedPass]) -> tuple[list[ObservedPass], list[Observe
     if first is None:
         raise NotInBrowser("the test rays end before a pass is repeated")
     end = keys.index(keys[first], first + 1)
-    if any(keys[k] != keys[first + (k - first) % (end - first)] for k in range(end, len(keys) - 1)):
+    cycle = keys[first:end]
+    if any(key != cycle[k % len(cycle)] for k, key in enumerate(keys[first:-1])):
         raise NotInBrowser("the passes of a step do not repeat in the same order")
     return passes[:first], passes[first:end]
 

@@ -22,6 +22,7 @@ from .described import Described, NotInBrowser
 from .packing import packed_table
 
 TEST_SIDE = 64      # the page checks TEST_SIDE^2 rays of each method
+MOST_PASSES = 20000     # a schedule with more passes for the test rays is too slow for a page
 SCHEDULES = ("loop", "step", "kernels")
 
 
@@ -49,7 +50,7 @@ def why_not_in_browser(row: Method) -> str:
     if row.glsl.startswith("methods/ray_space/"):
         return "the host builds its table anew for the rays of each call"
     if set(row.schedules) == set(row.drivers) == {"kernels"}:
-        return "the host counts and reads back between its passes, or draws triangles instead of rays"
+        return "its host reads lists back between passes, or draws triangles instead of rays"
     return ""
 
 
@@ -157,6 +158,8 @@ def export_method(scene: Scene, name: str, tables: PageData) -> WebMethod:
                 if schedule == "loop" and row.packet_state is not None:
                     _hand_back(tracer)
             try:
+                if len(passes) > MOST_PASSES:
+                    raise NotInBrowser(f"{schedule} draws {len(passes):,} passes on this scene")
                 with tracer.gpu:
                     found = Described(tracer, passes, TEST_SIDE, tables)
             except NotInBrowser as reason:

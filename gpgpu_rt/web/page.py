@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from ..disk.files import replacing
-from ..errors import LimitError
+from ..errors import LimitError, OptionError
 from ..gl.shader import ROOT
 from ..scene.scene import Scene
 from .export import PageData, WebMethod, export_method
@@ -23,18 +23,31 @@ SIDE = 512          # of the canvas, in pixels
 MOST_BYTES = 64 << 20
 
 
-def write_page(scene: Scene, names: list[str], path: str) -> list[WebMethod]:
+def write_page(scene: Scene, names: list[str], path: str,
+               left_out: dict[str, str] | None = None) -> list[WebMethod]:
     """Write the page of a scene, and return its methods.
+
+    Parameters
+    ----------
+    left_out : receives, by name, why a method does not run on this scene. The page then leaves the
+        method out
 
     Raises
     ------
     OptionError
-        a method does not run in a browser
+        no method runs in a browser, or ``left_out`` is None and a method does not
     LimitError
         the page would be larger than MOST_BYTES
     """
     tables = PageData()
-    methods = [export_method(scene, name, tables) for name in names]
+    methods = []
+    for name in names:
+        try:
+            methods.append(export_method(scene, name, tables))
+        except OptionError as reason:
+            if left_out is None or len(left_out) == len(names) - 1:
+                raise
+            left_out[name] = str(reason)
     text = page_text(scene, methods, tables)
     if len(text) > MOST_BYTES:
         raise LimitError(f"the page would have {len(text) >> 20} MiB; take fewer methods or a "
