@@ -17,7 +17,7 @@ function basis({eye, target: at, up, fov}, width, height) {
             size: [width, height]};
 }
 
-// Draws the passes of a schedule. Returns the directions, the last states and hit, and the numbers of passes and turns.
+// Draws the passes of a schedule. Returns the directions, the last states and hit, and the number of passes and turns.
 // With `directions`, a texture, the rays are not the camera's. `most` ends the repetition after this number of turns.
 // `place` names the targets, so that two traces at a time share none; `stopped` ends the trace early.
 // `seen` receives the states after the set-up and after each turn, and the number of turns.

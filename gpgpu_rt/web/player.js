@@ -67,7 +67,7 @@ async function triangleTable(rows, length) {
     const from = await sceneCorners(), texels = new Float32Array(length);
     for (let row = 0; row < rows.length / 2; ++row) {
         const [triangle, last] = [rows[2 * row], rows[2 * row + 1]], at = 12 * row;
-        for (let k = 0; k < 3; ++k) texels.set(from.subarray(9 * triangle + 3 * k, 9 * triangle + 3 * k + 3), at + 4 * k);
+        for (let k = 0; k < 9; ++k) texels[at + k + Math.floor(k / 3)] = from[9 * triangle + k];
         texels[at + 3] = triangle;
         texels[at + 7] = last;
     }
@@ -149,7 +149,8 @@ function program(vertex, fragment) {
     const found = started(vertex, fragment), {made, shaders} = found;
     if (!found.uniforms) {
         if (!gl.getProgramParameter(made, gl.LINK_STATUS)) {
-            fail([...shaders.map((one) => gl.getShaderInfoLog(one)), gl.getProgramInfoLog(made)].filter((log) => log).join(" "));
+            const logs = [...shaders.map((one) => gl.getShaderInfoLog(one)), gl.getProgramInfoLog(made)];
+            fail(logs.filter((log) => log).join(" "));
         }
         found.uniforms = new Map();
         for (let k = 0; k < gl.getProgramParameter(made, gl.ACTIVE_UNIFORMS); ++k) {
