@@ -41,11 +41,12 @@ void main() {
     pixel.y = rays.y - 1 - pixel.y;
     vec4 hit = texelFetch(hits, pixel, 0);
     vec3 direction = texelFetch(directions, pixel, 0).xyz;
-    int phase = stepwise ? int(texelFetch(phases, pixel, 0)[places.x]) : 0;
+    ivec2 place = pixel * textureSize(phases, 0) / rays;    // a packet has a state for several rays
+    int phase = stepwise ? int(texelFetch(phases, place, 0)[places.x]) : 0;
     vec3 shown = hit.w == NO_TRIANGLE ? mix(vec3(0.86, 0.9, 0.95), vec3(0.55, 0.66, 0.8), normalize(direction).y)
                                       : surface(int(hit.w), direction);
     if (most > 0.0) {
-        shown = heat(texelFetch(counts, pixel, 0)[places.y] / most);
+        shown = heat(texelFetch(counts, place, 0)[places.y] / most);
     } else if (phase > 0) {
         shown = mix(shown, waiting(phase), 0.75);
     }

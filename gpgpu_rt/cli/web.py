@@ -27,18 +27,23 @@ def add_commands(command: Command) -> None:
 
 def _web(chosen: argparse.Namespace) -> None:
     named = chosen.methods or ["kd-restart", "grid", "bvh-threaded"]
-    names = web_names(None if named == ["all"] else named)
+    every, left_out = named == ["all"], dict[str, str]()
+    names = web_names(None if every else named)
+    lenient = left_out if every else None      # a named method that does not run is an error
     scene = load_scene(chosen.scene)
     if not chosen.output.lower().endswith((".html", ".htm")):
-        made = write_gallery(scene, names, chosen.output, say)
+        made = write_gallery(scene, names, chosen.output, lenient, say)
         written, size = made.pages, made.bytes
     else:
         check_writable(chosen.output)
-        write_page(scene, names, chosen.output)
+        write_page(scene, names, chosen.output, lenient)
         written, size = (chosen.output,), Path(chosen.output).stat().st_size
+    shown = [name for name in names if name not in left_out]
     if chosen.json:
-        return print_json({**scene.facts(), "methods": names, "output": chosen.output,
-                           "pages": written, "bytes": size})
+        return print_json({**scene.facts(), "methods": shown, "left_out": left_out,
+                           "output": chosen.output, "pages": written, "bytes": size})
     print_stand_in(scene)
-    print(f"wrote {chosen.output}: {', '.join(names)}; "
+    print(f"wrote {chosen.output}: {', '.join(shown)}; "
           f"{counted(len(written), 'page')}, {size / 1e6:.1f} MB")
+    for reason in left_out.values():
+        print(f"left out: {reason}")

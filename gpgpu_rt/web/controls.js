@@ -36,7 +36,7 @@ async function draws() {
               counts: result.states[steps]});
         gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(4));    // waits for the picture
         const took = performance.now() - began;
-        if (most === null && stepwise) element("pass").value = element("pass").max = result.steps;
+        if (most === null && stepwise) element("pass").value = element("pass").max = result.turns;
         element("counts").textContent = `${side} x ${side} rays, ${result.passes} passes`
             + (stepwise ? `, ${result.alive} rays alive, at most ${result.steps} steps` : "")
             + `, ${took.toFixed(0)} ms`;
@@ -62,9 +62,11 @@ function choose(most = null) {
     element("pass").value = element("pass").max = chosen.most || MOST_PASSES;
     element("summary").textContent = `${chosen.method.citation}: ${chosen.method.summary}.`;
     const passes = schedule().passes, listed = element("kernel");
-    const titles = schedule().repeats ? ["eye rays", "set-up", "step"] : ["eye rays", "loop"];
-    listed.replaceChildren(...passes.map((_, k) => new Option(titles[k], k)));
-    listed.value = passes.length - 1;
+    const first = schedule().repeats ? schedule().cycles[0].turns[0].passes[0] : 1;
+    const distinct = passes.map((pass, k) => [pass, k]).filter(
+        ([{fragment}], k) => passes.findIndex((one) => one.fragment === fragment) === k);
+    listed.replaceChildren(...distinct.map(([{title}, k]) => new Option(title, k)));
+    listed.value = distinct.find(([{fragment}]) => fragment === passes[first].fragment)[1];
     showProgram();
     show();
 }
@@ -153,7 +155,7 @@ function recall() {
 }
 
 async function start() {
-    surfaces = texture(page.surfaces.size[0], page.surfaces.size[1], 4, await floats(page.surfaces.data));
+    surfaces = await surfaceTexture();
     element("method").replaceChildren(...page.methods.map(({name}) => new Option(name, name)));
     for (const id of ["method", "schedule"]) element(id).addEventListener("change", () => choose());
     element("heat").addEventListener("change", () => {

@@ -6,8 +6,6 @@ their order, and repeats the last pass until no ray is alive.
 """
 from __future__ import annotations
 
-import base64
-import gzip
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -17,16 +15,15 @@ import numpy as np
 
 from ..errors import OptionError
 from ..gl.es import es_text
-from ..gl.observation import ObservedPass
 from ..methods import Method, find_method, methods
 from ..scene.scene import Scene
 from ..tracer import Tracer
+from .described import Described, NotInBrowser
+from .packing import packed_table
 
 TEST_SIDE = 64      # the page checks TEST_SIDE^2 rays of each method
-MOST_TARGETS = 4    # render targets that every WebGL 2 offers
-SCHEDULES = ("loop", "step")
-_EYE = "drivers/eye_rays.frag"
-_CAMERA = ("eye", "right", "up", "forward", "size")
+MOST_PASSES = 20000     # a schedule with more passes for the test rays is too slow for a page
+SCHEDULES = ("loop", "step", "kernels")
 
 
 @dataclass(frozen=True)
@@ -37,7 +34,8 @@ class WebMethod:
     ----------
     name, summary, citation : of the method's row
     schedules : for each schedule that runs in a browser, its passes
-    test : base64 of float32: the directions of the test's rays, and their hits (t, u, v, triangle)
+    test : the test's rays, and the numbers of the tables of their directions and of their hits,
+        which are t, u, v, and the triangle or -1
     """
 
     name: str
@@ -49,15 +47,10 @@ class WebMethod:
 
 def why_not_in_browser(row: Method) -> str:
     """Return why a method does not run on a page; "" if it does."""
-    if row.packet or row.single:
-        return ("its packets, or its stack of a packet of one ray, need programs that join names, "
-                "and more targets than WebGL 2 promises")
     if row.glsl.startswith("methods/ray_space/"):
         return "the host builds its table anew for the rays of each call"
-    if row.stack_entry is not None:
-        return "its stack lies in a texture that other passes write"
-    if not set(SCHEDULES) & set(row.schedules):
-        return "its passes need occlusion queries that return counts, which WebGL 2 lacks"
+    if set(row.schedules) == set(row.drivers) == {"kernels"}:
+        return "its host reads lists back between passes, or draws triangles instead of rays"
     return ""
 
 
@@ -81,6 +74,8 @@ class PageData:
     def __init__(self) -> None:
         self.texts: list[str] = []
         self.tables: list[dict[str, Any]] = []
+        self.triangles: dict[str, int] = {}
+        self._corners = np.zeros((0, 3, 3), np.float32)
         self._known: dict[tuple[Any, ...], int] = {}
 
     def text(self, text: str) -> int:
@@ -90,22 +85,57 @@ class PageData:
             self.texts.append(told)
         return self.texts.index(told)
 
-    def table(self, texture: moderngl.Texture) -> int:
-        """Return the number of a table."""
-        data = texture.read()
-        key = texture.size, texture.components, texture.dtype, data
+    def scene(self, scene: Scene) -> None:
+        """Store the scene's triangles, from which the page makes triangle tables and surfaces.
+
+        ``triangles`` then names three tables: the different corners, the corners of each triangle
+        as their numbers, and each triangle's colour, 8 bits each of red, green and blue.
+        """
+        self._corners = np.ascontiguousarray(scene.triangles, np.float32)
+        bits = self._corners.reshape(-1, 3).view("V12").ravel()
+        _, first, place = np.unique(bits, return_index=True, return_inverse=True)
+        order = np.argsort(first)       # the order of the first use, in which many follow on
+        numbers = np.empty(len(order), np.int64)
+        numbers[order] = np.arange(len(order))
+        colours = np.round(255 * np.clip(scene.colours, 0, 1)).astype(np.int64)
+        self.triangles = {
+            "vertices": self.values(self._corners.reshape(-1, 3)[first[order]]),
+            "corners": self.values(numbers[place].reshape(-1, 3).astype(np.float32)),
+            "colours": self.values((colours @ (1, 256, 65536)).astype(np.float32))}
+
+    def values(self, values: np.ndarray, **more: Any) -> int:
+        """Return the number of a table of values, (n,) or (n, components) float32."""
+        key = values.shape, values.tobytes(), *more.items()
         if key not in self._known:
             self._known[key] = len(self.tables)
-            values = np.frombuffer(data, {"f4": np.float32, "f2": np.float16}[texture.dtype])
-            self.tables.append({"size": list(texture.size), "components": texture.components,
-                                "data": packed(values.astype(np.float32))})
+            self.tables.append({**more, **packed_table(values)})
         return self._known[key]
 
+    def texture(self, texture: moderngl.Texture) -> int:
+        """Return the number of the table in a texture."""
+        values = np.frombuffer(texture.read(), {"f4": np.float32, "f2": np.float16}[texture.dtype])
+        texels = values.astype(np.float32).reshape(-1, texture.components)
+        size = *texture.size, texture.components
+        rows = self._triangle_rows(texels)
+        return self.values(texels, size=size) if rows is None else self.values(
+            rows, size=size, triangles=True)
 
-def packed(values: np.ndarray) -> str:
-    """Return float32 values, compressed by gzip, as base64."""
-    return base64.b64encode(gzip.compress(np.ascontiguousarray(values, "<f4").tobytes(), 6,
-                                          mtime=0)).decode()
+    def _triangle_rows(self, texels: np.ndarray) -> np.ndarray | None:
+        """Return the triangle and the field ``last`` of each row of a triangle table, (n, 2).
+
+        Return None if the texels are not, to the bit, the table that the page makes of these.
+        """
+        if texels.shape[1] != 4 or not len(self._corners):
+            return None
+        rows = np.zeros((-(-len(texels) // 3), 3, 4), np.float32)
+        rows.reshape(-1, 4)[:len(texels)] = texels
+        count = int(np.flatnonzero(rows.any((1, 2)))[-1:].sum()) + 1
+        found = rows[:count, :2, 3]
+        index = np.clip(np.nan_to_num(found[:, 0]), 0, len(self._corners) - 1).astype(np.int64)
+        made = np.zeros_like(rows)
+        made[:count, :, :3] = self._corners[index]
+        made[:count, :2, 3] = found
+        return found if made.tobytes() == rows.tobytes() and (found[:, 0] == index).all() else None
 
 
 def export_method(scene: Scene, name: str, tables: PageData) -> WebMethod:
@@ -117,80 +147,40 @@ def export_method(scene: Scene, name: str, tables: PageData) -> WebMethod:
         no schedule of the method runs in a browser
     """
     row, schedules, test, why = find_method(name), {}, {}, ""
+    tables.scene(scene)
     for schedule in SCHEDULES:
         if schedule not in row.schedules:
             continue
         options = {"steps_per_pass": 1} if schedule == "step" and not row.steps_once else {}
         with Tracer(scene, name, schedule=schedule, **options) as tracer:
-            look = _Described(tables, schedule)
-            with tracer.observe(look.look):
+            with tracer.observe() as passes:
                 hits = tracer.eye_hits(size=(TEST_SIDE, TEST_SIDE))
-            why = look.why_not or why
-            if not look.why_not:
-                schedules[schedule] = look.described(tracer)
+                if schedule == "loop" and row.packet_state is not None:
+                    _hand_back(tracer)
+            try:
+                if len(passes) > MOST_PASSES:
+                    raise NotInBrowser(f"{schedule} draws {len(passes):,} passes on this scene")
+                with tracer.gpu:
+                    found = Described(tracer, passes, TEST_SIDE, tables)
+            except NotInBrowser as reason:
+                why = str(reason)
+                continue
+        schedules[schedule] = found.told()
         test = {"side": TEST_SIDE, "eye": [float(x) for x in scene.camera.eye],
-                "directions": packed(look.directions), "hits": packed(np.column_stack(
-                    [hits.t, hits.u, hits.v, np.where(hits.hit, hits.triangle, -1)]))}
+                "directions": tables.values(found.directions),
+                "hits": tables.values(np.column_stack([
+                    hits.t, hits.u, hits.v, np.where(hits.hit, hits.triangle, -1)
+                ]).astype(np.float32))}
     if not schedules:
         raise OptionError(f"{name} does not run in a browser: {why}")
     return WebMethod(name, row.summary, row.citation, schedules, test)
 
 
-class _Described:
-    """Describes the passes of a schedule while their textures hold what the passes read: the eye
-    rays, the set-up of states, and the repeated pass.
+def _hand_back(tracer: Tracer) -> None:
+    """Trace the last call's rays again, and draw the pass that gives packets' hits to rays.
 
-    Attributes
-    ----------
-    directions : float32, of the eye rays
-    told : the passes, ready for JSON
-    why_not : why the schedule does not run in a browser, or ""
+    A call that reads hits to the host needs no such pass, but the page does.
     """
-
-    def __init__(self, tables: PageData, schedule: str) -> None:
-        self.directions, self.told, self.why_not = np.zeros(0, np.float32), [], ""
-        self._tables, self._sources = tables, {}
-        self._loops = schedule == "loop"
-        self._wanted = [_EYE, *(["all"] if schedule == "loop" else ["init", "all"])]
-
-    def look(self, one: ObservedPass) -> None:
-        """Describe a pass, if it is the next of the wanted passes."""
-        if not self._wanted and self._loops and one.kernel == "all":
-            self.why_not = "a ray takes more steps than a loop has on this scene"
-        if not self._wanted or self._wanted[0] not in (one.name, one.kernel):
-            return
-        self._wanted.pop(0)
-        if one.name == _EYE:
-            self.directions = np.frombuffer(one.outputs[1].read(), np.float32)
-        self._describe(one)
-        group = "rays" if one.name == _EYE else "previous"
-        self._sources.update({texture.glo: f"{group}:{k}"
-                              for k, texture in enumerate(one.outputs)})
-
-    def _describe(self, one: ObservedPass) -> None:
-        inputs = {}
-        for sampler, texture in one.inputs.items():
-            if texture.glo in self._sources:
-                inputs[sampler] = self._sources[texture.glo]
-            elif sampler.endswith("_table"):
-                inputs[sampler] = f"table:{self._tables.table(texture)}"
-            else:
-                self.why_not = f"another program than the traversal writes {sampler}"
-        if len(one.outputs) > MOST_TARGETS:
-            self.why_not = f"a pass has more than {MOST_TARGETS} render targets"
-        # The player sets the camera, and the eye in the place of the rays' shared origin.
-        uniforms = {name: np.asarray(value, float).ravel().tolist()
-                    for name, value in one.uniforms.items()
-                    if name not in (*_CAMERA, "rays_texel_0")}
-        if not self.why_not:
-            self.told.append({
-                "name": one.label, "vertex": self._tables.text(one.texts[0]),
-                "fragment": self._tables.text(one.texts[1]), "uniforms": uniforms,
-                "inputs": inputs, "outputs": len(one.outputs)})
-
-    def described(self, tracer: Tracer) -> dict[str, Any]:
-        """Return the description of the schedule."""
-        record, step = tracer.precision.layout(tracer.method.state), len(self.told) == 3
-        return {"passes": self.told, "repeats": step, "hit": self.told[-1]["outputs"] - 1,
-                "state": [[field.name, field.texel, field.swizzle] for field in record.fields]
-                if step else []}
+    session = tracer.session
+    rays, buffers = session.buffers.of((TEST_SIDE, TEST_SIDE))
+    session.driver.run(rays, buffers, tracer.statistics)[0].samplers()

@@ -3,14 +3,14 @@ from __future__ import annotations
 
 import re
 import statistics
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from html import escape
 from pathlib import Path
 from typing import Any
 
 from ..disk.files import replacing
-from ..errors import Error
+from ..errors import Error, OptionError
 from ..gl.shader import ROOT
 from ..inspect.data_uris import image_tag, png_uri
 from ..inspect.heat import Heat, draw_heat, heat
@@ -48,6 +48,7 @@ def about(row: Method) -> list[str]:
 
 
 def write_gallery(scene: Scene, names: Sequence[str], folder: str,
+                  left_out: dict[str, str] | None = None,
                   say: Callable[[str], None] = lambda line: None) -> Gallery:
     """Write a page for each method, the twins of figures, and an index.
 
@@ -56,6 +57,8 @@ def write_gallery(scene: Scene, names: Sequence[str], folder: str,
     scene : the scene of the methods' pages
     names : the methods; the twins have the methods of their figures
     folder : is made if it is missing; other files in it stay
+    left_out : receives, by name, why a method does not run on this scene. The gallery then leaves
+        the method out
     say : called with each line about progress
 
     Raises
@@ -63,7 +66,7 @@ def write_gallery(scene: Scene, names: Sequence[str], folder: str,
     Error
         if the folder or a file cannot be written
     OptionError
-        a method does not run in a browser
+        a method does not run in a browser, and ``left_out`` is None
     """
     web_names(list(names))
     path = Path(folder)
@@ -71,19 +74,26 @@ def write_gallery(scene: Scene, names: Sequence[str], folder: str,
         path.mkdir(parents=True, exist_ok=True)
     except OSError as failure:
         raise Error(f"cannot make the folder {folder}: {failure.strerror}") from failure
-    pages = []
+    pages, shown = [], []
     for name in names:
-        pages.append(f"{name}.html")
         say(f"{name} on {scene.title}")
-        write_page(scene, [name], str(path / pages[-1]))
+        try:
+            write_page(scene, [name], str(path / f"{name}.html"))
+        except OptionError as reason:
+            if left_out is None:
+                raise
+            left_out[name] = str(reason)
+        else:
+            pages.append(f"{name}.html")
+            shown.append(name)
     for twin in TWINS:
         pages.append(twin.file)
         say(f"{twin.figure}: {', '.join(twin.methods)} on {twin.scene}")
         write_page(load_scene(twin.scene), list(twin.methods), str(path / pages[-1]))
-    maps = [_map(scene, name) for name in names]
+    maps = [_map(scene, name) for name in shown]
     pages.append(INDEX)
     with replacing(path / INDEX) as file:
-        file.write_text(_index(scene, names, maps), encoding="utf-8")
+        file.write_text(_index(scene, shown, maps, left_out or {}), encoding="utf-8")
     return Gallery(tuple(pages), sum((path / page).stat().st_size for page in pages))
 
 
@@ -92,15 +102,16 @@ def _map(scene: Scene, name: str) -> Heat:
         return heat(tracer, "steps", (SIDE, SIDE))
 
 
-def _index(scene: Scene, names: Sequence[str], maps: Sequence[Heat]) -> str:
+def _index(scene: Scene, names: Sequence[str], maps: Sequence[Heat],
+           left_out: Mapping[str, str]) -> str:
     # Brute force would make every other map dark, so the scale ends where half of the maps do.
     highest = max(1.0, statistics.median(one.summary()["quantile_99"] for one in maps))
     cards = [_card(find_method(name), one, scene, highest) for name, one in zip(names, maps)]
     twins = [f'<li><a href="{twin.file}">{_figure_title(twin.figure)}</a>: '
              f"{escape(twin.shows)} ({', '.join(twin.methods)} on "
              f"{escape(load_scene(twin.scene).title)})</li>" for twin in TWINS]
-    others = [(row, why_not_in_browser(row)) for row in methods()]
-    absent = [f"<li>{row.name}: {escape(why)}.</li>" for row, why in others if why]
+    others = {**{row.name: why_not_in_browser(row) for row in methods()}, **left_out}
+    absent = [f"<li>{name}: {escape(why)}.</li>" for name, why in others.items() if why]
     return _INDEX.format(title=escape(f"Ray tracing by fragment programs: {scene.title}"),
                          cards="".join(cards), twins="".join(twins), absent="".join(absent))
 

@@ -12,30 +12,42 @@ from typing import Any
 import numpy as np
 
 from ..disk.files import replacing
-from ..errors import LimitError
+from ..errors import LimitError, OptionError
 from ..gl.shader import ROOT
 from ..scene.scene import Scene
-from .export import PageData, WebMethod, export_method, packed
+from .export import PageData, WebMethod, export_method
 
 HERE = Path(__file__).parent
-SCRIPTS = ("player.js", "controls.js")     # one script in the page
-WIDTH = 1024        # texels in a row of the texture of surfaces
+SCRIPTS = ("unpack.js", "player.js", "passes.js", "controls.js")     # one script in the page
 SIDE = 512          # of the canvas, in pixels
 MOST_BYTES = 64 << 20
 
 
-def write_page(scene: Scene, names: list[str], path: str) -> list[WebMethod]:
+def write_page(scene: Scene, names: list[str], path: str,
+               left_out: dict[str, str] | None = None) -> list[WebMethod]:
     """Write the page of a scene, and return its methods.
+
+    Parameters
+    ----------
+    left_out : receives, by name, why a method does not run on this scene. The page then leaves the
+        method out
 
     Raises
     ------
     OptionError
-        a method does not run in a browser
+        no method runs in a browser, or ``left_out`` is None and a method does not
     LimitError
         the page would be larger than MOST_BYTES
     """
     tables = PageData()
-    methods = [export_method(scene, name, tables) for name in names]
+    methods = []
+    for name in names:
+        try:
+            methods.append(export_method(scene, name, tables))
+        except OptionError as reason:
+            if left_out is None or len(left_out) == len(names) - 1:
+                raise
+            left_out[name] = str(reason)
     text = page_text(scene, methods, tables)
     if len(text) > MOST_BYTES:
         raise LimitError(f"the page would have {len(text) >> 20} MiB; take fewer methods or a "
@@ -51,8 +63,9 @@ def page_text(scene: Scene, methods: list[WebMethod], tables: PageData) -> str:
     first = len(tables.texts)
     told = {"methods": [asdict(one) for one in methods], "texts": [*tables.texts, *own],
             "tables": tables.tables, "whole": first, "show": first + 1, "alive": first + 2,
-            "surfaces": _surfaces(scene), "camera": {name: _plain(getattr(scene.camera, name))
-                                                     for name in ("eye", "target", "up", "fov")}}
+            "triangles": tables.triangles,
+            "camera": {name: _plain(getattr(scene.camera, name))
+                       for name in ("eye", "target", "up", "fov")}}
     script = "\n".join((HERE / name).read_text() for name in SCRIPTS)
     style = (HERE / "page.css").read_text()
     policy = (f"default-src 'none'; script-src '{_digest(script)}'; "
@@ -63,18 +76,6 @@ def page_text(scene: Scene, methods: list[WebMethod], tables: PageData) -> str:
     return _PAGE.format(policy=policy, title=title, style=style, script=script,
                         description=description, side=SIDE,
                         triangles=f"{len(scene.triangles):,}")
-
-
-def _surfaces(scene: Scene) -> dict[str, Any]:
-    """Return the texture of the triangles' normals and colours."""
-    corners = scene.triangles.astype(np.float64)
-    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-300)
-    colours = np.round(255 * np.clip(scene.colours, 0, 1)).astype(np.int64)
-    texels = np.zeros((-(-len(corners) // WIDTH) * WIDTH, 4), np.float32)
-    texels[:len(corners), :3] = normals
-    texels[:len(corners), 3] = colours @ (1, 256, 65536)
-    return {"size": [WIDTH, len(texels) // WIDTH], "data": packed(texels)}
 
 
 def _plain(value: Any) -> Any:

@@ -8,8 +8,6 @@ const element = (id) => document.getElementById(id);
 const NO_TRIANGLE = 16777216;
 const UNWRITTEN = -2;      // what a target holds where no fragment wrote
 const SLICE = 30;           // milliseconds of passes between two pauses for the page's events
-const CHECKED = 16;         // passes between two looks at whether rays are alive
-const MOST_PASSES = 60000;  // a search that takes more passes is stopped
 
 function fail(message) {
     element("message").textContent = message;
@@ -21,18 +19,15 @@ function fail(message) {
 if (!gl) fail("This browser offers no WebGL 2.");
 if (!gl.getExtension("EXT_color_buffer_float")) fail("This graphics card cannot draw into float textures.");
 
-async function floats(base64) {
-    const bytes = Uint8Array.from(atob(base64), (letter) => letter.charCodeAt(0));
-    const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip"));
-    return new Float32Array(await new Response(stream).arrayBuffer());
-}
-
 // Textures, targets and programs --------------------------------------------------------------------------
+
+const sizeOf = new WeakMap();       // of textures: width and height
 
 function texture(width, height, components, values) {
     const made = gl.createTexture();
+    sizeOf.set(made, [width, height]);
     gl.bindTexture(gl.TEXTURE_2D, made);
-    const [internal, format] = components === 1 ? [gl.R32F, gl.RED] : [gl.RGBA32F, gl.RGBA];
+    const [internal, format] = {1: [gl.R32F, gl.RED], 2: [gl.RG32F, gl.RG], 4: [gl.RGBA32F, gl.RGBA]}[components];
     gl.texImage2D(gl.TEXTURE_2D, 0, internal, width, height, 0, format, gl.FLOAT, values);
     for (const filter of [gl.TEXTURE_MIN_FILTER, gl.TEXTURE_MAG_FILTER]) {
         gl.texParameteri(gl.TEXTURE_2D, filter, gl.NEAREST);
@@ -43,53 +38,127 @@ function texture(width, height, components, values) {
     return made;
 }
 
+const values = (number) => unpacked(page.tables[number]);
+
 const tables = new Map();
 async function table(number) {
     if (!tables.has(number)) {
-        const {size, components, data} = page.tables[number];
-        tables.set(number, texture(size[0], size[1], components, await floats(data)));
+        const {size: [width, height, components], triangles} = page.tables[number], found = await values(number);
+        tables.set(number, texture(width, height, components,
+                                   triangles ? await triangleTable(found, 4 * width * height) : found));
     }
     return tables.get(number);
 }
 
+// The corners of the scene's triangles, nine numbers a triangle.
+let corners = null;
+async function sceneCorners() {
+    if (corners === null) {
+        const [vertices, numbers] = [await values(page.triangles.vertices), await values(page.triangles.corners)];
+        corners = new Float32Array(3 * numbers.length);
+        numbers.forEach((number, k) => corners.set(vertices.subarray(3 * number, 3 * number + 3), 3 * k));
+    }
+    return corners;
+}
+
+// Returns the texels of a triangle table: v0 and the triangle's number, v1 and whether the triangle is the last
+// of its leaf, v2.
+async function triangleTable(rows, length) {
+    const from = await sceneCorners(), texels = new Float32Array(length);
+    for (let row = 0; row < rows.length / 2; ++row) {
+        const [triangle, last] = [rows[2 * row], rows[2 * row + 1]], at = 12 * row;
+        for (let k = 0; k < 9; ++k) texels[at + k + Math.floor(k / 3)] = from[9 * triangle + k];
+        texels[at + 3] = triangle;
+        texels[at + 7] = last;
+    }
+    return texels;
+}
+
+// Returns the texture of the triangles' normals and colours.
+async function surfaceTexture() {
+    const width = 1024, from = await sceneCorners(), colours = await values(page.triangles.colours);
+    const height = Math.ceil(colours.length / width), texels = new Float32Array(4 * width * height);
+    colours.forEach((colour, triangle) => {
+        const [a, b, c] = [0, 3, 6].map((k) => Array.from(from.subarray(9 * triangle + k, 9 * triangle + k + 3)));
+        const normal = cross(b.map((x, k) => x - a[k]), c.map((x, k) => x - a[k]));
+        const length = Math.max(Math.hypot(...normal), 1e-300);
+        texels.set([...scaled(normal, 1 / length), colour], 4 * triangle);
+    });
+    return texture(width, height, 4, texels);
+}
+
+const MOST_OUTPUTS = Math.min(...[gl.MAX_DRAW_BUFFERS, gl.MAX_COLOR_ATTACHMENTS].map((one) => gl.getParameter(one)));
+for (const method of page.methods) {
+    method.missing = Object.entries(method.schedules).filter(([, {outputs}]) => outputs > MOST_OUTPUTS).map(
+        ([name, {outputs}]) => `${name} needs ${outputs} render targets, and this card has ${MOST_OUTPUTS}`);
+    method.schedules = Object.fromEntries(Object.entries(method.schedules).filter(
+        ([, {outputs}]) => outputs <= MOST_OUTPUTS));
+}
 const targets = new Map();
-function target(name, width, height, count) {
-    const key = `${name} ${width} ${height} ${count}`;
+
+// Returns the render targets of a place for `width` x `height` rays. `of` is the size in rays; `levels` is the number
+// of tiles of this size that lie side by side in an atlas.
+function target(place, {of = [1, 1], outputs, components = 4, levels = 1}, width, height) {
+    const key = JSON.stringify([place, of, outputs, components, levels, width, height]);
     if (!targets.has(key)) {
-        const textures = Array.from({length: count}, () => texture(width, height, 4, null));
+        const tile = [Math.ceil(of[0] * width), Math.ceil(of[1] * height)];
+        const across = Math.min(levels, Math.floor(gl.getParameter(gl.MAX_TEXTURE_SIZE) / tile[0]));
+        const size = [tile[0] * across, tile[1] * Math.ceil(levels / across)];
+        const textures = Array.from({length: outputs}, () => texture(...size, components, null));
         const framebuffer = gl.createFramebuffer();
         gl.bindFramebuffer(gl.FRAMEBUFFER, framebuffer);
         textures.forEach((one, k) => gl.framebufferTexture2D(
             gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0 + k, gl.TEXTURE_2D, one, 0));
         gl.drawBuffers(textures.map((_, k) => gl.COLOR_ATTACHMENT0 + k));
-        targets.set(key, {framebuffer, textures, width, height});
+        targets.set(key, {framebuffer, textures, width: size[0], height: size[1], tile, across, levels});
     }
     return targets.get(key);
 }
 
-const programs = new Map();
-function program(vertex, fragment) {
+const programs = new Map(), parallel = gl.getExtension("KHR_parallel_shader_compile");
+
+// Starts the compilation of a program. The driver may compile while the page goes on.
+function started(vertex, fragment) {
     const key = `${vertex} ${fragment}`;
     if (!programs.has(key)) {
         const made = gl.createProgram();
-        for (const [kind, text] of [[gl.VERTEX_SHADER, vertex], [gl.FRAGMENT_SHADER, fragment]]) {
+        const shaders = [[gl.VERTEX_SHADER, vertex], [gl.FRAGMENT_SHADER, fragment]].map(([kind, text]) => {
             const shader = gl.createShader(kind);
             gl.shaderSource(shader, page.texts[text]);
             gl.compileShader(shader);
-            if (!gl.getShaderParameter(shader, gl.COMPILE_STATUS)) fail(gl.getShaderInfoLog(shader));
             gl.attachShader(made, shader);
-        }
+            return shader;
+        });
         gl.bindAttribLocation(made, 0, "rectangle");
         gl.linkProgram(made);
-        if (!gl.getProgramParameter(made, gl.LINK_STATUS)) fail(gl.getProgramInfoLog(made));
-        const uniforms = new Map();
-        for (let k = 0; k < gl.getProgramParameter(made, gl.ACTIVE_UNIFORMS); ++k) {
-            const {name, type} = gl.getActiveUniform(made, k);
-            uniforms.set(name, {type, place: gl.getUniformLocation(made, name)});
-        }
-        programs.set(key, {made, uniforms});
+        programs.set(key, {made, shaders, uniforms: null});
     }
     return programs.get(key);
+}
+
+// Waits until the programs of passes are compiled.
+async function compiled(passes) {
+    for (const {made} of passes.map(({vertex, fragment}) => started(vertex, fragment))) {
+        while (parallel && !gl.getProgramParameter(made, parallel.COMPLETION_STATUS_KHR) && !gl.isContextLost()) {
+            await new Promise((next) => setTimeout(next, 5));
+        }
+    }
+}
+
+function program(vertex, fragment) {
+    const found = started(vertex, fragment), {made, shaders} = found;
+    if (!found.uniforms) {
+        if (!gl.getProgramParameter(made, gl.LINK_STATUS)) {
+            const logs = [...shaders.map((one) => gl.getShaderInfoLog(one)), gl.getProgramInfoLog(made)];
+            fail(logs.filter((log) => log).join(" "));
+        }
+        found.uniforms = new Map();
+        for (let k = 0; k < gl.getProgramParameter(made, gl.ACTIVE_UNIFORMS); ++k) {
+            const {name, type} = gl.getActiveUniform(made, k);
+            found.uniforms.set(name, {type, place: gl.getUniformLocation(made, name)});
+        }
+    }
+    return found;
 }
 
 const INTEGERS = new Map([[gl.INT, 1], [gl.BOOL, 1], [gl.INT_VEC2, 2], [gl.INT_VEC3, 3], [gl.INT_VEC4, 4]]);
@@ -99,104 +168,39 @@ function setUniform({type, place}, values) {
     else gl[`uniform${list.length}fv`](place, list);
 }
 
-function draw(vertex, fragment, into, uniforms, inputs) {
+const rectangleBuffer = gl.createBuffer();
+
+// Draws a pass on rectangles, four numbers each: left, top, right and bottom in units of `unit` texels; null draws
+// the whole target.
+function draw(vertex, fragment, into, uniforms, inputs, rectangles = null, unit = 1) {
     const {made, uniforms: known} = program(vertex, fragment);
     gl.useProgram(made);
     gl.bindFramebuffer(gl.FRAMEBUFFER, into.framebuffer);
     gl.viewport(0, 0, into.width, into.height);
-    const all = {scale: [2 / into.width, 2 / into.height], depth: 0, ...uniforms};
+    const all = {scale: [2 * unit / into.width, 2 * unit / into.height], depth: 0, ...uniforms};
     for (const [name, values] of Object.entries(all)) if (known.has(name)) setUniform(known.get(name), values);
-    Object.entries(inputs).forEach(([name, one], unit) => {
-        gl.activeTexture(gl.TEXTURE0 + unit);
+    Object.entries(inputs).forEach(([name, one], place) => {
+        gl.activeTexture(gl.TEXTURE0 + place);
         gl.bindTexture(gl.TEXTURE_2D, one);
-        if (known.has(name)) gl.uniform1i(known.get(name).place, unit);
+        if (known.has(name)) gl.uniform1i(known.get(name).place, place);
     });
-    gl.vertexAttrib4f(0, 0, 0, 2 * into.width, 2 * into.height);
-    gl.drawArrays(gl.TRIANGLES, 0, 3);
-}
-
-// Tracing -------------------------------------------------------------------------------------------------
-
-const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
-const scaled = (a, factor) => a.map((x) => x * factor);
-const unit = (a) => scaled(a, 1 / Math.hypot(...a));
-
-function basis({eye, target: at, up, fov}, width, height) {
-    const forward = unit(at.map((x, k) => x - eye[k]));
-    const right = unit(cross(forward, up));
-    const half = Math.tan(fov * Math.PI / 360);
-    return {eye, forward, right: scaled(right, half * width / height), up: scaled(cross(right, forward), half),
-            size: [width, height]};
-}
-
-// Draws the passes of a schedule. Returns the directions, the last states and hit, and the number of passes.
-// With `directions`, a texture, the rays are not the camera's. `most` ends a repeated pass early.
-// `place` names the targets, so that two traces at a time share none; `stopped` ends the trace early.
-async function trace(schedule, camera, width, height,
-                     {directions = null, most = MOST_PASSES, place = "picture", stopped = () => false} = {}) {
-    let since = performance.now();
-    let rays = [null, directions], previous = [], passes = 0, alive = 0, steps = 0;
-    for (const [number, pass] of schedule.passes.entries()) {
-        if (number === 0) {
-            if (directions) continue;
-            const into = target(`${place} rays`, width, height, pass.outputs);
-            draw(pass.vertex, pass.fragment, into, {...pass.uniforms, ...basis(camera, width, height)}, {});
-            rays = into.textures;
-            continue;
-        }
-        const last = schedule.repeats && number === schedule.passes.length - 1;
-        const bound = {};
-        for (const [sampler, source] of Object.entries(pass.inputs)) {
-            if (source.startsWith("table:")) bound[sampler] = await table(Number(source.slice(6)));
-        }
-        const uniforms = {...pass.uniforms, rays_texel_0: [...camera.eye, 0]};
-        for (let turn = 0; turn < (last ? most : 1); ++turn) {
-            for (const [sampler, source] of Object.entries(pass.inputs)) {
-                const [group, k] = source.split(":");
-                if (group !== "table") bound[sampler] = (group === "rays" ? rays : previous)[Number(k)];
-            }
-            const into = target(`${place} states ${(number + turn) % 2}`, width, height, pass.outputs);
-            gl.bindFramebuffer(gl.FRAMEBUFFER, into.framebuffer);
-            into.textures.forEach((_, k) => gl.clearBufferfv(gl.COLOR, k, [0, 1, 2, 3].map(() => UNWRITTEN)));
-            draw(pass.vertex, pass.fragment, into, uniforms, bound);
-            previous = into.textures;
-            passes += 1;
-            if (last && (turn + 1) % CHECKED === 0) {
-                [alive, steps] = look(schedule, previous, width, height, place);
-                if (alive === 0 || stopped()) break;
-                if (performance.now() - since > SLICE) {
-                    await new Promise((next) => setTimeout(next));
-                    since = performance.now();
-                }
-            }
-        }
+    if (rectangles === null) {
+        gl.disableVertexAttribArray(0);
+        gl.vertexAttrib4f(0, 0, 0, 2 * into.width / unit, 2 * into.height / unit);
+        gl.drawArrays(gl.TRIANGLES, 0, 3);
+    } else {
+        gl.bindBuffer(gl.ARRAY_BUFFER, rectangleBuffer);
+        gl.bufferData(gl.ARRAY_BUFFER, rectangles, gl.STREAM_DRAW);
+        gl.enableVertexAttribArray(0);
+        gl.vertexAttribPointer(0, 4, gl.FLOAT, false, 0, 0);
+        gl.vertexAttribDivisor(0, 1);
+        gl.drawArraysInstanced(gl.TRIANGLE_STRIP, 0, 4, rectangles.length / 4);
     }
-    if (schedule.repeats) [alive, steps] = look(schedule, previous, width, height, place);
-    return {directions: rays[1], states: previous, hit: previous[schedule.hit], passes, alive, steps};
 }
-
-function field(schedule, name) {
-    const [, texel, swizzle] = schedule.state.find(([known]) => known === name);
-    return [texel, "xyzw".indexOf(swizzle)];
-}
-
-function look(schedule, states, width, height, place) {
-    const [[phase, a], [steps, b]] = [field(schedule, "phase"), field(schedule, "steps")];
-    const into = target(`${place} alive`, Math.ceil(width / 16), Math.ceil(height / 16), 1);
-    draw(page.whole, page.alive, into, {places: [a, b]}, {phases: states[phase], counts: states[steps]});
-    const found = read(into);
-    let alive = 0, most = 0;
-    for (let k = 0; k < found.length; k += 4) {
-        alive += found[k];
-        most = Math.max(most, found[k + 1]);
-    }
-    return [alive, most];
-}
-
-function read({framebuffer, width, height}) {
+function read({framebuffer, width, height}, output = 0) {
     const values = new Float32Array(4 * width * height);
     gl.bindFramebuffer(gl.FRAMEBUFFER, framebuffer);
-    gl.readBuffer(gl.COLOR_ATTACHMENT0);
+    gl.readBuffer(gl.COLOR_ATTACHMENT0 + output);
     gl.readPixels(0, 0, width, height, gl.RGBA, gl.FLOAT, values);
     return values;
 }
@@ -217,7 +221,7 @@ async function selfTest() {
     let rays = 0, differing = 0;
     for (const method of page.methods) {
         const {side, eye} = method.test;
-        const given = await floats(method.test.directions), right = await floats(method.test.hits);
+        const given = await values(method.test.directions), right = await values(method.test.hits);
         const bits = new Uint32Array(right.buffer), directions = texture(side, side, 4, given);
         let wrong = 0, traced = 0;
         for (const schedule of Object.values(method.schedules)) {
@@ -235,7 +239,8 @@ async function selfTest() {
         const line = document.createElement("span");
         line.className = "method";
         Object.assign(line.dataset, {method: method.name, rays: traced, differing: wrong});
-        line.textContent = `${method.name}: ${wrong === 0 ? "exact" : `${wrong} of ${traced} differ`}`;
+        line.textContent = [`${method.name}: ${wrong === 0 ? "exact" : `${wrong} of ${traced} differ`}`,
+                            ...method.missing].join("; ");
         report.append(line);
         rays += traced;
         differing += wrong;

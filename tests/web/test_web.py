@@ -18,10 +18,11 @@ from PIL import Image
 
 import gpgpu_rt as rt
 from gpgpu_rt.cli.main import main
-from gpgpu_rt.errors import ShaderError
+from gpgpu_rt.errors import OptionError, ShaderError
 from gpgpu_rt.gl.es import es_text
+from gpgpu_rt.web import export
 from gpgpu_rt.web.export import PageData, export_method, web_names, why_not_in_browser
-from gpgpu_rt.web.page import page_text
+from gpgpu_rt.web.page import MOST_BYTES, page_text, write_page
 
 CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))),
                 None)
@@ -42,7 +43,8 @@ in_browser = pytest.mark.skipif(CHROMIUM is None, reason="Chromium is not instal
     ("int top = 0;", "int top = 0;"),
     ("    vec2 inner = 1.0 / vec2(textureSize(rays, 0));",
      "    vec2 inner = 1.0 / vec2(textureSize(rays, 0));"),
-    ("int f(int i) { return int(TABLE_FETCH(node, i * 3 + 0).w); }",
+    ("#define TABLE_FETCH(name, i) TEXEL(name##_table, vec2(TABLE_COLUMN, name##_table_row), "
+     "table_texel(i))\nint f(int i) { return int(TABLE_FETCH(node, i * 3 + 0).w); }",
      "int f(int i) { return int(TEXEL(node_table, vec2(TABLE_COLUMN, node_table_row), "
      "table_texel(i * 3 + 0)).w); }")])
 def test_es_text(text: str, told: str) -> None:
@@ -52,7 +54,7 @@ def test_es_text(text: str, told: str) -> None:
 
 def test_joined_names_are_refused() -> None:
     with pytest.raises(ShaderError, match="joins no names"):
-        es_text(HEADER + "#define READ(k) texels_##k\n")
+        es_text(HEADER + "#define READ(k) texels_##k\n#define FIRST READ(0)\n")
     with pytest.raises(ShaderError, match="does not begin"):
         es_text("#version 120\n")
 
@@ -82,8 +84,7 @@ def test_names_cannot_inject_markup() -> None:
 
 
 def test_equal_tables_are_stored_once() -> None:
-    told = json.loads(re.search(r'id="description">(.*?)</script>',
-                                written(("kd-restart", "kd-push-down")), re.S)[1])
+    told = description(written(("kd-restart", "kd-push-down")))
     first, second = ({name: source for one in method["schedules"]["step"]["passes"]
                       for name, source in one["inputs"].items() if source.startswith("table")}
                      for method in told["methods"])
@@ -91,8 +92,8 @@ def test_equal_tables_are_stored_once() -> None:
 
 
 @pytest.mark.parametrize("words, message", [
-    (["cornell", "-m", "bvh-packet", "-o", "a.html"], "does not run in a browser"),
-    (["cornell", "-m", "kd-texture-stack", "-o", "a.html"], "other passes write"),
+    (["cornell", "-m", "ray-tiles", "-o", "a.html"], "does not run in a browser"),
+    (["cornell", "-m", "ray-classification", "-o", "a.html"], "the rays of each call"),
     (["cornel", "-o", "a.html"], "cornel"),
     (["cornell", "-o", "missing/a.html"], "missing")])
 def test_mistakes_get_one_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
@@ -106,7 +107,7 @@ def test_mistakes_get_one_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
 
 def test_every_other_method_has_a_reason() -> None:
     names = web_names()
-    assert len(names) >= 13
+    assert len(names) >= 18
     assert all(bool(why_not_in_browser(row)) == (row.name not in names) for row in rt.methods())
 
 
@@ -123,23 +124,62 @@ def shown(path: Path, choices: str, picture: Path) -> np.ndarray:
     return np.asarray(Image.open(picture).convert("RGB"))[200:700, 40:560].astype(int)
 
 
+THREE = ("kd-restart", "grid", "bvh-threaded")
+
+
 @in_browser
-@pytest.mark.parametrize("scene", ["cornell", "bunny", "kitchen"])
-def test_rays_have_the_bits_of_the_host(exact_renderer, tmp_path: Path, scene: str) -> None:
+@pytest.mark.parametrize("scene, names", [
+    ("cornell", tuple(web_names())), ("bunny", THREE), ("kitchen", THREE),
+    *(pytest.param(scene, tuple(name for name in web_names() if name != "brute-force"),
+                   marks=pytest.mark.full) for scene in ("bunny", "kitchen"))])
+def test_rays_have_the_bits_of_the_host(exact_renderer, tmp_path: Path, scene: str,
+                                        names: tuple[str, ...]) -> None:
     page = tmp_path / "page.html"
-    names = tuple(web_names()) if scene == "cornell" else ("kd-restart", "grid", "bvh-threaded")
     page.write_text(written(names, scene))
+    assert page.stat().st_size < (8e6 if names == THREE else MOST_BYTES)
     dom = opened(page, "", "--dump-dom")
     assert 'id="message"></p>' in dom
     test = re.search(r'<p id="selftest"([^>]*)>', dom)[1]
     assert 'data-state="done"' in test and 'data-differing="0"' in test
-    assert int(re.search(r'data-rays="(\d+)"', test)[1]) >= 4096 * len(names)
+    told = description(written(names, scene))["methods"]
+    assert f'data-rays="{4096 * sum(len(one["schedules"]) for one in told)}"' in test
     assert re.findall(r'data-method="([\w-]+)"', dom) == list(names)
+
+
+def description(text: str) -> dict:
+    """Returns the description of a page."""
+    return json.loads(re.search(r'id="description">(.*?)</script>', text, re.S)[1])
+
+
+def test_every_schedule_of_a_method_is_on_the_page() -> None:
+    """On cornell, all schedules of 18 methods run, with more than one pass or kernel in a turn."""
+    told = {one["name"]: one["schedules"] for one in description(
+        written(tuple(web_names())))["methods"]}
+    assert len(told) >= 18
+    assert all(sorted(told[row.name]) == sorted(row.schedules) for row in rt.methods()
+               if row.name in told)
+    stack = told["kd-texture-stack"]
+    assert [len(turn["passes"]) for turn in stack["step"]["cycles"][0]["turns"]] == [2, 2]
+    assert [one["kernel"] for one in stack["kernels"]["cycles"]] == [1, 2, 3, 4]
+    assert [one["levels"] for one in stack["step"]["targets"] if "levels" in one]
+    assert told["bvh-packet"]["step"]["targets"][1]["of"] == [0.5, 0.5]
+    assert told["kd-short-stack"]["step"]["outputs"] == 6
+
+
+def test_a_scene_with_too_many_steps_leaves_a_method_out(tmp_path: Path, capsys,
+                                                         monkeypatch) -> None:
+    monkeypatch.setattr(export, "MOST_PASSES", 90)
+    with pytest.raises(OptionError, match="draws .* passes on this scene"):
+        export_method(rt.load_scene("cornell"), "kd-texture-stack", PageData())
+    left_out: dict[str, str] = {}
+    found = write_page(rt.load_scene("cornell"), ["kd-texture-stack", "grid"],
+                       str(tmp_path / "a.html"), left_out)
+    assert [one.name for one in found] == ["grid"] and list(left_out) == ["kd-texture-stack"]
 
 
 def changed(text: str, change: Callable[[dict], None]) -> str:
     """Returns a page whose description was changed."""
-    told = json.loads(re.search(r'id="description">(.*?)</script>', text, re.S)[1])
+    told = description(text)
     change(told)
     return re.sub(r'(id="description">).*?(</script>)', lambda found: found[1]
                   + json.dumps(told).replace("<", "\\u003c") + found[2], text, flags=re.S)
@@ -151,19 +191,36 @@ def _other_rays(told: dict) -> None:
 
 
 def _writes_nothing(told: dict) -> None:
-    number = told["methods"][1]["schedules"]["loop"]["passes"][-1]["fragment"]
-    told["texts"][number] = told["texts"][number].replace("void main() {",
-                                                          "void main() { if (true) discard;")
+    discards(told, told["methods"][1]["schedules"]["loop"]["once"][-1])
+
+
+def discards(told: dict, number: int, schedule: str = "loop") -> None:
+    """Make a pass of the second method write nothing."""
+    fragment = told["methods"][1]["schedules"][schedule]["passes"][number]["fragment"]
+    told["texts"][fragment] = told["texts"][fragment].replace("void main() {",
+                                                              "void main() { if (true) discard;")
+
+
+def _never_pushes(told: dict) -> None:
+    turn = told["methods"][1]["schedules"]["step"]["cycles"][0]["turns"][0]
+    discards(told, turn["passes"][-1], "step")
+
+
+def _wrong_stack(told: dict) -> None:
+    for one in told["methods"][1]["schedules"]["step"]["passes"]:
+        one["sized"] = {name: size for name, size in one["sized"].items() if name != "tile_size"}
 
 
 @in_browser
-@pytest.mark.parametrize("change", [_other_rays, _writes_nothing])
+@pytest.mark.parametrize("change, second", [
+    (_other_rays, "bvh-threaded"), (_writes_nothing, "bvh-threaded"),
+    (_never_pushes, "kd-texture-stack"), (_wrong_stack, "kd-texture-stack")])
 def test_wrong_hits_are_reported(exact_renderer, tmp_path: Path,
-                                 change: Callable[[dict], None]) -> None:
-    """The second method traces other rays, or writes nothing: the page must not call itself
-    exact, although the first method left right hits in the targets."""
+                                 change: Callable[[dict], None], second: str) -> None:
+    """The second method traces other rays, or a pass writes nothing or to a wrong place: the page
+    must not call itself exact, although the first method left right hits in the targets."""
     page = tmp_path / "page.html"
-    page.write_text(changed(written(("kd-restart", "bvh-threaded")), change))
+    page.write_text(changed(written(("kd-restart", second)), change))
     dom = opened(page, "", "--dump-dom")
     test = re.search(r'<p id="selftest"([^>]*)>', dom)[1]
     assert 'data-state="done"' in test and 'data-differing="0"' not in test

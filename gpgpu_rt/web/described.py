@@ -1,0 +1,236 @@
+"""The description of a schedule's passes, made from the passes that a tracer draws.
+
+The host draws a picture of test rays and observes the passes. Equal passes have the same program,
+inputs and target. The description names the passes before the first repetition, and the passes of
+a cycle, which the player repeats until no ray is alive.
+"""
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, Protocol
+
+import moderngl
+import numpy as np
+
+from ..gl.loops import without_do
+from ..gl.observation import ObservedPass
+from ..gl.record import Record
+from ..rays.records import HIT
+from ..tracer import Tracer
+
+EYE = "drivers/eye_rays.frag"
+# Passes that mark and count rays. The player counts by a program of its own instead.
+COUNTING = ("drivers/mask.frag", "drivers/classify.frag", "drivers/tile_counts.frag")
+PUSH = "drivers/push.frag"
+PACKET_HITS = "drivers/packet_hits.frag"
+_CAMERA = ("eye", "right", "up", "forward", "size")
+_OF_THE_EYE = (*_CAMERA, "rays_texel_0")        # the player sets these uniforms
+
+
+class Numbered(Protocol):
+    """Stores texts and tables, and returns their numbers."""
+
+    def text(self, text: str) -> int:
+        """Return the number of a program's text."""
+
+    def texture(self, texture: moderngl.Texture) -> int:
+        """Return the number of the table in a texture."""
+
+
+class NotInBrowser(Exception):
+    """Says why a schedule does not run in a browser."""
+
+
+class Described:
+    """The description of a schedule's passes over ``side`` x ``side`` rays.
+
+    Parameters
+    ----------
+    observed : the passes that the tracer drew for the rays, in their order
+
+    Attributes
+    ----------
+    directions : (side * side, 4) float32, the texels with the directions of the eye rays
+
+    Raises
+    ------
+    NotInBrowser
+        if the passes do not have the form that the player repeats
+    """
+
+    def __init__(self, tracer: Tracer, observed: Sequence[ObservedPass], side: int,
+                 tables: Numbered) -> None:
+        self._tables, self._side = tables, side
+        self._schedule, self._kernels = str(tracer.options["schedule"]), tracer.method.kernels
+        self._state, self._stream = _state_record(tracer)
+        self._packets = tracer.method.packet_state is not None
+        self._passes: list[dict[str, Any]] = []
+        self._numbers: dict[tuple[Any, ...], int] = {}      # of passes, by their keys
+        self._targets: list[dict[str, Any]] = []
+        self._places: dict[int, tuple[int, int]] = {}       # of textures: target and output
+        first = [one.name for one in observed].index(EYE)
+        eye, rest = observed[first], observed[first + 1:]
+        self.directions = np.frombuffer(eye.outputs[1].read(), np.float32).reshape(-1, 4)
+        for one in (eye, *rest):
+            if one.name not in COUNTING:
+                self._place(one)
+        self._states, self._hits = (self._sampled_as(rest, f"{name}_texel_0")
+                                    for name in (self._stream, HIT.name))
+        self._number(eye)
+        self._cycles: list[dict[str, Any]] = []
+        if self._schedule == "loop":
+            once = list({_key(one): one for one in rest}.values())
+            if len(once) > 1 + (once[-1].name == PACKET_HITS):
+                raise NotInBrowser("a ray takes more steps than a loop has on this scene")
+        elif self._schedule == "step":
+            once, cycle = _cycle([one for one in rest if one.name not in COUNTING])
+            self._cycles = [self._described_cycle(0, _turns(cycle))]
+        else:
+            once = []
+            for one in rest:
+                if one.name in COUNTING:
+                    break
+                once.append(one)
+            self._cycles = self._by_kernel(rest[len(once):])
+        self._once = [self._number(one) for one in (eye, *once)]
+        place = self._places[once[-1].outputs[-1].glo]
+        self._start = self._end(once) if self._cycles else {"states": place[0], "hits": place}
+
+    def _by_kernel(self, rest: Sequence[ObservedPass]) -> list[dict[str, Any]]:
+        """Return a cycle for each kernel: the first passes that run this kernel."""
+        segments: list[list[ObservedPass]] = [[]]
+        for one in rest:
+            if one.name in COUNTING:
+                segments.append([])
+            else:
+                segments[-1].append(one)
+        cycles = []
+        for number, kernel in enumerate(self._kernels, 1):
+            found = next((one for one in segments if any(p.label == kernel for p in one)), None)
+            if found is None:
+                raise NotInBrowser(f"no test ray waited for the kernel {kernel}")
+            cycles.append(self._described_cycle(number, [list(
+                {_key(one): one for one in found}.values())]))
+        return cycles
+
+    def _described_cycle(self, kernel: int, turns: list[list[ObservedPass]]) -> dict[str, Any]:
+        """Return the turns of a cycle. A turn ends with states and hits in known targets."""
+        return {"kernel": kernel, "turns": [
+            {"passes": [self._number(one) for one in turn], **self._end(turn)} for turn in turns]}
+
+    def _end(self, passes: Sequence[ObservedPass]) -> dict[str, Any]:
+        """Return the targets that hold states and hits after passes."""
+        written = [self._places[one.outputs[0].glo][0] for one in reversed(passes)]
+        states = next((target for target in written if target in self._states), None)
+        hits = next((target for target in written if target in self._hits), None)
+        if states is None or hits is None:
+            raise NotInBrowser("no pass of a step writes the states and hits of all rays")
+        return {"states": states, "hits": [hits, self._hits[hits]]}
+
+    def _sampled_as(self, passes: Sequence[ObservedPass], sampler: str) -> dict[int, int]:
+        """Return the targets that passes sample by a name, and the output of this name."""
+        return dict(self._places[one.inputs[sampler].glo] for one in passes
+                    if sampler in one.inputs and one.inputs[sampler].glo in self._places)
+
+    def _place(self, one: ObservedPass) -> None:
+        """Give the pass's target a number, if the target is new."""
+        if one.outputs[0].glo in self._places:
+            return
+        width, height = one.outputs[0].size
+        told = {"outputs": len(one.outputs), "components": one.outputs[0].components,
+                "of": [width / self._side, height / self._side]}
+        if one.name == PUSH:
+            tile = one.uniforms["tile_size"]
+            told["of"] = [length / self._side for length in tile]
+            told["levels"] = width // tile[0] * (height // tile[1])
+        for k, texture in enumerate(one.outputs):
+            self._places[texture.glo] = len(self._targets), k
+        self._targets.append(told)
+
+    def _number(self, one: ObservedPass) -> int:
+        """Return the number of a pass. An equal pass is described once."""
+        key = _key(one)
+        if key not in self._numbers:
+            self._numbers[key] = len(self._passes)
+            self._passes.append(self._described_pass(one))
+        return self._numbers[key]
+
+    def _described_pass(self, one: ObservedPass) -> dict[str, Any]:
+        inputs = {}
+        for sampler, texture in one.inputs.items():
+            if texture.glo in self._places:
+                target, k = self._places[texture.glo]
+                inputs[sampler] = f"{target}:{k}"
+            elif sampler.endswith("_table"):
+                inputs[sampler] = f"table:{self._tables.texture(texture)}"
+            else:
+                raise NotInBrowser(f"the host writes {sampler}")
+        sized, fragment = self._sized(one), one.texts[1]
+        if self._packets:
+            fragment = without_do(fragment)
+        return {"title": _title(one, self._schedule),
+                "vertex": self._tables.text(one.texts[0]),
+                "fragment": self._tables.text(fragment), "sized": sized,
+                "uniforms": {name: np.asarray(value, float).ravel().tolist()
+                             for name, value in one.uniforms.items()
+                             if name not in _OF_THE_EYE and name not in sized},
+                "inputs": inputs, "target": self._places[one.outputs[0].glo][0],
+                "outputs": len(one.outputs)}
+
+    def _sized(self, one: ObservedPass) -> dict[str, list[Any]]:
+        """Return the uniforms that follow from the number of rays: a target, and a size of it."""
+        kinds = {"ray_texture_size": "rays", "tile_size": "tile", "tiles_a_row": "across"}
+        atlas = next((k for k, target in enumerate(self._targets) if "levels" in target), 0)
+        return {name: [atlas if name.startswith("tile") else 0, kind]
+                for name, kind in kinds.items() if name in one.uniforms}
+
+    def told(self) -> dict[str, Any]:
+        """Return the description of the schedule, for JSON."""
+        fields = self._state.fields if self._cycles else ()
+        return {"passes": self._passes, "targets": self._targets, "once": self._once,
+                "cycles": self._cycles, "repeats": bool(self._cycles),
+                "outputs": max(one["outputs"] for one in self._passes),
+                "start": self._start,
+                "state": [[field.name, field.texel, field.swizzle] for field in fields]}
+
+
+def _state_record(tracer: Tracer) -> tuple[Record, str]:
+    """Return the record of the states that a cycle writes, and the name of its stream."""
+    row, layout = tracer.method, tracer.precision.layout
+    if row.packet_state is None:
+        return layout(row.state), "state"
+    return layout(row.packet_state(tracer.options).state), "packet_state"
+
+
+def _title(one: ObservedPass, schedule: str) -> str:
+    """Return the name of a pass for the page's list of programs."""
+    if one.name in (EYE, PUSH, PACKET_HITS):
+        return {EYE: "eye rays", PUSH: "push", PACKET_HITS: "hits of packets"}[one.name]
+    if one.kernel == "init":
+        return "set-up" + (" of packets" if one.name == "drivers/packet_visit.frag" else "")
+    return {"": schedule, "all": schedule}.get(one.kernel, one.kernel)
+
+
+def _key(one: ObservedPass) -> tuple[Any, ...]:
+    return (one.program.glo, tuple(sorted((name, texture.glo)
+                                          for name, texture in one.inputs.items())),
+            tuple(texture.glo for texture in one.outputs))
+
+
+def _cycle(passes: list[ObservedPass]) -> tuple[list[ObservedPass], list[ObservedPass]]:
+    """Return the passes before the first pass that is repeated, and the passes until then."""
+    keys = [_key(one) for one in passes]
+    first = next((k for k, key in enumerate(keys) if key in keys[k + 1:]), None)
+    if first is None:
+        raise NotInBrowser("the test rays end before a pass is repeated")
+    end = keys.index(keys[first], first + 1)
+    cycle = keys[first:end]
+    if any(key != cycle[k % len(cycle)] for k, key in enumerate(keys[first:-1])):
+        raise NotInBrowser("the passes of a step do not repeat in the same order")
+    return passes[:first], passes[first:end]
+
+
+def _turns(cycle: list[ObservedPass]) -> list[list[ObservedPass]]:
+    """Cut a cycle where its first program runs again."""
+    starts = [k for k, one in enumerate(cycle) if one.program.glo == cycle[0].program.glo]
+    return [cycle[a:b] for a, b in zip(starts, [*starts[1:], len(cycle)])]

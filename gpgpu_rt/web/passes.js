@@ -1,0 +1,141 @@
+// The passes of a schedule: draws them in their order, and repeats the turns of its cycles until no ray is alive.
+
+const CHECKED = 16;         // turns between two looks at the rays that are alive
+const MOST_PASSES = 60000;  // a search that takes more turns is stopped
+const TILE = 16;            // side of the squares of rays that are drawn or left out, as in alive.frag
+const MOST_RECTANGLES = 1 << 14;
+
+const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
+const scaled = (a, factor) => a.map((x) => x * factor);
+const unit = (a) => scaled(a, 1 / Math.hypot(...a));
+
+function basis({eye, target: at, up, fov}, width, height) {
+    const forward = unit(at.map((x, k) => x - eye[k]));
+    const right = unit(cross(forward, up));
+    const half = Math.tan(fov * Math.PI / 360);
+    return {eye, forward, right: scaled(right, half * width / height), up: scaled(cross(right, forward), half),
+            size: [width, height]};
+}
+
+// Draws the passes of a schedule. Returns the directions, the last states and hit, and the number of passes and turns.
+// With `directions`, a texture, the rays are not the camera's. `most` ends the repetition after this number of turns.
+// `place` names the targets, so that two traces at a time share none; `stopped` ends the trace early.
+// `seen` receives the states after the set-up and after each turn, and the number of turns.
+async function trace(schedule, camera, width, height,
+                     {directions = null, most = MOST_PASSES, place = "picture", stopped = () => false,
+                      seen = null} = {}) {
+    await compiled(schedule.passes);
+    const made = schedule.targets.map((one, k) => target(`${place} ${k}`, one, width, height));
+    const output = (k, number) => directions && k === 0 && number === 1 ? directions : made[k].textures[number];
+    const draws = await Promise.all(schedule.passes.map(
+        async (pass, number) => bound(pass, made, output, await tablesOf(pass), {
+            rays_texel_0: [...camera.eye, 0],
+            ...number > 0 || directions ? {} : basis(camera, width, height)}, [width, height])));
+    for (const {framebuffer, textures} of made) {
+        gl.bindFramebuffer(gl.FRAMEBUFFER, framebuffer);
+        textures.forEach((_, k) => gl.clearBufferfv(gl.COLOR, k, [0, 1, 2, 3].map(() => UNWRITTEN)));
+    }
+
+    const after = ({states, hits}) => ({directions: output(0, 1), states: made[states].textures,
+                                        framebuffer: made[states].framebuffer, hit: output(...hits)});
+    const first = schedule.once.slice(directions ? 1 : 0), {cycles} = schedule;
+    first.forEach((number) => draws[number](null));
+    let before = null, present = after(schedule.start), turns = 0, passes = schedule.once.length - 1;
+    let cycle = cycles[0], live = null, since = performance.now();
+    if (seen) await seen(present, turns);
+    while (schedule.repeats && turns < most && !stopped()) {
+        // Turns of several cycles end in the same target. The turns of a single cycle may end in two targets. A ray
+        // then has its last state in both if it ended before the last turn.
+        const known = cycles.length > 1 ? present : before;
+        if (known) {
+            live = look(schedule, known.states, place);
+            if (live.alive === 0) break;
+            cycle = cycles.reduce((a, b) => live.waiting(b.kernel) > live.waiting(a.kernel) ? b : a);
+            live.corners = rectanglesOf(live, cycle.kernel);
+        }
+        for (let k = 0; k < CHECKED && turns < most && !stopped(); k += cycles.length > 1 ? 2 : 1) {
+            const turn = cycle.turns[turns % cycle.turns.length];
+            for (const number of turn.passes) draws[number](live);
+            [before, present] = [present, after(turn)];
+            passes += turn.passes.length;
+            turns += 1;
+            if (seen) await seen(present, turns);
+        }
+        if (performance.now() - since > SLICE) {
+            await new Promise((next) => setTimeout(next));
+            since = performance.now();
+        }
+    }
+    const {alive, steps} = schedule.repeats ? look(schedule, present.states, place) : {alive: 0, steps: () => 0};
+    return {...present, passes, alive, turns, steps: steps()};
+}
+
+async function tablesOf({inputs}) {
+    const found = {};
+    for (const [sampler, source] of Object.entries(inputs)) {
+        if (source.startsWith("table:")) found[sampler] = await table(Number(source.slice(6)));
+    }
+    return found;
+}
+
+// Returns a function that draws a pass on the squares with live rays; null stands for all rays.
+function bound(pass, made, output, textures, own, rays) {
+    const into = made[pass.target], inputs = {...textures}, uniforms = {...pass.uniforms, ...own};
+    for (const [sampler, source] of Object.entries(pass.inputs)) {
+        if (!(sampler in inputs)) inputs[sampler] = output(...source.split(":").map(Number));
+    }
+    for (const [name, [k, kind]] of Object.entries(pass.sized)) {
+        uniforms[name] = {rays, tile: made[k].tile, across: made[k].across}[kind];
+    }
+    return (live) => draw(pass.vertex, pass.fragment, into, uniforms, inputs, ...spread(live, into));
+}
+
+// Returns the rectangles of live rays in a target, and the texels in their unit. The target may hold several rays for
+// a packet, or, in an atlas, several tiles of the size of the states.
+function spread(live, {tile, across, levels}) {
+    const [width, height] = live ? live.size : tile, texels = tile[0] / width;
+    if (!live || !live.corners || !Number.isInteger(texels) || tile[1] !== texels * height
+        || levels * live.corners.length > 4 * MOST_RECTANGLES) return [null, 1];
+    if (levels === 1) return [live.corners, texels];
+    const all = new Float32Array(levels * live.corners.length);
+    for (let level = 0, at = 0; level < levels; ++level) {
+        const corner = [width * (level % across), height * Math.floor(level / across)];
+        live.corners.forEach((x, k) => { all[at++] = corner[k % 2] + Math.min(x, live.size[k % 2]); });
+    }
+    return [all, texels];
+}
+
+function field(schedule, name) {
+    const [, texel, swizzle] = schedule.state.find(([known]) => known === name);
+    return [texel, "xyzw".indexOf(swizzle)];
+}
+
+// Counts the rays that wait for each kernel, in squares of TILE x TILE rays. `steps` returns the most steps of a ray.
+function look(schedule, states, place) {
+    const [[phase, a], [steps, b]] = [field(schedule, "phase"), field(schedule, "steps")];
+    const size = sizeOf.get(states[phase]), [across, down] = size.map((length) => Math.ceil(length / TILE));
+    const into = target(`${place} alive`, {outputs: 2}, across, down);
+    draw(page.whole, page.alive, into, {places: [a, b]}, {phases: states[phase], counts: states[steps]});
+    const squares = read(into), sums = [0, 0, 0, 0];
+    squares.forEach((count, k) => { sums[k % 4] += count; });
+    const alive = sums.reduce((sum, count) => sum + count);
+    return {squares, across, down, size, alive, waiting: (kernel) => kernel ? sums[kernel - 1] : alive,
+            steps: () => read(into, 1).reduce((most, count) => Math.max(most, count), 0)};
+}
+
+// Returns the corners of rectangles that cover the squares with rays that wait for a kernel, or, with kernel 0, for
+// any. A rectangle is a run of squares in a row. Returns null if all squares have such rays.
+function rectanglesOf({squares, across, down}, kernel) {
+    const corners = [], waits = (at) => kernel ? squares[at + kernel - 1] > 0
+        : squares[at] + squares[at + 1] + squares[at + 2] + squares[at + 3] > 0;
+    for (let y = 0; y < down; ++y) {
+        for (let x = 0; x < across; ++x) {
+            const first = x;
+            while (x < across && waits(4 * (y * across + x))) x += 1;
+            if (x > first) corners.push(TILE * first, TILE * y, TILE * x, TILE * (y + 1));
+        }
+    }
+    const whole = corners.length === 4 * down && corners.every((x, k) => k % 4 || x === 0)
+        && corners.every((x, k) => k % 4 !== 2 || x === TILE * across);
+    return whole ? null : Float32Array.from(corners);
+}
