@@ -63,7 +63,7 @@ def test_the_report_links_to_the_pages_that_are_there(small, tmp_path: Path) -> 
 
 
 @pytest.mark.parametrize("words, message", [
-    (("cornell", "-m", "bvh-packet", "-o", "out"), "does not run in a browser"),
+    (("cornell", "-m", "ray-tiles", "-o", "out"), "does not run in a browser"),
     (("cornell", "-m", "kd-restart", "-o", "taken"), "cannot make the folder taken"),
     (("cornel", "-o", "out"), "cornel")])
 def test_mistakes_write_nothing(words, message: str, tmp_path: Path, capsys,
