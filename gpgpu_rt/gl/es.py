@@ -1,27 +1,45 @@
 """ES: rewrites a program's text from GLSL 3.30 to GLSL ES 3.00, the language of WebGL 2.
 
 The rewriting is mechanical. ES has no `precise`. A global variable must be initialised by a
-constant, so another initialiser becomes a macro. ES's preprocessor joins no names, so the one
-macro that joins names is expanded here.
+constant, so another initialiser becomes a macro. ES's preprocessor joins no names, so macros that
+join names are expanded here.
 """
 from __future__ import annotations
 
 import re
 
 from ..errors import ShaderError
+from .fragment_counter import COUNTING_TARGET
 
+# The header has as many lines as the header that it replaces, so that errors name the right lines.
 _HEADER = """#version 300 es
 precision highp float;
 precision highp int;
 precision highp sampler2D;
+precision highp usampler2D;
 #define PRECISE
+
 """
 _VERSION = re.compile(r"\A#version 330 core\n#extension .*?#endif\n", re.S)
 _GLOBAL = re.compile(r"^(?:const )?(?:float|int|uint|i?vec[234]) (\w+) = ([^;]+);([ \t]*//.*)?$",
                      re.M)
-_NOT_CONSTANT = re.compile(r"\b(textureSize|uintBitsToFloat)\(")
-_PASTE = re.compile(r"\bTABLE_FETCH\((\w+), ([^()]*)\)")
-_PASTES = re.compile(r"^#define TABLE_FETCH\(.*$", re.M)
+_UNIFORM = re.compile(r"^uniform \w+ (\w+)", re.M)
+_MACRO = re.compile(r"^#define (\w+)\(([^()]*)\) (.*)$", re.M)
+_LONE_OUTPUT = re.compile(r"^out (\w+ \w+;)", re.M)
+_OLD_MAIN = "shader_main"
+_VERTEX_END = f"""#undef main
+void main() {{
+    gl_PointSize = 1.0;
+    {_OLD_MAIN}();
+}}
+"""
+_FRAGMENT_END = f"""#undef main
+layout(location = {COUNTING_TARGET}) out float counted_fragment;
+void main() {{
+    {_OLD_MAIN}();
+    counted_fragment = 1.0;
+}}
+"""
 
 
 def es_text(text: str) -> str:
@@ -34,21 +52,91 @@ def es_text(text: str) -> str:
     Raises
     ------
     ShaderError
-        the text joins names in a macro that this function does not know
+        the text joins names in a macro that cannot be expanded
     """
     body, found = _VERSION.subn(_HEADER, text)
     if not found:
         raise ShaderError("a program does not begin with #version 330 core and the extension")
-    body = _PASTE.sub(r"TEXEL(\1_table, vec2(TABLE_COLUMN, \1_table_row), table_texel(\2))",
-                      _PASTES.sub("", body))
-    line = next((line for line in body.splitlines() if "##" in line.partition("//")[0]), None)
+    body = _without_joined_names(body)
+    changing = ("textureSize", "uintBitsToFloat", *_UNIFORM.findall(body))
+    not_constant = re.compile(rf"\b({'|'.join(changing)})\b")
+
+    def as_macro(found: re.Match[str]) -> str:
+        name, value, comment = found.groups()
+        if not not_constant.search(value):
+            return found.group()
+        return f"#define {name} ({value}){comment or ''}"
+
+    return _GLOBAL.sub(as_macro, body)
+
+
+def counting_es_texts(vertex: str, fragment: str) -> tuple[str, str]:
+    """Return the texts of a (vertex, fragment) program for a context of OpenGL ES.
+
+    ``FragmentCounter`` counts fragments by the last render target of the fragment program. Points
+    have the size 1 as in OpenGL, where ES leaves their size undefined.
+    """
+    return (_with_end(es_text(vertex), _VERTEX_END),
+            _LONE_OUTPUT.sub(r"layout(location = 0) out \1",
+                             _with_end(es_text(fragment), _FRAGMENT_END)))
+
+
+def _with_end(text: str, end: str) -> str:
+    """Call the program's ``main`` from a new ``main``."""
+    return text.replace("#define PRECISE\n\n", f"#define PRECISE\n#define main {_OLD_MAIN}\n",
+                        1) + end
+
+
+def _without_joined_names(text: str) -> str:
+    """Expand each macro that joins names by ``##``."""
+    macros = {name: ([one.strip() for one in names.split(",")], body)
+              for name, names, body in _MACRO.findall(text)}
+    # A macro such as EACH_TARGET gets the name of another macro and calls that macro.
+    callers = {name: (names, body) for name, (names, body) in macros.items()
+               if any(re.search(rf"\b{one}\(", body) for one in names)}
+    joining = {name: macro for name, macro in macros.items() if "##" in macro[1]}
+    for name, (names, body) in joining.items():
+        text = re.sub(rf"^#define {name}\(.*$", "", text, flags=re.M)
+        for caller, (parameters, calls) in callers.items():
+            if len(parameters) == 1:
+                called = re.sub(rf"\b{parameters[0]}\(", f"{name}(", calls)
+                text = re.sub(rf"\b{caller}\({name}\)", lambda _: called, text)
+        text = _expanded(text, name, names, body)
+    line = next((line for line in text.splitlines() if "##" in line.partition("//")[0]), None)
     if line is not None:
         raise ShaderError(f"GLSL ES joins no names, but a macro does: {line.strip()}")
-    return _GLOBAL.sub(_as_macro, body)
+    return text
 
 
-def _as_macro(found: re.Match[str]) -> str:
-    name, value, comment = found.groups()
-    if not _NOT_CONSTANT.search(value):
-        return found.group()
-    return f"#define {name} ({value}){comment or ''}"
+def _expanded(text: str, name: str, names: list[str], body: str) -> str:
+    """Replace the calls of a macro by its body."""
+    call = re.compile(rf"\b{name}\(")
+    while (found := call.search(text)) is not None:
+        values, end = _arguments(text, found.end())
+        if len(values) != len(names):
+            raise ShaderError(f"GLSL ES joins no names, and the macro {name} takes {len(names)} "
+                              f"values: {text[found.start():end]}")
+        line = text[text.rfind("\n", 0, found.start()) + 1:end]
+        if line.startswith("#define"):
+            raise ShaderError(f"GLSL ES joins no names, but the macro {name} does, which another "
+                              f"macro calls: {line}")
+        by_name = dict(zip(names, values))
+        put = re.sub(r"\w+", lambda word: by_name.get(word[0], word[0]), body.replace("##", "\0"))
+        text = text[:found.start()] + put.replace("\0", "") + text[end:]
+    return text
+
+
+def _arguments(text: str, start: int) -> tuple[list[str], int]:
+    """Return the values of a call from the place behind its bracket, and the end of the call."""
+    values, depth, at = [""], 0, start
+    while at < len(text):
+        letter = text[at]
+        at += 1
+        if letter == ")" and not depth:
+            break
+        depth += (letter == "(") - (letter == ")")
+        if letter == "," and not depth:
+            values.append("")
+        else:
+            values[-1] += letter
+    return [value.strip() for value in values], at
