@@ -9,10 +9,9 @@ from __future__ import annotations
 import re
 
 from ..errors import ShaderError
-from .fragment_counter import COUNTING_TARGET
 
 # The header has as many lines as the header that it replaces, so that errors name the right lines.
-_HEADER = """#version 300 es
+HEADER = """#version 300 es
 precision highp float;
 precision highp int;
 precision highp sampler2D;
@@ -25,21 +24,6 @@ _GLOBAL = re.compile(r"^(?:const )?(?:float|int|uint|i?vec[234]) (\w+) = ([^;]+)
                      re.M)
 _UNIFORM = re.compile(r"^uniform \w+ (\w+)", re.M)
 _MACRO = re.compile(r"^#define (\w+)\(([^()]*)\) (.*)$", re.M)
-_LONE_OUTPUT = re.compile(r"^out (\w+ \w+;)", re.M)
-_OLD_MAIN = "shader_main"
-_VERTEX_END = f"""#undef main
-void main() {{
-    gl_PointSize = 1.0;
-    {_OLD_MAIN}();
-}}
-"""
-_FRAGMENT_END = f"""#undef main
-layout(location = {COUNTING_TARGET}) out float counted_fragment;
-void main() {{
-    {_OLD_MAIN}();
-    counted_fragment = 1.0;
-}}
-"""
 
 
 def es_text(text: str) -> str:
@@ -54,7 +38,7 @@ def es_text(text: str) -> str:
     ShaderError
         the text joins names in a macro that cannot be expanded
     """
-    body, found = _VERSION.subn(_HEADER, text)
+    body, found = _VERSION.subn(HEADER, text)
     if not found:
         raise ShaderError("a program does not begin with #version 330 core and the extension")
     body = _without_joined_names(body)
@@ -68,23 +52,6 @@ def es_text(text: str) -> str:
         return f"#define {name} ({value}){comment or ''}"
 
     return _GLOBAL.sub(as_macro, body)
-
-
-def counting_es_texts(vertex: str, fragment: str) -> tuple[str, str]:
-    """Return the texts of a (vertex, fragment) program for a context of OpenGL ES.
-
-    ``FragmentCounter`` counts fragments by the last render target of the fragment program. Points
-    have the size 1 as in OpenGL, where ES leaves their size undefined.
-    """
-    return (_with_end(es_text(vertex), _VERTEX_END),
-            _LONE_OUTPUT.sub(r"layout(location = 0) out \1",
-                             _with_end(es_text(fragment), _FRAGMENT_END)))
-
-
-def _with_end(text: str, end: str) -> str:
-    """Call the program's ``main`` from a new ``main``."""
-    return text.replace("#define PRECISE\n\n", f"#define PRECISE\n#define main {_OLD_MAIN}\n",
-                        1) + end
 
 
 def _without_joined_names(text: str) -> str:

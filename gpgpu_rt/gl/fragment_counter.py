@@ -3,7 +3,7 @@
 An occlusion query of ES says only whether a fragment passed. Here a draw inside a query therefore
 also adds 1 to a texel of an extra render target, for each fragment that is drawn there. The depth
 test and `discard` act on this target too, so the sum of the texels is the count of OpenGL 3.3.
-`es.es_text` adds the output to each fragment program.
+`angle_text.py` adds the output to each fragment program.
 """
 from __future__ import annotations
 

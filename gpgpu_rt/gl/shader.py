@@ -22,8 +22,8 @@ from typing import NamedTuple
 import moderngl
 
 from ..errors import ShaderError
+from .angle_text import angle_texts
 from .context import Gpu
-from .es import counting_es_texts
 
 ROOT = Path(str(importlib.resources.files("gpgpu_rt.glsl")))
 
@@ -194,7 +194,7 @@ def compile_program(gpu: Gpu, fragment: str, defines: Mapping[str, object] | Non
     program = gpu.programs.pop(key, None)
     if program is None:
         _let_go(gpu)
-        texts = counting_es_texts(*key) if gpu.is_es else key
+        texts = angle_texts(*key) if gpu.is_es else key
         try:
             program = gpu.context.program(vertex_shader=texts[0], fragment_shader=texts[1])
         except moderngl.Error as failure:
