@@ -15,7 +15,8 @@ from .desktop_functions import TARGETS, DesktopFunctions
 
 FOLDERS = ("/usr/lib/chromium", "/usr/lib/chromium-browser", "/opt/google/chrome")
 LIBRARIES = ("libGLESv2.so", "libEGL.so")    # libEGL.so loads libGLESv2.so from its own folder
-HINT = "set GPGPU_RT_ANGLE to a folder with ANGLE's libEGL.so, libGLESv2.so and libvk_swiftshader.so"
+HINT = ("set GPGPU_RT_ANGLE to a folder with ANGLE's libEGL.so, libGLESv2.so and "
+        "libvk_swiftshader.so")
 # DesktopFunctions counts fragments in the last render target.
 MOST_TARGETS = TARGETS - 1
 ES_VERSION = 310

@@ -22,6 +22,7 @@ BACKENDS = (*AUTOMATIC, "angle")
 GL_VERSION = 330
 # renderers that run on the processor
 SOFTWARE = ("llvmpipe", "softpipe", "swrast", "swiftshader")
+THREADS = {"llvmpipe": r"llvmpipe-\d+", "swiftshader": r"Thread<\d+>"}    # names of threads
 
 
 def is_software(renderer: str) -> bool:
@@ -37,7 +38,8 @@ def threads_of(renderer: str) -> int | None:
     """
     if not is_software(renderer):
         return None
-    if "llvmpipe" not in renderer.lower():
+    names = next((names for word, names in THREADS.items() if word in renderer.lower()), None)
+    if names is None:
         return 1
     tasks, found = Path("/proc/self/task"), set()
     if not tasks.is_dir():
@@ -46,7 +48,7 @@ def threads_of(renderer: str) -> int | None:
         with suppress(OSError):     # the thread has just ended
             found.add((task / "comm").read_text().strip())
     # With LP_NUM_THREADS=0 there are no llvmpipe threads, and the calling thread draws.
-    return max(1, sum(bool(re.fullmatch(r"llvmpipe-\d+", name)) for name in found))
+    return max(1, sum(bool(re.fullmatch(names, name)) for name in found))
 
 
 class Gpu:
@@ -75,7 +77,7 @@ class Gpu:
         context.extra = self    # so that a texture leads to its Gpu
         self.backend = backend
         self.renderer: str = context.info["GL_RENDERER"]
-        self.version: str = context.info["GL_VERSION"]
+        self.version: str = context.info["GL_VERSION"].removeprefix("OpenGL ")
         self.max_texture_size: int = context.info["GL_MAX_TEXTURE_SIZE"]
         self.max_draw_buffers: int = min(context.info["GL_MAX_DRAW_BUFFERS"],
                                          MOST_TARGETS if self.is_es else 64)

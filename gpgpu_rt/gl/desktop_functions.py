@@ -1,4 +1,4 @@
-"""DesktopFunctions: the functions of OpenGL 3.3 that moderngl calls, on a context of OpenGL ES 3.1.
+"""DesktopFunctions: the functions of OpenGL 3.3 that moderngl calls, on OpenGL ES 3.1.
 
 Most functions are the same. A few have another name or other arguments in ES, or ES lacks them.
 """
