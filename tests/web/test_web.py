@@ -42,7 +42,8 @@ in_browser = pytest.mark.skipif(CHROMIUM is None, reason="Chromium is not instal
     ("int top = 0;", "int top = 0;"),
     ("    vec2 inner = 1.0 / vec2(textureSize(rays, 0));",
      "    vec2 inner = 1.0 / vec2(textureSize(rays, 0));"),
-    ("int f(int i) { return int(TABLE_FETCH(node, i * 3 + 0).w); }",
+    ("#define TABLE_FETCH(name, i) TEXEL(name##_table, vec2(TABLE_COLUMN, name##_table_row), "
+     "table_texel(i))\nint f(int i) { return int(TABLE_FETCH(node, i * 3 + 0).w); }",
      "int f(int i) { return int(TEXEL(node_table, vec2(TABLE_COLUMN, node_table_row), "
      "table_texel(i * 3 + 0)).w); }")])
 def test_es_text(text: str, told: str) -> None:
