@@ -22,7 +22,7 @@ scenes: $(STAMP)  ## download the papers' scenes; shows their terms and asks
 test: $(STAMP)  ## the quick suite, headless
 	@$(BIN)/python tools/run_tests.py
 
-test-all: $(STAMP)  ## full sizes on every backend, softpipe, zink, fresh machines
+test-all: $(STAMP)  ## full sizes on every backend, softpipe, zink, ANGLE, fresh machines
 	@$(BIN)/python tools/run_tests.py --all
 
 figures: $(STAMP)  ## the survey's tables beside the published numbers (FULL=1: papers' sizes; SCHEDULER=local)

@@ -50,7 +50,7 @@ def run(title: str, backend: str, arguments: list[str], **environment: str) -> i
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--all", action="store_true", help="full sizes, every backend, softpipe, "
-                        "zink, fresh machines")
+                        "zink, ANGLE, fresh machines")
     parser.add_argument("pytest", nargs="*", help="arguments for pytest")
     chosen = parser.parse_args()
     found = backends()
@@ -82,6 +82,12 @@ def main() -> int:
                       **ZINK)
     else:
         print("== SKIPPED: EGL has no zink on this machine (mesa-vulkan-drivers)", flush=True)
+    if renderer_of("angle"):
+        failed |= run("hits on ANGLE over SwiftShader", "angle",
+                      ["-m", "not full", *HITS, *chosen.pytest])
+    else:
+        print("== SKIPPED: this machine has no ANGLE over SwiftShader (tools/angle_libraries.sh)",
+              flush=True)
     for suite in FRESH if not chosen.pytest else ():
         print(f"== a fresh Debian {suite}", flush=True)
         status = subprocess.call(["tools/fresh_machine.sh", suite])

@@ -1,8 +1,6 @@
-"""Gpu: an OpenGL context from EGL, OSMesa or a window. Only this file makes contexts."""
+"""Gpu: an OpenGL context from EGL, OSMesa, ANGLE or a window. Only this file makes contexts."""
 from __future__ import annotations
 
-import ctypes
-import ctypes.util
 import functools
 import os
 import re
@@ -15,72 +13,16 @@ from typing import Any
 import moderngl
 
 from ..errors import ContextError, LimitError, OptionError, did_you_mean
+from .angle import ES_VERSION, MOST_TARGETS, AngleLoader
 from .observation import HostQuery, Observer, Observers
+from .osmesa import HINT, OsMesaLoader
 
-BACKENDS = ("egl", "osmesa")
+AUTOMATIC = ("egl", "osmesa")      # backends that "auto" tries
+BACKENDS = (*AUTOMATIC, "angle")
 GL_VERSION = 330
-SOFTWARE = ("llvmpipe", "softpipe", "swrast")     # renderers that run on the processor
-
-HINT = ("install the Mesa libraries (Debian, Ubuntu: apt-get install libegl1 libgl1 "
-        "libgl1-mesa-dri, or libosmesa6 for OSMesa), then try `gpgpu-rt info`")
-
-
-class OsMesaLoader:
-    """An off-screen Mesa context with the interface of moderngl's loaders.
-
-    OSMesa requires the 1 x 1 buffer. All draws go to framebuffers.
-    """
-
-    PROFILE, CORE, MAJOR, MINOR, FORMAT, RGBA, DEPTH_BITS = (
-        0x33, 0x34, 0x36, 0x37, 0x22, 0x1908, 0x30)
-    GL_UNSIGNED_BYTE = 0x1401
-
-    def __init__(self) -> None:
-        self.library = self._open()
-        attributes = (ctypes.c_int * 11)(
-            self.FORMAT, self.RGBA, self.DEPTH_BITS, 24, self.PROFILE, self.CORE,
-            self.MAJOR, 3, self.MINOR, 3, 0)
-        self.library.OSMesaCreateContextAttribs.restype = ctypes.c_void_p
-        self.library.OSMesaGetProcAddress.restype = ctypes.c_void_p
-        self.library.OSMesaGetProcAddress.argtypes = [ctypes.c_char_p]
-        self.library.OSMesaMakeCurrent.argtypes = [
-            ctypes.c_void_p, ctypes.c_void_p, ctypes.c_uint, ctypes.c_int, ctypes.c_int]
-        self.handle = self.library.OSMesaCreateContextAttribs(attributes, None)
-        if not self.handle:
-            raise ContextError(f"OSMesa gives no OpenGL 3.3 core context; {HINT}")
-        self.pixel = (ctypes.c_ubyte * 4)()
-        self.__enter__()
-
-    @staticmethod
-    def _open() -> ctypes.CDLL:
-        names = ["libOSMesa.so.8", "libOSMesa.so.6", "libOSMesa.so",
-                 ctypes.util.find_library("OSMesa")]
-        for name in filter(None, names):
-            try:
-                return ctypes.CDLL(name)
-            except OSError:
-                continue
-        raise ContextError(f"no libOSMesa found; {HINT}")
-
-    def load_opengl_function(self, name: str) -> int:
-        """Return the address of a GL function; 0 for an unknown function."""
-        return self.library.OSMesaGetProcAddress(name.encode()) or 0
-
-    load = load_opengl_function
-
-    def __enter__(self) -> OsMesaLoader:
-        if not self.library.OSMesaMakeCurrent(self.handle, self.pixel, self.GL_UNSIGNED_BYTE,
-                                              1, 1):
-            raise ContextError("OSMesa refused to make its context current")
-        return self
-
-    def __exit__(self, *exception: object) -> None:
-        pass
-
-    def release(self) -> None:
-        if self.handle:
-            self.library.OSMesaDestroyContext(ctypes.c_void_p(self.handle))
-            self.handle = None
+# renderers that run on the processor
+SOFTWARE = ("llvmpipe", "softpipe", "swrast", "swiftshader")
+THREADS = {"llvmpipe": r"llvmpipe-\d+", "swiftshader": r"Thread<\d+>"}    # names of threads
 
 
 def is_software(renderer: str) -> bool:
@@ -96,7 +38,8 @@ def threads_of(renderer: str) -> int | None:
     """
     if not is_software(renderer):
         return None
-    if "llvmpipe" not in renderer.lower():
+    names = next((names for word, names in THREADS.items() if word in renderer.lower()), None)
+    if names is None:
         return 1
     tasks, found = Path("/proc/self/task"), set()
     if not tasks.is_dir():
@@ -105,7 +48,7 @@ def threads_of(renderer: str) -> int | None:
         with suppress(OSError):     # the thread has just ended
             found.add((task / "comm").read_text().strip())
     # With LP_NUM_THREADS=0 there are no llvmpipe threads, and the calling thread draws.
-    return max(1, sum(bool(re.fullmatch(r"llvmpipe-\d+", name)) for name in found))
+    return max(1, sum(bool(re.fullmatch(names, name)) for name in found))
 
 
 class Gpu:
@@ -117,20 +60,27 @@ class Gpu:
     Parameters
     ----------
     context : moderngl.Context
-    backend : str, "egl", "osmesa" or "window"
+    backend : str, "egl", "osmesa", "angle" or "window"
+
+    Attributes
+    ----------
+    is_es : whether the context is OpenGL ES, which compiles another dialect of GLSL
+    max_draw_buffers : most render targets of a program
     """
 
     def __init__(self, context: moderngl.Context, backend: str) -> None:
-        if context.version_code < GL_VERSION:
+        self.is_es = backend == "angle"
+        if context.version_code < (ES_VERSION if self.is_es else GL_VERSION):
             raise ContextError(f"OpenGL 3.3 is needed, {context.info['GL_RENDERER']} offers "
                                f"{context.version_code / 100:.1f}; update the driver")
         self.context = context
         context.extra = self    # so that a texture leads to its Gpu
         self.backend = backend
         self.renderer: str = context.info["GL_RENDERER"]
-        self.version: str = context.info["GL_VERSION"]
+        self.version: str = context.info["GL_VERSION"].removeprefix("OpenGL ")
         self.max_texture_size: int = context.info["GL_MAX_TEXTURE_SIZE"]
-        self.max_draw_buffers: int = context.info["GL_MAX_DRAW_BUFFERS"]
+        self.max_draw_buffers: int = min(context.info["GL_MAX_DRAW_BUFFERS"],
+                                         MOST_TARGETS if self.is_es else 64)
         # softpipe's gl_VertexID restarts every 4096 vertices. 4092 is the largest smaller number
         # that is divisible by 2 and 3, so a draw in parts cuts no line and no triangle.
         self.most_vertices = 4092 if self.renderer.startswith("softpipe") else None
@@ -244,6 +194,16 @@ def _create_osmesa() -> Gpu:
     return Gpu(moderngl.create_context(require=GL_VERSION, context=OsMesaLoader()), "osmesa")
 
 
+def _create_angle() -> Gpu:
+    context = moderngl.create_context(require=ES_VERSION, context=AngleLoader())
+    while context.error != "GL_NO_ERROR":   # moderngl asks for limits that ES does not know
+        pass
+    gpu = Gpu(context, "angle")
+    while context.error != "GL_NO_ERROR":
+        pass
+    return gpu
+
+
 _making = threading.Lock()
 
 
@@ -254,7 +214,7 @@ def _shared(backend: str) -> Gpu:
 
 @functools.lru_cache(maxsize=None)
 def _made(backend: str) -> Gpu:
-    gpu = {"egl": _create_egl, "osmesa": _create_osmesa}[backend]()
+    gpu = {"egl": _create_egl, "osmesa": _create_osmesa, "angle": _create_angle}[backend]()
     # A new context is current in this thread. Leave it, so that other threads can use it.
     gpu.context.__exit__(None, None, None)
     return gpu
@@ -265,8 +225,8 @@ def open_gpu(context: str | moderngl.Context | Gpu | None = None) -> Gpu:
 
     Parameters
     ----------
-    context : "auto", "egl", "osmesa", a moderngl.Context (such as a window's), a Gpu, or None.
-        None reads the environment variable ``GPGPU_RT_CONTEXT``; if it is unset, None means
+    context : "auto", "egl", "osmesa", "angle", a moderngl.Context (such as a window's), a Gpu, or
+        None. None reads the environment variable ``GPGPU_RT_CONTEXT``; if it is unset, None means
         "auto": EGL, then OSMesa.
 
     Raises
@@ -279,16 +239,16 @@ def open_gpu(context: str | moderngl.Context | Gpu | None = None) -> Gpu:
     if isinstance(context, moderngl.Context):
         return context.extra if isinstance(context.extra, Gpu) else Gpu(context, "window")
     if not isinstance(context, str | None):
-        raise OptionError(f"context is {context!r}; give auto, egl, osmesa, a moderngl.Context, a "
-                          "Gpu or None")
+        raise OptionError(f"context is {context!r}; give auto, {', '.join(BACKENDS)}, a "
+                          "moderngl.Context, a Gpu or None")
     choice = context or os.environ.get("GPGPU_RT_CONTEXT") or "auto"
     if choice in BACKENDS:
         return _shared(choice)
     if choice != "auto":
-        raise OptionError(f"context {choice!r} is none of auto, egl, osmesa"
+        raise OptionError(f"context {choice!r} is none of auto, {', '.join(BACKENDS)}"
                           + did_you_mean(choice, ("auto", *BACKENDS)))
     failures = []
-    for backend in BACKENDS:
+    for backend in AUTOMATIC:
         try:
             return _shared(backend)
         except ContextError as failure:

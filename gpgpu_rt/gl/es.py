@@ -11,7 +11,7 @@ import re
 from ..errors import ShaderError
 
 # The header has as many lines as the header that it replaces, so that errors name the right lines.
-_HEADER = """#version 300 es
+HEADER = """#version 300 es
 precision highp float;
 precision highp int;
 precision highp sampler2D;
@@ -38,7 +38,7 @@ def es_text(text: str) -> str:
     ShaderError
         the text joins names in a macro that cannot be expanded
     """
-    body, found = _VERSION.subn(_HEADER, text)
+    body, found = _VERSION.subn(HEADER, text)
     if not found:
         raise ShaderError("a program does not begin with #version 330 core and the extension")
     body = _without_joined_names(body)

@@ -22,6 +22,7 @@ from typing import NamedTuple
 import moderngl
 
 from ..errors import ShaderError
+from .angle_text import angle_texts
 from .context import Gpu
 
 ROOT = Path(str(importlib.resources.files("gpgpu_rt.glsl")))
@@ -193,9 +194,9 @@ def compile_program(gpu: Gpu, fragment: str, defines: Mapping[str, object] | Non
     program = gpu.programs.pop(key, None)
     if program is None:
         _let_go(gpu)
+        texts = angle_texts(*key) if gpu.is_es else key
         try:
-            program = gpu.context.program(vertex_shader=vertex_source.text,
-                                          fragment_shader=source.text)
+            program = gpu.context.program(vertex_shader=texts[0], fragment_shader=texts[1])
         except moderngl.Error as failure:
             raise ShaderError(_word_log(str(failure), source, defines or {})) from failure
     gpu.programs[key] = program    # now the most recently requested program

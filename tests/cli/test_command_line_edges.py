@@ -21,10 +21,10 @@ from gpgpu_rt.accuracy.known_rays import check_kinds
 from gpgpu_rt.accuracy.tune import LATE
 from gpgpu_rt.cli import tuning, unfinished
 from gpgpu_rt.figures.framework import provenance
+from gpgpu_rt.inspect.data_uris import MOST_PIXELS, png_uri
 from gpgpu_rt.inspect.heat import heat
 from gpgpu_rt.methods.settings import load as load_settings
 from gpgpu_rt.report import page, write_report
-from gpgpu_rt.report.images import MOST_PIXELS, png_uri
 from gpgpu_rt.scene.camera import load_cameras
 from gpgpu_rt.workers import machine
 

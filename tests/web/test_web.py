@@ -52,9 +52,9 @@ def test_es_text(text: str, told: str) -> None:
     assert found.startswith("#version 300 es\n") and found.endswith(told + "\n")
 
 
-def test_joined_names_are_refused() -> None:
+def test_joined_names_that_cannot_be_expanded_are_refused() -> None:
     with pytest.raises(ShaderError, match="joins no names"):
-        es_text(HEADER + "#define READ(k) texels_##k\n#define FIRST READ(0)\n")
+        es_text(HEADER + "#define READ(k) texels_##k\n#define BOTH(k) READ(k)\n")
     with pytest.raises(ShaderError, match="does not begin"):
         es_text("#version 120\n")
 

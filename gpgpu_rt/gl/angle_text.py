@@ -1,0 +1,47 @@
+"""The texts of programs for a context of ANGLE: `es_text`, and three additions.
+
+* A fragment program writes 1 to the render target by which ``FragmentCounter`` counts fragments.
+* Points have the size 1, as in OpenGL. ES leaves their size undefined.
+* Loops are written as `without_do` writes them, because SwiftShader compiles some loops wrongly.
+"""
+from __future__ import annotations
+
+import re
+
+from .es import HEADER, es_text
+from .fragment_counter import COUNTING_TARGET
+from .loops import without_do
+
+_LONE_OUTPUT = re.compile(r"^out (\w+ \w+;)", re.M)
+_MAIN = "shader_main"
+_VERTEX_END = f"""#undef main
+void main() {{
+    gl_PointSize = 1.0;
+    {_MAIN}();
+}}
+"""
+_FRAGMENT_END = f"""#undef main
+layout(location = {COUNTING_TARGET}) out float counted_fragment;
+void main() {{
+    {_MAIN}();
+    counted_fragment = 1.0;
+}}
+"""
+
+
+def angle_texts(vertex: str, fragment: str) -> tuple[str, str]:
+    """Return the texts of a (vertex, fragment) program. Lines keep their numbers.
+
+    Raises
+    ------
+    ShaderError
+        as `es_text`
+    """
+    return (_with_end(vertex, _VERTEX_END),
+            _LONE_OUTPUT.sub(r"layout(location = 0) out \1", _with_end(fragment, _FRAGMENT_END)))
+
+
+def _with_end(text: str, end: str) -> str:
+    """Call the program's ``main`` from a new ``main``."""
+    header = HEADER.rstrip("\n") + f"\n#define main {_MAIN}\n"
+    return without_do(header + es_text(text).removeprefix(HEADER)) + end

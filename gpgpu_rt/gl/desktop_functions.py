@@ -1,0 +1,101 @@
+"""DesktopFunctions: the functions of OpenGL 3.3 that moderngl calls, on OpenGL ES 3.1.
+
+Most functions are the same. A few have another name or other arguments in ES, or ES lacks them.
+"""
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Callable
+from typing import Any
+
+from .fragment_counter import TARGETS, FragmentCounter
+
+__all__ = ["TARGETS", "DesktopFunctions"]
+
+# ES 3.1 has these functions as an extension. The functions without a suffix are errors there.
+INDEXED = ("ColorMaski", "Enablei", "Disablei", "BlendEquationi", "BlendEquationSeparatei",
+           "BlendFunci", "BlendFuncSeparatei")
+RENAMED = {**{f"gl{name}": f"gl{name}OES" for name in INDEXED},
+           "glGetTexImage": "glGetTexImageANGLE", "glPolygonMode": "glPolygonModeANGLE",
+           "glProvokingVertex": "glProvokingVertexANGLE"}
+# ES always behaves as if these capabilities were enabled, and knows no names for them:
+# PROGRAM_POINT_SIZE, TEXTURE_CUBE_MAP_SEAMLESS, PRIMITIVE_RESTART, MULTISAMPLE.
+NO_CAPABILITIES = (0x8642, 0x884F, 0x8F9D, 0x809D)
+# Floats that are read from a float framebuffer are never clamped in ES.
+WITHOUT_EFFECT = ("glClampColor",)
+# moderngl asks whether a context has these functions, and has another way without them.
+MAY_BE_MISSING = ("glPrimitiveRestartIndex",)
+GL_NO_ERROR, GL_INVALID_OPERATION = 0, 0x0502
+UINT, INT, POINTER, FLOAT, DOUBLE = (
+    ctypes.c_uint, ctypes.c_int, ctypes.c_void_p, ctypes.c_float, ctypes.c_double)
+
+
+class DesktopFunctions:
+    """Addresses of functions. The object must live as long as the context.
+
+    A call of a function that ES lacks does nothing but set the error GL_INVALID_OPERATION.
+
+    Parameters
+    ----------
+    address_of : name -> the address of a function of ES, or 0. The context must be current
+    """
+
+    def __init__(self, address_of: Callable[[str], int]) -> None:
+        self._address_of = address_of
+        self._missing = False
+        self._kept: dict[str, Any] = {}     # callbacks by name; ctypes would free them
+        enable, disable = (self._es(name, None, UINT) for name in ("glEnable", "glDisable"))
+        clear_depth = self._es("glClearDepthf", None, FLOAT)
+        depth_range = self._es("glDepthRangef", None, FLOAT, FLOAT)
+        draw_buffers = self._es("glDrawBuffers", None, INT, POINTER)
+        self._get_error = self._es("glGetError", UINT)
+
+        def draw_buffer(buffer: int) -> None:
+            draw_buffers(1, ctypes.byref(UINT(buffer)))
+
+        self._replace("glEnable", lambda one: one in NO_CAPABILITIES or enable(one), UINT)
+        self._replace("glDisable", lambda one: one in NO_CAPABILITIES or disable(one), UINT)
+        self._replace("glClearDepth", clear_depth, DOUBLE)
+        self._replace("glDepthRange", depth_range, DOUBLE, DOUBLE)
+        self._replace("glDrawBuffer", draw_buffer, UINT)
+        self._kept["glGetError"] = ctypes.CFUNCTYPE(UINT)(self._error)
+        counter = FragmentCounter(self._es)
+        self._replace("glBeginQuery", counter.begin, UINT, UINT)
+        self._replace("glEndQuery", counter.end, UINT)
+        self._replace("glGetQueryObjectuiv", counter.result, UINT, UINT, POINTER)
+        self._replace("glDrawArraysInstanced", counter.draw_arrays, UINT, INT, INT, INT)
+        self._replace("glDrawElementsInstanced", counter.draw_elements, UINT, INT, UINT, POINTER,
+                      INT)
+
+    def address(self, name: str) -> int:
+        """Return the address of a function of OpenGL 3.3, or 0 if moderngl can do without it."""
+        if name not in self._kept:
+            found = self._address_of(RENAMED.get(name, name))
+            if found or name in MAY_BE_MISSING:
+                return found
+            self._replace(name, _nothing if name in WITHOUT_EFFECT else self._note_missing)
+        return int(ctypes.cast(self._kept[name], ctypes.c_void_p).value or 0)
+
+    def _es(self, name: str, result: Any, *arguments: Any) -> Callable[..., Any]:
+        """Return a function of ES. The name may have another name there, as in ``RENAMED``."""
+        return ctypes.CFUNCTYPE(result, *arguments)(self._address_of(RENAMED.get(name, name)))
+
+    def _replace(self, name: str, call: Callable[..., object], *arguments: Any) -> None:
+        def void(*values: Any) -> None:
+            call(*values)
+
+        self._kept[name] = ctypes.CFUNCTYPE(None, *arguments)(void)
+
+    def _note_missing(self) -> None:
+        self._missing = True
+
+    def _error(self) -> int:
+        found = self._get_error()
+        if found == GL_NO_ERROR and self._missing:
+            found = GL_INVALID_OPERATION
+        self._missing = False
+        return int(found)
+
+
+def _nothing() -> None:
+    pass

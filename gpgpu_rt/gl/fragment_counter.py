@@ -1,0 +1,179 @@
+"""FragmentCounter: occlusion queries that count, on OpenGL ES.
+
+An occlusion query of ES says only whether a fragment passed. Here a draw inside a query therefore
+also adds 1 to a texel of an extra render target, for each fragment that is drawn there. The depth
+test and `discard` act on this target too, so the sum of the texels is the count of OpenGL 3.3.
+`angle_text.py` adds the output to each fragment program.
+"""
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+TARGETS = 8                     # render targets that OpenGL 3.3 promises
+COUNTING_TARGET = TARGETS - 1   # the target in which fragments are counted
+
+GL_SAMPLES_PASSED, GL_PRIMITIVES_GENERATED, GL_QUERY_RESULT = 0x8914, 0x8C87, 0x8866
+GL_DRAW_FRAMEBUFFER, GL_DRAW_FRAMEBUFFER_BINDING = 0x8CA9, 0x8CA6
+GL_COLOR_ATTACHMENT0, GL_DRAW_BUFFER0, GL_VIEWPORT = 0x8CE0, 0x8825, 0x0BA2
+GL_TEXTURE_2D, GL_TEXTURE_BINDING_2D = 0x0DE1, 0x8069
+GL_R32F, GL_RED, GL_FLOAT = 0x822E, 0x1903, 0x1406
+GL_BLEND, GL_FUNC_ADD, GL_ONE = 0x0BE2, 0x8006, 1
+GL_PACK_ALIGNMENT = 0x0D05
+GL_LINES, GL_LINE_STRIP, GL_TRIANGLES, GL_TRIANGLE_STRIP, GL_TRIANGLE_FAN = 1, 3, 4, 5, 6
+UINT, INT, POINTER = ctypes.c_uint, ctypes.c_int, ctypes.c_void_p
+
+
+class FragmentCounter:
+    """Replacements for the functions of queries and draws.
+
+    Parameters
+    ----------
+    es : (name, type of the result, types of the arguments) -> a function of ES
+    """
+
+    def __init__(self, es: Callable[..., Callable[..., Any]]) -> None:
+        def function(name: str, *arguments: Any) -> Callable[..., Any]:
+            return es(name, None, *arguments)
+
+        self._begin = function("glBeginQuery", UINT, UINT)
+        self._end = function("glEndQuery", UINT)
+        self._result = function("glGetQueryObjectuiv", UINT, UINT, POINTER)
+        self._arrays = function("glDrawArraysInstanced", UINT, INT, INT, INT)
+        self._elements = function("glDrawElementsInstanced", UINT, INT, UINT, POINTER, INT)
+        self._get = function("glGetIntegerv", UINT, POINTER)
+        self._generate = function("glGenTextures", INT, POINTER)
+        self._delete = function("glDeleteTextures", INT, POINTER)
+        self._bind = function("glBindTexture", UINT, UINT)
+        self._storage = function("glTexStorage2D", UINT, INT, UINT, INT, INT)
+        self._clear = function("glClearTexImageEXT", UINT, INT, UINT, UINT, POINTER)
+        self._read = function("glGetTexImage", UINT, INT, UINT, UINT, POINTER)
+        self._pack = function("glPixelStorei", UINT, INT)
+        self._attach = function("glFramebufferTexture2D", UINT, UINT, UINT, UINT, INT)
+        self._draw_buffers = function("glDrawBuffers", INT, POINTER)
+        self._mask = function("glColorMaski", UINT, *[ctypes.c_ubyte] * 4)
+        self._enable = function("glEnablei", UINT, UINT)
+        self._blend_equation = function("glBlendEquationi", UINT, UINT)
+        self._blend_function = function("glBlendFunci", UINT, UINT, UINT)
+        self._open: dict[int, int] = {}       # target -> query that is running
+        self._results: dict[int, int] = {}    # query -> result
+        self._texture, self._size = UINT(0), (0, 0)
+        self._is_clear = False
+        self._counted = self._primitives = 0
+
+    # Replaced functions -------------------------------------------------------------------------
+
+    def begin(self, target: int, query: int) -> None:
+        """glBeginQuery."""
+        if target == GL_SAMPLES_PASSED:
+            self._counted, self._is_clear = 0, False
+        elif target == GL_PRIMITIVES_GENERATED:
+            self._primitives = 0
+        else:
+            self._begin(target, query)
+            return
+        self._open[target] = query
+
+    def end(self, target: int) -> None:
+        """glEndQuery."""
+        query = self._open.pop(target, None)
+        if query is None:
+            self._end(target)
+        elif target == GL_PRIMITIVES_GENERATED:
+            self._results[query] = self._primitives
+        else:
+            self._add_up()
+            self._results[query] = self._counted
+
+    def result(self, query: int, name: int, into: int) -> None:
+        """glGetQueryObjectuiv."""
+        if query in self._results:
+            ctypes.cast(into, ctypes.POINTER(UINT))[0] = (
+                self._results[query] if name == GL_QUERY_RESULT else 1)
+        else:
+            self._result(query, name, into)
+
+    def draw_arrays(self, mode: int, first: int, vertices: int, instances: int) -> None:
+        """glDrawArraysInstanced."""
+        self._draw(mode, vertices, instances,
+                   lambda: self._arrays(mode, first, vertices, instances))
+
+    def draw_elements(self, mode: int, vertices: int, kind: int, first: int | None,
+                      instances: int) -> None:
+        """glDrawElementsInstanced."""
+        self._draw(mode, vertices, instances,
+                   lambda: self._elements(mode, vertices, kind, first, instances))
+
+    # Counting -----------------------------------------------------------------------------------
+
+    def _draw(self, mode: int, vertices: int, instances: int, draw: Callable[[], None]) -> None:
+        if GL_PRIMITIVES_GENERATED in self._open:
+            self._primitives += instances * primitives(mode, vertices)
+        if GL_SAMPLES_PASSED not in self._open:
+            draw()
+            return
+        self._prepare()
+        present = (UINT * TARGETS)(*(self._integers(GL_DRAW_BUFFER0 + at)[0]
+                                     for at in range(TARGETS)))
+        counting = (UINT * TARGETS)(*present)
+        counting[COUNTING_TARGET] = GL_COLOR_ATTACHMENT0 + COUNTING_TARGET
+        self._attach_to_counting_target(self._texture.value)
+        self._draw_buffers(TARGETS, counting)
+        self._mask(COUNTING_TARGET, 1, 1, 1, 1)
+        self._enable(GL_BLEND, COUNTING_TARGET)
+        self._blend_equation(COUNTING_TARGET, GL_FUNC_ADD)
+        self._blend_function(COUNTING_TARGET, GL_ONE, GL_ONE)
+        draw()
+        self._attach_to_counting_target(0)
+        self._draw_buffers(TARGETS, present)
+
+    def _attach_to_counting_target(self, texture: int) -> None:
+        self._attach(GL_DRAW_FRAMEBUFFER, GL_COLOR_ATTACHMENT0 + COUNTING_TARGET, GL_TEXTURE_2D,
+                     texture, 0)
+
+    def _prepare(self) -> None:
+        """Make the texture as large as the viewport. Clear it at a query's first draw."""
+        x, y, width, height = self._integers(GL_VIEWPORT, 4)
+        wanted = x + width, y + height
+        if wanted != self._size:
+            self._add_up()
+            self._delete(1, ctypes.byref(self._texture))
+            self._generate(1, ctypes.byref(self._texture))
+            self._size, self._is_clear = wanted, False
+            self._with_texture(lambda: self._storage(GL_TEXTURE_2D, 1, GL_R32F, *wanted))
+        if not self._is_clear:
+            self._clear(self._texture, 0, GL_RED, GL_FLOAT, None)
+            self._is_clear = True
+
+    def _add_up(self) -> None:
+        """Add the texels to the count of the running query."""
+        if not self._is_clear:      # nothing was drawn
+            return
+        texels = np.empty(self._size[::-1], np.float32)
+        self._pack(GL_PACK_ALIGNMENT, 4)
+        self._with_texture(lambda: self._read(GL_TEXTURE_2D, 0, GL_RED, GL_FLOAT,
+                                              texels.ctypes.data))
+        self._counted += int(texels.sum(dtype=np.float64))
+
+    def _with_texture(self, call: Callable[[], None]) -> None:
+        bound = self._integers(GL_TEXTURE_BINDING_2D)[0]
+        self._bind(GL_TEXTURE_2D, self._texture)
+        call()
+        self._bind(GL_TEXTURE_2D, bound)
+
+    def _integers(self, name: int, count: int = 1) -> list[int]:
+        values = (INT * count)()
+        self._get(name, values)
+        return list(values)
+
+
+def primitives(mode: int, vertices: int) -> int:
+    """Return the number of points, lines or triangles of an instance."""
+    if mode in (GL_TRIANGLE_STRIP, GL_TRIANGLE_FAN):
+        return max(vertices - 2, 0)
+    if mode == GL_LINE_STRIP:
+        return max(vertices - 1, 0)
+    return vertices // {GL_LINES: 2, GL_TRIANGLES: 3}.get(mode, 1)
