@@ -187,7 +187,7 @@ def time_of_image(card: Card, method: str, form: str, counts: Mapping[str, Any],
     costs, streams = _compiled(card.chip.lower(), kernels_from(method, form), issued.kernels,
                                any_hit, form not in (PASSES, BLOCKS), options)
     if form in (PASSES, BLOCKS):
-        return time_of_passes(card, issued, costs, counts["pixels"], assumed)
+        return time_of_passes(card, issued, costs, streams, counts["pixels"], assumed)
     return time_of_loop(card, issued, costs, streams, counts["pixels"], assumed)
 
 
@@ -197,7 +197,7 @@ def _compiled(chip: str, method: str, kernels: tuple[str, ...], any_hit: bool,
     """Return the static cost and the fetches of streams of each kernel."""
     own = dict(options)
     return ({name: static_cost(chip, method, name, any_hit, in_loop, **own) for name in kernels},
-            {name: stream_fetches(method, name, any_hit, **own) for name in kernels})
+            {name: stream_fetches(method, name, any_hit, in_loop, **own) for name in kernels})
 
 
 def compiled_options(method: str, chip: str, options: Options) -> Options:

@@ -12,7 +12,7 @@ from ..tracer import Tracer
 from .cards import Card, find_card
 from .era_packet_time import PacketRays
 from .issue import KernelIssues
-from .machine_model import CardTime, host_time, time_of_passes
+from .machine_model import CardTime, host_time, stream_fetches, time_of_passes
 from .methods_on_cards import ERA, era_refusals
 from .static_costs import static_cost
 
@@ -62,7 +62,8 @@ class EraTime:
                 cost = static_cost(chip, method.name, name, any_hit, **own)
                 issued = KernelIssues((name,), (work.fragments,), (work.fragments,),
                                       passes=(work.draws,))
-                time += time_of_passes(card, issued, {name: cost}, pixels)
+                streams = stream_fetches(method.name, name, any_hit, False, **own)
+                time += time_of_passes(card, issued, {name: cost}, {name: streams}, pixels)
         return card, time
 
 

@@ -5,7 +5,9 @@ card work side by side.
 
     time = lanes * max(instructions / issue rate, fetches / texel rate, bytes / bandwidth).
 
-Lanes include idle lanes. Passes and occlusion queries add the host's time and the time in which
+On NV40, fetches take slots of the arithmetic (``fetches_beside`` of cards.json), so the sum of the
+first two terms replaces them. The texels of a stream are not in the texture cache, so a pass
+fetches them at a lower rate (``stream_fetch``). Lanes include idle lanes. Passes and occlusion queries add the host's time and the time in which
 early depth rejects pixels. All rates come from cards.json. `Assumptions` holds the numbers that no
 source states; they are the same for every card. The model leaves out cache misses, and the
 latency of fetches that too few fragments in flight would expose.
@@ -78,18 +80,21 @@ class CardTime:
         return CardTime({name: factor * seconds for name, seconds in self.parts.items()})
 
 
-def stream_fetches(method: str, kernel: str, any_hit: bool = False, **options: Any) -> int:
-    """Return how many fetches of a kernel in a loop read the ray, its state and its hit.
+def stream_fetches(method: str, kernel: str, any_hit: bool = False, in_loop: bool = True,
+                   **options: Any) -> int:
+    """Return how many fetches of a kernel read the ray, its state and its hit.
 
-    A loop keeps ray, state and hit in registers and does not make these fetches. NV40's listing
+    A loop keeps ray, state and hit in registers and does not make these fetches. A pass makes
+    them. NV40's listing
     shows these fetches: their coordinates are the fragment's own. All compilers keep the same
     fetches of streams.
     """
-    cost = static_cost(_LISTED, method, kernel, any_hit, True, **options)
+    cost = static_cost(_LISTED, method, kernel, any_hit, in_loop, **options)
     return len(_OWN_FETCH.findall(cost.listing))
 
 
-def time_of_passes(card: Card, issued: KernelIssues, costs: Mapping[str, StaticCost], pixels: int,
+def time_of_passes(card: Card, issued: KernelIssues, costs: Mapping[str, StaticCost],
+                   streams: Mapping[str, int], pixels: int,
                    assumed: Assumptions = ASSUMED) -> CardTime:
     """Predict the time of passes that run one kernel each.
 
@@ -97,15 +102,17 @@ def time_of_passes(card: Card, issued: KernelIssues, costs: Mapping[str, StaticC
     ----------
     issued : the issues, from `issue.issued_in_passes`
     costs : the cost of each kernel of ``issued``
+    streams : fetches of each kernel that read streams (`stream_fetches`)
     pixels : number of pixels of the image. Each pass covers all pixels, and early depth rejects
         the pixels outside the issued lanes
     """
     total = host_time(card, issued.queries, sum(issued.passes), pixels, assumed)
     for runs, lanes, kernel in zip(issued.runs, issued.lanes, issued.kernels):
         cost = costs[kernel]
-        # A pass reads the state and writes the state: hence the factor 2.
-        moved = 2 * cost.targets * assumed.texel_bytes
-        total += _kernel_time(card, cost.arithmetic, cost.fetches, moved, runs, lanes)
+        read = streams[kernel]
+        fetches = cost.fetches - read + card.stream_fetch * read
+        moved = (read + cost.targets) * assumed.texel_bytes
+        total += _kernel_time(card, cost.arithmetic, fetches, moved, runs, lanes)
     return total
 
 
@@ -146,8 +153,14 @@ def _kernel_time(card: Card, instructions: float, fetches: float, moved: float, 
                  lanes: float) -> CardTime:
     each = {"arithmetic": instructions / card.issue_rate, "texture": fetches / card.texel_rate,
             "bandwidth": moved / card.bandwidth}
-    bound = max(each, key=each.__getitem__)
-    return _parts(**{bound: each[bound] * runs, "waiting lanes": each[bound] * (lanes - runs)})
+    bound = {max(each, key=each.__getitem__)}
+    if not card.fetches_beside:
+        shader = {"arithmetic", "texture"}
+        slowest = sum(each[name] for name in shader) >= each["bandwidth"]
+        bound = shader if slowest else {"bandwidth"}
+    whole = sum(each[name] for name in bound)
+    return _parts(**{name: each[name] * runs for name in bound},
+                  **{"waiting lanes": whole * (lanes - runs)})
 
 
 def _parts(**seconds: float) -> CardTime:
