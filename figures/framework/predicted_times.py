@@ -15,7 +15,7 @@ from gpgpu_rt.bench.workloads import EYE, SHADOW
 from gpgpu_rt.hardware.cards import Card, find_card
 from gpgpu_rt.hardware.issue import KernelIssues
 from gpgpu_rt.hardware.machine_model import (
-    ASSUMED, Assumptions, CardTime, stream_fetches, time_of_loop, time_of_passes
+    ASSUMED, Assumptions, CardTime, issue_slots, stream_fetches, time_of_loop, time_of_passes
 )
 from gpgpu_rt.hardware.static_costs import StaticCost, static_cost
 from gpgpu_rt.scene.catalogue import mesh_path
@@ -131,12 +131,12 @@ class PredictedRow:
     @property
     def instructions(self) -> float:
         """The instructions of a run, as the mean over all runs."""
-        return self._sum("runs", _arithmetic) / max(self._sum("runs", lambda cost: 1), 1)
+        return self._sum("runs", issue_slots) / max(self._sum("runs", lambda cost: 1), 1)
 
     @property
     def issued_instructions(self) -> float:
         """As `instructions`, with the instructions of the lanes that wait during a run."""
-        return self._sum("lanes", _arithmetic) / max(self._sum("runs", lambda cost: 1), 1)
+        return self._sum("lanes", issue_slots) / max(self._sum("runs", lambda cost: 1), 1)
 
     @property
     def allowed(self) -> float:
@@ -164,10 +164,6 @@ class PredictedRow:
     def ratio(self, assumed: Assumptions = ASSUMED) -> float:
         """Return predicted over published."""
         return self.nanoseconds(assumed) / self.published
-
-
-def _arithmetic(cost: StaticCost) -> float:
-    return cost.arithmetic
 
 
 def time_of_image(card: Card, method: str, form: str, counts: Mapping[str, Any], any_hit: bool,

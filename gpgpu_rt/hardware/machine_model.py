@@ -7,10 +7,11 @@ card work side by side.
 
 On NV40, fetches take slots of the arithmetic (``fetches_beside`` of cards.json), so the sum of the
 first two terms replaces them. The texels of a stream are not in the texture cache, so a pass
-fetches them at a lower rate (``stream_fetch``). Lanes include idle lanes. Passes and occlusion queries add the host's time and the time in which
-early depth rejects pixels. All rates come from cards.json. `Assumptions` holds the numbers that no
-source states; they are the same for every card. The model leaves out cache misses, and the
-latency of fetches that too few fragments in flight would expose.
+fetches them at a lower rate (``stream_fetch``). Lanes include idle lanes. Passes and occlusion
+queries add the host's time and the time in which early depth rejects pixels. All rates come from
+cards.json. `Assumptions` holds the numbers that no source states; they are the same for every
+card. The model leaves out cache misses, and the latency of fetches that too few fragments in
+flight would expose.
 """
 from __future__ import annotations
 
@@ -21,6 +22,7 @@ from typing import Any
 
 from .cards import Card
 from .issue import KernelIssues
+from .nv40_pairing import arithmetic_of, clocks
 from .static_costs import StaticCost, static_cost
 
 _LISTED, _OWN_FETCH = "nv40", re.compile(r"TEX \S+, IN\[")
@@ -93,6 +95,16 @@ def stream_fetches(method: str, kernel: str, any_hit: bool = False, in_loop: boo
     return len(_OWN_FETCH.findall(cost.listing))
 
 
+def issue_slots(cost: StaticCost) -> int:
+    """Return the issue slots of a kernel's arithmetic: its instructions, or on NV40 the clocks in
+    which a pipe issues them (`nv40_pairing`)."""
+    if cost.card != _LISTED or not cost.listing:
+        return cost.arithmetic
+    # The listing lacks a few copies that the driver adds. They are issued alone.
+    copies = cost.arithmetic - len(arithmetic_of(cost.listing))
+    return clocks(cost.listing) + max(copies, 0)
+
+
 def time_of_passes(card: Card, issued: KernelIssues, costs: Mapping[str, StaticCost],
                    streams: Mapping[str, int], pixels: int,
                    assumed: Assumptions = ASSUMED) -> CardTime:
@@ -112,7 +124,7 @@ def time_of_passes(card: Card, issued: KernelIssues, costs: Mapping[str, StaticC
         read = streams[kernel]
         fetches = cost.fetches - read + card.stream_fetch * read
         moved = (read + cost.targets) * assumed.texel_bytes
-        total += _kernel_time(card, cost.arithmetic, fetches, moved, runs, lanes)
+        total += _kernel_time(card, issue_slots(cost), fetches, moved, runs, lanes)
     return total
 
 
@@ -134,8 +146,8 @@ def time_of_loop(card: Card, issued: KernelIssues, costs: Mapping[str, StaticCos
     total += _parts(passes=assumed.draw_seconds)
     for runs, lanes, kernel in zip(issued.runs, issued.lanes, issued.kernels):
         cost = costs[kernel]
-        total += _kernel_time(card, cost.arithmetic + branch, cost.fetches - streams[kernel], 0,
-                              runs, lanes)
+        total += _kernel_time(card, issue_slots(cost) + branch, cost.fetches - streams[kernel],
+                              0, runs, lanes)
     return total
 
 
