@@ -37,14 +37,12 @@ class Assumptions:
     ----------
     draw_seconds : the host's time for a draw call with a change of target
     query_seconds : the time until the host has an occlusion query's result and goes on
-    rejected_a_clock : pixels that early depth rejects in a clock of the card
     branch_instructions : instruction slots of an issue's branch in a loop
     texel_bytes : bytes of a texel of a stream; the papers' streams are RGBA32F
     """
 
     draw_seconds: float = 15e-6
     query_seconds: float = 50e-6
-    rejected_a_clock: float = 64.0
     branch_instructions: float = 6.0
     texel_bytes: float = 16.0
 
@@ -154,9 +152,13 @@ def time_of_loop(card: Card, issued: KernelIssues, costs: Mapping[str, StaticCos
 def host_time(card: Card, queries: int, passes: int = 0, pixels: int = 0,
               assumed: Assumptions = ASSUMED) -> CardTime:
     """Predict the host's time for passes and occlusion queries over an image of ``pixels``, and
-    the time in which early depth rejects pixels."""
+    the time in which early depth rejects pixels.
+
+    The depth test asks for equal depths (traversal/schedules.py), which hierarchical depth buffers
+    do not support. So the card tests each pixel.
+    """
     draws = passes + queries
-    rejected = draws * pixels / (assumed.rejected_a_clock * card.clock)
+    rejected = draws * pixels / card.depth_rate
     return _parts(passes=assumed.draw_seconds * draws + rejected,
                   queries=assumed.query_seconds * queries)
 

@@ -19,7 +19,7 @@ COMPONENTS = 4      # of a unit
 # Operations of the first unit alone, and operations that either unit computes: a copy is a product
 # with 1. The second unit computes all other operations, and each of EITHER.
 SPECIAL, EITHER = ("RCP", "RSQ", "EX2", "LG2", "SIN", "COS"), ("MUL", "MOV")
-_LINE = re.compile(r"^\s*\d+: (\w+) ([A-Z]+\[\d+\])(?:\.([xyzw]+))?, (.*)$", re.M)
+_LINE = re.compile(r"^\s*\d+: *(\w+) ([A-Z]+\[\d+\])(?:\.([xyzw]+))?, (.*)$", re.M)
 _OPERAND = re.compile(r"([A-Z]+\[\d+\](?:\[\d+\])?)(?:\.([xyzw]+))?")
 FETCH = "TEX"
 _WHOLE = ("DP2", "DP3", "DP4", FETCH)     # operations that read all components of their operands
