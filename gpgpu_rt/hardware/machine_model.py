@@ -37,7 +37,8 @@ class Assumptions:
     ----------
     draw_seconds : the host's time for a draw call with a change of target
     query_seconds : the time until the host has an occlusion query's result and goes on
-    branch_instructions : instruction slots of an issue's branch in a loop
+    branch_instructions : instruction slots of an issue's branch in a loop, on cards without a unit
+        for branches
     texel_bytes : bytes of a texel of a stream; the papers' streams are RGBA32F
     """
 
@@ -138,7 +139,7 @@ def time_of_loop(card: Card, issued: KernelIssues, costs: Mapping[str, StaticCos
     streams : fetches of each kernel that a loop does not make (`stream_fetches`)
     pixels : number of pixels of the image, all of which the pass covers
     """
-    branch = assumed.branch_instructions
+    branch = 0.0 if card.branch_unit else assumed.branch_instructions
     total = _kernel_time(card, branch, 0, 0, issued.iterations, issued.iterations)
     total += _kernel_time(card, 0, 0, 3 * assumed.texel_bytes, pixels, pixels)
     total += _parts(passes=assumed.draw_seconds)
