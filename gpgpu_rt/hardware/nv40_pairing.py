@@ -27,7 +27,7 @@ _CONDITION = "CC"     # the register of the condition, which a selection sets
 
 
 @dataclass(frozen=True)
-class Operation:
+class ListedOperation:
     """An operation of a listing.
 
     Attributes
@@ -43,7 +43,7 @@ class Operation:
     width: int
 
 
-def operations(listing: str) -> list[Operation]:
+def operations(listing: str) -> list[ListedOperation]:
     """Return the operations of NV40's listing. A selection becomes three: a copy that sets the
     condition, a copy, and a conditional copy, as Mesa's driver emits it."""
     found = []
@@ -54,11 +54,11 @@ def operations(listing: str) -> list[Operation]:
         if name == "CMP":
             condition, chosen, other = each
             sets = frozenset(f"{_CONDITION}.{letter}" for letter in mask)
-            found += [Operation("MOV", condition, sets, len(mask)),
-                      Operation("MOV", other, writes, len(mask)),
-                      Operation("MOV", chosen | sets, writes, len(mask))]
+            found += [ListedOperation("MOV", condition, sets, len(mask)),
+                      ListedOperation("MOV", other, writes, len(mask)),
+                      ListedOperation("MOV", chosen | sets, writes, len(mask))]
         else:
-            found.append(Operation(name, frozenset().union(*each), writes, len(mask)))
+            found.append(ListedOperation(name, frozenset().union(*each), writes, len(mask)))
     return found
 
 
@@ -75,7 +75,7 @@ def _read(name: str, register: str, swizzle: str, mask: str) -> frozenset[str]:
     return _components(register, "".join(swizzle["xyzw".index(letter)] for letter in mask))
 
 
-def arithmetic_of(listing: str) -> list[Operation]:
+def arithmetic_of(listing: str) -> list[ListedOperation]:
     """Return the operations of a listing that are no fetches."""
     return [one for one in operations(listing) if one.name != FETCH]
 
@@ -103,7 +103,7 @@ def clocks(listing: str) -> int:
     return end
 
 
-def _issue(one: Operation, clock: int, used: dict[tuple[int, int], list[int]]) -> bool:
+def _issue(one: ListedOperation, clock: int, used: dict[tuple[int, int], list[int]]) -> bool:
     """Put the operation into a unit with free components in this clock; return whether it fits."""
     units = ((FIRST,) if one.name in SPECIAL else (FIRST, SECOND) if one.name in EITHER
              else (SECOND,))
