@@ -27,7 +27,7 @@ TILE, TILES = 48, 2     # least side of a tile in packets, and the number of til
 
 
 @dataclass(frozen=True)
-class _RaysOfPass:
+class _Traced:
     """The rays of a pass over packets.
 
     ``texels`` is (h, w, 2, 4) and holds the tiles that are traced again, side by side. ``share``
@@ -45,7 +45,7 @@ class PacketRays(Observer):
 
     def __init__(self, tracer: Tracer) -> None:
         self.tracer = tracer
-        self.passes: list[_RaysOfPass] = []
+        self.passes: list[_Traced] = []
 
     def passed(self, one: ObservedPass) -> None:
         """Keep the rays of the pass if its program is the loop of packets."""
@@ -58,7 +58,7 @@ class PacketRays(Observer):
                            for k in range(RAY_TEXELS.texels)], axis=2)
         height, width = texels.shape[:2]
         rows, columns = _sampled(height, down, group[0]), _sampled(width, across, group[1])
-        self.passes.append(_RaysOfPass("#define ANY_HIT\n" in one.texts[1], texels[rows][:, columns],
+        self.passes.append(_Traced("#define ANY_HIT\n" in one.texts[1], texels[rows][:, columns],
                                  len(rows) * len(columns) / (height * width), height * width))
 
     def time_on(self, card: Card) -> CardTime:
@@ -89,7 +89,7 @@ def _sampled(side: int, packet: int, group: int) -> np.ndarray:
     return (starts[:, None] + np.arange(tile)).reshape(-1)
 
 
-def _time_of(card: Card, tracer: Tracer, one: _RaysOfPass, own: dict[str, Any]) -> CardTime:
+def _time_of(card: Card, tracer: Tracer, one: _Traced, own: dict[str, Any]) -> CardTime:
     flat = one.texels.reshape(-1, 2, 4)
     trace = tracer.occluded if one.any_hit else tracer.trace
     stack = bool(own["stack_size"])
