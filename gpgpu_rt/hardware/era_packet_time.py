@@ -59,7 +59,7 @@ class PacketRays(Observer):
         height, width = texels.shape[:2]
         rows, columns = _sampled(height, down, group[0]), _sampled(width, across, group[1])
         self.passes.append(_Traced("#define ANY_HIT\n" in one.texts[1], texels[rows][:, columns],
-                                 len(rows) * len(columns) / (height * width), height * width))
+                                   len(rows) * len(columns) / (height * width), height * width))
 
     def time_on(self, card: Card) -> CardTime:
         """Return the predicted time of all passes so far.
