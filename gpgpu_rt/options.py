@@ -146,6 +146,7 @@ ERAS: dict[str, dict[str, Any]] = {
     "r300": {**_PAPERS, "precision": "fp24"}, "r420": {**_PAPERS, "precision": "fp24"},
     "nv40": _PAPERS, "r580": _PAPERS}
 ERA_TARGETS = 4     # render targets of the cards with these chips
+ERA_LOOPS = ("nv40", "r580")    # the chips that have loops
 
 TRACER_OPTIONS: tuple[Option, ...] = (
     Option("era", None, "run the kernels as the papers had them on a card with this chip: "
@@ -217,8 +218,11 @@ def resolve_options(given: Mapping[str, Any], known: Iterable[Option],
     return found
 
 
-def with_era(given: Mapping[str, Any], known: Iterable[Option], what: str) -> dict[str, Any]:
+def with_era(given: Mapping[str, Any], known: Iterable[Option], what: str,
+             more: Mapping[str, Any]) -> dict[str, Any]:
     """Return the options ``given``, and the options that the option ``era`` implies.
+
+    ``more`` has options that the method's era form implies on every chip.
 
     Raises
     ------
@@ -226,9 +230,9 @@ def with_era(given: Mapping[str, Any], known: Iterable[Option], what: str) -> di
         for another value of an implied option, or for a value by which a search may lose hits. A
         ray in the era form counts no steps, so a search that does not settle would never end
     """
-    implied = ERAS.get(str(given.get("era")))
-    if implied is None:
+    if str(given.get("era")) not in ERAS:
         return dict(given)
+    implied = {**ERAS[str(given["era"])], **more}
     for name in ("storage", "arithmetic", *implied):
         value = implied.get(name, implied.get("precision", "fp32"))
         if given.get(name) not in (None, value):

@@ -16,7 +16,7 @@ import gpgpu_rt as rt
 from gpgpu_rt.bench.workloads import Workload
 from gpgpu_rt.hardware import packet_trace
 from gpgpu_rt.hardware.issue import (
-    ORDERS, QUAD, WITHIN, KernelIssues, issued_in_loop, issued_in_passes
+    GROUPS, ORDERS, QUAD, WITHIN, KernelIssues, issued_in_loop, issued_in_passes
 )
 from gpgpu_rt.hardware.static_costs import era_methods, packet_methods
 from gpgpu_rt.hardware.trace import KernelTrace, record_trace
@@ -24,10 +24,6 @@ from gpgpu_rt.methods import find_method
 from gpgpu_rt.traversal.packets import packet_of
 
 WORK, ON = "issues of ", " on "
-# The (h, w) of the pixels that branch together. Their number is the card's `branch_width` of
-# cards.json. The survey states no shape: these rectangles are nearest to a square. R420 cannot
-# branch.
-GROUPS = {"R420": None, "NV40": (32, 32), "R580": (6, 8), "G80": (4, 8)}
 # The groups of every card divide a tile without remainder, and neighbours in a tile are neighbours
 # in the image.
 TILE, TILES = 96, 2

@@ -15,7 +15,7 @@ from gpgpu_rt.bench.workloads import EYE, SHADOW
 from gpgpu_rt.hardware.cards import Card, find_card
 from gpgpu_rt.hardware.issue import KernelIssues
 from gpgpu_rt.hardware.machine_model import (
-    ASSUMED, Assumptions, CardTime, stream_fetches, time_of_loop, time_of_passes
+    ASSUMED, Assumptions, CardTime, issue_slots, stream_fetches, time_of_loop, time_of_passes
 )
 from gpgpu_rt.hardware.static_costs import StaticCost, static_cost
 from gpgpu_rt.scene.catalogue import mesh_path
@@ -131,12 +131,12 @@ class PredictedRow:
     @property
     def instructions(self) -> float:
         """The instructions of a run, as the mean over all runs."""
-        return self._sum("runs", _arithmetic) / max(self._sum("runs", lambda cost: 1), 1)
+        return self._sum("runs", issue_slots) / max(self._sum("runs", lambda cost: 1), 1)
 
     @property
     def issued_instructions(self) -> float:
         """As `instructions`, with the instructions of the lanes that wait during a run."""
-        return self._sum("lanes", _arithmetic) / max(self._sum("runs", lambda cost: 1), 1)
+        return self._sum("lanes", issue_slots) / max(self._sum("runs", lambda cost: 1), 1)
 
     @property
     def allowed(self) -> float:
@@ -166,10 +166,6 @@ class PredictedRow:
         return self.nanoseconds(assumed) / self.published
 
 
-def _arithmetic(cost: StaticCost) -> float:
-    return cost.arithmetic
-
-
 def time_of_image(card: Card, method: str, form: str, counts: Mapping[str, Any], any_hit: bool,
                   assumed: Assumptions = ASSUMED, options: Options = ()) -> CardTime:
     """Return the predicted time of an image's rays.
@@ -187,7 +183,7 @@ def time_of_image(card: Card, method: str, form: str, counts: Mapping[str, Any],
     costs, streams = _compiled(card.chip.lower(), kernels_from(method, form), issued.kernels,
                                any_hit, form not in (PASSES, BLOCKS), options)
     if form in (PASSES, BLOCKS):
-        return time_of_passes(card, issued, costs, counts["pixels"], assumed)
+        return time_of_passes(card, issued, costs, streams, counts["pixels"], assumed)
     return time_of_loop(card, issued, costs, streams, counts["pixels"], assumed)
 
 
@@ -197,7 +193,7 @@ def _compiled(chip: str, method: str, kernels: tuple[str, ...], any_hit: bool,
     """Return the static cost and the fetches of streams of each kernel."""
     own = dict(options)
     return ({name: static_cost(chip, method, name, any_hit, in_loop, **own) for name in kernels},
-            {name: stream_fetches(method, name, any_hit, **own) for name in kernels})
+            {name: stream_fetches(method, name, any_hit, in_loop, **own) for name in kernels})
 
 
 def compiled_options(method: str, chip: str, options: Options) -> Options:

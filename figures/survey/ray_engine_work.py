@@ -47,7 +47,7 @@ def predicted_seconds(card: Card, work: Mapping[str, float]) -> tuple[float, str
     # A draw covers only the pairs of one cell, so early depth has no other pixels to reject.
     cost = replace(static_cost(card.chip.lower(), method, kernel), fetches=FETCHES,
                    targets=TARGETS)
-    time = time_of_passes(card, issued, {kernel: cost}, pixels=0)
+    time = time_of_passes(card, issued, {kernel: cost}, {kernel: FETCHES}, pixels=0)
     moved = work["uploaded"] / card.upload + work["read_back"] / card.readback
     parts = {**time.parts, "transfers": moved}
     return sum(parts.values()), max(parts, key=parts.__getitem__)

@@ -1,6 +1,6 @@
 // The program of Horn et al. 2007 as a whole: a fragment traces the four rays of a packet in one loop, with the
 // state and the short stack in registers, and writes their hits. A loop for each kernel lies inside the outer
-// loop. Rays at the edge of an image of odd size are not handled.
+// loop.
 
 #define int float
 #define ivec3 vec3
@@ -55,5 +55,11 @@ void main() {
             pop(rays, state, hit);
         }
     }
+#ifdef DISCARDS_UNFINISHED
+    // The present renderer ends long loops silently. An occlusion query finds out.
+    if (state.phase != DONE) {
+        discard;
+    }
+#endif
     hit_store(hit);
 }

@@ -10,8 +10,9 @@ from ..gl.pass_log import PassLog, logged
 from ..statistics import Statistics
 from ..tracer import Tracer
 from .cards import Card, find_card
+from .era_packet_time import PacketRays
 from .issue import KernelIssues
-from .machine_model import CardTime, host_time, time_of_passes
+from .machine_model import CardTime, host_time, stream_fetches, time_of_passes
 from .methods_on_cards import ERA, era_refusals
 from .static_costs import static_cost
 
@@ -24,10 +25,12 @@ class EraTime:
     ----------
     tracer : the tracer, with the option ``era``
     log : the passes
+    packets : the rays of passes over packets
     """
 
     tracer: Tracer
     log: PassLog
+    packets: PacketRays
 
     def on_card(self) -> tuple[Card, CardTime]:
         """Return the card and the predicted time of the traversal's passes.
@@ -45,6 +48,8 @@ class EraTime:
         most = max(texture.width * texture.height for texture in tables)
         if refused := era_refusals(card, {method.name: most})[method.name, ERA]:
             raise OptionError(f"the {card.name} could not have run this: it {refused[0].says}")
+        if method.era_packets is not None:
+            return card, self.packets.time_on(card)
         own = {o.name: self.tracer.options[o.name] for o in method.options}
         buffers = self.tracer.session.buffers.rays
         assert buffers is not None
@@ -57,12 +62,14 @@ class EraTime:
                 cost = static_cost(chip, method.name, name, any_hit, **own)
                 issued = KernelIssues((name,), (work.fragments,), (work.fragments,),
                                       passes=(work.draws,))
-                time += time_of_passes(card, issued, {name: cost}, pixels)
+                streams = stream_fetches(method.name, name, any_hit, False, **own)
+                time += time_of_passes(card, issued, {name: cost}, {name: streams}, pixels)
         return card, time
 
 
 @contextmanager
 def era_timed(tracer: Tracer) -> Iterator[EraTime]:
     """Log the passes within the block."""
-    with tracer.gpu, logged(tracer.gpu, Statistics()) as log:
-        yield EraTime(tracer, log)
+    packets = PacketRays(tracer)
+    with tracer.gpu, logged(tracer.gpu, Statistics()) as log, tracer.gpu.observed(packets):
+        yield EraTime(tracer, log, packets)

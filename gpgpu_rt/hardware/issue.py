@@ -9,6 +9,11 @@ import numpy as np
 from .trace import FINISHED, KernelTrace
 
 QUAD = (2, 2)        # every card of the survey shades pixels in quads, for their derivatives
+# The (h, w) of the pixels that branch together. Their number is the card's `branch_width` of
+# cards.json. The survey states no shape: these rectangles are nearest to a square. R420 cannot
+# branch.
+GROUPS: dict[str, tuple[int, int] | None] = {
+    "R420": None, "NV40": (32, 32), "R580": (6, 8), "G80": (4, 8)}
 PASSES_A_CHOICE = 16    # the schedule `kernels` runs this many passes between occlusion queries
 WHILE_WHILE, STEP = "while-while", "step"
 ORDERS = (WHILE_WHILE, STEP)

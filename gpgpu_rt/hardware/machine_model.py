@@ -5,10 +5,13 @@ card work side by side.
 
     time = lanes * max(instructions / issue rate, fetches / texel rate, bytes / bandwidth).
 
-Lanes include idle lanes. Passes and occlusion queries add the host's time and the time in which
-early depth rejects pixels. All rates come from cards.json. `Assumptions` holds the numbers that no
-source states; they are the same for every card. The model leaves out cache misses, and the
-latency of fetches that too few fragments in flight would expose.
+On NV40, fetches take slots of the arithmetic (``fetches_beside`` of cards.json), so the sum of the
+first two terms replaces them. The texels of a stream are not in the texture cache, so a pass
+fetches them at a lower rate (``stream_fetch``). Lanes include idle lanes. Passes and occlusion
+queries add the host's time and the time in which early depth rejects pixels. All rates come from
+cards.json. `Assumptions` holds the numbers that no source states; they are the same for every
+card. The model leaves out cache misses, and the latency of fetches that too few fragments in
+flight would expose.
 """
 from __future__ import annotations
 
@@ -19,6 +22,7 @@ from typing import Any
 
 from .cards import Card
 from .issue import KernelIssues
+from .nv40_pairing import arithmetic_of, clocks
 from .static_costs import StaticCost, static_cost
 
 _LISTED, _OWN_FETCH = "nv40", re.compile(r"TEX \S+, IN\[")
@@ -33,14 +37,13 @@ class Assumptions:
     ----------
     draw_seconds : the host's time for a draw call with a change of target
     query_seconds : the time until the host has an occlusion query's result and goes on
-    rejected_a_clock : pixels that early depth rejects in a clock of the card
-    branch_instructions : instruction slots of an issue's branch in a loop
+    branch_instructions : instruction slots of an issue's branch in a loop, on cards without a unit
+        for branches
     texel_bytes : bytes of a texel of a stream; the papers' streams are RGBA32F
     """
 
     draw_seconds: float = 15e-6
     query_seconds: float = 50e-6
-    rejected_a_clock: float = 64.0
     branch_instructions: float = 6.0
     texel_bytes: float = 16.0
 
@@ -78,18 +81,31 @@ class CardTime:
         return CardTime({name: factor * seconds for name, seconds in self.parts.items()})
 
 
-def stream_fetches(method: str, kernel: str, any_hit: bool = False, **options: Any) -> int:
-    """Return how many fetches of a kernel in a loop read the ray, its state and its hit.
+def stream_fetches(method: str, kernel: str, any_hit: bool = False, in_loop: bool = True,
+                   **options: Any) -> int:
+    """Return how many fetches of a kernel read the ray, its state and its hit.
 
-    A loop keeps ray, state and hit in registers and does not make these fetches. NV40's listing
+    A loop keeps ray, state and hit in registers and does not make these fetches. A pass makes
+    them. NV40's listing
     shows these fetches: their coordinates are the fragment's own. All compilers keep the same
     fetches of streams.
     """
-    cost = static_cost(_LISTED, method, kernel, any_hit, True, **options)
+    cost = static_cost(_LISTED, method, kernel, any_hit, in_loop, **options)
     return len(_OWN_FETCH.findall(cost.listing))
 
 
-def time_of_passes(card: Card, issued: KernelIssues, costs: Mapping[str, StaticCost], pixels: int,
+def issue_slots(cost: StaticCost) -> int:
+    """Return the issue slots of a kernel's arithmetic: its instructions, or on NV40 the clocks in
+    which a pipe issues them (`nv40_pairing`)."""
+    if cost.card != _LISTED or not cost.listing:
+        return cost.arithmetic
+    # The listing lacks a few copies that the driver adds. They are issued alone.
+    copies = cost.arithmetic - len(arithmetic_of(cost.listing))
+    return clocks(cost.listing) + max(copies, 0)
+
+
+def time_of_passes(card: Card, issued: KernelIssues, costs: Mapping[str, StaticCost],
+                   streams: Mapping[str, int], pixels: int,
                    assumed: Assumptions = ASSUMED) -> CardTime:
     """Predict the time of passes that run one kernel each.
 
@@ -97,15 +113,17 @@ def time_of_passes(card: Card, issued: KernelIssues, costs: Mapping[str, StaticC
     ----------
     issued : the issues, from `issue.issued_in_passes`
     costs : the cost of each kernel of ``issued``
+    streams : fetches of each kernel that read streams (`stream_fetches`)
     pixels : number of pixels of the image. Each pass covers all pixels, and early depth rejects
         the pixels outside the issued lanes
     """
     total = host_time(card, issued.queries, sum(issued.passes), pixels, assumed)
     for runs, lanes, kernel in zip(issued.runs, issued.lanes, issued.kernels):
         cost = costs[kernel]
-        # A pass reads the state and writes the state: hence the factor 2.
-        moved = 2 * cost.targets * assumed.texel_bytes
-        total += _kernel_time(card, cost.arithmetic, cost.fetches, moved, runs, lanes)
+        read = streams[kernel]
+        fetches = cost.fetches - read + card.stream_fetch * read
+        moved = (read + cost.targets) * assumed.texel_bytes
+        total += _kernel_time(card, issue_slots(cost), fetches, moved, runs, lanes)
     return total
 
 
@@ -121,23 +139,27 @@ def time_of_loop(card: Card, issued: KernelIssues, costs: Mapping[str, StaticCos
     streams : fetches of each kernel that a loop does not make (`stream_fetches`)
     pixels : number of pixels of the image, all of which the pass covers
     """
-    branch = assumed.branch_instructions
+    branch = 0.0 if card.branch_unit else assumed.branch_instructions
     total = _kernel_time(card, branch, 0, 0, issued.iterations, issued.iterations)
     total += _kernel_time(card, 0, 0, 3 * assumed.texel_bytes, pixels, pixels)
     total += _parts(passes=assumed.draw_seconds)
     for runs, lanes, kernel in zip(issued.runs, issued.lanes, issued.kernels):
         cost = costs[kernel]
-        total += _kernel_time(card, cost.arithmetic + branch, cost.fetches - streams[kernel], 0,
-                              runs, lanes)
+        total += _kernel_time(card, issue_slots(cost) + branch, cost.fetches - streams[kernel],
+                              0, runs, lanes)
     return total
 
 
 def host_time(card: Card, queries: int, passes: int = 0, pixels: int = 0,
               assumed: Assumptions = ASSUMED) -> CardTime:
     """Predict the host's time for passes and occlusion queries over an image of ``pixels``, and
-    the time in which early depth rejects pixels."""
+    the time in which early depth rejects pixels.
+
+    The depth test asks for equal depths (traversal/schedules.py), which hierarchical depth buffers
+    do not support. So the card tests each pixel.
+    """
     draws = passes + queries
-    rejected = draws * pixels / (assumed.rejected_a_clock * card.clock)
+    rejected = draws * pixels / card.depth_rate
     return _parts(passes=assumed.draw_seconds * draws + rejected,
                   queries=assumed.query_seconds * queries)
 
@@ -146,8 +168,14 @@ def _kernel_time(card: Card, instructions: float, fetches: float, moved: float, 
                  lanes: float) -> CardTime:
     each = {"arithmetic": instructions / card.issue_rate, "texture": fetches / card.texel_rate,
             "bandwidth": moved / card.bandwidth}
-    bound = max(each, key=each.__getitem__)
-    return _parts(**{bound: each[bound] * runs, "waiting lanes": each[bound] * (lanes - runs)})
+    bound = {max(each, key=each.__getitem__)}
+    if not card.fetches_beside:
+        shader = {"arithmetic", "texture"}
+        slowest = sum(each[name] for name in shader) >= each["bandwidth"]
+        bound = shader if slowest else {"bandwidth"}
+    whole = sum(each[name] for name in bound)
+    return _parts(**{name: each[name] * runs for name in bound},
+                  **{"waiting lanes": whole * (lanes - runs)})
 
 
 def _parts(**seconds: float) -> CardTime:

@@ -15,8 +15,9 @@ from ..gl.observation import ObservedPass, Observer
 from ..methods import find_method, methods
 from ..scene.loading import load_scene
 from ..tracer import Tracer
+from ..traversal.era_packets import LOOP
 from .cards import Card, Needs, Refusal
-from .static_costs import COMPILERS, era_programs, static_cost
+from .static_costs import COMPILERS, PACKETS, era_programs, packet_methods, static_cost
 
 # This program is an addition of this project and saves time only: it finds tiles without live
 # rays.
@@ -98,7 +99,8 @@ def era_texels(names: Sequence[str] | None = None, scene_name: str = "cornell"
 
 
 def era_refusals(card: Card, texels: Mapping[str, int]) -> dict[tuple[str, str], list[Refusal]]:
-    """Return the reasons why a card cannot run each method in the era form, one kernel per pass.
+    """Return the reasons why a card cannot run each method in the era form: a kernel a pass, or
+    packets in a loop.
 
     The counts of instructions are those of Mesa's compiler for the card. For R200 and NV25, which
     have no compiler in COMPILERS, the counts are those of R300's compiler.
@@ -110,9 +112,12 @@ def era_refusals(card: Card, texels: Mapping[str, int]) -> dict[tuple[str, str],
     compiler = card.chip.lower() if card.chip.lower() in COMPILERS else COMPILERS[0]
     found = {}
     for name, largest in texels.items():
-        costs = [static_cost(compiler, name, one.kernel) for one in era_programs(name)]
-        needs = [Needs(one.slots, one.fetches, one.levels, False, one.targets, _side(largest),
-                       largest, True, True) for one in costs]
+        loops = name in packet_methods()
+        own = dict(PACKETS).get(name, {})    # the last entry: packets with all improvements
+        costs = [static_cost(compiler, name, kernel, in_loop=loops, **own) for kernel in (
+            [LOOP] if loops else [one.kernel for one in era_programs(name)])]
+        needs = [Needs(one.slots, one.fetches, one.levels, loops, one.targets, _side(largest),
+                       largest, True, not loops) for one in costs]
         found[name, ERA] = list(dict.fromkeys(
             reason for one in needs for reason in card.refuses(one)))
     return found

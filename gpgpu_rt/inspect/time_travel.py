@@ -81,8 +81,9 @@ def travel(tracer: Tracer, origins: np.ndarray, directions: np.ndarray,
     batch = RayBatch(origins, directions, bounds=tracer.scene.bounds, **more)
     with tracer.sessions.turn(batch) as session:    # the session that `trace` will use
         if tracer.options["schedule"] == "loop":
+            mend = "leave era out" if tracer.options["era"] else "use the schedule kernels or step"
             raise OptionError(f"method {tracer.method.name} under schedule loop has one pass to "
-                              "look at; use the schedule kernels or step")
+                              f"look at; {mend}")
         record = _StateRecorder(tracer, batch, look)
         with observe_states(tracer, record.take):
             _, buffers = session.buffers.of(batch.size)

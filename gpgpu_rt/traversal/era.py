@@ -22,7 +22,7 @@ from ..options import word_define
 from ..rays.records import HIT, RAY_TEXELS
 from ..rays.textures import RayTextures, StateBuffers
 from ..statistics import Statistics
-from .driver import Samplers, Setup
+from .driver import MethodDriver, Samplers, Setup
 from .live_tiles import Tiles
 from .method import Accelerator, Method
 from .schedules import DRAWN, ProgramKey, Traversal, kernel_defines
@@ -101,8 +101,8 @@ def _texts(method: Method, options: Mapping[str, Any], start: bool,
             **{part.name: f"file:{part.file(options)}" for part in method.parts}}
 
 
-class EraTraversal(Traversal):
-    """A method's kernels in the era form, under the schedule ``kernels``."""
+class EraDriver(MethodDriver):
+    """A driver whose programs read tables and rays as the programs of the era form do."""
 
     def __init__(self, setup: Setup) -> None:
         super().__init__(setup)
@@ -126,13 +126,7 @@ class EraTraversal(Traversal):
             found.update(era_accessors.table_places(record, table.height))
         return found
 
-    def run(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
-            any_hit: bool = False) -> tuple[Target, int]:
-        """Trace every ray, as ``Traversal.run``."""
-        self._buffers, self._choices = buffers, 0
-        return super().run(self._generated(rays, statistics), buffers, statistics, any_hit)
-
-    def _generated(self, rays: RayTextures, statistics: Statistics) -> RayTextures:
+    def generated(self, rays: RayTextures, statistics: Statistics) -> RayTextures:
         """Return copies of the rays, with tiny numbers for zero components of directions."""
         rays.complete()
         mine = self.keep("rays", lambda: rays.like(rays.size), lambda old: old.fits(rays))
@@ -140,6 +134,16 @@ class EraTraversal(Traversal):
             self.gpu, "era/rays.frag", {}, {"streams": rays.in_textures.stream_glsl(False)}))
         self.draw(program, mine.target, rays.samplers(), statistics)
         return mine
+
+
+class EraTraversal(EraDriver, Traversal):
+    """A method's kernels in the era form, under the schedule ``kernels``."""
+
+    def run(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
+            any_hit: bool = False) -> tuple[Target, int]:
+        """Trace every ray, as ``Traversal.run``."""
+        self._buffers, self._choices = buffers, 0
+        return super().run(self.generated(rays, statistics), buffers, statistics, any_hit)
 
     def _classify(self, now: Target, buffers: StateBuffers, tiles: Tiles,
                   statistics: Statistics) -> dict[int, int]:

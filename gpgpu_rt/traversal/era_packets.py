@@ -2,7 +2,7 @@
 branches.
 
 A card's compiler counts the kernels one by one (glsl/era/packet_kernel.glsl). `packet_loop` is the
-whole program. The era's schedule is a kernel a pass, so the option ``era`` does not run packets.
+whole program, which the option ``era`` runs on chips with loops.
 """
 from __future__ import annotations
 
@@ -10,12 +10,17 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
-from ..errors import OptionError
+from ..errors import LimitError, OptionError
 from ..gl import era_accessors
-from ..gl.record import Record
+from ..gl.full_screen import FullScreenPass
+from ..gl.record import Record, streams_glsl
+from ..gl.target import Target
 from ..rays.records import HIT, RAY_TEXELS
-from .era import TESTS_TRIANGLES, EraKernel
-from .method import EraPackets, Method
+from ..rays.textures import RayTextures, StateBuffers
+from ..statistics import Statistics
+from .era import TESTS_TRIANGLES, EraDriver, EraKernel
+from .era_packet_form import EraPackets
+from .method import Method
 from .schedules import kernel_defines
 
 LOOP = "loop"     # the name of the whole program
@@ -26,6 +31,8 @@ RAYS = Record("packet_rays", " | ".join(
 
 HITS = replace(HIT, layout="t:vec4 | u:vec4 | v:vec4 | triangle:ivec4")
 """The hits of the four rays."""
+
+_KEPT = replace(HITS, name="packet")    # a name that the rays' hits do not have
 
 
 def packet_kernels(method: Method, options: Mapping[str, Any],
@@ -72,10 +79,7 @@ def _form(method: Method, options: Mapping[str, Any]) -> EraPackets:
     era = method.era_packets
     if era is None:
         raise OptionError(f"method {method.name} has no packets in the era form")
-    for name, values in era.fits.items():
-        if options[name] not in values:
-            raise OptionError(f"method {method.name} with {name}={options[name]} has no era form: "
-                              f"its kernels are written for {name}={values[0]}")
+    era.check(method.name, options)
     return era
 
 
@@ -88,3 +92,54 @@ def _texts(method: Method, era: EraPackets, name: str) -> dict[str, str]:
     return {"pass": f"file:era/{name}.glsl", "method": f"file:{era.glsl}",
             "tables": "\n".join(era_accessors.table_glsl(record)
                                 for record in method.tables_for({"era": True}))}
+
+
+class EraPacketTraversal(EraDriver):
+    """Traces 2x2 rays a fragment, in a single pass with a loop.
+
+    A packet at the edge of an image of odd size traces the rays of its last row or column twice.
+    """
+
+    def run(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
+            any_hit: bool = False) -> tuple[Target, int]:
+        """Trace every ray, as ``Traversal.run``. No step cap stops a ray.
+
+        Raises
+        ------
+        LimitError
+            if the renderer ended the loop of a packet early
+        """
+        mine = self.generated(rays, statistics)
+        for texture in mine.textures:
+            texture.repeat_x = texture.repeat_y = False
+        width, height = rays.size
+        size = -(-width // 2), -(-height // 2)
+        packets = self.keep("packets", lambda: Target(self.gpu, _KEPT, size),
+                            lambda old: old.size == size)
+        query = self.gpu.query()
+        with query:
+            program = self._loop(any_hit)
+            program.set(rays_texel_size=(1 / width, 1 / height))
+            self.draw(program, packets, {**self.samplers, **mine.samplers()}, statistics, LOOP)
+        statistics.queries += 1
+        if query.samples < size[0] * size[1]:
+            raise LimitError(f"method {self.method.name} in the era form: the renderer ended the "
+                             "loop of a packet early; leave era out")
+        self.draw(self._hand_back(), buffers.side(0), packets.samplers(), statistics)
+        return buffers.side(0), 0
+
+    def _loop(self, any_hit: bool) -> FullScreenPass:
+        def make() -> FullScreenPass:
+            found = packet_loop(self.method, self.options, any_hit)
+            program = FullScreenPass(self.gpu, "era/renderer.frag",
+                                     {**found.defines, "DISCARDS_UNFINISHED": True},
+                                     found.virtual)
+            program.kernel = program.label = LOOP
+            return program
+        return self.program((LOOP, any_hit), make)
+
+    def _hand_back(self) -> FullScreenPass:
+        """Return the pass that copies the packets' hits to their rays."""
+        return self.program("hits", lambda: FullScreenPass(
+            self.gpu, "era/packet_hits.frag", {}, {"streams": streams_glsl(
+                (_KEPT,), (self.method.state, HIT))}))

@@ -16,6 +16,7 @@ from ..gl.packed_record import PackedRecord
 from ..gl.record import Record
 from ..options import ERA_TARGETS, TRACER_OPTIONS, Option, resolve_options, spell, with_era
 from ..rays.records import HIT
+from .era_packet_form import EraPackets
 
 Tables = tuple[Record | PackedRecord, ...]
 SCHEDULES = ("kernels", "step", "loop")
@@ -148,24 +149,6 @@ class Stepwise:
 
 
 @dataclass(frozen=True)
-class EraPackets:
-    """The era form of a packet method (traversal/era_packets.py).
-
-    Attributes
-    ----------
-    glsl : file under ``glsl/`` with the kernels
-    state : the record of a packet's state, which a loop keeps in registers
-    changes : (options) -> for each kernel, in order, the fields of ``state`` that it computes
-    fits : option -> the values for which the kernels are written
-    """
-
-    glsl: str
-    state: Record
-    changes: Callable[[Mapping[str, Any]], Mapping[str, str]]
-    fits: Mapping[str, tuple[Any, ...]]
-
-
-@dataclass(frozen=True)
 class Method:
     """A ray tracing method of the survey.
 
@@ -195,7 +178,7 @@ class Method:
         Without an entry for a schedule, `schedules.Traversal` is the driver.
     stack_entry : Record of a level of a stack in textures, if the method has such a stack.
     packet_state : (options) -> Stepwise, for a packet method that runs under ``step``.
-    era_packets : The era form of the packets, whose instructions a card's compiler counts.
+    era_packets : The packets in the era form, if the method has them.
     single : Name of the method that traces the rays of packets that reach the limit on steps.
     entry_walk : GLSL file of a beam's walk through the tree, for the option ``entry_points``.
     own_array : (options) -> whether fragments write into a GLSL array, at different indices.
@@ -241,7 +224,7 @@ class Method:
 
     def _why_not_era(self) -> str:
         targets = self.state.without("steps").texels + HIT.texels
-        if self.no_era_form:
+        if self.no_era_form or self.era_packets is not None:
             return self.no_era_form
         if "kernels" not in self.schedules or "kernels" in self.drivers:
             return "its rays do not run kernels one by one"
@@ -265,11 +248,15 @@ class Method:
         """Return the row for these options, by ``form``. A missing option has its default.
 
         With the option ``era``, the row's states have no step counts, and it runs under the
-        schedule ``kernels`` alone.
+        schedule ``kernels`` alone. Packets run under ``loop`` alone.
         """
         row = self._with_form(options)
         if not options.get("era"):
             return row
+        if row.era_packets is not None:
+            row.era_packets.check(row.name, options)
+            return replace(row, schedules=("loop",), drivers={"loop": row.era_packets.driver},
+                           state=row.state.without("steps"))
         if reason := row._why_not_era():
             changed = self._changed({**{o.name: o.default for o in self.options}, **options})
             raise OptionError(f"method {self.name}{changed} has no era form: {reason}")
@@ -306,7 +293,8 @@ class Method:
             for an unknown option or an invalid value
         """
         known, whose = TRACER_OPTIONS + self.options, f"method {self.name}"
-        given = with_era(given, known, whose)
+        given = with_era(given, known, whose, {} if self.era_packets is None
+                         else self.era_packets.implied(self.options))
         options = resolve_options(given, known, whose)
         for part in ("storage", "arithmetic"):
             options[part] = options[part] or options["precision"] or "fp32"

@@ -176,9 +176,9 @@ def test_the_ray_engine_is_predicted_from_its_pairs() -> None:
     work = ray_engine_work.measure(load("cornell"), workload("cornell", EYE, 16), {})
     assert work["rays"] == 256 and work["pairs"] >= work["rays"] and work["draws"] >= 1
     card, cost = find_card("G80"), static_cost("g80", "brute-force", "intersect")
-    # A pair fetches its ray's two texels, and reads and writes one target.
-    each = max(cost.arithmetic / card.issue_rate, 2 / card.texel_rate,
-               2 * ASSUMED.texel_bytes / card.bandwidth)
+    # A pair fetches its ray's two texels from a stream, and writes one target.
+    each = max(cost.arithmetic / card.issue_rate, 2 * card.stream_fetch / card.texel_rate,
+               3 * ASSUMED.texel_bytes / card.bandwidth)
     seconds, bound = ray_engine_work.predicted_seconds(card, work)
     assert seconds == pytest.approx(
         work["pairs"] * each + work["draws"] * ASSUMED.draw_seconds

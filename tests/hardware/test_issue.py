@@ -12,7 +12,9 @@ from gpgpu_rt.hardware.cards import find_card
 from gpgpu_rt.hardware.issue import (
     ORDERS, STEP, WHILE_WHILE, KernelIssues, in_groups, issued_in_loop, issued_in_passes
 )
-from gpgpu_rt.hardware.machine_model import ASSUMED, stream_fetches, time_of_loop, time_of_passes
+from gpgpu_rt.hardware.machine_model import (
+    ASSUMED, CardTime, stream_fetches, time_of_loop, time_of_passes
+)
 from gpgpu_rt.hardware.static_costs import StaticCost
 from gpgpu_rt.hardware.trace import KernelTrace, record_trace
 
@@ -144,37 +146,59 @@ def _cost(**counts: int) -> dict[str, StaticCost]:
     return {"down": StaticCost("nv40", "kd-restart", "down", **counts)}
 
 
-def test_the_slowest_unit_bounds_a_kernel() -> None:
-    card = find_card("NV40")
+STREAMS = {"down": 4}     # fetches of `down` that read streams
+
+
+def _time(chip: str, **counts: int) -> CardTime:
     issued = KernelIssues(("down",), runs=(10 ** 9,), lanes=(4 * 10 ** 9,), passes=(0,))
-    found = time_of_passes(card, issued, _cost(arithmetic=50, fetches=6, targets=2), 1)
-    texture, arithmetic = 6 / card.texel_rate, 50 / card.issue_rate
+    return time_of_passes(find_card(chip), issued, _cost(**counts), STREAMS, 1)
+
+
+def test_the_slowest_unit_bounds_a_kernel() -> None:
+    card = find_card("R420")
+    found = _time("R420", arithmetic=50, fetches=6, targets=2)
+    # A texel of a stream takes the time of two cached texels.
+    texture, arithmetic = (2 + 2 * 4) / card.texel_rate, 50 / card.issue_rate
     assert arithmetic > texture
     assert found.parts["arithmetic"] == pytest.approx(1e9 * arithmetic)
     assert found.parts["waiting lanes"] == pytest.approx(3e9 * arithmetic)
-    fetching = time_of_passes(card, issued, _cost(arithmetic=20, fetches=6, targets=2), 1)
+    fetching = _time("R420", arithmetic=20, fetches=6, targets=2)
     assert fetching.seconds == pytest.approx(4e9 * texture)
-    writing = time_of_passes(card, issued, _cost(arithmetic=1, fetches=1, targets=4), 1)
-    assert writing.seconds == pytest.approx(4e9 * 8 * 16 / card.bandwidth)
+    writing = _time("R420", arithmetic=1, fetches=4, targets=20)
+    assert writing.seconds == pytest.approx(4e9 * (4 + 20) * 16 / card.bandwidth)
+
+
+def test_fetches_of_the_6800_take_slots_of_its_arithmetic() -> None:
+    card = find_card("NV40")
+    found = _time("NV40", arithmetic=50, fetches=6, targets=2)
+    texture, arithmetic = (2 + 2 * 4) / card.texel_rate, 50 / card.issue_rate
+    assert found.parts["arithmetic"] == pytest.approx(1e9 * arithmetic)
+    assert found.parts["texture"] == pytest.approx(1e9 * texture)
+    assert found.parts["waiting lanes"] == pytest.approx(3e9 * (arithmetic + texture))
+    writing = _time("NV40", arithmetic=1, fetches=4, targets=20)
+    assert writing.seconds == pytest.approx(4e9 * (4 + 20) * 16 / card.bandwidth)
+    assert not writing.parts["texture"]
 
 
 def test_passes_and_queries_cost_the_host_time() -> None:
     card = find_card("NV40")
     issued = KernelIssues(("down",), (0,), (0,), passes=(90,), queries=10)
-    found = time_of_passes(card, issued, _cost(), 512 * 512)
+    found = time_of_passes(card, issued, _cost(), STREAMS, 512 * 512)
     assert found.parts["queries"] == pytest.approx(10 * ASSUMED.query_seconds)
     assert found.parts["passes"] == pytest.approx(
-        100 * (ASSUMED.draw_seconds + 512 * 512 / (ASSUMED.rejected_a_clock * card.clock)))
+        100 * (ASSUMED.draw_seconds + 512 * 512 / card.depth_rate))
 
 
 def test_a_loop_keeps_the_ray_in_registers() -> None:
     # Two texels of the ray, two of the state and one of the hit; the sixth is a node.
     assert stream_fetches("kd-restart", "down") == 5
+    # A pass reads as many texels.
+    assert stream_fetches("kd-restart", "down", in_loop=False) == 5
     card, streams = find_card("NV40"), {"down": 5}
     issued = KernelIssues(("down",), (1000,), (1000,))
     costs = _cost(arithmetic=0, fetches=6, targets=2)
     found = time_of_loop(card, issued, costs, streams, 0)
-    branch = max(1 / card.texel_rate, ASSUMED.branch_instructions / card.issue_rate)
+    branch = 1 / card.texel_rate + ASSUMED.branch_instructions / card.issue_rate
     assert found.seconds == pytest.approx(1000 * branch + ASSUMED.draw_seconds)
 
 
@@ -182,7 +206,7 @@ def test_each_assumption_is_halved_and_doubled() -> None:
     varied = ASSUMED.varied()
     half, double = varied["query_seconds"]
     assert double.query_seconds == 4 * half.query_seconds
-    assert half.draw_seconds == ASSUMED.draw_seconds and len(varied) == 5
+    assert half.draw_seconds == ASSUMED.draw_seconds and len(varied) == 4
 
 
 @pytest.mark.parametrize("seed", range(3), ids="seed{}".format)

@@ -3,24 +3,25 @@ that contains all kernels in a loop, as on a card with branches: the whole progr
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
 
 import gpgpu_rt as rt
-from gpgpu_rt.errors import OptionError
-from gpgpu_rt.gl.full_screen import FullScreenPass
+from gpgpu_rt.errors import LimitError, OptionError
 from gpgpu_rt.gl.shader import ROOT
-from gpgpu_rt.gl.target import Target
 from gpgpu_rt.hardware import packet_trace
+from gpgpu_rt.hardware.cards import find_card
 from gpgpu_rt.hardware.trace import record_trace
 from gpgpu_rt.inspect.program_text import program_text
 from gpgpu_rt.methods import find_method
-from gpgpu_rt.options import ERA_TARGETS
+from gpgpu_rt.options import ERA_LOOPS, ERA_TARGETS, ERAS
 from gpgpu_rt.scene.loading import load_scene
-from gpgpu_rt.traversal.era import TESTS_TRIANGLES, EraTraversal
-from gpgpu_rt.traversal.era_packets import HITS, packet_kernels, packet_loop
+from gpgpu_rt.traversal import era_packets
+from gpgpu_rt.traversal.era import TESTS_TRIANGLES
+from gpgpu_rt.traversal.era_packets import LOOP, packet_kernels, packet_loop
 
 SIDE = 64
 PACKET = find_method("kd-packet")
@@ -33,63 +34,80 @@ def _resolved(**more: Any) -> dict[str, Any]:
     return PACKET.resolved({"skip_empty_leaves": False, **more})
 
 
-def _traced(monkeypatch, scene: rt.Scene, rays, any_hit: bool = False, text: str = "",
-            **more: Any) -> dict[str, np.ndarray]:
-    """Returns the hits of the whole program, image row by image row. The tables and the rays are
-    those of kd-restart in the era form, which has the same tree.
-
-    ``text`` replaces glsl/era/packet_loop.glsl.
-    """
-    kept = []
-
-    def run(self, rays, buffers, statistics, any_hit=False):
-        rays_of_era = self._generated(rays, statistics)
-        found = packet_loop(PACKET, _resolved(**more), any_hit)
-        virtual = {**found.virtual, **({"pass": text} if text else {})}
-        program = FullScreenPass(self.gpu, "era/renderer.frag", found.defines, virtual)
-        width, height = rays_of_era.size
-        program.set(**self.uniforms(), rays_texel_size=(1 / width, 1 / height))
-        target = Target(self.gpu, HITS, (width // 2, height // 2))
-        self.draw(program, target, {**self.samplers, **rays_of_era.samplers()}, statistics)
-        fields = {name: values.reshape(height // 2, width // 2, 2, 2)
-                  .transpose(0, 2, 1, 3).reshape(-1) for name, values in target.fields().items()}
-        kept.append(fields)
-        return traced(self, rays, buffers, statistics, any_hit)
-    traced = EraTraversal.run
-    monkeypatch.setattr(EraTraversal, "run", run)
-    with rt.Tracer(scene, "kd-restart", era="r580") as tracer:
-        (tracer.occluded if any_hit else tracer.trace)(*rays)
-    return kept[0]
+@pytest.fixture(scope="module")
+def scenes() -> dict[str, rt.Scene]:
+    return {name: load_scene(name) for name in ("cornell", "shirley6")}
 
 
+@pytest.mark.parametrize("era", ERA_LOOPS)
 @pytest.mark.parametrize("more", HORN, ids=str)
 @pytest.mark.parametrize("name", ["cornell", "shirley6"])
-def test_the_loop_finds_the_same_triangles(monkeypatch, name, more):
-    scene = load_scene(name)
+def test_the_loop_finds_the_same_triangles(scenes, name, more, era):
+    scene = scenes[name]
     rays = scene.camera.rays((SIDE, SIDE))
-    found = _traced(monkeypatch, scene, rays, **more)
     with rt.Tracer(scene, "kd-packet", intersection="moller-trumbore", skip_empty_leaves=False,
                    **more) as tracer:
         today = tracer.trace(*rays)
-    hit = today.triangle >= 0
-    assert hit.sum() > SIDE * SIDE / 10
-    triangle = np.where(found["triangle"] == 1 << 24, -1, found["triangle"])
-    assert (triangle != today.triangle).sum() <= SIDE * SIDE / 1e3
-    same = (triangle == today.triangle) & hit
-    np.testing.assert_array_equal(found["t"][same], today.t[same])
+    with rt.Tracer(scene, "kd-packet", era=era, **more) as tracer:
+        found = tracer.trace(*rays)
+    assert today.hit.sum() > SIDE * SIDE / 10
+    assert (found.triangle != today.triangle).sum() <= SIDE * SIDE / 1e4
+    same = (found.triangle == today.triangle) & today.hit
+    np.testing.assert_array_equal(found.t[same], today.t[same])
+    assert not found.status.any()
 
 
-def test_rays_of_all_directions_take_turns(monkeypatch):
-    """Each packet has rays of several octants, as after a bounce."""
-    scene, rng = load_scene("cornell"), np.random.default_rng(5)
+@pytest.mark.parametrize("shape", [(1, 1), (7, 5), (33, 64)])
+def test_images_of_odd_sizes(scenes, shape):
+    rays = scenes["cornell"].camera.rays(shape)
+    with rt.Tracer(scenes["cornell"], "kd-packet", intersection="moller-trumbore") as tracer:
+        today = tracer.trace(*rays)
+    with rt.Tracer(scenes["cornell"], "kd-packet", era="r580") as tracer:
+        np.testing.assert_array_equal(tracer.trace(*rays).triangle, today.triangle)
+
+
+def test_rays_of_all_directions_take_turns(scenes):
+    """Each packet has rays of several octants, as after a bounce, also along axes."""
+    scene, rng = scenes["cornell"], np.random.default_rng(5)
     middle = np.mean(scene.bounds, axis=0)
-    rays = np.broadcast_to(middle, (SIDE * SIDE, 3)), rng.normal(size=(SIDE * SIDE, 3))
-    for any_hit in (False, True):
-        found = _traced(monkeypatch, scene, rays, any_hit, stack_size=3)
-        with rt.Tracer(scene, "kd-packet", intersection="moller-trumbore") as tracer:
-            hit = tracer.occluded(*rays) if any_hit else tracer.trace(*rays).hit
-        assert hit.sum() > SIDE * SIDE / 10
-        assert ((found["triangle"] != 1 << 24) != hit).sum() <= SIDE * SIDE / 1e3
+    directions = rng.normal(size=(SIDE * SIDE, 3))
+    directions[::7, 1] = 0
+    rays = np.broadcast_to(middle, directions.shape), directions
+    with rt.Tracer(scene, "kd-packet", intersection="moller-trumbore") as tracer:
+        nearest, hit = tracer.trace(*rays), tracer.occluded(*rays, 500.0)
+    with rt.Tracer(scene, "kd-packet", era="r580") as tracer:
+        found, any_hit = tracer.trace(*rays), tracer.occluded(*rays, 500.0)
+    assert SIDE * SIDE / 10 < hit.sum() < nearest.hit.sum()
+    assert (found.triangle != nearest.triangle).sum() <= SIDE * SIDE / 1e3
+    assert (any_hit != hit).sum() <= SIDE * SIDE / 1e3
+
+
+def test_moved_triangles_are_followed():
+    moving = rt.load_animation("cloth")
+    rays = moving.scene.camera.rays((SIDE, SIDE))
+    found = {}
+    for era in (None, "r580"):
+        more = {"era": era} if era else {"intersection": "moller-trumbore"}
+        with rt.Tracer(moving.scene, "kd-packet", **more) as tracer:
+            tracer.trace(*rays)
+            tracer.update(moving.vertices(12))
+            found[era] = tracer.trace(*rays)
+    assert (found[None].triangle != found["r580"].triangle).sum() <= 1
+    assert found[None].hit.any()
+
+
+def test_a_loop_that_the_renderer_ends_early_is_an_error(scenes, monkeypatch):
+    """No scene is known whose loops are so long; a loop that stops early stands for them."""
+    def cut_short(*given):
+        found = packet_loop(*given)
+        text = (ROOT / "era" / "packet_loop.glsl").read_text()
+        cut = text.replace("while (state.phase != DONE)", "for (int i = 0.0; i < 3.0; ++i)")
+        assert cut != text
+        return replace(found, virtual={**found.virtual, "pass": cut})
+    monkeypatch.setattr(era_packets, "packet_loop", cut_short)
+    with rt.Tracer(scenes["cornell"], "kd-packet", era="r580") as tracer:
+        with pytest.raises(LimitError, match="ended the loop of a packet early"):
+            tracer.trace(*scenes["cornell"].camera.rays((SIDE, SIDE)))
 
 
 def _counting() -> str:
@@ -105,16 +123,27 @@ def _counting() -> str:
 
 @pytest.mark.parametrize("more", HORN, ids=str)
 @pytest.mark.parametrize("any_hit", [False, True])
-def test_the_loop_runs_the_kernels_of_the_trace(monkeypatch, more, any_hit):
+def test_the_loop_runs_the_kernels_of_the_trace(scenes, monkeypatch, more, any_hit):
     """The predictions count the kernels that each packet really runs."""
-    scene = load_scene("shirley6")
-    rays = scene.camera.rays((SIDE, SIDE))
-    found = _traced(monkeypatch, scene, rays, any_hit, _counting(), **more)
-    ran = np.stack([found["t"], found["u"]]).reshape(2, SIDE // 2, 2, SIDE // 2, 2)
-    ran = ran.transpose(0, 2, 4, 1, 3).reshape(8, SIDE // 2, SIDE // 2)
+    def counting(*given):
+        found = packet_loop(*given)
+        return replace(found, virtual={**found.virtual, "pass": _counting()})
+    counted = []
+
+    def look(one):
+        if one.kernel == LOOP:
+            counted.append(one.target.fields("packet"))
+    rays = scenes["shirley6"].camera.rays((SIDE, SIDE))
+    with monkeypatch.context() as patch:
+        patch.setattr(era_packets, "packet_loop", counting)
+        with rt.Tracer(scenes["shirley6"], "kd-packet", era="r580", **more) as tracer:
+            with tracer.observe(look):
+                (tracer.occluded if any_hit else tracer.trace)(*rays)
+    ran = np.concatenate([counted[0]["t"], counted[0]["u"]], axis=1)
+    ran = ran.T.reshape(8, SIDE // 2, SIDE // 2)
     stack = bool(more["stack_size"])
-    with rt.Tracer(scene, "kd-packet", schedule="step", intersection="moller-trumbore",
-                   skip_empty_leaves=False, **more) as tracer:
+    with rt.Tracer(scenes["shirley6"], "kd-packet", schedule="step",
+                   intersection="moller-trumbore", skip_empty_leaves=False, **more) as tracer:
         trace = packet_trace.in_loop(record_trace(
             tracer, (SIDE, SIDE), lambda: (tracer.occluded if any_hit else tracer.trace)(*rays),
             packet_trace.fields_of(stack)), stack)
@@ -142,7 +171,17 @@ def test_a_kernel_writes_what_it_changes(more):
 
 @pytest.mark.parametrize("more", [{"packet": (4, 2)}, {"skip_empty_leaves": True},
                                   {"stack_size": 2}], ids=str)
-def test_other_packets_are_refused(more):
+def test_other_packets_are_refused(scenes, more):
     name = next(iter(more))
     with pytest.raises(OptionError, match=f"kd-packet with {name}=.* has no era form"):
         packet_kernels(PACKET, _resolved(**more))
+    with pytest.raises(OptionError, match=f"era=r580 implies|{name}=.* has no era form"):
+        rt.Tracer(scenes["cornell"], "kd-packet", era="r580", **more)
+
+
+@pytest.mark.parametrize("era", sorted(set(ERAS) - set(ERA_LOOPS)))
+def test_cards_without_loops_are_refused(scenes, era):
+    assert not find_card(era.upper()).branching
+    with pytest.raises(OptionError, match="no loops; give era=nv40 or era=r580"):
+        rt.Tracer(scenes["cornell"], "kd-packet", era=era)
+    assert all(find_card(chip.upper()).branching for chip in ERA_LOOPS)

@@ -9,9 +9,10 @@ import numpy as np
 
 from ...gl.record import Record
 from ...options import Option
+from ...traversal.era_packet_form import EraPackets
 from ...traversal.method import (
-    CULLING, ENTRY_POINTS, PACKET, SCHEDULES, TRIANGLE_TESTS, VERTEX_CULLING, Accelerator,
-    EraPackets, Method, Part, Stepwise, check_culling, stack_defines, with_entries
+    CULLING, ENTRY_POINTS, PACKET, SCHEDULES, TRIANGLE_TESTS, VERTEX_CULLING, Accelerator, Method,
+    Part, Stepwise, check_culling, stack_defines, with_entries
 )
 from ...traversal.packet_steps import PacketSteps
 from ...traversal.packets import PacketTraversal
