@@ -43,8 +43,8 @@ def test_the_table_holds_what_the_counts_say(tmp_path: Path) -> None:
         rows = {(row["scene"], row["form"]): row for row in csv.DictReader(file)}
     assert len(rows) == 6
     card, cost = find_card("R580"), static_cost("r580", "kd-restart", "down", in_loop=True)
-    # A run in the loop fetches only a node. A pass also fetches the ray, its state and its hit. A unit
-    # of its own executes the branches.
+    # A run in the loop fetches only a node. A pass also fetches the ray, its state and its hit. A
+    # unit of its own executes the branches.
     each = max(cost.arithmetic / card.issue_rate, 1 / card.texel_rate)
     written = 3 * ASSUMED.texel_bytes / card.bandwidth
     seconds = 2 * RUNS * each + PIXELS * written + ASSUMED.draw_seconds
