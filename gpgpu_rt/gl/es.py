@@ -16,7 +16,10 @@ precision highp int;
 precision highp sampler2D;
 #define PRECISE
 """
-_VERSION = re.compile(r"\A#version 330 core\n#extension .*?#endif\n", re.S)
+# The compiled text begins with the extension and `precise`. The printed text names the extension
+# alone, in a later line.
+_VERSION = re.compile(r"\A#version 330 core\n(?:#extension .*?#endif\n)?", re.S)
+_EXTENSION = re.compile(r"^#extension .*\n", re.M)
 _GLOBAL = re.compile(r"^(?:const )?(?:float|int|uint|i?vec[234]) (\w+) = ([^;]+);([ \t]*//.*)?$",
                      re.M)
 _NOT_CONSTANT = re.compile(r"\b(textureSize|uintBitsToFloat)\(")
@@ -29,7 +32,7 @@ def es_text(text: str) -> str:
 
     Parameters
     ----------
-    text : a resolved text, as `ObservedPass.texts` has it
+    text : a resolved text, as `ObservedPass.texts` or `program_text` has it
 
     Raises
     ------
@@ -38,7 +41,8 @@ def es_text(text: str) -> str:
     """
     body, found = _VERSION.subn(_HEADER, text)
     if not found:
-        raise ShaderError("a program does not begin with #version 330 core and the extension")
+        raise ShaderError("a program does not begin with #version 330 core")
+    body = _EXTENSION.sub("", body)
     body = _PASTE.sub(r"TEXEL(\1_table, vec2(TABLE_COLUMN, \1_table_row), table_texel(\2))",
                       _PASTES.sub("", body))
     line = next((line for line in body.splitlines() if "##" in line.partition("//")[0]), None)

@@ -16,11 +16,15 @@ import moderngl
 import numpy as np
 
 from ..errors import OptionError
+from ..gl.context import open_gpu
 from ..gl.es import es_text
 from ..gl.observation import ObservedPass
+from ..gl.shader import Compilation, compilations
+from ..inspect.program_text import program_text
 from ..methods import Method, find_method, methods
 from ..scene.scene import Scene
 from ..tracer import Tracer
+from .structure import structure_of
 
 TEST_SIDE = 64      # the page checks TEST_SIDE^2 rays of each method
 MOST_TARGETS = 4    # render targets that every WebGL 2 offers
@@ -121,8 +125,9 @@ def export_method(scene: Scene, name: str, tables: PageData) -> WebMethod:
         if schedule not in row.schedules:
             continue
         options = {"steps_per_pass": 1} if schedule == "step" and not row.steps_once else {}
-        with Tracer(scene, name, schedule=schedule, **options) as tracer:
-            look = _Described(tables, schedule)
+        with (compilations(open_gpu()) as compiled,
+              Tracer(scene, name, schedule=schedule, **options) as tracer):
+            look = _Described(tables, schedule, compiled)
             with tracer.observe(look.look):
                 hits = tracer.eye_hits(size=(TEST_SIDE, TEST_SIDE))
             why = look.why_not or why
@@ -147,7 +152,8 @@ class _Described:
     why_not : why the schedule does not run in a browser, or ""
     """
 
-    def __init__(self, tables: PageData, schedule: str) -> None:
+    def __init__(self, tables: PageData, schedule: str, compiled: list[Compilation]) -> None:
+        self._compiled = compiled
         self.directions, self.told, self.why_not = np.zeros(0, np.float32), [], ""
         self._tables, self._sources = tables, {}
         self._loops = schedule == "loop"
@@ -185,12 +191,18 @@ class _Described:
         if not self.why_not:
             self.told.append({
                 "name": one.label, "vertex": self._tables.text(one.texts[0]),
-                "fragment": self._tables.text(one.texts[1]), "uniforms": uniforms,
+                "fragment": self._tables.text(self._printed(one.texts[1])), "uniforms": uniforms,
                 "inputs": inputs, "outputs": len(one.outputs)})
+
+    def _printed(self, text: str) -> str:
+        """Return the printed form of a compiled text. It is shorter, computes the same bits, and
+        is the text that a reader of the page sees."""
+        return program_text(next(one.fragment for one in self._compiled
+                                 if one.fragment.text == text))
 
     def described(self, tracer: Tracer) -> dict[str, Any]:
         """Return the description of the schedule."""
         record, step = tracer.precision.layout(tracer.method.state), len(self.told) == 3
         return {"passes": self.told, "repeats": step, "hit": self.told[-1]["outputs"] - 1,
                 "state": [[field.name, field.texel, field.swizzle] for field in record.fields]
-                if step else []}
+                if step else [], "structure": structure_of(tracer.method)}
