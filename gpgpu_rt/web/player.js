@@ -11,7 +11,9 @@ const SLICE = 30;           // milliseconds of passes between two pauses for the
 const CHECKED = 16;         // passes between two looks at whether rays are alive
 const MOST_PASSES = 60000;  // a search that takes more passes is stopped
 
+// A lost context fails in many places. Its own events tell the reader, so that no other message is needed.
 function fail(message) {
+    if (gl && gl.isContextLost()) throw new Error("The context is lost.");
     element("message").textContent = message;
     element("verdict").textContent = "The test ended early, so nothing is known about this graphics card.";
     const test = element("selftest");
@@ -19,7 +21,10 @@ function fail(message) {
     throw new Error(message);
 }
 if (!gl) fail("This browser offers no WebGL 2.");
-if (!gl.getExtension("EXT_color_buffer_float")) fail("This graphics card cannot draw into float textures.");
+function enableFloats() {
+    if (!gl.getExtension("EXT_color_buffer_float")) fail("This graphics card cannot draw into float textures.");
+}
+enableFloats();
 
 async function floats(base64) {
     const bytes = Uint8Array.from(atob(base64), (letter) => letter.charCodeAt(0));
@@ -30,6 +35,11 @@ async function floats(base64) {
 // Textures, targets and programs --------------------------------------------------------------------------
 
 function texture(width, height, components, values) {
+    const limit = gl.getParameter(gl.MAX_TEXTURE_SIZE);
+    if (Math.max(width, height) > limit) {
+        fail(`A texture of ${width} x ${height} texels is larger than this graphics card holds (${limit} x ${limit}). `
+             + "Take fewer rays, or a page of a smaller scene.");
+    }
     const made = gl.createTexture();
     gl.bindTexture(gl.TEXTURE_2D, made);
     const [internal, format] = components === 1 ? [gl.R32F, gl.RED] : [gl.RGBA32F, gl.RGBA];
@@ -65,6 +75,16 @@ function target(name, width, height, count) {
         targets.set(key, {framebuffer, textures, width, height});
     }
     return targets.get(key);
+}
+
+// Frees the targets of a place, except the targets for pictures of `side` x `side` rays.
+function freeTargets(place, side = 0) {
+    for (const [key, {framebuffer, textures, width}] of targets) {
+        if (!key.startsWith(`${place} `) || side && [side, Math.ceil(side / 16)].includes(width)) continue;
+        gl.deleteFramebuffer(framebuffer);
+        textures.forEach((one) => gl.deleteTexture(one));
+        targets.delete(key);
+    }
 }
 
 const programs = new Map();
@@ -132,8 +152,10 @@ function basis({eye, target: at, up, fov}, width, height) {
 // Draws the passes of a schedule. Returns the directions, the last states and hit, and the number of passes.
 // With `directions`, a texture, the rays are not the camera's. `most` ends a repeated pass early.
 // `place` names the targets, so that two traces at a time share none; `stopped` ends the trace early.
+// `seen` receives the states after each pass, and the number of passes since the set-up of states.
 async function trace(schedule, camera, width, height,
-                     {directions = null, most = MOST_PASSES, place = "picture", stopped = () => false} = {}) {
+                     {directions = null, most = MOST_PASSES, place = "picture", stopped = () => false,
+                      seen = null} = {}) {
     let since = performance.now();
     let rays = [null, directions], previous = [], passes = 0, alive = 0, steps = 0;
     for (const [number, pass] of schedule.passes.entries()) {
@@ -161,6 +183,11 @@ async function trace(schedule, camera, width, height,
             draw(pass.vertex, pass.fragment, into, uniforms, bound);
             previous = into.textures;
             passes += 1;
+            if (seen) {
+                await seen({directions: rays[1], states: previous, hit: previous[schedule.hit],
+                            framebuffer: into.framebuffer}, passes - 1);
+                if (last && stopped()) break;
+            }
             if (last && (turn + 1) % CHECKED === 0) {
                 [alive, steps] = look(schedule, previous, width, height, place);
                 if (alive === 0 || stopped()) break;
@@ -193,27 +220,30 @@ function look(schedule, states, width, height, place) {
     return [alive, most];
 }
 
-function read({framebuffer, width, height}) {
+function read({framebuffer, width, height}, x = 0, y = 0) {
     const values = new Float32Array(4 * width * height);
     gl.bindFramebuffer(gl.FRAMEBUFFER, framebuffer);
     gl.readBuffer(gl.COLOR_ATTACHMENT0);
-    gl.readPixels(0, 0, width, height, gl.RGBA, gl.FLOAT, values);
+    gl.readPixels(x, y, width, height, gl.RGBA, gl.FLOAT, values);
     return values;
 }
 
-function readTexture(one, width, height) {
+function readTexture(one, width, height, x = 0, y = 0) {
     const framebuffer = gl.createFramebuffer();
     gl.bindFramebuffer(gl.FRAMEBUFFER, framebuffer);
     gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, one, 0);
-    const values = read({framebuffer, width, height});
+    const values = read({framebuffer, width, height}, x, y);
     gl.deleteFramebuffer(framebuffer);
     return values;
 }
 
 // The self-test: known rays, whose hits must be the same to the bit ----------------------------------------
 
-async function selfTest() {
+// `idle` waits while the reader's own picture is traced. `lost` says that the context was lost meanwhile.
+async function selfTest(idle, lost) {
     const report = element("selftest");
+    report.replaceChildren();
+    report.dataset.state = "running";
     let rays = 0, differing = 0;
     for (const method of page.methods) {
         const {side, eye} = method.test;
@@ -221,7 +251,8 @@ async function selfTest() {
         const bits = new Uint32Array(right.buffer), directions = texture(side, side, 4, given);
         let wrong = 0, traced = 0;
         for (const schedule of Object.values(method.schedules)) {
-            const {hit} = await trace(schedule, {eye}, side, side, {directions, place: "test"});
+            const {hit} = await trace(schedule, {eye}, side, side, {directions, place: "test", seen: idle, stopped: lost});
+            if (lost()) return;
             const found = readTexture(hit, side, side), foundBits = new Uint32Array(found.buffer);
             for (let k = 0; k < found.length; k += 4) {
                 const hits = found[k + 3] !== NO_TRIANGLE;
@@ -232,6 +263,7 @@ async function selfTest() {
             traced += found.length / 4;
         }
         gl.deleteTexture(directions);
+        freeTargets("test");
         const line = document.createElement("span");
         line.className = "method";
         Object.assign(line.dataset, {method: method.name, rays: traced, differing: wrong});
