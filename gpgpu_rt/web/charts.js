@@ -1,7 +1,7 @@
 // What the passes counted: the rays that are alive after each step, and the scale of the heat map.
 
-// Returns the numbers of rays that are alive after 0, 1, 2, ... steps, and the 99th percentile of the rays' steps.
-// A ray is alive after k steps if it took more than k steps.
+// Returns the numbers of rays that are alive after 0, 1, 2, ... steps, the step after which none is alive, and the
+// 99th percentile of the rays' steps. A ray is alive after k steps if it took more than k steps.
 function survey(schedule, states, side) {
     const [texel, channel] = field(schedule, "steps"), values = readTexture(states[texel], side, side);
     const taken = new Float32Array(side * side).map((_, k) => values[4 * k + channel]).sort();
@@ -10,7 +10,7 @@ function survey(schedule, states, side) {
         while (first < taken.length && taken[first] <= step) ++first;
         alive.push(taken.length - first);
     }
-    return {alive, rays: taken.length, percentile: Math.max(1, taken[Math.floor(0.99 * (taken.length - 1))])};
+    return {alive, last: most, rays: taken.length, percentile: Math.max(1, taken[Math.floor(0.99 * (taken.length - 1))])};
 }
 
 // Draws the curve of live rays, with a mark at the present step.
@@ -33,13 +33,14 @@ function drawAlive(found, step) {
     context.fillStyle = "#c02020";
     context.fillRect(Math.min(width - 2, x(step)), 0, 2, height);
     const count = alive[Math.min(step, alive.length - 1)];
-    element("alive-text").textContent = `alive after step ${step}: ${count.toLocaleString("en")} of `
-        + `${rays.toLocaleString("en")} rays (${(100 * count / rays).toFixed(1)} %)`;
+    element("alive-text").textContent = `${count.toLocaleString("en")} of ${rays.toLocaleString("en")} rays are alive `
+        + `(${(100 * count / rays).toFixed(1)} %)`;
 }
 
 // Draws the legends by the program that draws the picture: a ray for each colour.
 function drawLegends() {
-    const ramp = 256, pixels = ramp + 4, counts = new Float32Array(4 * pixels), phases = new Float32Array(4 * pixels);
+    const ramp = 256, pixels = ramp + 4;
+    const [counts, phases] = [1, 2].map(() => new Float32Array(4 * pixels));
     for (let k = 0; k < ramp; ++k) counts[4 * k] = k / (ramp - 1);
     for (let k = 0; k < 4; ++k) phases[4 * (ramp + k)] = k + 1;
     const [hits, miss] = [new Float32Array(4 * pixels).fill(NO_TRIANGLE), texture(1, 1, 4, new Float32Array(4))];

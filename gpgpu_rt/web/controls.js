@@ -13,6 +13,11 @@ function schedule() {
     return chosen.method.schedules[chosen.schedule];
 }
 
+// Whether the context is lost. Its event follows later.
+function isLost() {
+    return lost || gl.isContextLost();
+}
+
 // Traces and shows what is chosen. With `plays`, every step from the present step on is shown.
 async function show(plays = false) {
     wanted = true;
@@ -23,7 +28,7 @@ async function show(plays = false) {
     try {
         while (wanted) await draws();
     } catch (problem) {
-        if (!gl.isContextLost()) throw problem;
+        if (!isLost()) throw problem;
     } finally {
         busy = false;
     }
@@ -35,8 +40,9 @@ async function draws() {
     const {name, side} = turns ? quick() : {name: chosen.schedule, side: chosen.side};
     const drawn = method.schedules[name], stepwise = drawn.repeats, ends = () => wanted && !turns;
     if (stepwise && !turns && most !== null && !isCounted() && !playing) {
-        const whole = await trace(drawn, camera, side, side, {stopped: ends, seen: progress(began, drawn, camera, side)});
-        if (wanted) return;
+        const whole = await trace(drawn, camera, side, side,
+                                  {stopped: ends, seen: progress(began, drawn, camera, side)});
+        if (wanted || isLost()) return;
         count(drawn, whole, camera, side);
     }
     const plays = playing && stepwise, from = most === null ? 0 : most;
@@ -44,7 +50,7 @@ async function draws() {
     const limit = plays || !stepwise || most === null ? MOST_PASSES : most;
     const found = await trace(drawn, camera, side, side,
                               {most: limit, stopped: () => ends() || plays && !playing, seen});
-    if (wanted && !turns) return;
+    if (wanted && !turns || isLost()) return;
     if (stepwise && limit === MOST_PASSES && found.alive === 0 && !turns) count(drawn, found, camera, side);
     if (plays && playing) [playing, chosen.most] = [false, null];
     element("play").textContent = "play";
@@ -54,14 +60,11 @@ async function draws() {
     costs.set(costKey(name), {side, took});
     element("counts").textContent = `${side} x ${side} rays, ${found.passes} passes`
         + (stepwise ? `, ${found.alive} rays alive, at most ${found.steps} steps` : "") + `, ${took.toFixed(0)} ms`;
-    if (!turns) {
-        freeTargets("picture", side);
-        await follow();
-        remember();
-    } else {
-        spaceAt();
-    }
     canvas.dataset.shown = Number(canvas.dataset.shown || 0) + 1;
+    if (turns) return;
+    freeTargets("picture", side);
+    await follow();
+    remember();
 }
 
 // Draws a picture of states into the canvas.
@@ -92,7 +95,7 @@ function progress(began, drawn, camera, side) {
 
 // Returns the function that shows each step of a trace from a step on, so that wavefronts are seen to advance.
 function played(from, drawn, camera, side) {
-    const stride = Math.max(1, Math.round((counted ? counted.alive.length : 1) / PLAYED));
+    const stride = Math.max(1, Math.round((counted ? counted.last : 1) / PLAYED));
     return async (states, step) => {
         if (step <= from || (step - from) % stride || !playing) return;
         paint(states, drawn, camera, side);
@@ -130,8 +133,8 @@ function isCounted() {
 
 function count(drawn, found, camera, side) {
     counted = {...survey(drawn, found.states, side), key: countKey(camera, side)};
-    element("pass").max = counted.alive.length;
-    if (chosen.scale === null && chosen.heat) rescale(counted.percentile);
+    element("pass").max = counted.last;
+    if (chosen.scale === null) rescale(counted.percentile);
     steps();
 }
 
@@ -140,7 +143,7 @@ function steps() {
     const slider = element("pass"), known = isCounted() || playing ? counted : null;
     if (chosen.most === null) slider.value = slider.max;
     else slider.value = chosen.most;
-    element("step").textContent = !schedule().repeats ? "" : chosen.most === null ? "all" : String(chosen.most);
+    element("step").textContent = `${chosen.most === null ? slider.max : chosen.most} of ${slider.max}`;
     drawAlive(schedule().repeats ? known : null, chosen.most === null ? Infinity : chosen.most);
     spaceAt();
 }
@@ -165,7 +168,7 @@ async function follow() {
     const key = [method.name, side, x, y, camera.eye].join(" ");
     if (!path || path.key !== key) {
         const direction = readTexture(result.directions, 1, 1, x, y);
-        path = {key, states: await pathOf(method, camera, direction, () => lost), direction, origin: camera.eye};
+        path = {key, states: await pathOf(method, camera, direction, isLost), direction, origin: camera.eye};
     }
     describe(x, y);
     steps();
@@ -177,7 +180,7 @@ function spaceAt() {
     if (!path) {
         drawSpace(null, null, 0);
         element("space-text").textContent = "Click a pixel of the picture to see its ray here.";
-        return markKernel("");
+        return markKernel("", true);
     }
     const {origin, direction, hit} = path, {lo, hi} = page.wires;
     const far = Math.hypot(...origin.map((x, k) => Math.max(Math.abs(x - lo[k]), Math.abs(x - hi[k]))));
@@ -185,7 +188,7 @@ function spaceAt() {
     drawSpace({origin, direction: [...direction.slice(0, 3)], hits,
                end: hits ? hit[0] : far / Math.hypot(...direction.slice(0, 3))}, states, step);
     element("space-text").textContent = stepLine(states, step);
-    markKernel(states ? states[Math.min(step, states.length - 1)].kernel : "");
+    markKernel(states ? states[Math.min(step, states.length - 1)].kernel : "", !playing);
 }
 
 // Writes the hit and the state of a ray.
@@ -217,7 +220,7 @@ function choose(most = null) {
     chosen.heat = element("heat").checked;
     for (const id of ["pass", "play", "heat", "scale", "percentile"]) element(id).disabled = !schedule().repeats;
     element("steps").hidden = !schedule().repeats;
-    element("pass").max = Math.max(chosen.most || 1, isCounted() ? counted.alive.length : 1);
+    element("pass").max = Math.max(chosen.most || 1, isCounted() ? counted.last : 1);
     element("summary").textContent = `${chosen.method.citation}: ${chosen.method.summary}.`;
     const passes = schedule().passes, listed = element("kernel");
     const titles = schedule().repeats ? ["eye rays", "set-up", "step"] : ["eye rays", "loop"];

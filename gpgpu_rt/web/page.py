@@ -19,7 +19,8 @@ from .export import PageData, WebMethod, export_method, packed
 
 HERE = Path(__file__).parent
 # One script in the page, in this order.
-SCRIPTS = ("player.js", "path.js", "space.js", "charts.js", "program.js", "controls.js", "start.js")
+SCRIPTS = ("player.js", "path.js", "space.js", "charts.js", "program.js", "controls.js",
+           "start.js")
 WIDTH = 1024        # texels in a row of the texture of surfaces
 SIDE = 512          # of the canvas, in pixels
 MOST_WIRES = 2000   # triangles whose edges the page draws in space
@@ -53,8 +54,9 @@ def page_text(scene: Scene, methods: list[WebMethod], tables: PageData) -> str:
     first = len(tables.texts)
     told = {"methods": [asdict(one) for one in methods], "texts": [*tables.texts, *own],
             "tables": tables.tables, "whole": first, "show": first + 1, "alive": first + 2,
-            "surfaces": _surfaces(scene), "wires": _wires(scene), "camera": {name: _plain(getattr(scene.camera, name))
-                                                     for name in ("eye", "target", "up", "fov")}}
+            "surfaces": _surfaces(scene), "wires": _wires(scene),
+            "camera": {name: _plain(getattr(scene.camera, name))
+                       for name in ("eye", "target", "up", "fov")}}
     script = "\n".join((HERE / name).read_text() for name in SCRIPTS)
     style = (HERE / "page.css").read_text()
     policy = (f"default-src 'none'; script-src '{_digest(script)}'; "
@@ -112,7 +114,8 @@ _PAGE = """<!doctype html>
 card, pass by pass, as in the papers of 2002-2007. Drag a picture to turn it; click a pixel to
 follow its ray. The address keeps what you chose, so that you can share it.</p>
 <p id="message" role="alert"></p>
-<main><div>
+<main>
+<section>
 <div class="controls">
 <label>method <select id="method"></select></label>
 <label>schedule <select id="schedule"></select></label>
@@ -123,10 +126,11 @@ follow its ray. The address keeps what you chose, so that you can share it.</p>
  width="{side}" height="{side}"></canvas>
 <div id="steps">
 <div class="controls"><button id="play" type="button">play</button>
-<label for="pass">steps</label><input id="pass" type="range" min="1" value="1">
-<output id="step" for="pass"></output></div>
-<canvas id="alive" role="img" aria-label="Live rays after each step" width="512" height="56"></canvas>
-<p id="alive-text"></p>
+<label for="pass">step</label><output id="step" for="pass"></output>
+<span id="alive-text"></span></div>
+<canvas id="alive" role="img" aria-label="Live rays after each step" width="512" height="56">
+</canvas>
+<input id="pass" type="range" min="1" value="1">
 <p id="waits"></p>
 <div class="controls"><label><input id="heat" type="checkbox"> steps as heat</label>
 <label>brightest at <input id="scale" type="number" min="1"></label>
@@ -135,17 +139,23 @@ follow its ray. The address keeps what you chose, so that you can share it.</p>
 <canvas id="ramp" role="img" aria-label="Colours of the heat map" width="256" height="12"></canvas>
 <p id="ticks"></p>
 </div>
+</section>
+<section class="second">
 <p id="counts"></p>
 <p id="summary"></p>
 <p id="verdict" aria-live="polite">The test rays are being traced.</p>
 <p id="selftest" data-state="running"></p>
-</div><div>
+</section>
+<section>
 <canvas id="space" role="img" aria-label="The ray in space" width="720" height="720"></canvas>
 <p id="space-text"></p>
 <pre id="ray">Click a pixel of the picture.</pre>
+</section>
+<section class="second">
 <label>program of the pass <select id="kernel"></select></label>
 <div id="text"></div>
-</div></main>
+</section>
+</main>
 <script type="application/json" id="description">{description}</script>
 <script>{script}</script>
 </body></html>

@@ -27,7 +27,8 @@ function enableFloats() {
 enableFloats();
 
 async function floats(base64) {
-    const bytes = Uint8Array.from(atob(base64), (letter) => letter.charCodeAt(0));
+    const text = atob(base64), bytes = new Uint8Array(text.length);
+    for (let k = 0; k < text.length; ++k) bytes[k] = text.charCodeAt(k);
     const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip"));
     return new Float32Array(await new Response(stream).arrayBuffer());
 }
@@ -105,7 +106,8 @@ function program(vertex, fragment) {
         const uniforms = new Map();
         for (let k = 0; k < gl.getProgramParameter(made, gl.ACTIVE_UNIFORMS); ++k) {
             const {name, type} = gl.getActiveUniform(made, k);
-            uniforms.set(name, {type, place: gl.getUniformLocation(made, name)});
+            // An array is named after its first element.
+            uniforms.set(name.replace("[0]", ""), {type, place: gl.getUniformLocation(made, name)});
         }
         programs.set(key, {made, uniforms});
     }
@@ -251,7 +253,8 @@ async function selfTest(idle, lost) {
         const bits = new Uint32Array(right.buffer), directions = texture(side, side, 4, given);
         let wrong = 0, traced = 0;
         for (const schedule of Object.values(method.schedules)) {
-            const {hit} = await trace(schedule, {eye}, side, side, {directions, place: "test", seen: idle, stopped: lost});
+            const {hit} = await trace(schedule, {eye}, side, side,
+                                      {directions, place: "test", seen: idle, stopped: lost});
             if (lost()) return;
             const found = readTexture(hit, side, side), foundBits = new Uint32Array(found.buffer);
             for (let k = 0; k < found.length; k += 4) {

@@ -15,15 +15,18 @@ function showText(text, kernels) {
     }
     const alone = !parts.some(({own}) => own);
     element("text").replaceChildren(...parts.map(({own, files, lines}) => {
+        while (!lines[lines.length - 1].trim()) lines.pop();
         const part = document.createElement("details"), title = document.createElement("summary");
         const body = document.createElement("pre");
         part.open = own || alone;
         title.textContent = `${files.length > 3 ? `${files.length} parts, ${files[0]} to ${files[files.length - 1]}`
             : files.join(", ") || "the program"} (${lines.length} lines)`;
-        body.append(...marked(lines, kernels));
+        body.append(...marked(files.length === 1 ? lines.slice(1) : lines, kernels));
         part.append(title, body);
         return part;
     }));
+    element("text").scrollTop = 0;
+    element("text").dataset.present = "";
 }
 
 // Returns the lines as nodes. A kernel's lines are an element <mark>.
@@ -46,9 +49,14 @@ function marked(lines, kernels) {
     return found;
 }
 
-// Marks the present kernel: the kernel for which the clicked ray waits. Without a ray, no kernel is present.
-function markKernel(kernel) {
-    for (const mark of element("text").querySelectorAll("mark")) {
-        mark.classList.toggle("present", mark.dataset.kernel === kernel);
+// Marks the present kernel: the kernel for which the clicked ray waits. Without a ray, no kernel is present. With
+// `scrolls`, another kernel than before is scrolled into view.
+function markKernel(kernel, scrolls) {
+    const box = element("text"), marks = [...box.querySelectorAll("mark")];
+    for (const mark of marks) mark.classList.toggle("present", mark.dataset.kernel === kernel);
+    const found = marks.find((mark) => mark.dataset.kernel === kernel);
+    if (found && scrolls && box.dataset.present !== kernel) {
+        box.scrollTop += found.getBoundingClientRect().top - box.getBoundingClientRect().top - 48;
     }
+    if (scrolls) box.dataset.present = kernel;
 }

@@ -2,7 +2,7 @@
 
 let dragging = false;
 
-// Calls `turned` with the way of each drag over an element, `clicked` after a press without a way, `ended` after a drag.
+// Calls `turned` with each way of a drag over an element, `ended` after the drag, and `clicked` after a press alone.
 function onDrag(one, turned, clicked, ended) {
     let from = null, moved = false, pressed = false;
     one.addEventListener("pointerdown", (event) => {
@@ -58,7 +58,7 @@ function play() {
         playing = false;
         return;
     }
-    if (chosen.most !== null && counted && chosen.most >= counted.alive.length) chosen.most = null;
+    if (chosen.most !== null && counted && chosen.most >= counted.last) chosen.most = null;
     show(true);
 }
 
@@ -67,7 +67,6 @@ function listen() {
     for (const id of ["method", "schedule"]) on(id, "change", () => choose());
     on("heat", "change", () => {
         chosen.heat = element("heat").checked;
-        if (chosen.heat && chosen.scale === null && counted) rescale(counted.percentile);
         show();
     });
     on("scale", "change", () => {
@@ -115,28 +114,28 @@ async function restore() {
     await begin();
 }
 
-// Draws the first picture, and only then tests.
+// Draws the first picture, and only then makes what the picture does not need.
 async function begin() {
     surfaces = texture(page.surfaces.size[0], page.surfaces.size[1], 4, await floats(page.surfaces.data));
-    waiting = drawLegends();
     await choose(recall());
+    waiting = drawLegends();
+    rescale(chosen.scale);
+    if (!wires) await loadWires();
+    spaceAt();
     const {loop} = chosen.method.schedules;
     if (loop) await trace(loop, chosen.camera, 32, 32, {place: "warm"});     // compiles what a drag needs
     freeTargets("warm");
     const idle = async () => {
         while (busy && !lost) await new Promise((next) => setTimeout(next, 10));
     };
-    await selfTest(idle, () => lost);
+    await selfTest(idle, isLost);
 }
 
 async function start() {
     element("method").replaceChildren(...page.methods.map(({name}) => new Option(name, name)));
     listen();
-    const drawn = begin();
-    await loadWires();
-    spaceAt();
-    await drawn;
+    await begin();
 }
 start().catch((problem) => {
-    if (!lost) fail(problem.message);
+    if (!isLost()) fail(problem.message);
 });

@@ -38,7 +38,7 @@ class Browser:
         pipes = [fcntl(end, F_DUPFD_CLOEXEC, 10) for end in (*os.pipe(), *os.pipe())]
         theirs, self._out, self._in, ours = pipes
         null = os.open(os.devnull, os.O_RDWR)
-        self._process = os.posix_spawn(
+        self.process = os.posix_spawn(
             CHROMIUM, [CHROMIUM, *SWIFTSHADER, "--remote-debugging-pipe",
                        f"--user-data-dir={self._profile.name}", *options, "about:blank"],
             os.environ, setpgroup=0, file_actions=[
@@ -60,8 +60,8 @@ class Browser:
         return self
 
     def __exit__(self, *exception: object) -> None:
-        os.killpg(self._process, signal.SIGKILL)
-        os.waitpid(self._process, 0)
+        os.killpg(self.process, signal.SIGKILL)
+        os.waitpid(self.process, 0)
         for end in (self._in, self._out):
             os.close(end)
         self._profile.cleanup()
@@ -110,6 +110,7 @@ class Browser:
         """Returns the value of an expression as soon as the value is true."""
         end = time.monotonic() + seconds
         while not (found := self.run(expression)):
+            assert not self.errors, self.errors
             assert time.monotonic() < end, f"after {seconds} s not yet: {expression}"
             time.sleep(0.02)
         return found
