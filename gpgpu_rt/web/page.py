@@ -113,7 +113,7 @@ _PAGE = """<!doctype html>
 <p class="hint">{triangles} triangles. Fragment programs trace every picture on your own graphics
 card, pass by pass, as in the papers of 2002-2007. Drag a picture to turn it; click a pixel to
 follow its ray. The address keeps what you chose, so that you can share it.</p>
-<p id="message" role="alert"></p>
+<p role="alert" id="message"></p>
 <main>
 <section>
 <div class="controls">

@@ -20,12 +20,12 @@ def structure_of(method: Method) -> dict[str, Any]:
 
     Returns
     -------
-    dict with these entries. The page leaves out what it does not find here.
+    dict with these entries. Where a method has no boxes or no triangles, the page draws none.
 
-    kernels : names of the kernels, in the order of their phases
-    boxes : "cells" of a grid, "planes" of a kd-tree, "boxes" of nodes, or "" if no table has boxes
-    places : field -> (sampler, texels of a record, texel, swizzle)
-    lags : whether the state's node is the next node while a ray tests triangles
+    kernels : the names of the kernels, in the order of their phases.
+    boxes : "cells" of a grid, "planes" of a kd-tree, "boxes" of nodes, or "" if no table has boxes.
+    places : for each field its (sampler, texels of a record, texel, swizzle).
+    lags : whether the state's node is the next node while a ray tests triangles.
     """
     tables = {record.name: record for record in method.tables if isinstance(record, Record)}
     fields = {field.name for field in method.state.fields}
