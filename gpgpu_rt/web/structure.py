@@ -20,12 +20,10 @@ def structure_of(method: Method) -> dict[str, Any]:
 
     Returns
     -------
-    dict with these entries. Where a method has no boxes or no triangles, the page draws none.
-
-    kernels : the names of the kernels, in the order of their phases.
-    boxes : "cells" of a grid, "planes" of a kd-tree, "boxes" of nodes, or "" if no table has boxes.
-    places : for each field its (sampler, texels of a record, texel, swizzle).
-    lags : whether the state's node is the next node while a ray tests triangles.
+    The entry ``kernels`` names the kernels in the order of their phases. The entry ``boxes`` is
+    "cells" for a grid, "planes" for a kd-tree, "boxes" for nodes with boxes, and "" otherwise. The
+    entry ``places`` gives for each field its (sampler, texels of a record, texel, swizzle). The
+    entry ``lags`` says whether the state's node is the next node while a ray tests triangles.
     """
     tables = {record.name: record for record in method.tables if isinstance(record, Record)}
     fields = {field.name for field in method.state.fields}
