@@ -2,7 +2,7 @@
 
 const chosen = {method: page.methods[0], schedule: null, most: null, heat: false, scale: null, side: 128, ray: null,
                 camera: page.camera};
-const ANSWER = 60;          // milliseconds that a picture may take while the camera turns
+const ANSWER = 40;          // milliseconds that a picture may take while the camera turns
 const PROGRESS = 250;       // milliseconds between two pictures of an unfinished trace
 const PLAYED = 240;         // most pictures of a played search
 const SIDES = [512, 384, 256, 192, 128, 96, 64, 48, 32];
