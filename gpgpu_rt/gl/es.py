@@ -19,7 +19,10 @@ precision highp usampler2D;
 #define PRECISE
 
 """
-_VERSION = re.compile(r"\A#version 330 core\n#extension .*?#endif\n", re.S)
+# The compiled text begins with the extension and `precise`. The printed text names the extension
+# alone, in a later line.
+_VERSION = re.compile(r"\A#version 330 core\n(?:#extension .*?#endif\n)?", re.S)
+_EXTENSION = re.compile(r"^#extension .*\n", re.M)
 _GLOBAL = re.compile(r"^(?:const )?(?:float|int|uint|i?vec[234]) (\w+) = ([^;]+);([ \t]*//.*)?$",
                      re.M)
 _UNIFORM = re.compile(r"^uniform \w+ (\w+)", re.M)
@@ -31,7 +34,7 @@ def es_text(text: str) -> str:
 
     Parameters
     ----------
-    text : a resolved text, as `ObservedPass.texts` has it
+    text : a resolved text, as `ObservedPass.texts` or `program_text` has it
 
     Raises
     ------
@@ -40,8 +43,8 @@ def es_text(text: str) -> str:
     """
     body, found = _VERSION.subn(HEADER, text)
     if not found:
-        raise ShaderError("a program does not begin with #version 330 core and the extension")
-    body = _without_joined_names(body)
+        raise ShaderError("a program does not begin with #version 330 core")
+    body = _without_joined_names(_EXTENSION.sub("", body))
     changing = ("textureSize", "uintBitsToFloat", *_UNIFORM.findall(body))
     not_constant = re.compile(rf"\b({'|'.join(changing)})\b")
 

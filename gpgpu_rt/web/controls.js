@@ -1,51 +1,216 @@
-// The controls of a page: what the reader has chosen, the picture, and the ray of a clicked pixel.
+// The controls of a page: what the reader has chosen, the pictures, and the ray of a clicked pixel.
 
-const chosen = {method: page.methods[0], schedule: null, most: null, heat: false, side: 128, ray: null,
+const chosen = {method: page.methods[0], schedule: null, most: null, heat: false, scale: null, side: 128, ray: null,
                 camera: page.camera};
-let surfaces = null, result = null, busy = false, wanted = false;
+const ANSWER = 40;          // milliseconds that a picture may take while the camera turns
+const PROGRESS = 250;       // milliseconds between two pictures of an unfinished trace
+const PLAYED = 240;         // most pictures of a played search
+const SIDES = [512, 384, 256, 192, 128, 96, 64, 48, 32];
+let surfaces = null, waiting = [], result = null, busy = false, wanted = false, playing = false, lost = false;
+let counted = null, path = null;    // the survey of a whole search, and the path of the clicked ray
 
 function schedule() {
     return chosen.method.schedules[chosen.schedule];
 }
 
-async function show() {
+// Whether the context is lost. Its event follows later.
+function isLost() {
+    return lost || gl.isContextLost();
+}
+
+// Traces and shows what is chosen. With `plays`, every step from the present step on is shown.
+async function show(plays = false) {
     wanted = true;
-    if (busy) return;
+    playing = plays;
+    element("play").textContent = playing ? "pause" : "play";
+    if (busy || lost) return;
     busy = true;
     try {
-        await draws();
+        while (wanted) await draws();
+    } catch (problem) {
+        if (!isLost()) throw problem;
     } finally {
         busy = false;
     }
 }
 
 async function draws() {
-    while (wanted) {
-        wanted = false;
-        const began = performance.now();
-        const {side, heat, most} = chosen, drawn = schedule(), stepwise = drawn.repeats;
-        const found = await trace(drawn, chosen.camera, side, side,
-                                  {most: most === null ? MOST_PASSES : most, stopped: () => wanted});
-        if (wanted) continue;
-        result = {...found, side, schedule: drawn};
-        const [[phase, a], [steps, b]] = stepwise ? [field(drawn, "phase"), field(drawn, "steps")] : [[0, 0], [0, 0]];
-        draw(page.whole, page.show, {framebuffer: null, width: canvas.width, height: canvas.height},
-             {places: [a, b], stepwise, most: heat && stepwise ? Math.max(result.steps, 1) : 0,
-              size: [canvas.width, canvas.height]},
-             {hits: result.hit, surfaces, directions: result.directions, phases: result.states[phase],
-              counts: result.states[steps]});
-        gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(4));    // waits for the picture
-        const took = performance.now() - began;
-        if (most === null && stepwise) element("pass").value = element("pass").max = result.turns;
-        element("counts").textContent = `${side} x ${side} rays, ${result.passes} passes`
-            + (stepwise ? `, ${result.alive} rays alive, at most ${result.steps} steps` : "")
-            + `, ${took.toFixed(0)} ms`;
-        if (chosen.ray) describe(...chosen.ray);
-        if (!dragging) remember();
-        canvas.dataset.shown = Number(canvas.dataset.shown || 0) + 1;
-        if (dragging && took > 100 && chosen.side > 32) chosen.side = chosen.side / 2;
+    wanted = false;
+    const began = performance.now(), turns = dragging, {method, camera, most} = chosen;
+    const {name, side} = turns ? quick() : {name: chosen.schedule, side: chosen.side};
+    const drawn = method.schedules[name], stepwise = drawn.repeats, ends = () => wanted && !turns;
+    if (stepwise && !turns && most !== null && !isCounted() && !playing) {
+        const whole = await trace(drawn, camera, side, side,
+                                  {stopped: ends, seen: progress(began, drawn, camera, side)});
+        if (wanted || isLost()) return;
+        count(drawn, whole, camera, side);
     }
+    const plays = playing && stepwise, from = most === null ? 0 : most;
+    const seen = plays ? played(from, drawn, camera, side) : turns ? null : progress(began, drawn, camera, side);
+    const limit = plays || !stepwise || most === null ? MOST_PASSES : most;
+    const found = await trace(drawn, camera, side, side,
+                              {most: limit, stopped: () => ends() || plays && !playing, seen});
+    if (wanted && !turns || isLost()) return;
+    if (stepwise && limit === MOST_PASSES && found.alive === 0 && !turns) count(drawn, found, camera, side);
+    if (plays && playing) [playing, chosen.most] = [false, null];
+    element("play").textContent = "play";
+    paint(found, drawn, camera, side);
+    gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(4));    // waits for the picture
+    const took = performance.now() - began;
+    costs.set(costKey(name), {side, took});
+    element("counts").textContent = `${side} x ${side} rays, ${found.passes} passes`
+        + (stepwise ? `, ${found.alive} rays alive, at most ${found.steps} steps` : "") + `, ${took.toFixed(0)} ms`;
+    canvas.dataset.shown = Number(canvas.dataset.shown || 0) + 1;
+    if (turns) return;
+    freeTargets("picture", true);
+    await follow();
+    remember();
 }
+
+// Draws a picture of states into the canvas.
+function paint(found, drawn, camera, side) {
+    const stepwise = drawn.repeats;
+    const [[phase, a], [steps, b]] = stepwise ? ["phase", "steps"].map((name) => field(drawn, name)) : [[0, 0], [0, 0]];
+    draw(page.whole, page.show, {framebuffer: null, width: canvas.width, height: canvas.height},
+         {places: [a, b], stepwise, most: chosen.heat && stepwise ? chosen.scale || 1 : 0,
+          size: [canvas.width, canvas.height]},
+         {hits: found.hit, surfaces, directions: found.directions, phases: found.states[phase],
+          counts: found.states[steps]});
+    result = {...found, side, camera, schedule: drawn};
+}
+
+// Returns the function that shows an unfinished trace now and then.
+function progress(began, drawn, camera, side) {
+    let last = began;
+    return async (states, step) => {
+        if (performance.now() - last < PROGRESS || !drawn.repeats) return;
+        paint(states, drawn, camera, side);
+        gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(4));
+        element("counts").textContent = `${side} x ${side} rays, ${step} steps so far`;
+        canvas.dataset.progress = step;
+        await new Promise((next) => setTimeout(next));
+        last = performance.now();
+    };
+}
+
+// Returns the function that shows each step of a trace from a step on, so that wavefronts are seen to advance.
+function played(from, drawn, camera, side) {
+    const stride = Math.max(1, Math.round((counted ? counted.last : 1) / PLAYED));
+    return async (states, step) => {
+        if (step <= from || (step - from) % stride || !playing) return;
+        paint(states, drawn, camera, side);
+        chosen.most = step;
+        steps();
+        await new Promise((next) => requestAnimationFrame(next));
+    };
+}
+
+// What a picture costs, to choose a size that answers at once while the camera turns ----------------------
+
+const costs = new Map();
+function costKey(name) {
+    return `${chosen.method.name} ${name} ${chosen.most}`;
+}
+
+function quick() {
+    const names = chosen.method.schedules.loop ? [chosen.schedule, "loop"] : [chosen.schedule];
+    for (const name of new Set(names)) {
+        const known = costs.get(costKey(name)) || (name === "loop" ? {side: 64, took: ANSWER} : null);
+        const side = known && SIDES.find((size) => size <= chosen.side
+                                         && known.took * (size / known.side) ** 2 <= ANSWER);
+        if (side) return {name, side};
+    }
+    return {name: names[names.length - 1], side: SIDES[SIDES.length - 1]};
+}
+
+// The counts of a whole search ------------------------------------------------------------------------------
+
+const countKey = (camera, side) => `${chosen.method.name} ${chosen.schedule} ${side} ${camera.eye}`;
+
+function isCounted() {
+    return counted && counted.key === countKey(chosen.camera, chosen.side);
+}
+
+function count(drawn, found, camera, side) {
+    counted = {...survey(drawn, found.states), key: countKey(camera, side)};
+    // A turn of several cycles runs a kernel for the rays that wait for it, so it is no step of every ray.
+    if (drawn.cycles.length > 1) Object.assign(counted, {last: found.turns, alive: null});
+    element("pass").max = counted.last;
+    if (chosen.scale === null) rescale(counted.percentile);
+    steps();
+}
+
+// Shows the present step beside the picture, in the chart, in space and in the program.
+function steps() {
+    const slider = element("pass"), known = isCounted() || playing ? counted : null;
+    if (chosen.most === null) slider.value = slider.max;
+    else slider.value = chosen.most;
+    element("step").textContent = `${chosen.most === null ? slider.max : chosen.most} of ${slider.max}`;
+    drawAlive(schedule().repeats ? known : null, chosen.most === null ? Infinity : chosen.most);
+    spaceAt();
+}
+
+function rescale(scale) {
+    chosen.scale = scale;
+    element("scale").value = scale;
+    nameLegends(schedule().repeats ? schedule().structure.kernels : [], waiting, scale || 1);
+}
+
+// The clicked ray -----------------------------------------------------------------------------------------
+
+// Traces the path of the clicked ray, unless it is known.
+async function follow() {
+    if (!chosen.ray) {
+        path = null;
+        element("ray").textContent = "Click a pixel of the picture.";
+        return steps();
+    }
+    const {side, camera} = result, {method} = chosen;
+    const [x, y] = chosen.ray.map((at) => Math.max(0, Math.min(side - 1, Math.floor(at * side))));
+    const key = [method.name, side, x, y, camera.eye].join(" ");
+    if (!path || path.key !== key) {
+        const direction = readTexture(result.directions, 1, 1, x, y);
+        path = {key, states: await pathOf(method, camera, direction, isLost), direction, origin: camera.eye};
+    }
+    describe(x, y);
+    steps();
+}
+
+// Draws the ray in space at the present step, and marks the kernel that runs next.
+function spaceAt() {
+    const whole = chosen.most === null || schedule().cycles.length > 1, step = whole ? Infinity : chosen.most;
+    const states = path && path.states;
+    if (!path) {
+        drawSpace(null, null, 0);
+        element("space-text").textContent = "Click a pixel of the picture to see its ray here.";
+        return markKernel("", true);
+    }
+    const {origin, direction, hit} = path, {lo, hi} = page.wires;
+    const far = Math.hypot(...origin.map((x, k) => Math.max(Math.abs(x - lo[k]), Math.abs(x - hi[k]))));
+    const hits = hit && hit[3] !== NO_TRIANGLE;
+    drawSpace({origin, direction: [...direction.slice(0, 3)], hits,
+               end: hits ? hit[0] : far / Math.hypot(...direction.slice(0, 3))}, states, step);
+    element("space-text").textContent = stepLine(states, step);
+    markKernel(states ? states[Math.min(step, states.length - 1)].kernel : "", !playing);
+}
+
+// Writes the hit and the state of a ray.
+function describe(x, y) {
+    const hit = readTexture(result.hit, 1, 1, x, y), drawn = result.schedule;
+    path.hit = hit;
+    const lines = [`ray (${x}, ${y})`, hit[3] === NO_TRIANGLE ? "no hit"
+        : `triangle ${hit[3]} at t = ${hit[0]}, u = ${hit[1]}, v = ${hit[2]}`];
+    const texels = new Map();
+    for (const [name, texel, swizzle] of drawn.state) {
+        // A packet has a state for several rays.
+        const place = sizeOf.get(result.states[texel]).map((size, k) => Math.floor([x, y][k] * size / result.side));
+        if (!texels.has(texel)) texels.set(texel, readTexture(result.states[texel], 1, 1, ...place));
+        lines.push(`${name} = ${[...swizzle].map((letter) => texels.get(texel)["xyzw".indexOf(letter)]).join(", ")}`);
+    }
+    element("ray").textContent = lines.join("\n");
+}
+
+// Choices -------------------------------------------------------------------------------------------------
 
 function choose(most = null) {
     chosen.method = page.methods.find(({name}) => name === element("method").value);
@@ -58,8 +223,9 @@ function choose(most = null) {
     chosen.schedule = list.value;
     chosen.most = schedule().repeats ? most : null;
     chosen.heat = element("heat").checked;
-    for (const id of ["pass", "heat"]) element(id).disabled = !schedule().repeats;
-    element("pass").value = element("pass").max = chosen.most || MOST_PASSES;
+    for (const id of ["pass", "play", "heat", "scale", "percentile"]) element(id).disabled = !schedule().repeats;
+    element("steps").hidden = !schedule().repeats;
+    element("pass").max = Math.max(chosen.most || 1, isCounted() ? counted.last : 1);
     element("summary").textContent = `${chosen.method.citation}: ${chosen.method.summary}.`;
     const passes = schedule().passes, listed = element("kernel");
     const first = schedule().repeats ? schedule().cycles[0].turns[0].passes[0] : 1;
@@ -67,30 +233,15 @@ function choose(most = null) {
         ([{fragment}], k) => passes.findIndex((one) => one.fragment === fragment) === k);
     listed.replaceChildren(...distinct.map(([{title}, k]) => new Option(title, k)));
     listed.value = distinct.find(([{fragment}]) => fragment === passes[first].fragment)[1];
+    rescale(chosen.scale);
     showProgram();
-    show();
+    steps();
+    return show();
 }
 
 function showProgram() {
-    element("text").textContent = page.texts[schedule().passes[Number(element("kernel").value)].fragment];
-}
-
-let dragging = false, moved = false, from = null;
-function turn(event) {
-    if (!dragging || !moved && Math.hypot(event.clientX - from[0], event.clientY - from[1]) < 4) return;
-    moved = true;
-    const [dx, dy] = [event.clientX - from[0], event.clientY - from[1]];
-    from = [event.clientX, event.clientY];
-    const {eye, target: at, up} = chosen.camera, offset = eye.map((x, k) => x - at[k]);
-    const turned = rotated(rotated(offset, unit(up), -0.01 * dx), unit(cross(offset, up)), 0.01 * dy);
-    if (!sideways(turned)) return;
-    chosen.camera = {...chosen.camera, eye: turned.map((x, k) => x + at[k])};
-    show();
-}
-
-// Whether a view along `offset` is far enough from the camera's upward direction.
-function sideways(offset) {
-    return Math.hypot(...cross(unit(offset), unit(chosen.camera.up))) >= 0.1;
+    const drawn = schedule(), number = Number(element("kernel").value);
+    showText(page.texts[drawn.passes[number].fragment], drawn.structure.kernels);
 }
 
 function rotated(v, axis, angle) {
@@ -99,27 +250,9 @@ function rotated(v, axis, angle) {
     return v.map((x, k) => x * c + side[k] * s + axis[k] * along * (1 - c));
 }
 
-function clicked(event) {
-    const box = canvas.getBoundingClientRect();
-    chosen.ray = [(event.clientX - box.left) / box.width, (event.clientY - box.top) / box.height];
-    show();
-}
-
-// Writes the hit and the state of the ray at a place in [0, 1] of the picture.
-function describe(across, down) {
-    const {side, schedule: drawn} = result;
-    const [x, y] = [across, down].map((at) => Math.max(0, Math.min(side - 1, Math.floor(at * side))));
-    const at = 4 * (y * side + x), hit = readTexture(result.hit, side, side).slice(at, at + 4);
-    const lines = [`ray (${x}, ${y})`, hit[3] === NO_TRIANGLE ? "no hit"
-        : `triangle ${hit[3]} at t = ${hit[0]}, u = ${hit[1]}, v = ${hit[2]}`];
-    const texels = new Map();
-    for (const [name, texel, swizzle] of drawn.state) {
-        if (!texels.has(texel)) {
-            texels.set(texel, readTexture(result.states[texel], side, side).slice(at, at + 4));
-        }
-        lines.push(`${name} = ${[...swizzle].map((letter) => texels.get(texel)["xyzw".indexOf(letter)]).join(", ")}`);
-    }
-    element("ray").textContent = lines.join("\n");
+// Whether a view along `offset` is far enough from the camera's upward direction.
+function sideways(offset) {
+    return Math.hypot(...cross(unit(offset), unit(chosen.camera.up))) >= 0.1;
 }
 
 // The address keeps the choices after its "#", so that a link shows what its sender saw.
@@ -127,7 +260,7 @@ function remember() {
     const told = new URLSearchParams({method: chosen.method.name, schedule: chosen.schedule,
                                       rays: element("size").value});
     if (chosen.most !== null) told.set("pass", chosen.most);
-    if (chosen.heat) told.set("heat", 1);
+    if (chosen.heat) told.set("heat", chosen.scale || 1);
     if (chosen.ray) told.set("ray", chosen.ray.map((at) => at.toFixed(4)).join(","));
     told.set("eye", chosen.camera.eye.map((x) => x.toPrecision(9)).join(","));
     try {
@@ -137,59 +270,21 @@ function remember() {
     }
 }
 
+// Reads the address. Returns the step, or null for the whole search.
 function recall() {
     const told = new URLSearchParams(location.hash.slice(1));
     const numbers = (name) => (told.get(name) || "").split(",").map(Number);
-    if (page.methods.some(({name}) => name === told.get("method"))) element("method").value = told.get("method");
+    const among = (list, value, otherwise) => [...list.options].some((one) => one.value === value) ? value : otherwise;
+    element("method").value = among(element("method"), told.get("method"), page.methods[0].name);
+    element("size").value = among(element("size"), told.get("rays"), "128");
     chosen.schedule = told.get("schedule");
-    element("heat").checked = told.has("heat");
-    if ([...element("size").options].some(({value}) => value === told.get("rays"))) {
-        element("size").value = told.get("rays");
-    }
     chosen.side = Number(element("size").value);
-    const [ray, eye, pass] = ["ray", "eye", "pass"].map(numbers);
-    if (told.has("ray") && ray.length === 2 && ray.every((at) => at >= 0 && at <= 1)) chosen.ray = ray;
-    if (told.has("eye") && eye.length === 3 && eye.every(Number.isFinite)
-        && sideways(eye.map((x, k) => x - page.camera.target[k]))) chosen.camera = {...chosen.camera, eye};
+    const [ray, eye, pass, scale] = ["ray", "eye", "pass", "heat"].map(numbers);
+    element("heat").checked = told.has("heat");
+    if (scale[0] >= 1) chosen.scale = scale[0];
+    chosen.ray = told.has("ray") && ray.length === 2 && ray.every((at) => at >= 0 && at <= 1) ? ray : null;
+    const sees = told.has("eye") && eye.length === 3 && eye.every(Number.isFinite)
+        && sideways(eye.map((x, k) => x - page.camera.target[k]));
+    chosen.camera = sees ? {...page.camera, eye} : page.camera;
     return pass[0] >= 1 ? Math.min(Math.floor(pass[0]), MOST_PASSES) : null;
 }
-
-async function start() {
-    surfaces = await surfaceTexture();
-    element("method").replaceChildren(...page.methods.map(({name}) => new Option(name, name)));
-    for (const id of ["method", "schedule"]) element(id).addEventListener("change", () => choose());
-    element("heat").addEventListener("change", () => {
-        chosen.heat = element("heat").checked;
-        show();
-    });
-    element("kernel").addEventListener("change", showProgram);
-    element("pass").addEventListener("input", () => {
-        chosen.most = Number(element("pass").value);
-        show();
-    });
-    canvas.addEventListener("webglcontextlost", () => fail("The graphics card stopped; open the page again."));
-    canvas.addEventListener("pointercancel", () => { dragging = false; });
-    canvas.addEventListener("pointerdown", (event) => {
-        if (event.button !== 0 || !event.isPrimary) return;
-        dragging = true;
-        moved = false;
-        from = [event.clientX, event.clientY];
-        canvas.setPointerCapture(event.pointerId);
-    });
-    canvas.addEventListener("pointermove", turn);
-    canvas.addEventListener("pointerup", (event) => {
-        if (!dragging) return;
-        dragging = false;
-        chosen.side = Number(element("size").value);
-        if (!moved) clicked(event);
-        else show();
-    });
-    element("size").addEventListener("change", () => {
-        chosen.side = Number(element("size").value);
-        show();
-    });
-    choose(recall());
-    await selfTest();
-    show();
-}
-start().catch((problem) => fail(problem.message));

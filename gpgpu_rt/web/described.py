@@ -15,8 +15,11 @@ import numpy as np
 from ..gl.loops import without_do
 from ..gl.observation import ObservedPass
 from ..gl.record import Record
+from ..gl.shader import Compilation
+from ..inspect.program_text import program_text
 from ..rays.records import HIT
 from ..tracer import Tracer
+from .structure import structure_of
 
 EYE = "drivers/eye_rays.frag"
 # Passes that mark and count rays. The player counts by a program of its own instead.
@@ -47,6 +50,7 @@ class Described:
     Parameters
     ----------
     observed : the passes that the tracer drew for the rays, in their order
+    compiled : the programs that the tracer compiled
 
     Attributes
     ----------
@@ -59,7 +63,9 @@ class Described:
     """
 
     def __init__(self, tracer: Tracer, observed: Sequence[ObservedPass], side: int,
-                 tables: Numbered) -> None:
+                 tables: Numbered, compiled: Sequence[Compilation]) -> None:
+        self._printed = {one.fragment.text: one.fragment for one in compiled}
+        self._structure = structure_of(tracer.method)
         self._tables, self._side = tables, side
         self._schedule, self._kernels = str(tracer.options["schedule"]), tracer.method.kernels
         self._state, self._stream = _state_record(tracer)
@@ -165,7 +171,8 @@ class Described:
                 inputs[sampler] = f"table:{self._tables.texture(texture)}"
             else:
                 raise NotInBrowser(f"the host writes {sampler}")
-        sized, fragment = self._sized(one), one.texts[1]
+        # The printed form is shorter, computes the same bits, and is shown to the page's reader.
+        sized, fragment = self._sized(one), program_text(self._printed[one.texts[1]])
         if self._packets:
             fragment = without_do(fragment)
         return {"title": _title(one, self._schedule),
@@ -191,6 +198,7 @@ class Described:
                 "cycles": self._cycles, "repeats": bool(self._cycles),
                 "outputs": max(one["outputs"] for one in self._passes),
                 "start": self._start,
+                "structure": self._structure,
                 "state": [[field.name, field.texel, field.swizzle] for field in fields]}
 
 

@@ -14,7 +14,9 @@ import moderngl
 import numpy as np
 
 from ..errors import OptionError
+from ..gl.context import open_gpu
 from ..gl.es import es_text
+from ..gl.shader import compilations
 from ..methods import Method, find_method, methods
 from ..scene.scene import Scene
 from ..tracer import Tracer
@@ -152,7 +154,8 @@ def export_method(scene: Scene, name: str, tables: PageData) -> WebMethod:
         if schedule not in row.schedules:
             continue
         options = {"steps_per_pass": 1} if schedule == "step" and not row.steps_once else {}
-        with Tracer(scene, name, schedule=schedule, **options) as tracer:
+        with (compilations(open_gpu()) as compiled,
+              Tracer(scene, name, schedule=schedule, **options) as tracer):
             with tracer.observe() as passes:
                 hits = tracer.eye_hits(size=(TEST_SIDE, TEST_SIDE))
                 if schedule == "loop" and row.packet_state is not None:
@@ -161,7 +164,7 @@ def export_method(scene: Scene, name: str, tables: PageData) -> WebMethod:
                 if len(passes) > MOST_PASSES:
                     raise NotInBrowser(f"{schedule} draws {len(passes):,} passes on this scene")
                 with tracer.gpu:
-                    found = Described(tracer, passes, TEST_SIDE, tables)
+                    found = Described(tracer, passes, TEST_SIDE, tables, compiled)
             except NotInBrowser as reason:
                 why = str(reason)
                 continue

@@ -18,8 +18,11 @@ from ..scene.scene import Scene
 from .export import PageData, WebMethod, export_method
 
 HERE = Path(__file__).parent
-SCRIPTS = ("unpack.js", "player.js", "passes.js", "controls.js")     # one script in the page
+# One script in the page, in this order.
+SCRIPTS = ("unpack.js", "player.js", "passes.js", "path.js", "space.js", "charts.js", "program.js",
+           "controls.js", "start.js")
 SIDE = 512          # of the canvas, in pixels
+MOST_WIRES = 2000   # triangles whose edges the page draws in space
 MOST_BYTES = 64 << 20
 
 
@@ -60,10 +63,10 @@ def write_page(scene: Scene, names: list[str], path: str,
 def page_text(scene: Scene, methods: list[WebMethod], tables: PageData) -> str:
     """Return the text of a page."""
     own = [(ROOT / "web" / name).read_text() for name in ("whole.vert", "show.frag", "alive.frag")]
-    first = len(tables.texts)
+    first, wires = len(tables.texts), _wires(scene, tables)
     told = {"methods": [asdict(one) for one in methods], "texts": [*tables.texts, *own],
             "tables": tables.tables, "whole": first, "show": first + 1, "alive": first + 2,
-            "triangles": tables.triangles,
+            "triangles": tables.triangles, "wires": wires,
             "camera": {name: _plain(getattr(scene.camera, name))
                        for name in ("eye", "target", "up", "fov")}}
     script = "\n".join((HERE / name).read_text() for name in SCRIPTS)
@@ -76,6 +79,23 @@ def page_text(scene: Scene, methods: list[WebMethod], tables: PageData) -> str:
     return _PAGE.format(policy=policy, title=title, style=style, script=script,
                         description=description, side=SIDE,
                         triangles=f"{len(scene.triangles):,}")
+
+
+def _wires(scene: Scene, tables: PageData) -> dict[str, Any]:
+    """Return the triangles whose edges the page draws: their corners in 4096 steps of the scene's
+    box. Of a large scene these are its largest triangles, and as many others."""
+    corners = scene.triangles.astype(np.float64)
+    if len(corners) > MOST_WIRES:
+        edges = corners[:, 1:] - corners[:, :1]
+        areas = np.linalg.norm(np.cross(edges[:, 0], edges[:, 1]), axis=1)
+        order, half = np.argsort(-areas, kind="stable"), MOST_WIRES // 2
+        rest = order[half:]
+        corners = corners[np.concatenate([order[:half], rest[::-(-len(rest) // half)]])]
+    points = scene.triangles.reshape(-1, 3) if len(scene.triangles) else np.zeros((1, 3))
+    lo, hi = points.min(0).astype(np.float64), points.max(0).astype(np.float64)
+    steps = np.round(4095 * (corners - lo) / np.maximum(hi - lo, 1e-300))
+    return {"lo": _plain(lo), "hi": _plain(hi),
+            "data": tables.values(steps.reshape(-1, 3).astype(np.float32))}
 
 
 def _plain(value: Any) -> Any:
@@ -92,30 +112,51 @@ _PAGE = """<!doctype html>
 <title>{title}</title><style>{style}</style></head><body>
 <h1>{title}</h1>
 <p class="hint">{triangles} triangles. Fragment programs trace every picture on your own graphics
-card, pass by pass, as in the papers of 2002-2007. Drag to turn the scene; click a pixel to read
-its ray. The address keeps what you chose, so that you can share it.</p>
-<p id="message"></p>
-<main><div>
+card, pass by pass, as in the papers of 2002-2007. Drag a picture to turn it; click a pixel to
+follow its ray. The address keeps what you chose, so that you can share it.</p>
+<p role="alert" id="message"></p>
+<main>
+<section>
 <div class="controls">
 <label>method <select id="method"></select></label>
 <label>schedule <select id="schedule"></select></label>
 <label>rays <select id="size"><option>64</option><option selected>128</option><option>256</option>
 <option>512</option></select></label>
-<label><input id="heat" type="checkbox"> steps as heat</label>
 </div>
 <canvas id="picture" role="img" aria-label="The traced picture"
  width="{side}" height="{side}"></canvas>
-<div class="controls"><label for="pass">steps</label>
-<input id="pass" type="range" min="1" value="1"></div>
+<div id="steps">
+<div class="controls"><button id="play" type="button">play</button>
+<label for="pass">step</label><output id="step" for="pass"></output>
+<span id="alive-text"></span></div>
+<canvas id="alive" role="img" aria-label="Live rays after each step" width="512" height="56">
+</canvas>
+<input id="pass" type="range" min="1" value="1">
+<p id="waits"></p>
+<div class="controls"><label><input id="heat" type="checkbox"> steps as heat</label>
+<label>brightest at <input id="scale" type="number" min="1"></label>
+<button id="percentile" type="button" title="the steps of 99 % of the present rays">99 %</button>
+</div>
+<canvas id="ramp" role="img" aria-label="Colours of the heat map" width="256" height="12"></canvas>
+<p id="ticks"></p>
+</div>
+</section>
+<section class="second">
 <p id="counts"></p>
 <p id="summary"></p>
-</div><div>
 <p id="verdict" aria-live="polite">The test rays are being traced.</p>
 <p id="selftest" data-state="running"></p>
+</section>
+<section>
+<canvas id="space" role="img" aria-label="The ray in space" width="720" height="720"></canvas>
+<p id="space-text"></p>
 <pre id="ray">Click a pixel of the picture.</pre>
+</section>
+<section class="second">
 <label>program of the pass <select id="kernel"></select></label>
-<pre id="text"></pre>
-</div></main>
+<div id="text"></div>
+</section>
+</main>
 <script type="application/json" id="description">{description}</script>
 <script>{script}</script>
 </body></html>

@@ -25,6 +25,7 @@ async function trace(schedule, camera, width, height,
                      {directions = null, most = MOST_PASSES, place = "picture", stopped = () => false,
                       seen = null} = {}) {
     await compiled(schedule.passes);
+    stamps.set(place, (stamps.get(place) || 0) + 1);
     const made = schedule.targets.map((one, k) => target(`${place} ${k}`, one, width, height));
     const output = (k, number) => directions && k === 0 && number === 1 ? directions : made[k].textures[number];
     const draws = await Promise.all(schedule.passes.map(

@@ -9,7 +9,9 @@ const NO_TRIANGLE = 16777216;
 const UNWRITTEN = -2;      // what a target holds where no fragment wrote
 const SLICE = 30;           // milliseconds of passes between two pauses for the page's events
 
+// A lost context fails in many places. Its own events tell the reader, so that no other message is needed.
 function fail(message) {
+    if (gl && gl.isContextLost()) throw new Error("The context is lost.");
     element("message").textContent = message;
     element("verdict").textContent = "The test ended early, so nothing is known about this graphics card.";
     const test = element("selftest");
@@ -17,13 +19,24 @@ function fail(message) {
     throw new Error(message);
 }
 if (!gl) fail("This browser offers no WebGL 2.");
-if (!gl.getExtension("EXT_color_buffer_float")) fail("This graphics card cannot draw into float textures.");
+let parallel = null;        // the extension by which a driver says that a program is compiled
+
+function enableExtensions() {
+    parallel = gl.getExtension("KHR_parallel_shader_compile");
+    if (!gl.getExtension("EXT_color_buffer_float")) fail("This graphics card cannot draw into float textures.");
+}
+enableExtensions();
 
 // Textures, targets and programs --------------------------------------------------------------------------
 
 const sizeOf = new WeakMap();       // of textures: width and height
 
 function texture(width, height, components, values) {
+    const limit = gl.getParameter(gl.MAX_TEXTURE_SIZE);
+    if (Math.max(width, height) > limit) {
+        fail(`A texture of ${width} x ${height} texels is larger than this graphics card holds (${limit} x ${limit}). `
+             + "Take fewer rays, or a page of a smaller scene.");
+    }
     const made = gl.createTexture();
     sizeOf.set(made, [width, height]);
     gl.bindTexture(gl.TEXTURE_2D, made);
@@ -112,10 +125,23 @@ function target(place, {of = [1, 1], outputs, components = 4, levels = 1}, width
         gl.drawBuffers(textures.map((_, k) => gl.COLOR_ATTACHMENT0 + k));
         targets.set(key, {framebuffer, textures, width: size[0], height: size[1], tile, across, levels});
     }
+    targets.get(key).stamp = stamps.get(place.split(" ")[0]);
     return targets.get(key);
 }
 
-const programs = new Map(), parallel = gl.getExtension("KHR_parallel_shader_compile");
+const stamps = new Map();       // of places: the number of traces that drew there
+
+// Frees the targets of a place. With `keepsLast`, the targets of the place's last trace stay.
+function freeTargets(place, keepsLast = false) {
+    for (const [key, {framebuffer, textures, stamp}] of targets) {
+        if (!key.startsWith(`["${place} `) || keepsLast && stamp === stamps.get(place)) continue;
+        gl.deleteFramebuffer(framebuffer);
+        textures.forEach((one) => gl.deleteTexture(one));
+        targets.delete(key);
+    }
+}
+
+const programs = new Map();
 
 // Starts the compilation of a program. The driver may compile while the page goes on.
 function started(vertex, fragment) {
@@ -155,7 +181,8 @@ function program(vertex, fragment) {
         found.uniforms = new Map();
         for (let k = 0; k < gl.getProgramParameter(made, gl.ACTIVE_UNIFORMS); ++k) {
             const {name, type} = gl.getActiveUniform(made, k);
-            found.uniforms.set(name, {type, place: gl.getUniformLocation(made, name)});
+            // An array is named after its first element.
+            found.uniforms.set(name.replace("[0]", ""), {type, place: gl.getUniformLocation(made, name)});
         }
     }
     return found;
@@ -168,7 +195,7 @@ function setUniform({type, place}, values) {
     else gl[`uniform${list.length}fv`](place, list);
 }
 
-const rectangleBuffer = gl.createBuffer();
+let rectangleBuffer = null;
 
 // Draws a pass on rectangles, four numbers each: left, top, right and bottom in units of `unit` texels; null draws
 // the whole target.
@@ -189,6 +216,7 @@ function draw(vertex, fragment, into, uniforms, inputs, rectangles = null, unit 
         gl.vertexAttrib4f(0, 0, 0, 2 * into.width / unit, 2 * into.height / unit);
         gl.drawArrays(gl.TRIANGLES, 0, 3);
     } else {
+        if (!gl.isBuffer(rectangleBuffer)) rectangleBuffer = gl.createBuffer();     // also after a lost context
         gl.bindBuffer(gl.ARRAY_BUFFER, rectangleBuffer);
         gl.bufferData(gl.ARRAY_BUFFER, rectangles, gl.STREAM_DRAW);
         gl.enableVertexAttribArray(0);
@@ -197,27 +225,30 @@ function draw(vertex, fragment, into, uniforms, inputs, rectangles = null, unit 
         gl.drawArraysInstanced(gl.TRIANGLE_STRIP, 0, 4, rectangles.length / 4);
     }
 }
-function read({framebuffer, width, height}, output = 0) {
+function read({framebuffer, width, height}, output = 0, x = 0, y = 0) {
     const values = new Float32Array(4 * width * height);
     gl.bindFramebuffer(gl.FRAMEBUFFER, framebuffer);
     gl.readBuffer(gl.COLOR_ATTACHMENT0 + output);
-    gl.readPixels(0, 0, width, height, gl.RGBA, gl.FLOAT, values);
+    gl.readPixels(x, y, width, height, gl.RGBA, gl.FLOAT, values);
     return values;
 }
 
-function readTexture(one, width, height) {
+function readTexture(one, width, height, x = 0, y = 0) {
     const framebuffer = gl.createFramebuffer();
     gl.bindFramebuffer(gl.FRAMEBUFFER, framebuffer);
     gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, one, 0);
-    const values = read({framebuffer, width, height});
+    const values = read({framebuffer, width, height}, 0, x, y);
     gl.deleteFramebuffer(framebuffer);
     return values;
 }
 
 // The self-test: known rays, whose hits must be the same to the bit ----------------------------------------
 
-async function selfTest() {
+// `idle` waits while the reader's own picture is traced. `lost` says that the context was lost meanwhile.
+async function selfTest(idle, lost) {
     const report = element("selftest");
+    report.replaceChildren();
+    report.dataset.state = "running";
     let rays = 0, differing = 0;
     for (const method of page.methods) {
         const {side, eye} = method.test;
@@ -225,7 +256,9 @@ async function selfTest() {
         const bits = new Uint32Array(right.buffer), directions = texture(side, side, 4, given);
         let wrong = 0, traced = 0;
         for (const schedule of Object.values(method.schedules)) {
-            const {hit} = await trace(schedule, {eye}, side, side, {directions, place: "test"});
+            const {hit} = await trace(schedule, {eye}, side, side,
+                                      {directions, place: "test", seen: idle, stopped: lost});
+            if (lost()) return;
             const found = readTexture(hit, side, side), foundBits = new Uint32Array(found.buffer);
             for (let k = 0; k < found.length; k += 4) {
                 const hits = found[k + 3] !== NO_TRIANGLE;
@@ -236,6 +269,7 @@ async function selfTest() {
             traced += found.length / 4;
         }
         gl.deleteTexture(directions);
+        freeTargets("test");
         const line = document.createElement("span");
         line.className = "method";
         Object.assign(line.dataset, {method: method.name, rays: traced, differing: wrong});

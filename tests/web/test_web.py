@@ -2,19 +2,17 @@
 from __future__ import annotations
 
 import base64
-import functools
 import hashlib
 import html
 import json
 import re
-import shutil
 import subprocess
 from collections.abc import Callable
 from pathlib import Path
 
-import numpy as np
 import pytest
-from PIL import Image
+from devtools import CHROMIUM, SWIFTSHADER
+from pages import changed, in_browser, written
 
 import gpgpu_rt as rt
 from gpgpu_rt.cli.main import main
@@ -24,14 +22,9 @@ from gpgpu_rt.web import export
 from gpgpu_rt.web.export import PageData, export_method, web_names, why_not_in_browser
 from gpgpu_rt.web.page import MOST_BYTES, page_text, write_page
 
-CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))),
-                None)
-SWIFTSHADER = ("--headless=new", "--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader",
-               "--enable-unsafe-swiftshader", "--virtual-time-budget=200000",
-               "--window-size=1200,900")
+VIRTUAL_TIME = "--virtual-time-budget=200000"
 HEADER = ("#version 330 core\n#extension GL_ARB_gpu_shader5 : enable\n#ifdef GL_ARB_gpu_shader5\n"
           "#define PRECISE precise\n#else\n#define PRECISE\n#endif\n")
-in_browser = pytest.mark.skipif(CHROMIUM is None, reason="Chromium is not installed")
 
 
 @pytest.mark.parametrize("text, told", [
@@ -57,12 +50,6 @@ def test_joined_names_that_cannot_be_expanded_are_refused() -> None:
         es_text(HEADER + "#define READ(k) texels_##k\n#define BOTH(k) READ(k)\n")
     with pytest.raises(ShaderError, match="does not begin"):
         es_text("#version 120\n")
-
-
-@functools.cache
-def written(names: tuple[str, ...], scene: str = "cornell") -> str:
-    found, tables = rt.load_scene(scene), PageData()
-    return page_text(found, [export_method(found, name, tables) for name in names], tables)
 
 
 def test_the_page_makes_no_request_and_runs_its_own_script_only() -> None:
@@ -111,17 +98,11 @@ def test_every_other_method_has_a_reason() -> None:
     assert all(bool(why_not_in_browser(row)) == (row.name not in names) for row in rt.methods())
 
 
-def opened(path: Path, choices: str = "", *options: str) -> str:
+def dumped(path: Path) -> str:
     """Returns the page's elements after Chromium has run its script."""
     assert CHROMIUM is not None
-    return subprocess.run([CHROMIUM, *SWIFTSHADER, *options, f"file://{path}#{choices}"],
+    return subprocess.run([CHROMIUM, *SWIFTSHADER, VIRTUAL_TIME, "--dump-dom", f"file://{path}"],
                           capture_output=True, text=True, timeout=300, check=True).stdout
-
-
-def shown(path: Path, choices: str, picture: Path) -> np.ndarray:
-    """Returns the pixels of the canvas."""
-    opened(path, choices, f"--screenshot={picture}")
-    return np.asarray(Image.open(picture).convert("RGB"))[200:700, 40:560].astype(int)
 
 
 THREE = ("kd-restart", "grid", "bvh-threaded")
@@ -137,7 +118,7 @@ def test_rays_have_the_bits_of_the_host(exact_renderer, tmp_path: Path, scene: s
     page = tmp_path / "page.html"
     page.write_text(written(names, scene))
     assert page.stat().st_size < (8e6 if names == THREE else MOST_BYTES)
-    dom = opened(page, "", "--dump-dom")
+    dom = dumped(page)
     assert 'id="message"></p>' in dom
     test = re.search(r'<p id="selftest"([^>]*)>', dom)[1]
     assert 'data-state="done"' in test and 'data-differing="0"' in test
@@ -177,14 +158,6 @@ def test_a_scene_with_too_many_steps_leaves_a_method_out(tmp_path: Path, capsys,
     assert [one.name for one in found] == ["grid"] and list(left_out) == ["kd-texture-stack"]
 
 
-def changed(text: str, change: Callable[[dict], None]) -> str:
-    """Returns a page whose description was changed."""
-    told = description(text)
-    change(told)
-    return re.sub(r'(id="description">).*?(</script>)', lambda found: found[1]
-                  + json.dumps(told).replace("<", "\\u003c") + found[2], text, flags=re.S)
-
-
 def _other_rays(told: dict) -> None:
     test = told["methods"][1]["test"]
     test["directions"] = test["hits"]
@@ -221,28 +194,7 @@ def test_wrong_hits_are_reported(exact_renderer, tmp_path: Path,
     must not call itself exact, although the first method left right hits in the targets."""
     page = tmp_path / "page.html"
     page.write_text(changed(written(("kd-restart", second)), change))
-    dom = opened(page, "", "--dump-dom")
+    dom = dumped(page)
     test = re.search(r'<p id="selftest"([^>]*)>', dom)[1]
     assert 'data-state="done"' in test and 'data-differing="0"' not in test
     assert "so its pictures are not exact" in dom and "kd-restart: exact" in dom
-
-
-@in_browser
-def test_the_controls(exact_renderer, tmp_path: Path) -> None:
-    page = tmp_path / "page.html"
-    page.write_text(written(("kd-restart", "bvh-threaded")))
-    plain = shown(page, "method=kd-restart&schedule=step", tmp_path / "a.png")
-    loop = shown(page, "method=kd-restart&schedule=loop", tmp_path / "b.png")
-    other = shown(page, "method=bvh-threaded&schedule=loop", tmp_path / "c.png")
-    assert plain.std() > 20
-    assert np.array_equal(plain, loop) and np.array_equal(plain, other)
-    early = shown(page, "method=kd-restart&schedule=step&pass=6", tmp_path / "d.png")
-    heat = shown(page, "method=kd-restart&schedule=step&heat=1", tmp_path / "e.png")
-    turned = shown(page, "method=kd-restart&schedule=step&eye=100,273,-800", tmp_path / "f.png")
-    for changed in (early, heat, turned):
-        assert (changed != plain).any(axis=2).mean() > 0.05
-    dom = opened(page, "method=kd-restart&schedule=step&ray=0.5,0.5", "--dump-dom")
-    ray = re.search(r'<pre id="ray">(.*?)</pre>', dom, re.S)[1]
-    assert "triangle" in ray and "phase = 0" in ray and "steps = " in ray
-    assert "void down(Ray ray" in html.unescape(re.search(r'<pre id="text">(.*?)</pre>', dom,
-                                                          re.S)[1])

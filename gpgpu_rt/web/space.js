@@ -1,0 +1,127 @@
+// The scene in space: sparse edges of the scene, and the clicked ray's way through the structure, drawn as lines.
+
+const space = element("space");
+const STROKES = ["#8a93a0", "#2f7fc1", "#d9771c", "#5f9a2a", "#8a4fb5"];    // ended, and the kernels' colours
+const MOST_BOXES = 300;     // older boxes are left out
+const spaceView = {yaw: 0.6, pitch: 0.3};
+let wires = null;
+
+// Decodes the edges: corners of triangles in 4096 steps of the scene's box.
+async function loadWires() {
+    const {lo, hi, data} = page.wires, found = await values(data);
+    wires = {lo, hi, corners: found.map((x, k) => lo[k % 3] + x / 4095 * (hi[k % 3] - lo[k % 3]))};
+}
+
+// The picture of the scene's edges alone. It is drawn again only after the view has turned.
+const edges = {canvas: document.createElement("canvas"), view: ""};
+function sceneEdges() {
+    const view = JSON.stringify(spaceView);
+    if (edges.view === view) return edges.canvas;
+    [edges.view, edges.canvas.width, edges.canvas.height] = [view, space.width, space.height];
+    const context = edges.canvas.getContext("2d"), {line} = projector(context), {corners} = wires;
+    context.fillStyle = "#fbfbfc";
+    context.fillRect(0, 0, space.width, space.height);
+    context.strokeStyle = "#d8dbe0";
+    context.beginPath();
+    for (let k = 0; k < corners.length; k += 9) {
+        const points = [0, 3, 6].map((at) => [...corners.subarray(k + at, k + at + 3)]);
+        points.forEach((point, at) => line(point, points[(at + 1) % 3]));
+    }
+    context.stroke();
+    return edges.canvas;
+}
+
+// Returns the functions that draw a segment between two points, and a dot, as seen from the present view.
+function projector(context) {
+    const {lo, hi} = wires, centre = lo.map((x, k) => (x + hi[k]) / 2);
+    const radius = Math.hypot(...hi.map((x, k) => x - lo[k])) / 2 || 1, up = unit(page.camera.up);
+    const toEye = page.camera.eye.map((x, k) => x - page.camera.target[k]);
+    const flat = unit(cross(up, cross(toEye, up)));
+    const around = rotated(flat, up, spaceView.yaw), side = unit(cross(up, around));
+    const from = rotated(around, side, -spaceView.pitch);
+    const eye = centre.map((x, k) => x + 2.4 * radius * from[k]);
+    const view = basis({eye, target: centre, up, fov: 48}, 1, 1);
+    const [right, top, forward] = [unit(view.right), unit(view.up), view.forward];
+    const zoom = 0.5 * space.width / Math.tan(24 * Math.PI / 180), near = 0.05 * radius;
+    const along = (a, x, y, z) => a[0] * (x - eye[0]) + a[1] * (y - eye[1]) + a[2] * (z - eye[2]);
+    const seen = (p) => [right, top, forward].map((axis) => along(axis, ...p));
+    const place = (p) => [space.width / 2 + zoom * p[0] / p[2], space.width / 2 - zoom * p[1] / p[2]];
+    const dot = (point) => {
+        const p = seen(point);
+        if (p[2] < near) return;
+        Object.assign(context, {fillStyle: "#c02020", globalAlpha: 1});
+        context.beginPath();
+        context.arc(...place(p), 6, 0, 2 * Math.PI);
+        context.fill();
+    };
+    const line = (a, b) => {
+        let [p, q] = [seen(a), seen(b)];
+        if (p[2] < near && q[2] < near) return;
+        if (p[2] < near) [p, q] = [q, p];
+        if (q[2] < near) q = q.map((x, k) => x + (p[k] - x) * (near - q[2]) / (p[2] - q[2]));
+        context.moveTo(...place(p));
+        context.lineTo(...place(q));
+    };
+    return {line, dot};
+}
+
+const boxCorner = ([lo, hi], number) => lo.map((x, k) => number >> k & 1 ? hi[k] : x);
+const BOX_EDGES = [0, 1, 2, 3, 4, 5, 6, 7].flatMap(
+    (a) => [1, 2, 4].filter((bit) => !(a & bit)).map((bit) => [a, a | bit]));
+
+// Draws the scene, and the path of a ray up to a step. `ray` has the origin, the direction and the hit's t.
+function drawSpace(ray, path, step) {
+    if (!wires) return;
+    const context = space.getContext("2d"), {line, dot} = projector(context);
+    const stroke = (colour, width, alpha, draws) => {
+        Object.assign(context, {strokeStyle: colour, lineWidth: width, globalAlpha: alpha, lineCap: "round"});
+        context.beginPath();
+        draws();
+        context.stroke();
+    };
+    const box = (corners) => BOX_EDGES.forEach(([a, b]) => line(boxCorner(corners, a), boxCorner(corners, b)));
+    const triangle = (corners) => corners.forEach((corner, k) => line(corner, corners[(k + 1) % 3]));
+    context.globalAlpha = 1;
+    context.drawImage(sceneEdges(), 0, 0);
+    stroke("#5b6472", 1, 0.5, () => box([wires.lo, wires.hi]));
+    space.dataset.boxes = 0;
+    if (!ray) return;
+    const at = (t) => ray.origin.map((x, k) => x + Math.min(t, ray.end) * ray.direction[k]);
+    stroke("#20242b", 1.5, 0.9, () => line(ray.origin, at(Infinity)));
+    const present = path ? path[Math.min(step, path.length - 1)] : null;
+    if (path) {
+        const past = path.slice(0, step + 1), boxes = new Map();
+        for (const one of past) if (one.box) boxes.set(String(one.box), one);
+        const shown = [...boxes.values()].slice(-MOST_BOXES);
+        space.dataset.boxes = boxes.size;
+        for (const one of shown) stroke(colourOf(one), 1, 0.35, () => box(one.box));
+        for (const one of past.slice(-MOST_BOXES)) {
+            if (one.triangle) stroke(colourOf(one), 1, 0.6, () => triangle(one.triangle));
+        }
+        for (const one of past.slice(-MOST_BOXES)) {
+            if (one.kernel && one.interval) stroke(colourOf(one), 2.5, 0.5, () => line(...one.interval.map(at)));
+        }
+        if (present.box) stroke(colourOf(present), 2.5, 1, () => box(present.box));
+        if (present.triangle) stroke(colourOf(present), 3, 1, () => triangle(present.triangle));
+        if (present.kernel && present.interval) {
+            stroke(colourOf(present), 5, 1, () => line(...present.interval.map(at)));
+        }
+    }
+    if (ray.hits) dot(at(ray.end));
+}
+
+const colourOf = ({fields}) => STROKES[Math.max(0, Math.min(fields.phase, STROKES.length - 1))];
+
+// One line about the path's present step.
+function stepLine(path, step) {
+    if (!path) return "The method traces packets or runs in a single pass, so only the ray and its hit are shown.";
+    const {fields, kernel, interval, triangle} = path[Math.min(step, path.length - 1)];
+    const number = (x) => Number(x.toPrecision(5));
+    const parts = [`step ${Math.min(step, path.length - 1)} of ${path.length - 1}`];
+    parts.push(kernel ? `waits for ${kernel}` : fields.phase === 0 ? "has ended" : "was stopped");
+    if (kernel && fields.cell) parts.push(`cell (${fields.cell.join(", ")})`);
+    else if (kernel && fields.node >= 0) parts.push(`node ${fields.node}`);
+    if (kernel && interval) parts.push(`t = ${interval.map(number).join(" to ")}`);
+    if (triangle) parts.push("the triangle under test is bold");
+    return `The ray: ${parts.join(", ")}; ${space.dataset.boxes} boxes so far.`;
+}

@@ -1,0 +1,44 @@
+"""Pages for tests: written once for all tests, and changed pages."""
+from __future__ import annotations
+
+import functools
+import json
+import re
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from devtools import CHROMIUM, Browser
+
+import gpgpu_rt as rt
+from gpgpu_rt.web.export import PageData, export_method
+from gpgpu_rt.web.page import page_text
+
+in_browser = pytest.mark.skipif(CHROMIUM is None, reason="Chromium is not installed")
+
+
+@functools.cache
+def written(names: tuple[str, ...], scene: str = "cornell") -> str:
+    found, tables = rt.load_scene(scene), PageData()
+    return page_text(found, [export_method(found, name, tables) for name in names], tables)
+
+
+def changed(text: str, change: Callable[[dict], None]) -> str:
+    """Returns a page whose description was changed."""
+    told = json.loads(re.search(r'id="description">(.*?)</script>', text, re.S)[1])
+    change(told)
+    return re.sub(r'(id="description">).*?(</script>)', lambda found: found[1]
+                  + json.dumps(told).replace("<", "\\u003c") + found[2], text, flags=re.S)
+
+
+def opened(browser: Browser, folder: Path, text: str, choices: str = "") -> None:
+    """Writes a page, opens it and waits for its first picture."""
+    page = folder / "page.html"
+    page.write_text(text)
+    browser.open(page, choices)
+    settle(browser)
+
+
+def settle(browser: Browser) -> None:
+    """Waits until the page shows what its reader has chosen last."""
+    browser.wait("!busy && !wanted && element('picture').dataset.shown > 0")

@@ -1,0 +1,158 @@
+"""The path of a clicked ray is the path that the host's states show, with boxes of the tables."""
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+from devtools import Browser
+from pages import in_browser, opened, settle, written
+
+import gpgpu_rt as rt
+from gpgpu_rt.inspect.observe import observe_states
+from gpgpu_rt.methods import find_method
+from gpgpu_rt.methods.kdtree.records import KD_BOUNDS
+
+pytestmark = in_browser
+METHODS = ("kd-restart", "kd-backtrack", "kd-push-down", "kd-ropes", "grid", "grid-proximity",
+           "bvh-threaded", "bih", "tree-unit", "geometry-image", "brute-force", "kd-stack")
+BOXED = METHODS[:9]
+
+
+@pytest.fixture(scope="module")
+def page(tmp_path_factory) -> Iterator[Browser]:
+    with Browser() as browser:
+        opened(browser, tmp_path_factory.mktemp("page"), written(METHODS),
+               "method=kd-restart&schedule=step&rays=64&ray=0.63,0.71")
+        yield browser
+
+
+def path(page: Browser, method: str) -> tuple[list[dict], np.ndarray, np.ndarray, np.ndarray]:
+    """Returns the page's path of a ray by a method: states, origin, direction and hit."""
+    page.select("#method", method)
+    page.select("#schedule", "step")
+    settle(page)
+    states, *rest = page.run("[path.states, path.origin, [...path.direction].slice(0, 3), "
+                             "[...path.hit]]")
+    return states, *(np.array(one) for one in rest)
+
+
+def host_states(method: str, origin: np.ndarray, direction: np.ndarray
+                ) -> tuple[list[dict], rt.Hits, dict[str, np.ndarray]]:
+    """Returns a ray's fields after each pass of the host, its hit, and the texels of tables."""
+    found: list[dict] = []
+    tables: dict[str, np.ndarray] = {}
+    options = {} if find_method(method).steps_once else {"steps_per_pass": 1}
+    with rt.Tracer(rt.load_scene("cornell"), method, schedule="step", **options) as tracer:
+        record = tracer.method.state
+
+        def look(one: object) -> None:
+            planes = [np.frombuffer(texture.read(), np.float32)[None, :4]
+                      for texture in one.outputs[:record.texels]]
+            fields = record.unpack_planes(planes)
+            if not found or fields["steps"][0] > found[-1]["steps"]:
+                found.append({name: values[0].tolist() for name, values in fields.items()})
+            tables.update({name: np.frombuffer(texture.read(), np.float32).reshape(-1, 4)
+                           for name, texture in one.inputs.items() if name == "kd_bounds_table"})
+        with observe_states(tracer, look):
+            hits = tracer.trace(origin[None], direction[None])
+    return found, hits, tables
+
+
+@pytest.mark.parametrize("method", METHODS[:-1])
+def test_the_path_is_the_path_of_the_host(exact_renderer, page: Browser, method: str) -> None:
+    states, origin, direction, hit = path(page, method)
+    told, hits, _ = host_states(method, origin, direction)
+    assert len(states) == len(told) > 3
+    for ours, theirs in zip(states, told):
+        for name, value in theirs.items():
+            assert np.array_equal(np.float32(ours["fields"][name]), np.float32(value)), name
+    assert hit[3] == hits.triangle[0] and np.float32(hit[0]) == hits.t[0]
+
+
+@pytest.mark.parametrize("method", BOXED)
+def test_boxes_and_triangles_are_on_the_way(exact_renderer, page: Browser, method: str) -> None:
+    states, origin, direction, hit = path(page, method)
+    boxes = [(one, np.array(one["box"])) for one in states if one["box"]]
+    assert len(boxes) > 2
+    for one, (lo, hi) in boxes:
+        assert (lo <= hi).all()
+        # A ray that climbs has the interval of the rest of its way. A rope leads to a node that
+        # the rest may leave.
+        if one["interval"] and one["kernel"] not in ("climb", "follow_rope"):
+            start, end = one["interval"]
+            end = start if method == "kd-ropes" else max(start, end)
+            for t in (start, 0.5 * (start + end)):
+                at = origin + t * direction
+                assert (lo - 0.1 <= at).all() and (at <= hi + 0.1).all()
+    # The box of the present step holds the hit while its triangle is tested.
+    at = origin + hit[0] * direction
+    corners = rt.load_scene("cornell").triangles[int(hit[3])]
+    tests = [one for one in states
+             if one["triangle"] and np.array_equal(np.float32(one["triangle"]), corners)]
+    assert tests
+    assert any((np.array(one["box"][0]) - 0.1 <= at).all()
+               and (at <= np.array(one["box"][1]) + 0.1).all() for one in tests if one["box"])
+
+
+def test_split_planes_give_the_boxes_of_the_tree(exact_renderer, page: Browser) -> None:
+    states, origin, direction, _ = path(page, "kd-restart")
+    _, _, tables = host_states("kd-backtrack", origin, direction)
+    bounds = KD_BOUNDS.unpack(tables["kd_bounds_table"].reshape(-1, KD_BOUNDS.texels, 4))
+    compared = [one for one in states if one["box"]]
+    assert len({one["fields"]["node"] for one in compared}) > 3
+    for one in compared:
+        node = int(one["fields"]["node"])
+        assert np.allclose(one["box"], [bounds["lo"][node], bounds["hi"][node]], atol=0.01)
+
+
+def test_the_slider_moves_the_step_in_space(exact_renderer, page: Browser) -> None:
+    states, *_ = path(page, "kd-restart")
+    whole, boxes = page.pixels("#space"), page.run("space.dataset.boxes")
+    assert "has ended" in page.run("element('space-text').textContent")
+    page.click("#pass", (0.01, 0.5))
+    settle(page)
+    step = page.run("chosen.most")
+    early = page.pixels("#space")
+    assert (whole != early).any(axis=2).mean() > 0.005
+    assert int(page.run("space.dataset.boxes")) < int(boxes)
+    for _ in range(len(states) - 1 - step):
+        page.press("ArrowRight")
+        settle(page)
+        step += 1
+        kernel = states[step]["kernel"]
+        told = page.run("element('space-text').textContent")
+        assert f"step {step} of {len(states) - 1}" in told and kernel in told
+        assert page.run("[...document.querySelectorAll('mark.present')]"
+                        ".map(one => one.dataset.kernel)") == ([kernel] if kernel else [])
+        assert not kernel or page.run(
+            "(() => { const [one, box] = [document.querySelector('mark.present'), element('text')]"
+            ".map(one => one.getBoundingClientRect()); return one.top > box.top"
+            " && one.top < box.bottom; })()")
+
+
+def test_a_drag_turns_the_space(exact_renderer, page: Browser) -> None:
+    path(page, "grid")
+    before, picture = page.pixels("#space"), page.pixels("#picture")
+    page.drag("#space", (0.3, 0.5), (0.5, 0.5), (0.6, 0.4))
+    assert (before != page.pixels("#space")).any(axis=2).mean() > 0.01
+    assert np.array_equal(picture, page.pixels("#picture"))
+
+
+def test_a_clicked_pixel_gets_its_ray(exact_renderer, page: Browser) -> None:
+    path(page, "bvh-threaded")
+    page.click("#picture", (0.25, 0.25))
+    settle(page)
+    assert "ray (16, 16)" in page.run("element('ray').textContent")
+    first = page.run("[...path.direction].slice(0, 3)")
+    page.click("#picture", (0.75, 0.25))
+    settle(page)
+    assert "ray (48, 16)" in page.run("element('ray').textContent")
+    assert not np.allclose(first, page.run("[...path.direction].slice(0, 3)"))
+
+
+def test_a_method_of_a_single_pass_shows_the_ray_alone(exact_renderer, page: Browser) -> None:
+    page.select("#method", "kd-stack")
+    settle(page)
+    assert "single pass" in page.run("element('space-text').textContent")
+    assert page.run("path.states") is None
