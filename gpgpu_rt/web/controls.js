@@ -58,7 +58,7 @@ async function draws() {
     gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(4));    // waits for the picture
     const took = performance.now() - began;
     costs.set(costKey(name), {side, took});
-    element("counts").textContent = `${side} x ${side} rays, ${found.passes} passes`
+    element("counts").textContent = `${side} x ${side} rays, ${found.passes} ${found.passes === 1 ? "pass" : "passes"}`
         + (stepwise ? `, ${found.alive} rays alive, at most ${found.steps} steps` : "") + `, ${took.toFixed(0)} ms`;
     canvas.dataset.shown = Number(canvas.dataset.shown || 0) + 1;
     if (turns) return;
@@ -227,6 +227,11 @@ function choose(most = null) {
     element("steps").hidden = !schedule().repeats;
     element("pass").max = Math.max(chosen.most || 1, isCounted() ? counted.last : 1);
     element("summary").textContent = `${chosen.method.citation}: ${chosen.method.summary}.`;
+    element("about").replaceChildren(...chosen.method.about.map((text) => {
+        const paragraph = document.createElement("p");
+        paragraph.textContent = text;
+        return paragraph;
+    }));
     const passes = schedule().passes, listed = element("kernel");
     const first = schedule().repeats ? schedule().cycles[0].turns[0].passes[0] : 1;
     const distinct = passes.map((pass, k) => [pass, k]).filter(

@@ -6,7 +6,7 @@ their order, and repeats the last pass until no ray is alive.
 """
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -20,6 +20,7 @@ from ..gl.shader import compilations
 from ..methods import Method, find_method, methods
 from ..scene.scene import Scene
 from ..tracer import Tracer
+from .about import about
 from .described import Described, NotInBrowser
 from .packing import packed_table
 
@@ -35,6 +36,7 @@ class WebMethod:
     Attributes
     ----------
     name, summary, citation : of the method's row
+    about : the paragraphs of the method's manual
     schedules : for each schedule that runs in a browser, its passes
     test : the test's rays, and the numbers of the tables of their directions and of their hits,
         which are t, u, v, and the triangle or -1
@@ -43,6 +45,7 @@ class WebMethod:
     name: str
     summary: str
     citation: str
+    about: Sequence[str]
     schedules: Mapping[str, Any]
     test: Mapping[str, Any]
 
@@ -176,7 +179,7 @@ def export_method(scene: Scene, name: str, tables: PageData) -> WebMethod:
                 ]).astype(np.float32))}
     if not schedules:
         raise OptionError(f"{name} does not run in a browser: {why}")
-    return WebMethod(name, row.summary, row.citation, schedules, test)
+    return WebMethod(name, row.summary, row.citation, about(row), schedules, test)
 
 
 def _hand_back(tracer: Tracer) -> None:

@@ -1,7 +1,6 @@
 """Gallery: a folder of pages that trace in a browser, with an index; ready to be published."""
 from __future__ import annotations
 
-import re
 import statistics
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -11,13 +10,13 @@ from typing import Any
 
 from ..disk.files import replacing
 from ..errors import Error, OptionError
-from ..gl.shader import ROOT
 from ..inspect.data_uris import image_tag, png_uri
 from ..inspect.heat import Heat, draw_heat, heat
 from ..methods import Method, find_method, methods
 from ..scene.loading import load_scene
 from ..scene.scene import Scene
 from ..tracer import Tracer
+from .about import about
 from .export import web_names, why_not_in_browser
 from .page import write_page
 from .twins import TWINS
@@ -38,13 +37,6 @@ class Gallery:
 
     pages: tuple[str, ...]
     bytes: int
-
-
-def about(row: Method) -> list[str]:
-    """Return the paragraphs of a method's manual: the comment that its program begins with."""
-    header = (ROOT / row.glsl).read_text(encoding="utf-8").split("\n\n")[0]
-    lines = "\n".join(re.sub(r"^// ?", "", line) for line in header.splitlines())
-    return [" ".join(part.split()) for part in lines.split("\n\n")]
 
 
 def write_gallery(scene: Scene, names: Sequence[str], folder: str,

@@ -144,6 +144,7 @@ follow its ray. The address keeps what you chose, so that you can share it.</p>
 <section class="second">
 <p id="counts"></p>
 <p id="summary"></p>
+<details><summary>How the method works</summary><div id="about"></div></details>
 <p id="verdict" aria-live="polite">The test rays are being traced.</p>
 <p id="selftest" data-state="running"></p>
 </section>

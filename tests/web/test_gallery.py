@@ -12,8 +12,9 @@ from gpgpu_rt.methods import find_method
 from gpgpu_rt.report import CHAPTERS, write_report
 from gpgpu_rt.scene.loading import list_scenes
 from gpgpu_rt.web import gallery
+from gpgpu_rt.web.about import about
 from gpgpu_rt.web.export import web_names, why_not_in_browser
-from gpgpu_rt.web.gallery import about, write_gallery
+from gpgpu_rt.web.gallery import write_gallery
 from gpgpu_rt.web.twins import TWINS, Twin
 
 SMALL = Twin("fig11", "cornell", ("kd-restart",), "After a leaf, a ray restarts.")
