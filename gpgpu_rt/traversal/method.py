@@ -264,8 +264,8 @@ class Method:
     def formed(self, options: Mapping[str, Any]) -> Method:
         """Return the row for these options, by ``form``. A missing option has its default.
 
-        With the option ``era``, the row's states have no step counts, and it runs under the
-        schedule ``kernels`` alone.
+        With the option ``era``, the row's states have no step counts, and it runs only under
+        the schedule ``kernels``.
         """
         row = self._with_form(options)
         if not options.get("era"):
