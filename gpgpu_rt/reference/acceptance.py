@@ -46,8 +46,8 @@ FAIR = Arithmetic(2.0 ** -20, 4 * FLOAT32.tiny, FLOAT32.huge)
 RADIUS = 32 * FAIR.unit
 _RINGS = ((RADIUS, 12), (RADIUS / 3, 4))    # radius over reach, and number of neighbours
 _WIDEST = 0.05      # no neighbours are judged beyond this angle, in radian
-# Skip the neighbours of a ray that certainly hits a triangle if the largest possible t of this hit is
-# close to the exact t. This is the largest difference that counts as close, as a share of t.
+# Skip the neighbours of a ray that certainly hits a triangle if the largest possible t of this hit
+# is close to the exact t. This is the largest difference that counts as close, as a share of t.
 _SAME = 1e-4
 
 
