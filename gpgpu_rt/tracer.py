@@ -328,7 +328,7 @@ class Tracer:
     def update(self, vertices: np.ndarray) -> None:
         """Move the scene's triangles.
 
-        A method whose row has ``refit`` adapts its structure to the new positions. It builds a new
+        A method with a ``Method.refit`` adapts its structure to the new positions. It builds a new
         structure only if the old one became worse by the ratio of the option ``rebuild_ratio``.
         Any other method always builds a new structure. ``statistics`` says whether a structure
         was built. ``scene`` is then a new object; the scene given to the tracer does not change.

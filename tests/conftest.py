@@ -31,7 +31,7 @@ from gpgpu_rt.workers import Workers
 # The tests have a new, empty cache, so they build each structure themselves, but only once.
 _CACHE = tempfile.TemporaryDirectory(prefix="gpgpu_rt_tests")
 os.environ["GPGPU_RT_CACHE"] = _CACHE.name
-# Tests find fetched scenes by GPGPU_RT_SCENES alone, so that a test can hide them.
+# Tests find fetched scenes only by GPGPU_RT_SCENES, so that a test can hide them.
 if "GPGPU_RT_SCENES" not in os.environ and catalogue.data_folder().is_dir():
     os.environ["GPGPU_RT_SCENES"] = str(catalogue.data_folder())
 os.environ["XDG_DATA_HOME"] = _CACHE.name

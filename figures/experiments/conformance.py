@@ -15,7 +15,7 @@ from .conformance_runs import WORK
 
 
 def cells(full: bool) -> list[Cell]:
-    """Return the one cell."""
+    """Return the single measurement of the figure."""
     return [Cell("extremes", "bvh-threaded", (), 45 if full else 17, WORK, 1)]
 
 

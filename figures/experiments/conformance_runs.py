@@ -1,4 +1,4 @@
-"""Conformance runs: engines are held against every family of extreme rays."""
+"""Conformance runs: engines trace every family of extreme rays."""
 from __future__ import annotations
 
 import functools
@@ -17,7 +17,7 @@ WORK = "conformance"
 
 
 def measure(rays: int) -> dict[str, Any]:
-    """Return the rows of one method of this project and of every engine that is installed.
+    """Return the results of one method of this project and of every engine that is installed.
 
     A worker may not start processes of its own, but the suite runs every engine in a process.
     Therefore this function runs the command.

@@ -41,7 +41,8 @@ def cells(full: bool) -> list[Cell]:
 
 def row(scene: str, label: str, plain: dict[str, Any], treated: dict[str, Any]
         ) -> dict[str, Any]:
-    """The row of a pair of cells. Nodes that rays visit together are divided among the rays."""
+    """The page's row for two measurements, without and with entry points. Nodes that rays visit
+    together are divided among the rays."""
     nodes, left = (each["counters"]["nodes_visited"] for each in (plain, treated))
     driver = treated["driver"]
     beams = driver.get("entry_nodes_visited", 0.0)

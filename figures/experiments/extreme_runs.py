@@ -11,8 +11,8 @@ from gpgpu_rt.conform.case import FAMILIES, Case
 from gpgpu_rt.conform.families import make_case
 
 SEED = 1
-# Cases whose rays need more steps than the step cap of some cells allows. They are traced without
-# that cap.
+# Cases whose rays need more steps than the step cap of some measurements allows. They are traced
+# without this cap.
 LONG = ("coincident", "long-way")
 
 

@@ -20,7 +20,8 @@ CAMERAS = {"cloth": rt.Camera((-1.9, 1.7, 2.6), (0.0, -0.1, 0.1), fov=40),
            "walker": rt.Camera((-5.4, 5.0, 8.6), (0.0, 0.8, 0.2), fov=40)}
 FIRST = {"kitchen-moving": 250}     # the frame at which a scene begins to show motion; default 0
 STRIDE = 4   # number of animation frames from one measured frame to the next
-# The option of cells whose frames are built ahead, by another process (`Tracer.updates`).
+# The option of a measurement (framework/cell.py) in which another process builds the structure of
+# the next frame (`Tracer.updates`).
 AHEAD = ("build_ahead", True)
 
 
@@ -30,8 +31,8 @@ def measure(scene: str, method: str, options: Mapping[str, Any], size: int,
 
     A scene without an animation stands still. Its triangles are updated all the same, as by a
     program that does not know that nothing moved. With AHEAD in the options, another process
-    builds each frame while the frame before it is traced, and the time of an update is the wait
-    for this build. The frame that starts the process is not counted.
+    builds each frame's structure while the frame before it is traced, and the time of an update
+    is the wait for this build. The frame that starts the process is not counted.
 
     Returns
     -------
@@ -89,7 +90,8 @@ def _moves(tracer: rt.Tracer, first: np.ndarray, vertices: list[np.ndarray],
 def _start(scene: str) -> rt.Scene:
     """The scene before the measured frames, with the camera from which they are seen.
 
-    The scene has no normals: hits do not need them, and each frame would compute them anew.
+    An animated scene is returned without normals: hits do not need normals, and each frame would
+    compute them anew.
     """
     if scene not in animation_names():
         return rt.load_scene(scene)

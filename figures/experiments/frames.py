@@ -30,7 +30,7 @@ FRAMES, FULL_FRAMES = 3, 12
 def columns() -> list[tuple[str, str, tuple[tuple[str, Any], ...]]]:
     """Label, method and options of each column, read from the method table.
 
-    A new method that can refit is therefore compared as soon as it has a row.
+    A new method that can refit is therefore compared as soon as the table contains it.
     """
     found = []
     for row in rt.methods():

@@ -1,7 +1,7 @@
 """Gap work: the measurements of the experiments on the survey's sections 4.3 and 5.
 
-There are three kinds of cells. They measure the bytes that passes move, the runs of kernels at
-every SIMD width, and the depth of stacks.
+There are three kinds of measurement: the bytes that passes move, the runs of kernels at every SIMD
+width, and the depth of stacks.
 """
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from gpgpu_rt.statistics import Statistics
 from ..framework.era_counts import STEPWISE, tile_pixels
 from .coherence import observe_order
 
-# The kinds are the beginnings of a cell's ``work``; a workload follows. MOVED measures the bytes
+# The kinds are the beginnings of ``Cell.work``; a workload follows. MOVED measures the bytes
 # that the passes of the workload move, DONE the work at each width, STACKS the stacks of its rays.
 MOVED, DONE, STACKS = "moved by ", "run by ", "stacks of "
 KINDS = (MOVED, DONE, STACKS)
@@ -47,7 +47,7 @@ MISSES = ("kd-restart", "kd-texture-stack", "bvh-threaded")     # methods whose 
 
 def measure(kind: str, scene: rt.Scene, rays: Workload, method: str,
             options: dict[str, Any]) -> dict[str, Any]:
-    """Measure a cell of a kind, and return the result."""
+    """Make a measurement of a kind, and return the result."""
     return {MOVED: _moved, DONE: _done, STACKS: _stacks}[kind](scene, rays, method, options)
 
 

@@ -49,8 +49,8 @@ def cells(full: bool) -> list[Cell]:
 
 
 def leasts(method: str, work: dict[str, Any]) -> dict[str, Least]:
-    """Return for each machine the time that it needs for the work of a `gap_work` cell at its peak
-    rates."""
+    """Return for each machine the time that it needs at its peak rates for ``work``, a result of
+    `gap_work.measure`."""
     card, made = find_card(CARD), machines()
     costs = {name: loop_costs(name, method, **dict(_options(method)))
              for name in (CARD.lower(), made["RPU"].compiler, made["Cell"].compiler)}
@@ -168,7 +168,7 @@ def _bars(axis: Any, mine: list[list[Any]]) -> None:
 
 
 def _paragraph(found: list[list[Any]], data: Path, full: bool) -> str:
-    """Sentences on what the survey expects, and on what the rows show."""
+    """Sentences on what the survey expects, and on what the measurements show."""
     times = {(row[0], row[1], row[2]): row for row in found}
     scene = next((s for s in reversed(SCENES) if (s, TREE, f"{CARD} and both") in times), None)
     if scene is None:

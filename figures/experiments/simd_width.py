@@ -120,7 +120,7 @@ def draw(data: Path, out: Path, full: bool) -> None:
 
 
 def _paragraph(found: list[tuple[Any, ...]]) -> str:
-    """Sentences on what the survey expects, and on what the rows show."""
+    """Sentences on what the survey expects, and on what the measurements show."""
     at = {row[:4]: row for row in found}
     widest = WIDTHS[-1]
     plain, ordered = ORDERS

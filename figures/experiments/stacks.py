@@ -37,7 +37,7 @@ def _bytes(fields: Iterable[Field], names: Iterable[str] | None = None) -> int:
     return sum(widths.values() if names is None else map(widths.__getitem__, names))
 
 
-# A BVH's stack stores nodes alone; a kd-tree's stack also stores where the interval ends.
+# A BVH's stack stores only nodes; a kd-tree's stack also stores where the interval ends.
 NODE, KD_ENTRY = _bytes(STACK_ENTRY.fields, ["node"]), _bytes(STACK_ENTRY.fields)
 LOCAL = ("node", "cursor", "stacked")    # the fields that a packet keeps within a pass
 # Label -> method, its options, bytes of a stack entry, and number of entries. If this number is
@@ -272,7 +272,7 @@ def _holds(claim: bool) -> str:
 
 
 def _rate(row: list[Any], share: float) -> float:
-    """Mrays/s of a row if its kernels had only this share of their instructions."""
+    """Mrays/s of a table row if the kernels had only this share of their instructions."""
     card = machines()[CARD]
     peak = 1e-6 * card.multiprocessors * card.clock * WARP / (CLOCKS * share * row[4])
     needed = WARP + (row[6] - WARP) / share
@@ -280,7 +280,7 @@ def _rate(row: list[Any], share: float) -> float:
 
 
 def _paragraph(found: list[list[Any]]) -> str:
-    """Sentences on what the survey expects, and on what the rows show."""
+    """Sentences on what the survey expects, and on what the measurements show."""
     card, by = machines()[CARD], {row[0]: row for row in found}
     parts = [
         f"The survey computes that stacks of {SURVEYS} bytes a ray leave "

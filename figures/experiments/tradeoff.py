@@ -18,12 +18,12 @@ from ..framework.works import picture_size
 
 SCENES = ("bunny", "cornell")
 # At the quick size, all options are measured for these methods only. Most other methods are
-# measured in full precision and in half floats. Methods with packets are measured in full
-# precision alone: their results are those of single rays, and their programs take seconds to
+# measured in full precision and in half floats. Methods with packets are measured only in
+# full precision: their results are those of single rays, and their programs take seconds to
 # compile.
 DETAIL = ("kd-restart", "bvh-threaded")
 # These methods get a quarter of the rays, like methods without the schedule `loop`. On the bunny
-# they are measured in full precision alone, because every other precision takes minutes.
+# they are measured only in full precision, because every other precision takes minutes.
 SLOW = ("ray-classification", "visibility-field")
 MARKERS = {"fp32": "o", "fp24": "s", "fp16": "^"}
 
@@ -36,8 +36,8 @@ def scenes(full: bool) -> tuple[str, ...]:
 def _options(row: rt.Method, scene: str, full: bool) -> list[dict[str, Any]]:
     """The settings that are measured: every precision, and every option value that may lose hits.
 
-    Options vary in full precision only. The methods in SLOW are measured in full precision alone
-    on the first scene. At the quick size, methods outside DETAIL vary only the precision.
+    Options vary only in full precision. On the first scene, the methods in SLOW are measured only
+    in full precision. At the quick size, methods outside DETAIL vary only the precision.
     """
     table = option_table(row.name)
     found: list[dict[str, Any]] = [{}]
@@ -55,7 +55,7 @@ def _options(row: rt.Method, scene: str, full: bool) -> list[dict[str, Any]]:
 
 
 def cells_of(scene: str, full: bool) -> list[Cell]:
-    """The cells of one scene.
+    """The measurements (framework/cell.py) of a scene.
 
     ``brute-force`` is left out, because it would take minutes and finds the hits that the grid
     finds. On the bunny, methods without the schedule `loop` are left out, because they would also

@@ -1,1 +1,2 @@
-"""The code that all figures share: cells, measuring, comparison, verdicts and pages."""
+"""The code that all figures share: cells (measurements), measuring, comparison,
+verdicts and pages."""

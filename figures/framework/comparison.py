@@ -72,7 +72,7 @@ Taus = dict[Panel, tuple[float, float]]   # tau-b of the predicted and of the me
 
 @dataclass(frozen=True)
 class Comparison:
-    """A figure: its panels, its columns, and the cell of each panel and column.
+    """A figure: its panels, its columns, and the cell (cell.py) of each panel and column.
 
     ``asked(panel, column, full)`` returns this cell without the triangle test; `cell` adds the
     test. ``source`` names the paper and the hardware of the published times. ``remarks`` returns

@@ -22,10 +22,10 @@ CONTRADICTIONS = (
                   "different orders. Figure 20's caption says that its scenes are Foley's, but "
                   "Cows is not in Figure 12, which has Foley's scenes."),
     Contradiction(("fig12", "fig20"), "The grid on robots takes 8344 ms in Figure 12 "
-                  "and 4626 ms in Figure 20. Yet Figure 20's card is slower in every other cell "
-                  "that both figures have. The grids probably differed in resolution."),
+                  "and 4626 ms in Figure 20. Yet Figure 20's card is slower in every other "
+                  "number that both figures have. The grids probably differed in resolution."),
     Contradiction(("fig08", "fig12"), "The survey calls kd-trees \"up to 8 times faster than the "
-                  "uniform grid\". By Figure 12 this is true of robots alone, and the grid is "
+                  "uniform grid\". By Figure 12 this is true only of robots, and the grid is "
                   "faster than the kd-trees on cornell and bunny."),
     Contradiction(("cpu",), "Section 4.2 scales 35.5 Mrays/s from 6.4 to 345.6 GFLOP/s and prints "
                   "1.887 billion rays a second; the product is 1.917. The 6.4 GFLOP/s seem to be "
@@ -43,7 +43,7 @@ CONTRADICTIONS = (
                   "stack overflows, and that push-down backtracks. In fact the ray restarts when "
                   "the stack runs empty, and push-down restarts too."),
     Contradiction(("fig15", "fig17"), "The survey says that each node stores six ropes. The sizes "
-                  "in Figure 17 are right only if leaves alone store ropes."),
+                  "in Figure 17 are right only if inner nodes store none."),
     Contradiction(("fig22",), "The survey describes Lauterbach's LBVH as clustering bottom-up. "
                   "In fact the LBVH splits sorted Morton codes by their bits, top-down."),
     Contradiction(("ray_space",), "The survey describes ray classification as a uniform grid over "

@@ -22,17 +22,18 @@ RULES = (
     f"**{verdicts.CONTRADICTED}**: the order differs, whatever the ratios are; or at most half of "
     "a figure's claims hold. Our machine, cameras and sometimes scenes differ from the papers'; "
     "the figure's page shows the reasons",
-    f"**{verdicts.REFUTED}**: at most half of a figure's claims hold, and they are claims about "
-    "structure, which no scene can change: one example decides",
+    f"**{verdicts.REFUTED}**: at most half of a figure's claims hold, and they are claims about a "
+    "method itself, which no scene can change: one example decides",
     f"**{verdicts.TOO_LITTLE}**: the verdict would rest on fewer than {verdicts.LEAST_SCENES} "
     f"scored scenes, or on fewer than {verdicts.LEAST_PAIRS} pairs of methods in all. A pair "
     "counts if the published numbers of its two methods, for the same scene and kind of rays, "
     "differ by more than 5 %. A claim that compares no methods needs only the scenes. A claim "
-    "about structure, which no scene can change, needs neither scenes nor pairs. If two times "
-    "differ by less than the runs of one method differ among themselves, they decide no claim",
+    "about a method itself, which no scene can change, needs neither scenes nor pairs. If two "
+    "times differ by less than the runs of one method differ among themselves, they decide no "
+    "claim",
     f"**{verdicts.REDRAWN}**: a diagram or a picture, made from this program's own passes and "
     "tables; the survey prints nothing in it that could be scored",
-    f"**{verdicts.UNMEASURED}**: all cells are missing",
+    f"**{verdicts.UNMEASURED}**: the measurements that would decide are missing",
     "If a figure's paper measured on a card, the first verdict compares the published times with "
     "the times that are predicted for that card. A second verdict, by the same rules, compares "
     "them with the times measured on the present renderer",

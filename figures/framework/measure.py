@@ -1,6 +1,7 @@
 """Measuring: measures cells and writes each result to a JSON file. Figures read only these files.
 
-A cell that was finished with the same settings on the same renderer is not measured again.
+A cell is a measurement (cell.py). A cell that was finished with the same settings on the same
+renderer is not measured again.
 """
 from __future__ import annotations
 
@@ -39,7 +40,7 @@ def measure(cells: Iterable[Cell], data: Path, again: bool = False,
     """
     data.mkdir(parents=True, exist_ok=True)
     todo = [cell for cell in dict.fromkeys(cells) if again or read(cell, data) is None]
-    with tqdm(total=len(todo), unit="cell", dynamic_ncols=True) as progress:
+    with tqdm(total=len(todo), unit="measurement", dynamic_ncols=True) as progress:
         for cell, result in _results(todo, workers, progress):
             progress.set_description(_words(cell))
             _write(cell, result, data)

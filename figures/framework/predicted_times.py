@@ -69,7 +69,7 @@ class PredictedRow:
     form : the form of the programs
     published : nanoseconds per ray, or per pixel of a picture
     counts : results of `era_counts.measure`, an entry for each kind of rays
-    stand_in : whether the scene's mesh is missing, so that the row is not scored
+    stand_in : whether the scene's mesh is missing, so that the prediction is not scored
     """
 
     figure: Comparison
@@ -87,7 +87,7 @@ class PredictedRow:
 
     @property
     def judged(self) -> bool:
-        """Whether the figure's verdict takes this row."""
+        """Whether the figure's verdict uses this prediction."""
         return self.form == self.paper_card.forms_of(self.column.method)[0]
 
     @property
@@ -204,7 +204,7 @@ def compiled_options(method: str, chip: str, options: Options) -> Options:
 
 def counted_cell(scene: str, method: str, options: tuple[tuple[str, Any], ...], size: int,
                  rays: str, chip: str) -> Cell:
-    """Return the cell that counts the issues of a method's kernels on a card."""
+    """Return the cell (cell.py) that counts the issues of a method's kernels on a card."""
     return Cell(scene, method, options, size, WORK + rays + ON + chip, runs=1)
 
 
@@ -219,7 +219,7 @@ def cells(figure: Comparison, full: bool) -> list[Cell]:
 
 
 def rows(figure: Comparison, data: Path, full: bool) -> list[PredictedRow]:
-    """Return a row for each published number and form whose counts are measured."""
+    """Return a `PredictedRow` for each published number and form whose counts are measured."""
     found = []
     for panel, column, some in pairs(figure, full):
         results = {kind: result for kind, cell in some.items()
@@ -236,8 +236,8 @@ def rows(figure: Comparison, data: Path, full: bool) -> list[PredictedRow]:
 
 def pairs(figure: Comparison,
           full: bool) -> Iterator[tuple[Panel, MethodColumn, dict[str, Cell]]]:
-    """Yield each pair with a published number and a prediction, with a cell for each kind of
-    rays."""
+    """Yield each panel and column with a published number and a prediction, with a cell (cell.py)
+    for each kind of rays."""
     paper = figure.paper_card
     for panel, column in figure.pairs(full) if paper is not None else ():
         if (paper is None or not paper.forms_of(column.method)

@@ -1,8 +1,9 @@
 """Provenance: where a figure's numbers come from, in a JSON file beside its page.
 
 ``out/NAME.json`` is written when the page is drawn. It holds the figure's table, the verdict, and
-the file, settings, renderer, commit and date of each cell. Diagrams have no cells: they show
-passes that run while the page is drawn. For them the file names the renderer of these passes.
+the file, settings, renderer, commit and date of each measurement. Diagrams have no
+measurements: they show passes that run while the page is drawn. For a diagram the file names the
+renderer of these passes.
 """
 from __future__ import annotations
 
@@ -25,7 +26,8 @@ from .verdicts import Verdict
 
 
 def sources(cells: Iterable[Cell], data: Path) -> list[dict[str, Any]]:
-    """The file, settings, renderer, commit, date and processor time of each finished cell."""
+    """The file, settings, renderer, commit, date and processor time of each finished cell
+    (cell.py)."""
     return [{"file": cell.name, "settings": result["settings"],
              "renderer": result.get("gpu", {}).get("renderer"),
              "commit": result.get("commit"), "date": result.get("date"),
@@ -79,10 +81,11 @@ def spent(pages: Iterable[dict[str, Any]]) -> tuple[float, int]:
 
 
 def summary(held: dict[str, Any]) -> str:
-    """Return one line: the number of a page's cells, and their renderers, commits and dates."""
+    """Return one line: the number of a page's measurements, their renderers, commits and dates.
+    """
     cells = held["cells"] or [held["drawn"]]
     words = [", ".join(sorted({str(cell[key]) for cell in cells}))
              for key in ("renderer", "commit", "date")]
-    count = (counted(len(held["cells"]), "cell") if held["cells"]
+    count = (counted(len(held["cells"]), "measurement") if held["cells"]
              else "drawn from passes as they ran")
     return f"{count}; {words[0]}; commit {words[1]}; {words[2]}"

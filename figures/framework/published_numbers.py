@@ -52,8 +52,8 @@ def published(*names: str, **more: str | None) -> float | None:
 def published_range(*names: str, **more: str | None) -> tuple[float, float]:
     """The lower and the upper end of a range that the survey prints, in the survey's unit.
 
-    The parameters are those of `published_row`. The row must exist. If the survey prints a single
-    number, both ends are this number.
+    The parameters are those of `published_row`. The number must exist. If the survey prints a
+    single number, both ends are this number.
     """
     row = published_row(*names, **more)
     assert row is not None, (names, more)
@@ -65,7 +65,7 @@ TIMES = ("ms", "Mrays/s", "frames/s")    # the units in which the survey prints 
 
 
 def rows_of(figure: str) -> list[dict[str, str]]:
-    """All published rows of a figure."""
+    """The rows of all published numbers of a figure."""
     return [row for row in _rows() if row["figure"] == figure]
 
 

@@ -1,4 +1,4 @@
-"""Results: a JSON file for each finished cell. The file is ignored if the settings changed."""
+"""Results: a JSON file for each finished cell (cell.py). Ignore a file if the settings changed."""
 from __future__ import annotations
 
 import functools

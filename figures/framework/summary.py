@@ -1,6 +1,6 @@
 """Summary: ten sentences on which results of the survey are confirmed, contradicted or not tried.
 
-The sentences open the index. Every number in them comes from the verdicts and cells of the pages.
+The sentences open the index. Every number in them comes from the pages' verdicts and measurements.
 """
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Sweep: measures cells with workers, on one machine or several.
+"""Sweep: measures cells (cell.py) with workers, on one machine or several.
 
 Untimed cells run first and side by side: they build the structures that timed cells trace. A timed
 cell has its machine to itself. Results are yielded as they arrive.

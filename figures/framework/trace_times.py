@@ -100,7 +100,7 @@ def embree(threads: int = 1) -> Engine:
 
 
 def _embree(cell: Cell) -> dict[str, Any]:
-    """Times of embreex on a cell's rays. Embreex has no counters."""
+    """Times of embreex on the rays of a cell (cell.py). Embreex has no counters."""
     rays, threads = workload(cell.scene, cell.work, cell.size), dict(
         cell.options).get("threads", 1)
     engine = embree(threads)

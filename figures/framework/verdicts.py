@@ -1,8 +1,10 @@
 """Verdicts: rules that decide from numbers whether a figure came out as the survey prints it.
 
-* reproduced: the order and the ratios agree. The order agrees if tau-b of every group is at least
-  HIGH. The ratios agree if they are off by less than FACTOR in the median.
-* reproduced in order, not in ratio: only the order agrees.
+A group is a scene and a kind of rays, with the times of several methods.
+
+* reproduced: The order and the ratios agree. The order agrees if tau-b of every group is at least
+  HIGH. The ratios agree if the median over the groups of `off_by` is less than FACTOR.
+* reproduced in order, not in ratio: Only the order agrees.
 * contradicted: The order differs, whatever the ratios are.
 * refuted by a counterexample: At most half of the claims hold, and no scene can change them.
 * too little to judge: Fewer than LEAST_SCENES scored scenes, or fewer than LEAST_PAIRS pairs of
@@ -12,11 +14,11 @@
 A claim in words has neither order nor ratio. A figure that makes claims is reproduced if every
 claim holds, mostly reproduced if more than half hold, and contradicted otherwise. A claim that
 compares methods needs as many scenes and pairs as a table of times. A claim that compares no
-methods needs only the scenes. A claim about structure, which no scene can change, needs neither
-scenes nor pairs.
+methods needs only the scenes. A claim about a method itself, which no scene can change, needs
+neither scenes nor pairs.
 
-A stand-in replaces a scene whose mesh is missing, and is never scored. A verdict also holds the
-verdict that the same rules give on the stand-ins.
+A stand-in replaces a scene whose mesh is missing, and is never scored. A `Verdict` also contains
+the verdict that the same rules give on the stand-ins.
 """
 from __future__ import annotations
 
@@ -42,6 +44,7 @@ UNMEASURED = "not measured"
 WORDS = (REPRODUCED, ORDER, MOSTLY, CONTRADICTED, REFUTED, TOO_LITTLE, REDRAWN, UNMEASURED)
 HIGH, FACTOR = 0.8, 2.0        # orders agree if tau-b >= HIGH; ratios agree if off by < FACTOR
 LEAST_SCENES, LEAST_PAIRS = 2, 4
+MISSING = "the measurements that would decide are missing."
 RENDERER = "By the same rules the verdict on the times of the present renderer"
 
 
@@ -50,11 +53,11 @@ class Verdict:
     """One of WORDS, the reason with the numbers that decided, and what the verdict rests on.
 
     scenes : The scored scenes, each once.
-    pairs : Number of pairs of methods that were compared on these scenes.
+    pairs : Number of pairs of methods that were compared on the scored scenes.
     agreed : Number of pairs that have the published order. None for claims.
     claims : Number of claims that the measurements decide.
-    held : Number of these claims that hold.
-    structure : Number of these claims that no scene can change.
+    held : Number of decided claims that hold.
+    structure : Number of decided claims that no scene can change.
     stand_ins : The verdict of the same rules on the stand-ins. Its `scenes` are the stand-ins.
     renderer : The verdict of the same rules on times of the present renderer, where the verdict
         itself is on times predicted for the paper's card.
@@ -152,7 +155,8 @@ def of_claims(claims: Iterable[Claim], exceptions: Sequence[str] = ()) -> Verdic
 
 
 def word_of_claims(held: int, claims: int) -> str:
-    """The word of a verdict on enough claims, of which ``held`` hold."""
+    """The word of a verdict on ``claims`` claims with enough scenes and pairs, if ``held`` of them
+    hold."""
     return REPRODUCED if held == claims else MOSTLY if 2 * held > claims else CONTRADICTED
 
 
@@ -166,7 +170,7 @@ def _beside_stand_ins(scored: Verdict, stand_ins: Verdict) -> Verdict:
 
 def _of_groups(groups: Sequence[MethodTimes]) -> Verdict:
     if not groups:
-        return Verdict(UNMEASURED, "none of its cells is measured.")
+        return Verdict(UNMEASURED, MISSING)
     counts = [(group, pair_counts(group.ours, group.theirs)) for group in groups]
     ordered = [(group, count) for group, count in counts if count.ordered]
     scenes = tuple(dict.fromkeys(group.scene for group, _ in ordered))
@@ -193,9 +197,8 @@ def _order(ordered: Sequence[tuple[MethodTimes, PairCounts]], low: Sequence[str]
 
 
 def _ties(tied: Sequence[MethodTimes]) -> list[str]:
-    return [] if not tied else ["the published numbers of "
-                                f"{', '.join(group.label for group in tied)} tie, so they have no "
-                                "order to reproduce"]
+    return [] if not tied else ["there is no order to reproduce where all published numbers of a "
+                                f"group tie: {', '.join(group.label for group in tied)}"]
 
 
 def _too_few(scenes: Sequence[str], pairs: int | None) -> str:
@@ -214,7 +217,7 @@ def _too_few(scenes: Sequence[str], pairs: int | None) -> str:
 
 def _of_claims(claims: Sequence[Claim]) -> Verdict:
     if not claims:
-        return Verdict(UNMEASURED, "none of its cells is measured.")
+        return Verdict(UNMEASURED, MISSING)
     on_scenes = [claim for claim in claims if claim.scenes]
     scenes = tuple(dict.fromkeys(scene for claim in on_scenes for scene in claim.scenes))
     pairs = len({pair for claim in on_scenes for pair in claim.pairs})
@@ -240,13 +243,14 @@ def _answer(holds: bool | None) -> str:
 
 
 def rests_on(verdict: Verdict) -> str:
-    """A clause that counts the scored scenes, the pairs of methods and the claims on structure."""
+    """A clause that counts the scored scenes, the pairs of methods, and the claims that no
+    scene can change."""
     if verdict.word == REDRAWN:
         return "no number of the survey"
     parts = []
     if verdict.structure:
-        parts.append(f"{counted(verdict.structure, 'claim')} about structure, which no scene can "
-                     "change")
+        parts.append(f"{counted(verdict.structure, 'claim')} about a method itself, which no "
+                     "scene can change")
     if verdict.scenes or not parts:
         parts.append(_counts(verdict, "scored scene"))
     return "; ".join(parts)

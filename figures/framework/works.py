@@ -1,8 +1,8 @@
 """Works: the table of the kinds of measurement, with a row for each kind.
 
-A cell's `work` is a string. It begins with the name of a row, and the rest names a workload or a
-variant. If `work` does not begin with the name of a row, it is the name of a workload, whose rays
-are traced and timed.
+A cell is a measurement (cell.py). The string `work` of a cell begins with the name of a row, and
+the rest names a workload or a variant. If `work` does not begin with the name of a row, it is the
+name of a workload, whose rays are traced and timed.
 """
 from __future__ import annotations
 
@@ -163,5 +163,5 @@ TRACED = MeasurementKind("", lambda cell, _: trace_times.measure(cell))
 
 
 def work_of(cell: Cell) -> MeasurementKind:
-    """The row that a cell's `work` names."""
+    """The row of WORKS that a cell's `work` names."""
     return next((work for work in WORKS if cell.work.startswith(work.name)), TRACED)

@@ -49,7 +49,7 @@ def cells(full: bool) -> list[Cell]:
 
 
 def row_of(scene: str, setting: str, result: dict[str, Any]) -> list[Any]:
-    """The values of a row, in the columns HEADS, from the last run of a cell."""
+    """The values of a row, in the columns HEADS, from the last run of a measurement."""
     cost, rays = result["statistics"], result["rays"]
     split, total = cost["split"], cost["trace_seconds"]
     up, down = split["bytes_up"] / rays, split["bytes_down"] / rays

@@ -48,7 +48,7 @@ def judge(data: Path, full: bool) -> verdicts.Verdict:
 
 
 def spread(result: dict[str, Any]) -> float:
-    """Seconds between the slowest and the fastest run of a cell."""
+    """Seconds between the slowest and the fastest run of a measurement."""
     return (max(result["samples_ms"]) - min(result["samples_ms"])) / 1e3
 
 

@@ -107,6 +107,7 @@ def draw(data: Path, out: Path, full: bool) -> None:
     left.legend(frameon=False)
     figure.suptitle("Figure 8: a teapot in a stadium", fontsize=11)
     figure.tight_layout(rect=(0, 0.05, 1, 1))
-    save_chart(figure, out / "fig08.png", f"Renderer: {renderer}. Eye rays, schedule loop.")
+    save_chart(figure, out / "fig08.png",
+               f"Renderer: {renderer}. Eye rays, under the schedule `loop`.")
     with rt.Tracer("stadium:0.1") as tracer, replacing(out / "fig08-stadium.png") as path:
         tracer.render(size=(512, 512)).save(path)

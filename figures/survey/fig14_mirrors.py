@@ -140,7 +140,7 @@ def _table(results: list[list[dict[str, Any]]]) -> list[list[float]]:
 
 
 def verdict(scene: str, triangles: int, rows: list[list[float]]) -> str:
-    """Sentences on whether the rows support the survey's claim."""
+    """Sentences on whether the measurements support the survey's claim."""
     first, last = rows[0], rows[-1]
     if parted(rows) < PARTED:
         return exception(scene, triangles, rows)

@@ -64,7 +64,7 @@ class MethodSpeed:
 
 
 def cells(full: bool) -> list[Cell]:
-    """The cells that time the entries here, and the cells that count what the card does."""
+    """The measurements that time the entries here, and those that count what the card does."""
     return [cell for entry in entries() for cell in (entry.measured(full), entry.counted())
             if cell is not None]
 

@@ -34,6 +34,6 @@ def row_of(cell: Cell, data: Path) -> list[Any] | None:
 
 
 def picture(cell: Cell) -> np.ndarray:
-    """The picture of a cell, (size, size, 3) uint8."""
+    """The picture that a cell (framework/cell.py) asks for, (size, size, 3) uint8."""
     with rt.Tracer(cell.scene, cell.method) as tracer:
         return np.asarray(tracer.render(size=(cell.size, cell.size)))

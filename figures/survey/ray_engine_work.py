@@ -1,7 +1,8 @@
 """Ray Engine work: what the Ray Engine of Carr et al. 2002 does on a card, and its predicted time.
 
-A cell measures this work if its ``work`` is WORK followed by the name of a workload. The card
-tests every pair of a ray and a triangle; the host collects the pairs and is left out.
+A cell (framework/cell.py) measures this work if its ``work`` is WORK followed by the name of a
+workload. The card tests every pair of a ray and a triangle; the host collects the pairs and is
+left out.
 """
 from __future__ import annotations
 

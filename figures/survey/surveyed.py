@@ -63,7 +63,7 @@ class SurveyedMethod:
         return next(row for row in rt.methods() if row.name == self.method)
 
     def measured(self, full: bool) -> Cell:
-        """The cell that times eye rays of the scene here."""
+        """The measurement that times eye rays of the scene here."""
         return Cell(SCENE, self.method, (*self.options, PERIOD_TEST), measured_size(full), EYE,
                     runs=timed_runs(full))
 
@@ -73,8 +73,8 @@ class SurveyedMethod:
         return next(iter(forms_of(self.method, CHIP, (WHILE_WHILE,))), None)
 
     def counted(self) -> Cell | None:
-        """The cell that counts what the card does for the rays that the prediction covers, or None
-        for a method without a prediction."""
+        """The measurement that counts what the card does for the rays that the prediction covers,
+        or None for a method without a prediction."""
         options = (*self.options, PERIOD_TEST)
         if self.method == ray_engine_work.METHOD:
             return Cell(SCENE, self.method, options, PREDICTED_SIZE, ray_engine_work.WORK + EYE,
@@ -119,5 +119,5 @@ def published_speed(source: str | None) -> float | None:
 
 
 def updated(entry: SurveyedMethod) -> Cell:
-    """The cell that times how a method updates its structure after triangles have moved."""
+    """The measurement that times how a method updates its structure after triangles have moved."""
     return Cell(SCENE, entry.method, entry.options, 0, "updates", runs=3)

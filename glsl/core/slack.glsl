@@ -18,7 +18,7 @@
 //   5 u M             The slab's t: M itself, a difference, the inverse direction, a product.
 //
 // The sum, 20 u M + 12 k u M, is below BOX_SLACK M for k up to 3.6. A triangle that fills half of its
-// sheared box has k <= 1. In a plane perpendicular to an axis, k depends on the triangle's shape alone, even
+// sheared box has k <= 1. In a plane perpendicular to an axis, k depends only on the triangle's shape, even
 // if the ray is almost parallel to the plane. The shear then scales X, Y and the sum of the weights alike.
 // Oblique needles, and oblique planes almost parallel to the ray, have a larger k: their t may lie outside
 // their box. The search loses such a hit if the search begins or ends between t and the box;

@@ -1,6 +1,7 @@
-// Reads the entry list of a tile, which stages/entry_points.frag has written, for a ray or for a smaller
-// tile. An entry is the root of a subtree that rays of the tile have to search. The entries are in the order
-// of the walk. A texel holds four entries. The texels of a tile lie `entry_tiles_across` texels apart.
+// Reads the entry list of a tile, for a ray of the tile or for a smaller tile in it. A pass of
+// stages/entry_points.frag wrote the list. An entry is the root of a subtree that rays of the tile have to
+// search. The entries are in the order of the walk. A texel holds four entries. The texels of a tile lie
+// `entry_tiles_across` texels apart.
 
 const int LIST_END = -1;
 const int WHOLE_TREE = -(1 << 24);

@@ -84,7 +84,7 @@ def accuracy_knobs(method: str) -> list[list[dict[str, Any]]]:
     """Return, for each knob that changes the hits, the changes to try.
 
     Precision, storage and rounding are a single knob, because fp32 rounds in one way only.
-    Arithmetic alone is not tried: it saves nothing without smaller storage.
+    Lower arithmetic without smaller storage is not tried: it saves nothing.
     """
     table = option_table(method)
     ways: list[dict[str, Any]] = [{}]

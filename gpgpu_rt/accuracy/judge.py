@@ -37,7 +37,7 @@ class Judgement:
     t_ulps : (n,) float64, |t - exact t|, where the exact t lies on the answer's own triangle. The
         unit is the unit in the last place (ulp) of the exact t as a float32. NaN for misses and
         false hits
-    t_bounds : (n,) float64, the same error divided by the bound that `error_bounds` derives
+    t_bounds : (n,) float64, |t - exact t| divided by the bound on it that `error_bounds` derives
     barycentric_error : (n,) float64, the larger of the errors of u and v; NaN for misses and false
         hits
     """
@@ -108,7 +108,7 @@ def judge(scene_or_triangles: Any, origins: np.ndarray, directions: np.ndarray, 
     scene_or_triangles, origins, directions, t_min, t_max : the traced scene and rays, as for
         `reference.trace`; an invalid ray is right if it is a miss with the status INVALID
     hits : the answers, in the order of the rays
-    reference : the result of `reference.trace` for these rays; computed if None
+    reference : the result of `reference.trace` for the same rays; computed if None
 
     Raises
     ------

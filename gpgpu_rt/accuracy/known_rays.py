@@ -170,8 +170,8 @@ class KnownRays:
         verdict = judge(self.scene, self.origins, self.directions, hits, reference=truth)
         category, excused = verdict.category.copy(), verdict.within_bound.copy()
         # If an answer has a wrong distance and a triangle other than the truth's, judge it again
-        # with the exact distance of its triangle. The new category then depends on the triangle
-        # alone.
+        # with the exact distance of its triangle. The new category then depends
+        # only on the triangle.
         other = np.flatnonzero((category == WRONG_DISTANCE) & (hits.triangle != truth.triangle))
         category[other] = self._choice(hits, other)
         excused[other] = category[other] == RIGHT

@@ -72,7 +72,7 @@ class Yardstick:
         dict
             ``method``, ``precision`` and ``options`` name the candidate, and ``rays`` is the
             number of rays of each kind. ``kinds`` has an entry for each kind of rays: the score
-            (`known_rays.Score`), ``seconds`` (median time of the passes alone),
+            (`known_rays.Score`), ``seconds`` (median time of only the passes),
             ``rays_per_second`` and ``passes``. ``all`` is such an entry for all kinds together.
             ``texture_bytes`` is the size of all textures. ``image`` compares a picture with the
             reference picture: ``rmse``, ``differing`` (share of pixels that differ by more than

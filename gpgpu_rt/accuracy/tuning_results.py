@@ -75,7 +75,7 @@ class Search:
     Attributes
     ----------
     rays_of : "coherent", "incoherent", or "all" if there is one choice for all rays
-    promise : the bounds for these rays
+    promise : the bounds for the rays of ``rays_of``
     rays : number of rays of each proof
     seed : seed of all rays
     notes : remarks on the search

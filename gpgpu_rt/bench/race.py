@@ -118,7 +118,7 @@ def race(scene: str, kind: str, candidates: Sequence[tuple[str, dict[str, Any]]]
     size : side in pixels of the square image that the rays belong to
     runs : number of timed rounds, after a warm-up round. In a timed round, each entry first traces
         once untimed, because the entry before it filled the caches with other data
-    engines : engines to time; missing engines, and engines that cannot trace these rays, are left
+    engines : engines to time; missing engines, and engines that cannot trace the rays, are left
         out
     report : called with each line about progress
 

@@ -28,7 +28,7 @@ def add_commands(command: Command) -> None:
     """Declare the command. ``command(name, run, text)`` returns its parser."""
     sub = command("conform", _conform, "test ray tracers with extreme rays whose exact answers "
                   "are known")
-    add_methods(sub, "bvh-threaded; 'all' for every method, 'none' for engines alone")
+    add_methods(sub, "bvh-threaded; 'all' for every method, 'none' for only engines")
     sub.add_argument("--schedules", action="store_true", help="run each method under every "
                      "schedule that it has")
     sub.add_argument("--engine", action="append", default=[], metavar="NAME|MODULE:FUNCTION",

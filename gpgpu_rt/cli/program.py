@@ -90,9 +90,11 @@ def _joined(programs: list[TracedProgram]) -> str:
 
 
 def files_of_method(name: str) -> list[tuple[str, str]]:
-    """Return (file, purpose) for each file of a method, the row's file first.
+    """Return (file, purpose) for each file of a method. The Python file of the method's row in the
+    method table comes first.
 
-    Without an OpenGL context, the result has only the row's own files, not the included files.
+    Without an OpenGL context, the result has only the files that the row names, not the files that
+    these include.
     """
     row, file = find_method(name), file_of(name)
     found = [] if file is None else [(_shown(file), "row")]

@@ -21,7 +21,7 @@ thead th { border-bottom: 1px solid #888 } tbody tr:hover td { outline: 1px soli
 
 
 def write_page(rows: Sequence[Row], missing: Mapping[str, str], path: str) -> None:
-    """Write the rows to an HTML file.
+    """Write the suite's results to an HTML file.
 
     Parameters
     ----------

@@ -35,7 +35,8 @@ def cases(draw: st.DrawFn, names: Sequence[str] = (), most_rays: int = 64,
     ----------
     names : the families to draw from; all but the slow families by default
     most_rays : the largest number of rays of a case
-    intervals : whether rays may begin after t = 0 or end; if not, t_min is 0 and t_max infinite
+    intervals : whether rays keep their family's t_min and t_max; if not, t_min is 0 and t_max
+        infinite
     """
     case = make_case(draw(families(names)), draw(st.integers(1, most_rays)),
                      draw(st.integers(0, 2 ** 32 - 1)))

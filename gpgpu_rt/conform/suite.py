@@ -32,7 +32,8 @@ class Row:
     ----------
     engine, version : The engine, and its package's version or "".
     family : The family's name.
-    rays : Number of rays that the engine traced; 0 if it does not know their intervals.
+    rays : Number of rays that the engine traced; 0 if the engine does not accept the rays'
+        t_min and t_max.
     undecidable : Number of rays for which a hit and a miss are both right.
     wrong : Number of wrong rays by kind, of KINDS. A crash counts for all rays of the family.
     seconds : Time of the engine's call, with the construction of its structure.
@@ -57,7 +58,7 @@ class Row:
         return sum(self.wrong.values())
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the row, ready for JSON."""
+        """Return the fields, ready for JSON."""
         return asdict(self)
 
 
@@ -115,7 +116,8 @@ def installed() -> tuple[list[Spec], dict[str, str]]:
 
 def run(specs: Sequence[Spec], names: Iterable[str], rays: int = RAYS, seed: int = SEED
         ) -> Iterator[Row]:
-    """Let each engine answer the rays of each family, and yield a row for each pair of the two."""
+    """Let each engine answer the rays of each family, and yield a `Row` for each engine
+    and family."""
     # A wrapper comes after the engine that it wraps. Every engine has a process of its own, since
     # an engine may change the state of its process; this project's methods share a process.
     ordered = sorted(dict.fromkeys(specs), key=lambda spec: bool(spec.engine.wraps))
@@ -138,7 +140,7 @@ def _process_of(spec: Spec) -> str:
 
 def _row(runner: Runner, spec: Spec, known: Known, wrong: dict[str, np.ndarray],
          hung: Mapping[str, str]) -> Row:
-    """Return the row of an engine.
+    """Return the `Row` of an engine and a family.
 
     Parameters
     ----------

@@ -32,7 +32,7 @@ def loop_costs(card: str, method: str, **options: Any) -> dict[str, LoopCost]:
     Parameters
     ----------
     card : the compiler, one of `static_costs.COMPILERS`
-    options : the method's options; by default those of its row
+    options : the method's options. An option that is not given has its default
     """
     found = {}
     for program in era_programs(method, **options):

@@ -103,7 +103,7 @@ def on_card(card: Card, work: Mapping[str, Any], costs: Mapping[str, LoopCost],
         the kernel's name. ``transfers`` has numbers of cache misses. Its key "8192 16 4" stands
         for a cache of 8192 bytes, lines of 16 bytes and 4 rays that fetch together
     costs : each kernel's cost by the card's compiler
-    units : the units; None for the card alone
+    units : the units; None for a card without units
     taken : the kernels that the units execute, as for `by_unit`
     width : number of fragments that branch together; None for the card's own number
     """

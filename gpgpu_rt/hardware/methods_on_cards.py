@@ -1,8 +1,9 @@
 """Methods on cards: compare the programs of each method with the limits of a card.
 
 The era form of a method (docs/era.md) is judged by the counts of Mesa's compiler for the card.
-Today's programs are judged by their targets, tables, loops and queries alone, because no card's
+Today's programs are judged only by their targets, tables, loops and queries, because no card's
 compiler accepts them.
+
 For example, the ray engine of Carr et al. (2002) ran in fixed point on the Radeon 8500, but ours
 needs float textures.
 """

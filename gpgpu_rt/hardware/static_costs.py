@@ -28,7 +28,8 @@ DEFINES: Mapping[str, object] = {"STACK_SIZE": 32}
 # Settings that are compiled beside the defaults: (method, options).
 SETTINGS: tuple[tuple[str, Mapping[str, Any]], ...] = (
     ("bvh-threaded", {"octants": True}), ("tree-unit", {"criterion": "box"}))
-# The packets that are compiled, in loops alone: Horn's improvements, one after another.
+# Packets that are compiled, only as kernels in a loop: (method, options). Each adds the next of
+# Horn's improvements.
 PACKETS: tuple[tuple[str, Mapping[str, Any]], ...] = tuple(
     ("kd-packet", {"push_down": down, "stack_size": size, "skip_empty_leaves": False})
     for down, size in ((False, 0), (True, 0), (True, 3)))
@@ -123,7 +124,7 @@ def era_methods() -> list[str]:
 
 
 def packet_methods() -> list[str]:
-    """Return the names of the methods whose era form runs packets, in loops alone."""
+    """Return the names of the methods whose era form runs packets, only in a loop."""
     return [row.name for row in methods() if row.era_packets is not None]
 
 
@@ -136,8 +137,8 @@ def era_programs(method: str, any_hit: bool = False, in_loop: bool = False,
     ----------
     method : a name of the method table
     any_hit : whether rays stop at their first hit
-    in_loop : whether the kernels are branches in a loop, not passes. Packets have only these
-    options : the method's options; by default those of its row
+    in_loop : whether the kernels are branches in a loop, not passes; must be true for packets
+    options : the method's options. An option that is not given has its default
 
     Raises
     ------
@@ -155,7 +156,8 @@ def _programs(method: str, any_hit: bool, in_loop: bool,
         resolved = row.resolved(dict(options))
         return tuple(_program(method, kernel) for kernel in (
             *packet_kernels(row, resolved, any_hit), packet_loop(row, resolved, any_hit)))
-    # The chip's number format changes no instruction: a card computes in its own number format.
+    # Choose a chip with fp32, for which kernels contain no code that rounds. A card rounds by its
+    # own arithmetic.
     resolved = row.resolved({**dict(options), "era": "nv40"})
     defines = {name: value for name, value in DEFINES.items() if name not in row.defines(resolved)}
     kernels = era_kernels(row.formed(resolved), resolved, any_hit, defines, in_loop)

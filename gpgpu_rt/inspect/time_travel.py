@@ -133,7 +133,7 @@ class _StateRecorder:
             self._take_packets(kernel, target)
             return
         state = self._rays(target.fields(self.state_name))
-        # In the era form (docs/era.md), a kernel that cannot change hits draws states alone.
+        # In the era form (docs/era.md), a kernel that cannot change hits draws only states.
         hit = self._rays(target.fields(HIT.name)) if HIT.name in target.records else self.hit
         served = {}
         if self.packets:    # this pass does not change the packets' states

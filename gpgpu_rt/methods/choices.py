@@ -35,7 +35,7 @@ class Choice:
     measured: dict[str, Any] = field(default_factory=dict)
 
     def resolved(self) -> tuple[Method, dict[str, Any]]:
-        """The method's row in its form for these options, and every option with its value.
+        """The method in its form for its options (`Method.formed`), and the value of every option.
 
         Raises
         ------

@@ -1,4 +1,4 @@
-"""Methods of a user: load Python files of other folders and check their rows.
+"""Methods of a user: load Python files of other folders and check their rows of the method table.
 
 Each file defines ``ROWS``, as the ``rows.py`` of a family does; CONTRIBUTING.md has an example.
 """

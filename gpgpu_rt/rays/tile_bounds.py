@@ -41,7 +41,7 @@ class TileBounds:
         ----------
         first : the number of the first row in the textures, a multiple of the side
         planes : (rows, width, 4) float32 each, rays in the layout of RAY_TEXELS
-        start : (4,) float32, the origin and t_min that all these rays share, or None
+        start : (4,) float32, the origin and t_min that all rays of ``planes`` share, or None
         """
         along = planes[1]
         rows = slice(first // self.side, -(-(first + len(along)) // self.side))

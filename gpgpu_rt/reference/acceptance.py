@@ -10,12 +10,14 @@ bounds of `error_bounds` are therefore evaluated with a unit roundoff of 2^-20 i
 They tell which triangles a fair engine may hit, which triangles it certainly hits, and how large
 the error of its t may be.
 
-A triangle is acceptable if it may be hit, and if no triangle is certainly hit before it. A ray
-must hit if it certainly hits a triangle. A ray near an edge or a vertex must hit, too, if exact
-arithmetic says that it hits, all its neighbours hit, and the triangles of these hits share the
-edge or the vertex (their corners are equal to the bit). The neighbours are rays around the ray;
-the outer neighbours are farther away than rounding errors reach. If an engine misses such a ray,
-the miss is a leak.
+A triangle is acceptable if it may be hit, and if no triangle is certainly hit before it.
+
+A ray must hit if it certainly hits a triangle. A ray near an edge or a vertex must also hit if two
+conditions are met. First, in exact arithmetic the ray hits, and so do all its neighbours: rays
+around the ray, the outer of which are farther away than rounding errors reach. Second, the
+triangle that the ray hits and the triangles that its neighbours hit meet at the edge or the
+vertex: their corners there are equal to the bit. If an engine misses a ray that must hit, the miss
+is a leak.
 
 If two surfaces only seem to meet, seen from the origin, a ray between them need not hit.
 
@@ -44,7 +46,8 @@ FAIR = Arithmetic(2.0 ** -20, 4 * FLOAT32.tiny, FLOAT32.huge)
 RADIUS = 32 * FAIR.unit
 _RINGS = ((RADIUS, 12), (RADIUS / 3, 4))    # radius over reach, and number of neighbours
 _WIDEST = 0.05      # no neighbours are judged beyond this angle, in radian
-# Skip the neighbours of a ray if its limit exceeds the exact t by at most this share of t.
+# Skip the neighbours of a ray that certainly hits a triangle if the largest possible t of this hit
+# is close to the exact t. This is the largest difference that counts as close, as a share of t.
 _SAME = 1e-4
 
 
@@ -61,7 +64,8 @@ class Acceptance:
     triangle : (k,) int32, acceptable triangles. If several triangles have the same corners, only
         the triangle with the lowest index is listed
     copy_of : (m,) int, for each triangle the lowest index of a triangle with the same corners
-    t_low, t_high : (k,) float64, the acceptable t on each of these triangles
+    t_low, t_high : (k,) float64, the smallest and the largest acceptable t on each element of
+        `triangle`
     """
 
     exact: Hits
@@ -224,9 +228,22 @@ def _behind_neighbours(vertices: np.ndarray, exact: Hits, rays: np.ndarray, orig
 
 def _meet(vertices: np.ndarray, triangle: np.ndarray, around: np.ndarray, origins: np.ndarray,
           directions: np.ndarray, radius: np.ndarray) -> np.ndarray:
-    """Return whether the triangles of each ray's neighbours, (k, r), have an edge in common with
-    the ray's ``triangle``, or a corner that is nearer to the ray than ``radius``; (k,) bool."""
-    # Adding 0 makes equal zeros of both signs.
+    """Return whether all triangles that a ray's neighbours hit meet the triangle that it hits.
+
+    Two triangles meet if they share two corners, or a corner that is nearer to the ray than
+    ``radius``.
+
+    Parameters
+    ----------
+    triangle : (k,) the triangle that each ray hits
+    around : (k, r) the triangles that its r neighbours hit
+    radius : (k,) world units
+
+    Returns
+    -------
+    (k,) bool
+    """
+    # Add 0.0, which turns -0 into +0, so that equal corners are equal to the bit.
     _, corner = np.unique(vertices.reshape(-1, 3) + 0.0, axis=0, return_inverse=True)
     corner = corner.reshape(-1, 3)
     mine, theirs = corner[triangle], corner[around]

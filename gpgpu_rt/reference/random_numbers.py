@@ -16,7 +16,7 @@ def random_numbers(x: Any, y: Any, sample: Any, bounce: int, block: int, seed: i
     ----------
     x, y, sample : (n,) int each, or scalars: the pixel, and the number of the sample
     bounce : the vertex of the path, 0 for the eye
-    block : the group of four random numbers at this vertex
+    block : the group of four random numbers at the vertex ``bounce``
     seed : each seed gives different numbers
     """
     return cell_middles(random_bits(counters(x, y, sample, bounce, block, seed)))

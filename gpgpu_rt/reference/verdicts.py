@@ -69,7 +69,7 @@ def check(scene_or_triangles: Any, origins: np.ndarray, directions: np.ndarray,
     t : (n,) float, the reported distance in units of |direction|; None if the engine gives none
     triangle : (n,) int, the reported triangle; -1 or less for a miss
     any_hit : (n,) bool, the answers to "is there any hit"; None if they were not asked for
-    known : the result of `acceptance` for these rays; computed if None
+    known : the result of `acceptance` for the same rays; computed if None
 
     Returns
     -------

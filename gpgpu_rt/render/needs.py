@@ -166,7 +166,7 @@ PROPERTIES: tuple[Property, ...] = (
              (Table(COLOUR, lambda scene: {"diffuse": scene.colours}),)),
     Property("materials", lambda scene, asked: len({
         (m.mirror, m.glossy, m.roughness, m.ior, m.emission, m.texture)
-        for m in scene.used_materials}) > 1, "materials differ in colour alone", ("MATERIALS",)),
+        for m in scene.used_materials}) > 1, "materials differ only in colour", ("MATERIALS",)),
     Property("smooth normals", lambda scene, asked: scene.normals is not None,
              "the mesh has no normals", ("SMOOTH_NORMALS",),
              (Table(CORNER_NORMALS, _corner_normals),)),

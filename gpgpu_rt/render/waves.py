@@ -20,7 +20,7 @@ class Waves:
     driver : the driver of the tracer's method
     buffers : state buffers for each size of ray textures that occurs
     statistics : receives the counts
-    count_rays : called with the hits of the first wave (the eye rays), to count the work of these
+    count_rays : called with the hits of the eye rays (the first wave), to count the work of these
         rays
     """
 

@@ -22,7 +22,7 @@ class Figure:
     Attributes
     ----------
     name : the name for ``python -m gpgpu_rt.figures --only``
-    folder : the folder with its files
+    folder : the folder with the figure's files
     """
 
     name: str

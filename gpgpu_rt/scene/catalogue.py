@@ -32,11 +32,11 @@ class NamedScene:
     make : builds the procedural version; None if there is none
     stand_in : the original that the procedural version replaces; None if the
         procedural version is itself the original
-    original : the name of the original at its owner
+    original : the name that the owner of the original gives it
     page : a text for an original that cannot be fetched. It says where the owner publishes the
         original, which file to save, and where. None for a scene that is built in or can be
         fetched
-    light : position of the light for the mesh of this name; None for a light beside the camera
+    light : position of the light for the scene's mesh; None for a light beside the camera
     paint : makes colours, (n, 3), for a mesh without colours
     takes_argument : whether ``make`` has an argument, as in ``stadium:1e-3``
     file : the scene's file below a folder of meshes; None for NAME.ply, NAME.obj and so on

@@ -38,7 +38,7 @@ class LightChoice:
     ----------
     triangle : The light of each entry, (n,) int32: the row of a triangle in the scene, or -1 - k
         for point light k. The surroundings have k = p, the number of point lights.
-    alias : Another light for each entry, named in the same way, (n,) int32.
+    alias : Another light for each entry, encoded as in ``triangle``, (n,) int32.
     keep : Probability to choose ``triangle`` and not ``alias``, (n,) float32 in [0, 1].
     point_probability : Probability of each point light, (p,) float64.
     density : Probability density of a point on an emitting triangle, per square world unit,

@@ -79,7 +79,7 @@ def scene_of(mesh: Mesh, path: Path, row: catalogue.NamedScene | None = None,
     Parameters
     ----------
     mesh : the mesh
-    path : its file, beside which `cameras.json` may have a camera
+    path : the mesh's file, beside which `cameras.json` may have a camera
     row : the named scene of the file, or None
     moving : whether the triangles will move
     """

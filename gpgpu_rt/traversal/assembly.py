@@ -18,9 +18,9 @@ from .stages.sorted_rays import SortedRays
 def make_driver(setup: Setup) -> Driver:
     """Return the driver of a method for the schedule of its options.
 
-    The driver is of the class that the method's row names for the schedule. If the row names no
-    class, the driver is a `schedules.Traversal`. If options ask for entry points or sorted rays,
-    the drivers of these stages wrap the method's driver.
+    The driver is of the class that ``Method.drivers`` names for the schedule. Without such a name,
+    the driver is a `schedules.Traversal`. If options ask for entry points or sorted rays, the
+    drivers of these stages wrap the method's driver.
     """
     check_own_arrays(setup.gpu, setup.method, setup.options)
     plain = EraTraversal if setup.options["era"] else Traversal
@@ -32,7 +32,7 @@ def make_driver(setup: Setup) -> Driver:
 
 
 def driver_class(named: str | Callable[[Setup], Driver]) -> Callable[[Setup], Driver]:
-    """Return the class of a driver from a row's entry.
+    """Return the class of a driver from an entry of ``Method.drivers``.
 
     The entry is the class itself, or the string ``module.Class`` for a class in ``traversal/``.
 

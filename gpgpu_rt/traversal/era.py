@@ -1,9 +1,12 @@
 """The era form: a method's kernels as the cards of 2002-2006 ran them, a kernel a pass.
 
-The kernels are the texts of ``glsl/methods/`` in the era dialect (glsl/era/pass.glsl). Indices are
-floats. Each texel of a record lies in a texture of its own. The state is what the paper kept. The
-host chooses the kernel of each pass by occlusion queries. `EraKernel` has the text in two
-dialects: ``card``, as the cards' compilers read it, and ``renderer``, as it runs here.
+The kernels are the texts of ``glsl/methods/``, which ``glsl/era/pass.glsl`` includes. Indices are
+floats. Each texel of a record lies in a separate texture. A ray's state has the fields that the
+method's paper stores. The host chooses the kernel of each pass by occlusion queries.
+
+A dialect is a main file that includes ``glsl/era/pass.glsl``. The cards' compilers read the
+dialect ``card`` (glsl/era/card.frag), and the present renderer runs the dialect ``renderer``
+(glsl/era/renderer.frag).
 """
 from __future__ import annotations
 
@@ -28,7 +31,8 @@ from .method import Accelerator, Method
 from .schedules import DRAWN, ProgramKey, Traversal, kernel_defines
 
 INIT = "init"     # the kernel that sets up the rays' states
-TESTS_TRIANGLES = "intersect"     # in every row, the only kernel that changes hits
+# The only kernel that changes hits, in every method with an era form.
+TESTS_TRIANGLES = "intersect"
 
 
 @dataclass(frozen=True)
@@ -38,7 +42,7 @@ class EraKernel:
     Attributes
     ----------
     name : the kernel's name; INIT for the pass that sets up states
-    defines, virtual : for ``gl.shader.resolve`` with the file of a dialect
+    defines, virtual : arguments of ``gl.shader.resolve``, for the main file of either dialect
     writes_hit : whether the kernel writes rays' hits. A kernel that cannot change hits does not
     """
 
@@ -58,9 +62,9 @@ def era_kernel(method: Method, options: Mapping[str, Any], name: str, any_hit: b
 
     Parameters
     ----------
-    method : the row, formed by these options
+    method : the method in its form for these options (`Method.formed`)
     options : the options of the tracer and of the method, resolved with ``era``
-    name : a kernel of the row, or INIT
+    name : a kernel of the method, or INIT
     any_hit : whether rays stop at their first hit
     defines : the defines that follow from the accelerator
     in_loop : whether the kernel is the body of a branch in a loop, not a pass
@@ -115,7 +119,9 @@ class EraDriver(MethodDriver):
 
     def _repeat_tables(self) -> None:
         for texture in self.samplers.values():
-            texture.repeat_x = True     # an accessor's coordinate exceeds 1 by the texel's row
+            # The whole part of an accessor's x coordinate is the texel's row. Repeat the texture,
+            # so that the lookup drops the whole part.
+            texture.repeat_x = True
 
     def uniforms(self) -> Mapping[str, Any]:
         """Return the uniforms of the accelerator and of the tables' accessors."""
@@ -158,8 +164,13 @@ class EraTraversal(EraDriver, Traversal):
     def _draw(self, program: FullScreenPass, rays: RayTextures, source: Target | None,
               target: Target, statistics: Statistics, depth: float = DRAWN,
               tiles: Tiles | None = None, kernel: str | None = None) -> None:
-        """Draw a pass. A kernel that cannot change hits reads the hits of side 0, where each pair
-        of passes ends, and writes states alone."""
+        """Draw a pass. A kernel that cannot change hits reads hits from side 0 and writes only
+        states.
+
+        The schedule ``kernels`` draws passes in pairs: from side 0 of the buffers to side 1, and
+        back to side 0. Before a pair, side 0 has the hits of all rays. A kernel that cannot change
+        hits leaves these hits valid, so both passes of the pair read them.
+        """
         if source is not None and kernel != TESTS_TRIANGLES:
             source, target = self._part(source, HIT), self._part(target)
         super()._draw(program, rays, source, target, statistics, depth, tiles, kernel)

@@ -247,8 +247,8 @@ class Method:
     def formed(self, options: Mapping[str, Any]) -> Method:
         """Return the row for these options, by ``form``. A missing option has its default.
 
-        With the option ``era``, the row's states have no step counts, and it runs under the
-        schedule ``kernels`` alone. Packets run under ``loop`` alone.
+        With the option ``era``, the row's states have no step counts, and it runs only under the
+        schedule ``kernels``. Packets run only under ``loop``.
         """
         row = self._with_form(options)
         if not options.get("era"):

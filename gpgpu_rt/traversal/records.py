@@ -48,7 +48,7 @@ LOWEST = Record("lowest", "triangle:int")
 STATE = Record("state", "phase:int steps:int")
 """A ray's state between passes: its phase, and the number of its kernel runs.
 
-The phase of a live ray is the number of the kernel that the ray waits for; the method's row gives
+The phase of a live ray is the number of the kernel that the ray waits for; ``Method.kernels`` has
 the kernels' order. The phase is 0 for a finished ray and below 0 for a stopped ray. These two
 fields are enough for a method that runs in a single pass, or that keeps its other data in other
 streams."""

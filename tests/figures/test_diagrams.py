@@ -1,5 +1,5 @@
-"""The diagrams draw the walk of a traced ray. The tests predict the same walk by geometry
-alone."""
+"""The diagrams draw the walk of a traced ray. The tests predict the same walk only by
+geometry."""
 from __future__ import annotations
 
 import csv

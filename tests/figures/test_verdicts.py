@@ -49,7 +49,7 @@ def test_published_times_that_tie_are_no_pairs() -> None:
     tied = MethodTimes("conference", "conference, primary", (344, 179), (16.0, 16.7))
     said = verdicts.of_groups([tied, *_groups(TIMES, "bunny")])
     assert (said.word, said.scenes, said.pairs) == (verdicts.TOO_LITTLE, ("bunny",), 3)
-    assert "conference, primary tie" in said.why
+    assert "tie: conference, primary" in said.why
     alone = verdicts.of_groups([tied])
     assert (alone.word, alone.scenes, alone.pairs) == (verdicts.TOO_LITTLE, (), 0)
     assert f"factor of {verdicts.number(344 / 179 * 16.7 / 16)}" in alone.why
@@ -129,11 +129,11 @@ def test_claims_on_stand_ins_and_exceptions() -> None:
     assert verdicts.of_claims([], ["The scene x is out."]).word == verdicts.TOO_LITTLE
 
 
-def test_claims_about_structure_are_judged_where_scenes_are_too_few() -> None:
+def test_claims_about_a_method_itself_are_judged_where_scenes_are_too_few() -> None:
     said = verdicts.of_claims([Claim("two planes a node", True), *_claims(1, 1)])
     assert (said.word, said.structure) == (verdicts.REPRODUCED, 1)
-    assert verdicts.rests_on(said) == ("1 claim about structure, which no scene can change; "
-                                       "1 scored scene (s0) and 1 pair of methods")
+    assert verdicts.rests_on(said) == ("1 claim about a method itself, which no scene can "
+                                       "change; 1 scored scene (s0) and 1 pair of methods")
 
 
 def test_a_verdict_comes_back_from_its_file(tmp_path: Path) -> None:

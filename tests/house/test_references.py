@@ -70,7 +70,7 @@ OWN = [row for row in rt.methods() if not Path(row.glsl).is_absolute()]
 @pytest.mark.parametrize("row", OWN, ids=lambda row: row.name)
 def test_every_method_s_paper_is_one_work_of_the_survey(row: rt.Method) -> None:
     """A row's citation names one work. The survey has the sections that are recorded as discussing
-    the work. If the method's GLSL cites a section for this work alone, the section is one of
+    the work. If the method's GLSL cites a section only for this work, the section is one of
     them."""
     work = find_work(row.citation)
     assert work is not None and work.sections and set(work.sections) <= set(SECTIONS)

@@ -50,7 +50,7 @@ def test_as_its_float64_twin(name: str, sampler: str) -> None:
 
 @pytest.mark.parametrize("seed", [11])
 def test_cornell_box_within_its_noise(seed: int) -> None:
-    """The two pictures use different random numbers, so they differ by their noise alone."""
+    """The two pictures use different random numbers, so they differ only by their noise."""
     scene = path_scenes.cornell_lit()
     found = radiance(scene, (16, 16), 128, seed=seed)
     truth = path_picture(scene, (16, 16), 128, PathSettings(seed=seed + 1))

@@ -35,7 +35,7 @@ def looked_at(page: Path, width: int, folder: Path) -> dict:
     if browser is None:
         pytest.skip("no chromium to look at the page with")
     text = page.read_text(encoding="utf-8")
-    # The page's own policy allows no scripts. The copy allows scripts for the probe alone.
+    # The page's own policy allows no scripts. The copy allows scripts, for the probe only.
     probed = text.replace("style-src 'unsafe-inline'", "style-src 'unsafe-inline'; script-src "
                           "'unsafe-inline'").replace("</head>", PROBE + "</head>")
     copy = folder / f"probed{width}.html"

@@ -73,8 +73,8 @@ Cone cone_over(Cone children[4]) {
 // an error of UNIT_ERROR. The error of cos a is 2 U, and sin a has a relative error of 16 U below
 // ALL_DIRECTIONS. The triangle test itself has an error of some tens of unit roundoffs (ARITHMETIC_UNIT)
 // times the distance from origin to corners. This distance is at most |q| + s. The slack of boxes covers the
-// same errors (core/slack.glsl). SLACK is more than the sum of these errors. If a value is NaN, the pair is
-// kept.
+// same errors (core/slack.glsl). SLACK is more than the sum of these errors. If a value is NaN, the result
+// is true.
 const float SLACK = 64.0 * ARITHMETIC_UNIT + 64.0 * U;
 
 bool may_hit(vec4 ball, Cone cone) {

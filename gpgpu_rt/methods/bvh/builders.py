@@ -35,7 +35,7 @@ def built_bvh(triangles: np.ndarray, options: Mapping[str, Any], **limit: int) -
     ----------
     triangles : (n, 3, 3) float32, world units
     options : resolved options, including those of BUILD_OPTIONS and the tracer's ``context``
-    limit : see `node_limit`
+    limit : the arguments that `node_limit` (build.py) returns
 
     Raises
     ------

@@ -93,7 +93,7 @@ class RadixTree:
     Attributes
     ----------
     first, last : (n - 1,) int64, the first and the last slot that a gap's node spans
-    bits : (n - 1,) int64, the number of leading bits that the codes of all these slots share
+    bits : (n - 1,) int64, the number of leading bits that the codes of the node's slots share
     """
 
     first: np.ndarray

@@ -1,4 +1,5 @@
-"""The BVH family: rows for a threaded tree and for trees with a stack per ray or packet."""
+"""The BVH family: rows of the method table for a threaded tree, and for trees with a stack per ray
+or packet."""
 from __future__ import annotations
 
 from collections.abc import Callable
@@ -178,7 +179,7 @@ def _threaded_form(row: Method, options: Options) -> Method:
 
 
 def _packet_form(packets: Method, options: Options) -> Method:
-    """The row for these options.
+    """The row of the method table, in its form for these options.
 
     With ``streams``, passes filter a stream of rays. With ``octants``, packets go along escape
     indices. Otherwise, packets have a stack.

@@ -48,7 +48,7 @@ class Deformation:
                               "tracer with method geometry-image")
         if tracer.choices.differ:
             raise OptionError("a tracer with two methods would deform the positions of only one "
-                              "method; make the tracer with method geometry-image alone")
+                              "method; make the tracer with method geometry-image only")
         self.tracer = tracer
         layout = tracer.precision.layout(POSITION)
         suffix, gpu = layout.planes[0].suffix, tracer.gpu

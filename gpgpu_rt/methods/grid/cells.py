@@ -136,7 +136,7 @@ def _resolution(triangles: np.ndarray, size: np.ndarray, density: float) -> np.n
     """The resolution n_i = L_i (density n / V)^(1/3) of each axis i, for a box of sides L_i.
 
     An axis for which the formula gives less than one cell gets one cell. The formula is then
-    applied to the remaining axes alone.
+    applied only to the remaining axes.
     """
     if len(triangles) == 0:
         return np.ones(3, np.int64)

@@ -79,8 +79,8 @@ def _row(name: str, summary: str, citation: str, proximity: bool, **more: Any) -
 
 
 def _form(single: Method, options: Mapping[str, Any]) -> Method:
-    """The row for these options: Purcell's single rays for a packet of 1x1, else Wald's packets.
-    """
+    """The row of the method table, in its form for the options: Purcell's single rays for a packet
+    of 1x1, else Wald's packets."""
     if options["packet"] == (1, 1):
         return single
     return replace(

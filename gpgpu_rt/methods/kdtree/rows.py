@@ -1,4 +1,5 @@
-"""The kd-tree family: rows for methods that share a tree and differ in its traversal."""
+"""The kd-tree family: rows of the method table for methods that share a tree and differ in its
+traversal."""
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping

@@ -8,7 +8,7 @@ with exact SAH near the leaves.
 Here, threads share the work on the top levels. numpy releases the interpreter lock in its loops,
 so the threads run at the same time. A thread works on an axis, or on the children of one side, not
 on a part of the triangles. Then processes grow the subtrees from arrays in shared memory; each
-process gets about the same number of references. A node's split depends on the node alone, so
+process gets about the same number of references. A node's split depends only on the node, so
 several workers build the same tree as one worker, node for node. There is one exception: the limit
 `MOST_REFERENCES` applies to each group of subtrees separately, and may end a group early.
 

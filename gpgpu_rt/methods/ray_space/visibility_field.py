@@ -45,8 +45,8 @@ CHUNK = 1 << 20         # entries processed together
 class VisibilityField:
     """The beams of a scene and their entries. An entry is a triangle in the list of a beam.
 
-    The beams are in the order (axis, v, u, tile y, tile x). A last beam for each axis lists all
-    triangles.
+    The beams are in the order (axis, v, u, tile y, tile x). After them follow three beams, one for
+    each axis, that list all triangles.
 
     Attributes
     ----------
@@ -117,7 +117,10 @@ def build_visibility_field(triangles: np.ndarray, *, directions: int | None = No
 
 
 class _Frame:
-    """The triangles in the frame of an axis. Coordinates are relative to the scene's centre."""
+    """The triangles in the frame of an axis.
+
+    ``corners`` are relative to the scene's centre. ``near`` and ``far`` are world coordinates.
+    """
 
     def __init__(self, triangles: np.ndarray, space: RaySpace, axis: int) -> None:
         self.space = space
@@ -199,7 +202,8 @@ def _estimate(frames: list[_Frame], directions: int, tiles: int) -> float:
 
 def _build(frames: list[_Frame], directions: int, tiles: int, most: float
            ) -> VisibilityField | None:
-    """The field, or None if entries and beams take more memory than ``most`` entries."""
+    """The field, or None if its entries and beams take more memory than this number of entries:
+    ``most``."""
     n = len(frames[0].near)
     beams = AXES * directions ** 2 * tiles ** 2
     room = most - (beams + AXES) * BEAM_BYTES / ENTRY_BYTES

@@ -28,7 +28,8 @@ class Visible:
     Attributes
     ----------
     places : (h, w, 3) float32 hit points; zeros for a miss
-    normals : (h, w, 3) float32 normals of the flat triangles on the visible side; zeros for a miss
+    normals : (h, w, 3) float32 normals of the triangles' planes, not interpolated normals. They
+        point to the camera's side. Zeros for a miss
     directions : (h, w, 3) float32 directions of the eye rays
     hits : (h * w,) the hits
     """
@@ -62,7 +63,7 @@ class Visible:
 def placed(gpu: Gpu, places: np.ndarray, normals: np.ndarray, components: int
            ) -> Iterator[tuple[moderngl.Framebuffer, dict[str, moderngl.Texture]]]:
     """Yield a framebuffer with a texel for each place, and textures of the places and normals.
-    They are freed at the end of the context.
+    All are freed when the ``with`` block ends.
 
     Parameters
     ----------

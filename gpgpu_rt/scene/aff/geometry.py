@@ -21,7 +21,7 @@ class Keys:
     Attributes
     ----------
     times : (f,) times
-    vertices : (f, v, 3) positions at these times
+    vertices : (f, v, 3) positions at each of ``times``
     """
 
     times: np.ndarray

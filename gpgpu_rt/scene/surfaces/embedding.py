@@ -23,7 +23,7 @@ def embed(mesh: SurfaceMesh, border: np.ndarray, places: np.ndarray, size: int,
     ----------
     mesh : the open surface
     border : (b,) vertices of the boundary
-    places : (b, 2) the fixed positions of these vertices
+    places : (b, 2) the fixed positions of the vertices ``border``
     size : cells along a side of the square
     guess : (f, 2) approximate positions of the faces, from which the solver starts. If None, all
         inner vertices start at the centre

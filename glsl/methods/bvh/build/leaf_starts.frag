@@ -1,5 +1,7 @@
 #version 330 core
-// Flags the slots that begin a leaf: the first slot, and each slot after a gap that is a node.
+// Flags each slot that begins a leaf. A slot is a position in the sorted order of the Morton codes, and gap
+// k lies between the slots k and k + 1. Slot 0 begins a leaf, and so does each slot after a gap that is an
+// inner node (gaps.frag).
 
 #include <records>
 #include "core/stream.glsl"

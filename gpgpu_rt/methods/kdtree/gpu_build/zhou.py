@@ -33,7 +33,7 @@ def build(room: StreamRoom, triangles: np.ndarray, **options: object) -> KdTree:
 
 def build_by(room: StreamRoom, triangles: np.ndarray, rules: cpu.ZhouRules,
              way: Halving) -> KdTree:
-    """Build a tree. ``way`` decides how large nodes are split."""
+    """Build a tree. ``way`` chooses the splits of large nodes, and which nodes are small."""
     v0, v1, v2 = triangles.transpose(1, 0, 2)
     source = room.stream(TRIANGLE, len(triangles), v0=v0, v1=v1, v2=v2)
     large = grow_large(room, source, triangles, rules, way)
