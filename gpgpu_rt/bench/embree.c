@@ -5,6 +5,8 @@
 #include <pthread.h>
 #include <stdatomic.h>
 #include <stddef.h>
+#include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 #ifdef HAVE_EMBREE_4
 #include <embree4/rtcore.h>
@@ -40,11 +42,8 @@ void embree_close(Tracer *tracer)
 /* Builds the scene. Returns Embree's error, 0 for none. */
 int embree_open(Tracer *tracer, const float *corners, const unsigned *indices, size_t triangles, int threads)
 {
-    char config[32] = "threads=";
-    char *end = config + strlen(config);
-    if (threads > 9) *end++ = (char)('0' + threads / 10 % 10);
-    *end++ = (char)('0' + threads % 10);
-    *end = 0;
+    char config[32];
+    snprintf(config, sizeof config, "threads=%d", threads);
     tracer->scene = NULL;
     tracer->device = rtcNewDevice(config);
     if (!tracer->device) return (int)rtcGetDeviceError(NULL);
@@ -61,9 +60,9 @@ int embree_open(Tracer *tracer, const float *corners, const unsigned *indices, s
         memcpy(at, indices, 3 * sizeof(unsigned) * triangles);
         rtcCommitGeometry(mesh);
         rtcAttachGeometry(tracer->scene, mesh);
-        rtcReleaseGeometry(mesh);
         rtcCommitScene(tracer->scene);
     }
+    rtcReleaseGeometry(mesh);
     return (int)rtcGetDeviceError(tracer->device);
 }
 
@@ -143,9 +142,10 @@ void embree_trace(const Tracer *tracer, const float *rays, void *found, size_t b
                   int coherent, int threads)
 {
     Job job = {tracer->scene, rays, found, found, blocks, width, any_hit, coherent, 0};
-    pthread_t others[64];
+    pthread_t *others = malloc(sizeof *others * (size_t)threads);
     int started = 0;
-    while (started < threads - 1 && started < 64 && !pthread_create(&others[started], NULL, work, &job)) ++started;
+    while (others && started < threads - 1 && !pthread_create(&others[started], NULL, work, &job)) ++started;
     work(&job);
     while (started) pthread_join(others[--started], NULL);
+    free(others);
 }

@@ -26,6 +26,7 @@ EYE = "drivers/eye_rays.frag"
 COUNTING = ("drivers/mask.frag", "drivers/classify.frag", "drivers/tile_counts.frag")
 PUSH = "drivers/push.frag"
 PACKET_HITS = "drivers/packet_hits.frag"
+MOST_KERNELS = 4        # components of a texel, in which glsl/web/alive.frag counts rays
 _CAMERA = ("eye", "right", "up", "forward", "size")
 _OF_THE_EYE = (*_CAMERA, "rays_texel_0")        # the player sets these uniforms
 
@@ -74,6 +75,8 @@ class Described:
         self._numbers: dict[tuple[Any, ...], int] = {}      # of passes, by their keys
         self._targets: list[dict[str, Any]] = []
         self._places: dict[int, tuple[int, int]] = {}       # of textures: target and output
+        if len(self._kernels) > MOST_KERNELS:
+            raise NotInBrowser(f"the page counts the rays of at most {MOST_KERNELS} kernels")
         first = [one.name for one in observed].index(EYE)
         eye, rest = observed[first], observed[first + 1:]
         self.directions = np.frombuffer(eye.outputs[1].read(), np.float32).reshape(-1, 4)

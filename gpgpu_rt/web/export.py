@@ -118,7 +118,10 @@ class PageData:
 
     def texture(self, texture: moderngl.Texture) -> int:
         """Return the number of the table in a texture."""
-        values = np.frombuffer(texture.read(), {"f4": np.float32, "f2": np.float16}[texture.dtype])
+        kind = {"f4": np.float32, "f2": np.float16}.get(texture.dtype)
+        if kind is None:
+            raise NotInBrowser("a table of the method does not hold floats")
+        values = np.frombuffer(texture.read(), kind)
         texels = values.astype(np.float32).reshape(-1, texture.components)
         size = *texture.size, texture.components
         rows = self._triangle_rows(texels)

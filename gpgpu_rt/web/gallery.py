@@ -8,8 +8,8 @@ from html import escape
 from pathlib import Path
 from typing import Any
 
-from ..disk.files import replacing
-from ..errors import Error, OptionError
+from ..disk.files import check_writable, replacing
+from ..errors import Error, LimitError, OptionError
 from ..inspect.data_uris import image_tag, png_uri
 from ..inspect.heat import Heat, draw_heat, heat
 from ..methods import Method, find_method, methods
@@ -19,7 +19,7 @@ from ..tracer import Tracer
 from .about import about
 from .export import web_names, why_not_in_browser
 from .page import write_page
-from .twins import TWINS
+from .twins import TWINS, Twin
 
 INDEX = "index.html"
 SIDE = 128      # of the heat maps, in rays
@@ -61,32 +61,42 @@ def write_gallery(scene: Scene, names: Sequence[str], folder: str,
         a method does not run in a browser, and ``left_out`` is None
     """
     web_names(list(names))
+    path = _made(folder)
+    shown, reasons = [], dict[str, str]()
+    for name in names:
+        say(f"{name} on {scene.title}")
+        try:
+            write_page(scene, [name], str(path / f"{name}.html"))
+            shown.append(name)
+        except (OptionError, LimitError) as reason:
+            # A named method that does not run is an error, but the other pages get their index.
+            reasons[name] = str(reason)
+    twins = {twin: load_scene(twin.scene) for twin in TWINS}
+    for twin, its_scene in twins.items():
+        say(f"{twin.figure}: {', '.join(twin.methods)} on {twin.scene}")
+        write_page(its_scene, list(twin.methods), str(path / twin.file))
+    maps = {name: _map(scene, name) for name in shown}
+    with replacing(path / INDEX) as file:
+        file.write_text(_index(scene, maps, twins, reasons), encoding="utf-8")
+    if left_out is not None:
+        left_out.update(reasons)
+    elif reasons:
+        raise OptionError("; ".join(reasons.values()))
+    pages = *(f"{name}.html" for name in shown), *(twin.file for twin in TWINS), INDEX
+    return Gallery(pages, sum((path / page).stat().st_size for page in pages))
+
+
+def _made(folder: str) -> Path:
+    """Make the folder if it is missing, and check that files can be written into it."""
+    if not folder:
+        raise Error("the name of the gallery's folder is empty; give -o FOLDER")
     path = Path(folder)
     try:
         path.mkdir(parents=True, exist_ok=True)
     except OSError as failure:
         raise Error(f"cannot make the folder {folder}: {failure.strerror}") from failure
-    pages, shown = [], []
-    for name in names:
-        say(f"{name} on {scene.title}")
-        try:
-            write_page(scene, [name], str(path / f"{name}.html"))
-        except OptionError as reason:
-            if left_out is None:
-                raise
-            left_out[name] = str(reason)
-        else:
-            pages.append(f"{name}.html")
-            shown.append(name)
-    for twin in TWINS:
-        pages.append(twin.file)
-        say(f"{twin.figure}: {', '.join(twin.methods)} on {twin.scene}")
-        write_page(load_scene(twin.scene), list(twin.methods), str(path / pages[-1]))
-    maps = [_map(scene, name) for name in shown]
-    pages.append(INDEX)
-    with replacing(path / INDEX) as file:
-        file.write_text(_index(scene, shown, maps, left_out or {}), encoding="utf-8")
-    return Gallery(tuple(pages), sum((path / page).stat().st_size for page in pages))
+    check_writable(path / INDEX)
+    return path
 
 
 def _map(scene: Scene, name: str) -> Heat:
@@ -94,18 +104,19 @@ def _map(scene: Scene, name: str) -> Heat:
         return heat(tracer, "steps", (SIDE, SIDE))
 
 
-def _index(scene: Scene, names: Sequence[str], maps: Sequence[Heat],
+def _index(scene: Scene, maps: Mapping[str, Heat], twins: Mapping[Twin, Scene],
            left_out: Mapping[str, str]) -> str:
     # Brute force would make every other map dark, so the scale ends where half of the maps do.
-    highest = max(1.0, statistics.median(one.summary()["quantile_99"] for one in maps))
-    cards = [_card(find_method(name), one, scene, highest) for name, one in zip(names, maps)]
-    twins = [f'<li><a href="{twin.file}">{_figure_title(twin.figure)}</a>: '
-             f"{escape(twin.shows)} ({', '.join(twin.methods)} on "
-             f"{escape(load_scene(twin.scene).title)})</li>" for twin in TWINS]
+    ends = [one.summary()["quantile_99"] for one in maps.values()] or [1.0]
+    highest = max(1.0, statistics.median(ends))
+    cards = [_card(find_method(name), one, scene, highest) for name, one in maps.items()]
+    listed = [f'<li><a href="{twin.file}">{_figure_title(twin.figure)}</a>: '
+              f"{escape(twin.shows)} ({', '.join(twin.methods)} on "
+              f"{escape(its_scene.title)})</li>" for twin, its_scene in twins.items()]
     others = {**{row.name: why_not_in_browser(row) for row in methods()}, **left_out}
     absent = [f"<li>{name}: {escape(why)}.</li>" for name, why in others.items() if why]
     return _INDEX.format(title=escape(f"Ray tracing by fragment programs: {scene.title}"),
-                         cards="".join(cards), twins="".join(twins), absent="".join(absent))
+                         cards="".join(cards), twins="".join(listed), absent="".join(absent))
 
 
 def _figure_title(name: str) -> str:

@@ -11,7 +11,7 @@ from gpgpu_rt.cli.main import main
 from gpgpu_rt.methods import find_method
 from gpgpu_rt.report import CHAPTERS, write_report
 from gpgpu_rt.scene.loading import list_scenes
-from gpgpu_rt.web import gallery
+from gpgpu_rt.web import export, gallery
 from gpgpu_rt.web.about import about
 from gpgpu_rt.web.export import web_names, why_not_in_browser
 from gpgpu_rt.web.gallery import write_gallery
@@ -63,7 +63,22 @@ def test_the_report_links_to_the_pages_that_are_there(small, tmp_path: Path) -> 
     assert re.findall(r'<a href="([^"#]*)">Try', text) == ["../a%20web/fig11.html"]
 
 
+def test_a_method_that_needs_too_many_passes_is_named_in_the_index(
+        small, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(export, "MOST_PASSES", 90)
+    names, scene = ["grid", "kd-texture-stack"], rt.load_scene("cornell")
+    with pytest.raises(rt.OptionError, match="kd-texture-stack .* passes on this scene"):
+        write_gallery(scene, names, str(tmp_path / "a"))
+    left_out: dict[str, str] = {}
+    write_gallery(scene, names, str(tmp_path / "b"), left_out)
+    assert list(left_out) == ["kd-texture-stack"]
+    for folder in "ab":
+        index = (tmp_path / folder / "index.html").read_text()
+        assert "<li>kd-texture-stack: " in index and 'href="kd-texture-stack.html"' not in index
+
+
 @pytest.mark.parametrize("words, message", [
+    (("cornell", "-m", "grid", "-o", ""), "the gallery's folder is empty"),
     (("cornell", "-m", "ray-tiles", "-o", "out"), "does not run in a browser"),
     (("cornell", "-m", "kd-restart", "-o", "taken"), "cannot make the folder taken"),
     (("cornel", "-o", "out"), "cornel")])
