@@ -83,6 +83,8 @@ def main() -> int:
     else:
         print("== SKIPPED: EGL has no zink on this machine (mesa-vulkan-drivers)", flush=True)
     if renderer_of("angle"):
+        failed |= run("the context of ANGLE over SwiftShader", "angle",
+                      ["tests/gl/test_angle.py", *chosen.pytest])
         failed |= run("hits on ANGLE over SwiftShader", "angle",
                       ["-m", "not full", *HITS, *chosen.pytest])
     else:
