@@ -112,7 +112,7 @@ def test_misses_spawn_nothing() -> None:
     with rt.Tracer(scene) as tracer:
         again = tracer.trace(origins, np.ones((2, 3)), invalid="miss")
     assert again.status.tolist() == [0, 1]
-    with pytest.raises(ValueError, match="one a hit"):
+    with pytest.raises(ValueError, match="one for each hit"):
         spawn(scene, hits, np.ones((3, 3)))
 
 
