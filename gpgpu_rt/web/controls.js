@@ -249,12 +249,6 @@ function showProgram() {
     showText(page.texts[drawn.passes[number].fragment], drawn.structure.kernels);
 }
 
-function rotated(v, axis, angle) {
-    const c = Math.cos(angle), s = Math.sin(angle), along = v.reduce((sum, x, k) => sum + x * axis[k], 0);
-    const side = cross(axis, v);
-    return v.map((x, k) => x * c + side[k] * s + axis[k] * along * (1 - c));
-}
-
 // Whether a view along `offset` is far enough from the camera's upward direction.
 function sideways(offset) {
     return Math.hypot(...cross(unit(offset), unit(chosen.camera.up))) >= 0.1;

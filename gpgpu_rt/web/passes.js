@@ -5,18 +5,6 @@ const MOST_PASSES = 60000;  // a search that takes more turns is stopped
 const TILE = 16;            // side of the squares of rays that are drawn or left out, as in alive.frag
 const MOST_RECTANGLES = 1 << 14;
 
-const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
-const scaled = (a, factor) => a.map((x) => x * factor);
-const unit = (a) => scaled(a, 1 / Math.hypot(...a));
-
-function basis({eye, target: at, up, fov}, width, height) {
-    const forward = unit(at.map((x, k) => x - eye[k]));
-    const right = unit(cross(forward, up));
-    const half = Math.tan(fov * Math.PI / 360);
-    return {eye, forward, right: scaled(right, half * width / height), up: scaled(cross(right, forward), half),
-            size: [width, height]};
-}
-
 // Draws the passes of a schedule. Returns the directions, the last states and hit, and the number of passes and turns.
 // With `directions`, a texture, the rays are not the camera's. `most` ends the repetition after this number of turns.
 // `place` names the targets, so that two traces at a time share none; `stopped` ends the trace early.
