@@ -60,8 +60,7 @@ function play() {
         playing = false;
         return;
     }
-    const survey = presentSurvey();
-    if (chosen.most !== null && survey && chosen.most >= survey.last) chosen.most = null;
+    if (presentSurvey() && chosen.most >= counted.last) chosen.most = null;
     show(true);
 }
 

@@ -266,13 +266,16 @@ def test_four_kernels_have_four_colours(exact_renderer, browser: Browser, tmp_pa
             const mark = document.createElement("mark");
             mark.className = `kernel-${k}`;
             element("text").append(mark);
-            return getComputedStyle(mark).borderLeftColor;
+            const {borderLeftColor, backgroundColor} = getComputedStyle(mark);
+            return [borderLeftColor, backgroundColor];
         }),
         [1, 2, 3, 4].map((phase) => {
             element("space").style.color = colourOf({fields: {phase}});
             return getComputedStyle(element("space")).color;
         })]""")
-    assert len(set(chips)) == 4 and chips == marks == lines
+    borders, backgrounds = zip(*marks)
+    assert len(set(chips)) == 4 and chips == [*borders] == lines
+    assert len({*backgrounds, "rgba(0, 0, 0, 0)"}) == 5
     shown = browser.run("""[1, 2, 3, 4].map((phase) => {
         const one = (...texel) => texture(1, 1, 4, new Float32Array(texel));
         const into = target("colours 0", {outputs: 1}, 1, 1);
