@@ -145,7 +145,8 @@ function target(place, {of = [1, 1], outputs, components = 4, levels = 1}, width
     const key = JSON.stringify([place, of, outputs, components, levels, width, height]);
     if (!targets.has(key)) {
         const tile = [Math.ceil(of[0] * width), Math.ceil(of[1] * height)];
-        const across = Math.min(levels, Math.floor(gl.getParameter(gl.MAX_TEXTURE_SIZE) / tile[0]));
+        const widest = gl.getParameter(gl.MAX_TEXTURE_SIZE);
+        const across = Math.max(1, Math.min(levels, Math.floor(widest / tile[0])));
         const size = [tile[0] * across, tile[1] * Math.ceil(levels / across)];
         const textures = Array.from({length: outputs}, () => texture(...size, components, null));
         const framebuffer = gl.createFramebuffer();
