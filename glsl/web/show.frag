@@ -14,6 +14,7 @@ uniform ivec2 places;           // components of the phase and of the steps
 uniform float most;             // the number of steps of the brightest colour; 0 shows surfaces
 uniform bool stepwise;          // whether there are states
 uniform vec2 size;              // of the shown picture, in pixels
+uniform vec3 kernel_colours[4]; // of rays in phase 1, 2, 3, and 4 or more
 
 out vec4 colour;
 
@@ -21,10 +22,6 @@ const float NO_TRIANGLE = 16777216.0;
 
 vec3 heat(float x) {
     return clamp(vec3(3.0 * x, 3.0 * x - 1.0, 3.0 * x - 2.0), 0.0, 1.0);
-}
-
-vec3 waiting(int phase) {
-    return phase == 1 ? vec3(0.16, 0.42, 0.72) : phase == 2 ? vec3(0.86, 0.47, 0.12) : vec3(0.45, 0.66, 0.2);
 }
 
 vec3 surface(int triangle, vec3 direction) {
@@ -48,7 +45,7 @@ void main() {
     if (most > 0.0) {
         shown = heat(texelFetch(counts, place, 0)[places.y] / most);
     } else if (phase > 0) {
-        shown = mix(shown, waiting(phase), 0.75);
+        shown = mix(shown, kernel_colours[min(phase, 4) - 1], 0.75);
     }
     if (hit.w < 0.0) {
         shown = vec3(0.5, 0.0, 0.4);    // no fragment wrote this ray

@@ -1,12 +1,12 @@
 // The controls of a page: what the reader has chosen, the pictures, and the ray of a clicked pixel.
 
-const chosen = {method: page.methods[0], schedule: null, most: null, heat: false, scale: null, side: 128, ray: null,
+const chosen = {method: runnable[0], schedule: null, most: null, heat: false, scale: null, side: 128, ray: null,
                 camera: page.camera};
 const ANSWER = 40;          // milliseconds that a picture may take while the camera turns
 const PROGRESS = 250;       // milliseconds between two pictures of an unfinished trace
 const PLAYED = 240;         // most pictures of a played search
 const SIDES = [512, 384, 256, 192, 128, 96, 64, 48, 32];
-let surfaces = null, waiting = [], result = null, busy = false, wanted = false, playing = false, lost = false;
+let surfaces = null, result = null, busy = false, wanted = false, playing = false, lost = false;
 let counted = null, path = null;    // the survey of a whole search, and the path of the clicked ray
 
 function schedule() {
@@ -28,7 +28,7 @@ async function show(plays = false) {
     try {
         while (wanted) await draws();
     } catch (problem) {
-        if (!isLost()) throw problem;
+        if (!(problem instanceof LostContext || isLost())) throw problem;
     } finally {
         busy = false;
     }
@@ -36,32 +36,40 @@ async function show(plays = false) {
 
 async function draws() {
     wanted = false;
-    const began = performance.now(), turns = dragging, {method, camera, most} = chosen;
-    const {name, side} = turns ? quick() : {name: chosen.schedule, side: chosen.side};
-    const drawn = method.schedules[name], stepwise = drawn.repeats, ends = () => wanted && !turns;
-    if (stepwise && !turns && most !== null && !isCounted() && !playing) {
+    const began = performance.now(), dragged = dragging, {method, camera, most} = chosen;
+    const {name, side} = dragged ? quick() : {name: chosen.schedule, side: chosen.side};
+    const drawn = method.schedules[name], stepwise = drawn.repeats, ends = () => wanted && !dragged;
+    if (stepwise && !dragged && most !== null && !presentSurvey() && !playing) {
         const whole = await trace(drawn, camera, side, side,
                                   {stopped: ends, seen: progress(began, drawn, camera, side)});
-        if (wanted || isLost()) return;
+        if (wanted) return;
         count(drawn, whole, camera, side);
     }
     const plays = playing && stepwise, from = most === null ? 0 : most;
-    const seen = plays ? played(from, drawn, camera, side) : turns ? null : progress(began, drawn, camera, side);
+    const shows = plays ? played(from, drawn, camera, side) : dragged ? () => {} : progress(began, drawn, camera, side);
     const limit = plays || !stepwise || most === null ? MOST_PASSES : most;
-    const found = await trace(drawn, camera, side, side,
-                              {most: limit, stopped: () => ends() || plays && !playing, seen});
-    if (wanted && !turns || isLost()) return;
-    if (stepwise && limit === MOST_PASSES && found.alive === 0 && !turns) count(drawn, found, camera, side);
-    if (plays && playing) [playing, chosen.most] = [false, null];
+    let reached = 0;
+    const seen = (states, step) => {
+        reached = step;
+        return shows(states, step);
+    };
+    const paused = () => plays && !playing && reached > from;
+    const found = await trace(drawn, camera, side, side, {most: limit, stopped: () => ends() || paused(), seen});
+    if (ends()) return;
+    if (stepwise && limit === MOST_PASSES && found.alive === 0 && !dragged) count(drawn, found, camera, side);
+    // A pause may come between two steps that were shown.
+    if (plays) [playing, chosen.most] = [false, playing || found.alive === 0 ? null : found.turns];
     element("play").textContent = "play";
     paint(found, drawn, camera, side);
+    element("message").textContent = "";
     gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(4));    // waits for the picture
     const took = performance.now() - began;
     costs.set(costKey(name), {side, took});
     element("counts").textContent = `${side} x ${side} rays, ${found.passes} ${found.passes === 1 ? "pass" : "passes"}`
-        + (stepwise ? `, ${found.alive} rays alive, at most ${found.steps} steps` : "") + `, ${took.toFixed(0)} ms`;
+        + (stepwise ? `, ${found.alive} ${searchers(drawn)} alive, at most ${found.steps} steps` : "")
+        + `, ${took.toFixed(0)} ms`;
     canvas.dataset.shown = Number(canvas.dataset.shown || 0) + 1;
-    if (turns) return;
+    if (dragged) return;
     freeTargets("picture", true);
     await follow();
     remember();
@@ -73,7 +81,7 @@ function paint(found, drawn, camera, side) {
     const [[phase, a], [steps, b]] = stepwise ? ["phase", "steps"].map((name) => field(drawn, name)) : [[0, 0], [0, 0]];
     draw(page.whole, page.show, {framebuffer: null, width: canvas.width, height: canvas.height},
          {places: [a, b], stepwise, most: chosen.heat && stepwise ? chosen.scale || 1 : 0,
-          size: [canvas.width, canvas.height]},
+          size: [canvas.width, canvas.height], kernel_colours: KERNEL_LIGHT},
          {hits: found.hit, surfaces, directions: found.directions, phases: found.states[phase],
           counts: found.states[steps]});
     result = {...found, side, camera, schedule: drawn};
@@ -95,7 +103,7 @@ function progress(began, drawn, camera, side) {
 
 // Returns the function that shows each step of a trace from a step on, so that wavefronts are seen to advance.
 function played(from, drawn, camera, side) {
-    const stride = Math.max(1, Math.round((counted ? counted.last : 1) / PLAYED));
+    const stride = Math.max(1, Math.round((presentSurvey() ? counted.last : 1) / PLAYED));
     return async (states, step) => {
         if (step <= from || (step - from) % stride || !playing) return;
         paint(states, drawn, camera, side);
@@ -127,8 +135,9 @@ function quick() {
 
 const countKey = (camera, side) => `${chosen.method.name} ${chosen.schedule} ${side} ${camera.eye}`;
 
-function isCounted() {
-    return counted && counted.key === countKey(chosen.camera, chosen.side);
+// The survey of the chosen trace; null if another trace was counted last.
+function presentSurvey() {
+    return counted && counted.key === countKey(chosen.camera, chosen.side) ? counted : null;
 }
 
 function count(drawn, found, camera, side) {
@@ -142,18 +151,17 @@ function count(drawn, found, camera, side) {
 
 // Shows the present step beside the picture, in the chart, in space and in the program.
 function steps() {
-    const slider = element("pass"), known = isCounted() || playing ? counted : null;
-    if (chosen.most === null) slider.value = slider.max;
-    else slider.value = chosen.most;
-    element("step").textContent = `${chosen.most === null ? slider.max : chosen.most} of ${slider.max}`;
-    drawAlive(schedule().repeats ? known : null, chosen.most === null ? Infinity : chosen.most);
+    const slider = element("pass"), found = presentSurvey();
+    slider.value = chosen.most === null ? slider.max : chosen.most;
+    element("step").textContent = found ? `${slider.value} of ${slider.max}` : chosen.most === null ? "" : chosen.most;
+    drawAlive(schedule().repeats ? found : null, chosen.most === null ? Infinity : chosen.most);
     spaceAt();
 }
 
 function rescale(scale) {
     chosen.scale = scale;
     element("scale").value = scale;
-    nameLegends(schedule().repeats ? schedule().structure.kernels : [], waiting, scale || 1);
+    nameLegends(schedule().repeats ? schedule().structure.kernels : [], scale || 1);
 }
 
 // The clicked ray -----------------------------------------------------------------------------------------
@@ -170,7 +178,7 @@ async function follow() {
     const key = [method.name, side, x, y, camera.eye].join(" ");
     if (!path || path.key !== key) {
         const direction = readTexture(result.directions, 1, 1, x, y);
-        path = {key, states: await pathOf(method, camera, direction, isLost), direction, origin: camera.eye};
+        path = {key, states: await pathOf(method, camera, direction), direction, origin: camera.eye};
     }
     describe(x, y);
     steps();
@@ -212,20 +220,20 @@ function describe(x, y) {
 
 // Choices -------------------------------------------------------------------------------------------------
 
-function choose(most = null) {
+// Takes the method of its list, a schedule by its name, and the step at which the search stops.
+function choose(name = element("schedule").value, most = null) {
     chosen.method = page.methods.find(({name}) => name === element("method").value);
     const names = Object.keys(chosen.method.schedules), list = element("schedule");
-    if (!names.includes(chosen.schedule) || list.dataset.owner !== chosen.method.name) {
-        list.replaceChildren(...names.map((name) => new Option(name, name)));
+    if (list.dataset.owner !== chosen.method.name) {
+        list.replaceChildren(...names.map((one) => new Option(one, one)));
         list.dataset.owner = chosen.method.name;
-        list.value = names.includes(chosen.schedule) ? chosen.schedule : names[0];
     }
-    chosen.schedule = list.value;
+    chosen.schedule = list.value = names.includes(name) ? name : names[0];
     chosen.most = schedule().repeats ? most : null;
     chosen.heat = element("heat").checked;
     for (const id of ["pass", "play", "heat", "scale", "percentile"]) element(id).disabled = !schedule().repeats;
     element("steps").hidden = !schedule().repeats;
-    element("pass").max = Math.max(chosen.most || 1, isCounted() ? counted.last : 1);
+    element("pass").max = Math.max(chosen.most || 1, presentSurvey() ? counted.last : 1);
     element("summary").textContent = `${chosen.method.citation}: ${chosen.method.summary}.`;
     element("about").replaceChildren(...chosen.method.about.map((text) => {
         const paragraph = document.createElement("p");
@@ -249,47 +257,46 @@ function showProgram() {
     showText(page.texts[drawn.passes[number].fragment], drawn.structure.kernels);
 }
 
-function rotated(v, axis, angle) {
-    const c = Math.cos(angle), s = Math.sin(angle), along = v.reduce((sum, x, k) => sum + x * axis[k], 0);
-    const side = cross(axis, v);
-    return v.map((x, k) => x * c + side[k] * s + axis[k] * along * (1 - c));
+// The sine of the angle between the direction of a view and the camera's upward direction.
+function slant(eye, {target: at, up}) {
+    return Math.hypot(...cross(unit(eye.map((x, k) => x - at[k])), unit(up)));
 }
 
-// Whether a view along `offset` is far enough from the camera's upward direction.
-function sideways(offset) {
-    return Math.hypot(...cross(unit(offset), unit(chosen.camera.up))) >= 0.1;
+// Whether a camera at `eye` looks far enough from upward. Where the given camera itself looks almost upward, `eye` may
+// be as near to this direction as the camera, but for rounding.
+function sideways(eye, camera) {
+    return slant(eye, camera) >= Math.min(0.1, slant(camera.eye, camera) * (1 - 1e-6));
 }
 
 // The address keeps the choices after its "#", so that a link shows what its sender saw.
 function remember() {
-    const told = new URLSearchParams({method: chosen.method.name, schedule: chosen.schedule,
-                                      rays: element("size").value});
-    if (chosen.most !== null) told.set("pass", chosen.most);
-    if (chosen.heat) told.set("heat", chosen.scale || 1);
-    if (chosen.ray) told.set("ray", chosen.ray.map((at) => at.toFixed(4)).join(","));
-    told.set("eye", chosen.camera.eye.map((x) => x.toPrecision(9)).join(","));
+    const choices = new URLSearchParams({method: chosen.method.name, schedule: chosen.schedule,
+                                         rays: element("size").value});
+    if (chosen.most !== null) choices.set("pass", chosen.most);
+    if (chosen.heat) choices.set("heat", chosen.scale || 1);
+    if (chosen.ray) choices.set("ray", chosen.ray.map((at) => at.toFixed(4)).join(","));
+    choices.set("eye", chosen.camera.eye.map((x) => x.toPrecision(9)).join(","));
     try {
-        history.replaceState(null, "", `#${told}`);
+        history.replaceState(null, "", `#${choices}`);
     } catch {
         // A browser may limit how often the address changes; the next picture writes it.
     }
 }
 
-// Reads the address. Returns the step, or null for the whole search.
+// Reads the address. Returns the name of the schedule, and the step, or null for the whole search.
 function recall() {
-    const told = new URLSearchParams(location.hash.slice(1));
-    const numbers = (name) => (told.get(name) || "").split(",").map(Number);
+    const choices = new URLSearchParams(location.hash.slice(1));
+    const numbers = (name) => (choices.get(name) || "").split(",").map(Number);
     const among = (list, value, otherwise) => [...list.options].some((one) => one.value === value) ? value : otherwise;
-    element("method").value = among(element("method"), told.get("method"), page.methods[0].name);
-    element("size").value = among(element("size"), told.get("rays"), "128");
-    chosen.schedule = told.get("schedule");
+    element("method").value = among(element("method"), choices.get("method"), runnable[0].name);
+    element("size").value = among(element("size"), choices.get("rays"), "128");
     chosen.side = Number(element("size").value);
     const [ray, eye, pass, scale] = ["ray", "eye", "pass", "heat"].map(numbers);
-    element("heat").checked = told.has("heat");
-    if (scale[0] >= 1) chosen.scale = scale[0];
-    chosen.ray = told.has("ray") && ray.length === 2 && ray.every((at) => at >= 0 && at <= 1) ? ray : null;
-    const sees = told.has("eye") && eye.length === 3 && eye.every(Number.isFinite)
-        && sideways(eye.map((x, k) => x - page.camera.target[k]));
+    element("heat").checked = choices.has("heat");
+    if (scale[0] >= 1 && Number.isFinite(scale[0])) chosen.scale = scale[0];
+    chosen.ray = choices.has("ray") && ray.length === 2 && ray.every((at) => at >= 0 && at <= 1) ? ray : null;
+    const sees = choices.has("eye") && eye.length === 3 && eye.every(Number.isFinite)
+        && sideways(eye, page.camera);
     chosen.camera = sees ? {...page.camera, eye} : page.camera;
-    return pass[0] >= 1 ? Math.min(Math.floor(pass[0]), MOST_PASSES) : null;
+    return [choices.get("schedule"), pass[0] >= 1 ? Math.min(Math.floor(pass[0]), MOST_PASSES) : null];
 }

@@ -19,8 +19,8 @@ from .export import PageData, WebMethod, export_method
 
 HERE = Path(__file__).parent
 # One script in the page, in this order.
-SCRIPTS = ("unpack.js", "player.js", "passes.js", "path.js", "space.js", "charts.js", "program.js",
-           "controls.js", "start.js")
+SCRIPTS = ("vectors.js", "unpack.js", "player.js", "passes.js", "selftest.js", "path.js",
+           "space.js", "charts.js", "program.js", "controls.js", "start.js")
 SIDE = 512          # of the canvas, in pixels
 MOST_WIRES = 2000   # triangles whose edges the page draws in space
 MOST_BYTES = 64 << 20

@@ -5,33 +5,23 @@ const MOST_PASSES = 60000;  // a search that takes more turns is stopped
 const TILE = 16;            // side of the squares of rays that are drawn or left out, as in alive.frag
 const MOST_RECTANGLES = 1 << 14;
 
-const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
-const scaled = (a, factor) => a.map((x) => x * factor);
-const unit = (a) => scaled(a, 1 / Math.hypot(...a));
-
-function basis({eye, target: at, up, fov}, width, height) {
-    const forward = unit(at.map((x, k) => x - eye[k]));
-    const right = unit(cross(forward, up));
-    const half = Math.tan(fov * Math.PI / 360);
-    return {eye, forward, right: scaled(right, half * width / height), up: scaled(cross(right, forward), half),
-            size: [width, height]};
-}
-
 // Draws the passes of a schedule. Returns the directions, the last states and hit, and the number of passes and turns.
 // With `directions`, a texture, the rays are not the camera's. `most` ends the repetition after this number of turns.
 // `place` names the targets, so that two traces at a time share none; `stopped` ends the trace early.
-// `seen` receives the states after the set-up and after each turn, and the number of turns.
+// `seen` receives the states after the set-up and after each turn, and the number of turns. Throws a LostContext.
 async function trace(schedule, camera, width, height,
                      {directions = null, most = MOST_PASSES, place = "picture", stopped = () => false,
                       seen = null} = {}) {
+    const check = watched();
     await compiled(schedule.passes);
+    const sampled = await Promise.all(schedule.passes.map(tablesOf));
+    check();
     stamps.set(place, (stamps.get(place) || 0) + 1);
     const made = schedule.targets.map((one, k) => target(`${place} ${k}`, one, width, height));
     const output = (k, number) => directions && k === 0 && number === 1 ? directions : made[k].textures[number];
-    const draws = await Promise.all(schedule.passes.map(
-        async (pass, number) => bound(pass, made, output, await tablesOf(pass), {
-            rays_texel_0: [...camera.eye, 0],
-            ...number > 0 || directions ? {} : basis(camera, width, height)}, [width, height])));
+    const draws = schedule.passes.map((pass, number) => bound(pass, made, output, sampled[number], {
+        rays_texel_0: [...camera.eye, 0],
+        ...number > 0 || directions ? {} : basis(camera, width, height)}, [width, height]));
     for (const {framebuffer, textures} of made) {
         gl.bindFramebuffer(gl.FRAMEBUFFER, framebuffer);
         textures.forEach((_, k) => gl.clearBufferfv(gl.COLOR, k, [0, 1, 2, 3].map(() => UNWRITTEN)));
@@ -44,6 +34,7 @@ async function trace(schedule, camera, width, height,
     let before = null, present = after(schedule.start), turns = 0, passes = schedule.once.length - 1;
     let cycle = cycles[0], live = null, since = performance.now();
     if (seen) await seen(present, turns);
+    check();
     while (schedule.repeats && turns < most && !stopped()) {
         // Turns of several cycles end in the same target. The turns of a single cycle may end in two targets. A ray
         // then has its last state in both if it ended before the last turn.
@@ -60,15 +51,21 @@ async function trace(schedule, camera, width, height,
             [before, present] = [present, after(turn)];
             passes += turn.passes.length;
             turns += 1;
-            if (seen) await seen(present, turns);
+            if (seen) {
+                await seen(present, turns);
+                check();
+            }
         }
         if (performance.now() - since > SLICE) {
             await new Promise((next) => setTimeout(next));
+            check();
             since = performance.now();
         }
     }
     const {alive, steps} = schedule.repeats ? look(schedule, present.states, place) : {alive: 0, steps: () => 0};
-    return {...present, passes, alive, turns, steps: steps()};
+    const found = {...present, passes, alive, turns, steps: steps()};
+    check();
+    return found;
 }
 
 async function tablesOf({inputs}) {
@@ -106,12 +103,17 @@ function spread(live, {tile, across, levels}) {
     return [all, texels];
 }
 
+// What has a state of its own: a ray, or a packet of several rays.
+function searchers(schedule) {
+    return schedule.targets[schedule.start.states].of.some((size) => size < 1) ? "packets" : "rays";
+}
+
 function field(schedule, name) {
     const [, texel, swizzle] = schedule.state.find(([known]) => known === name);
     return [texel, "xyzw".indexOf(swizzle)];
 }
 
-// Counts the rays that wait for each kernel, in squares of TILE x TILE rays. `steps` returns the most steps of a ray.
+// Counts the rays, or packets, that wait for each kernel, in squares of TILE x TILE. `steps` returns their most steps.
 function look(schedule, states, place) {
     const [[phase, a], [steps, b]] = [field(schedule, "phase"), field(schedule, "steps")];
     const size = sizeOf.get(states[phase]), [across, down] = size.map((length) => Math.ceil(length / TILE));

@@ -4,28 +4,29 @@
 const ROW = 1024;           // states in a row of the texture that keeps them
 const MOST_STATES = 8192;   // a longer path is cut off
 
-// The values of tables, read back from the textures that the passes sample.
+// Promises of tables' values, read back from the textures that the passes sample.
 const tableValues = new Map();
-async function valuesOf(number) {
-    if (!tableValues.has(number)) {
-        tableValues.set(number, readTexture(await table(number), ...page.tables[number].size.slice(0, 2)));
-    }
-    return tableValues.get(number);
+function valuesOf(number) {
+    return cached(tableValues, number, async () => {
+        const check = watched(), found = readTexture(await table(number), ...page.tables[number].size.slice(0, 2));
+        check();
+        return found;
+    });
 }
 
 // Returns (record number) -> value of a field of a table: a number, or an array for a vector.
 async function reader(drawn, name) {
     const [sampler, texels, texel, swizzle] = drawn.structure.places[name];
-    const values = await valuesOf(Number(sourceOf(drawn, sampler).split(":")[1])), first = "xyzw".indexOf(swizzle[0]);
+    const values = await valuesOf(tableOf(drawn, sampler)), first = "xyzw".indexOf(swizzle[0]);
     return (record) => {
         const at = 4 * (record * texels + texel) + first;
         return swizzle.length === 1 ? values[at] : [...values.subarray(at, at + swizzle.length)];
     };
 }
 
-// Returns what a sampler of the passes reads, such as "table:3".
-function sourceOf(drawn, sampler) {
-    return drawn.passes.map(({inputs}) => inputs[sampler]).find((one) => one);
+// Returns the number of the table that a sampler of the passes reads.
+function tableOf(drawn, sampler) {
+    return Number(drawn.passes.map(({inputs}) => inputs[sampler]).find((one) => one).split(":")[1]);
 }
 
 function uniformOf(drawn, name) {
@@ -44,29 +45,47 @@ async function boxReader(drawn) {
         return ({node}) => node < 0 ? null : [lo(node), hi(node)];
     }
     if (kind === "planes") {
-        const boxes = await splitBoxes(drawn);
-        return ({node}) => boxes.get(node) || null;
+        const boxOf = await splitBoxes(drawn);
+        return ({node}) => boxOf(node);
     }
     return () => null;
 }
 
-// The boxes of a kd-tree's nodes, which store split planes alone: node -> [low corner, high corner].
-const splitTrees = new Map();
+// Returns (node) -> [low corner, high corner], or null, for a kd-tree whose nodes store split planes alone. The planes
+// of its ancestors cut a node's box from the scene's box.
 async function splitBoxes(drawn) {
-    const known = sourceOf(drawn, drawn.structure.places.split[0]);
-    if (splitTrees.has(known)) return splitTrees.get(known);
-    const [split, axis, left] = [await reader(drawn, "split"), await reader(drawn, "axis"),
-                                 await reader(drawn, "left")];
-    const boxes = new Map(), open = [[0, uniformOf(drawn, "scene_lo"), uniformOf(drawn, "scene_hi")]];
-    while (open.length) {
-        const [node, lo, hi] = open.pop();
-        boxes.set(node, [lo, hi]);
-        if (axis(node) > 2) continue;
-        const cut = (corner) => corner.map((x, k) => k === axis(node) ? split(node) : x);
-        open.push([left(node), lo, cut(hi)], [left(node) + 1, cut(lo), hi]);
-    }
-    splitTrees.set(known, boxes);
-    return boxes;
+    const [split, axis] = [await reader(drawn, "split"), await reader(drawn, "axis")];
+    const left = await reader(drawn, "left"), parents = await parentsOf(drawn, axis, left);
+    const corners = ["scene_lo", "scene_hi"].map((name) => uniformOf(drawn, name));
+    return (node) => {
+        if (node !== 0 && !(parents[node] >= 0)) return null;
+        const ancestors = [], [lo, hi] = corners.map((corner) => [...corner]);
+        for (let at = node; at !== 0; at = parents[at]) ancestors.push([parents[at], at]);
+        for (const [parent, child] of ancestors.reverse()) {
+            (child === left(parent) ? hi : lo)[axis(parent)] = split(parent);
+        }
+        return [lo, hi];
+    };
+}
+
+const splitTrees = new Map();
+
+// Returns a promise of the parents of a kd-tree's nodes. The root and records without a node have the parent -1.
+function parentsOf(drawn, axis, left) {
+    const [sampler, texels] = drawn.structure.places.left, number = tableOf(drawn, sampler);
+    return cached(splitTrees, number, async () => {
+        const [width, height] = page.tables[number].size, open = [0];
+        const parents = new Int32Array(Math.ceil(width * height / texels)).fill(-1);
+        while (open.length) {
+            const node = open.pop();
+            if (axis(node) > 2) continue;
+            for (const child of [left(node), left(node) + 1]) {
+                parents[child] = node;
+                open.push(child);
+            }
+        }
+        return parents;
+    });
 }
 
 // Returns (state) -> the corners of the triangle that the state's kernel tests next, or null.
@@ -79,16 +98,16 @@ async function triangleReader(drawn) {
 }
 
 // Returns the path of a ray: for the set-up and for each step, the ray's state (`fields`), the kernel that runs next,
-// the box, the triangle under test and the interval on the ray. Returns null if the method has no steps, or traces packets.
-async function pathOf(method, camera, direction, lost) {
+// the box, the triangle under test and the interval on the ray. Returns null if the method has no steps, or traces
+// packets. Throws a LostContext.
+async function pathOf(method, camera, direction) {
     const drawn = method.schedules.step;
-    if (!drawn || drawn.targets[drawn.start.states].of.some((size) => size < 1)) return null;     // a packet's state
+    if (!drawn || searchers(drawn) === "packets") return null;
     const {kernels, lags} = drawn.structure, count = drawn.targets[drawn.start.states].outputs;
     const rows = count * Math.ceil(MOST_STATES / ROW);
     const kept = texture(ROW, rows, 4, null), directions = texture(1, 1, 4, new Float32Array(direction));
     let length = 0;
     const keep = ({framebuffer}, step) => {
-        if (step >= MOST_STATES) return;
         gl.bindFramebuffer(gl.FRAMEBUFFER, framebuffer);
         gl.activeTexture(gl.TEXTURE0);
         gl.bindTexture(gl.TEXTURE_2D, kept);
@@ -99,7 +118,7 @@ async function pathOf(method, camera, direction, lost) {
         gl.readBuffer(gl.COLOR_ATTACHMENT0);
         length = step + 1;
     };
-    await trace(drawn, camera, 1, 1, {directions, place: "path", seen: keep, stopped: lost});
+    await trace(drawn, camera, 1, 1, {directions, most: MOST_STATES - 1, place: "path", seen: keep});
     const values = readTexture(kept, ROW, count * Math.ceil(length / ROW));
     [kept, directions].forEach((one) => gl.deleteTexture(one));
     const [boxAt, triangleAt] = [await boxReader(drawn), await triangleReader(drawn)];

@@ -1,5 +1,4 @@
 // The player of a page: draws the passes that the description names, in WebGL 2. It knows no traversal method.
-"use strict";
 
 const page = JSON.parse(document.getElementById("description").textContent);
 const canvas = document.getElementById("picture");
@@ -10,12 +9,27 @@ const UNWRITTEN = -2;      // what a target holds where no fragment wrote
 const SLICE = 30;           // milliseconds of passes between two pauses for the page's events
 
 // A lost context fails in many places. Its own events tell the reader, so that no other message is needed.
+class LostContext extends Error {}
+let losses = 0;             // how often the context was lost
+
+// Returns a function that throws a LostContext if the context was lost after the call. Work that pauses calls the
+// function after each pause: a context that is lost and restored meanwhile has no textures of this work any more.
+function watched() {
+    const before = losses;
+    return () => {
+        if (losses !== before || gl.isContextLost()) throw new LostContext();
+    };
+}
+
+// Tells the reader what failed. A self-test that has ended keeps its verdict.
 function fail(message) {
-    if (gl && gl.isContextLost()) throw new Error("The context is lost.");
+    if (gl && gl.isContextLost()) throw new LostContext();
     element("message").textContent = message;
-    element("verdict").textContent = "The test ended early, so nothing is known about this graphics card.";
     const test = element("selftest");
-    test.dataset.state = "failed";
+    if (test.dataset.state === "running") {
+        element("verdict").textContent = "The test ended early, so nothing is known about this graphics card.";
+        test.dataset.state = "failed";
+    }
     throw new Error(message);
 }
 if (!gl) fail("This browser offers no WebGL 2.");
@@ -53,25 +67,36 @@ function texture(width, height, components, values) {
 
 const values = (number) => unpacked(page.tables[number]);
 
+// Promises of tables' textures. Passes that ask for the same table at a time share its promise, and so its texture.
 const tables = new Map();
-async function table(number) {
-    if (!tables.has(number)) {
-        const {size: [width, height, components], triangles} = page.tables[number], found = await values(number);
-        tables.set(number, texture(width, height, components,
-                                   triangles ? await triangleTable(found, 4 * width * height) : found));
-    }
-    return tables.get(number);
+function table(number) {
+    return cached(tables, number, tableTexture);
 }
 
-// The corners of the scene's triangles, nine numbers a triangle.
+// Returns a value that a map keeps under a key. `make` makes the value when it is first asked for.
+function cached(made, key, make) {
+    if (!made.has(key)) made.set(key, make(key));
+    return made.get(key);
+}
+
+async function tableTexture(number) {
+    const {size: [width, height, components], triangles} = page.tables[number], check = watched();
+    const found = await values(number), texels = triangles ? await triangleTable(found, 4 * width * height) : found;
+    check();
+    return texture(width, height, components, texels);
+}
+
+// The promise of the corners of the scene's triangles, nine numbers a triangle.
 let corners = null;
-async function sceneCorners() {
-    if (corners === null) {
-        const [vertices, numbers] = [await values(page.triangles.vertices), await values(page.triangles.corners)];
-        corners = new Float32Array(3 * numbers.length);
-        numbers.forEach((number, k) => corners.set(vertices.subarray(3 * number, 3 * number + 3), 3 * k));
-    }
-    return corners;
+function sceneCorners() {
+    return corners ??= expandedCorners();
+}
+
+async function expandedCorners() {
+    const [vertices, numbers] = [await values(page.triangles.vertices), await values(page.triangles.corners)];
+    const expanded = new Float32Array(3 * numbers.length);
+    numbers.forEach((number, k) => expanded.set(vertices.subarray(3 * number, 3 * number + 3), 3 * k));
+    return expanded;
 }
 
 // Returns the texels of a triangle table: v0 and the triangle's number, v1 and whether the triangle is the last
@@ -89,7 +114,9 @@ async function triangleTable(rows, length) {
 
 // Returns the texture of the triangles' normals and colours.
 async function surfaceTexture() {
-    const width = 1024, from = await sceneCorners(), colours = await values(page.triangles.colours);
+    const width = 1024, check = watched();
+    const from = await sceneCorners(), colours = await values(page.triangles.colours);
+    check();
     const height = Math.ceil(colours.length / width), texels = new Float32Array(4 * width * height);
     colours.forEach((colour, triangle) => {
         const [a, b, c] = [0, 3, 6].map((k) => Array.from(from.subarray(9 * triangle + k, 9 * triangle + k + 3)));
@@ -107,6 +134,9 @@ for (const method of page.methods) {
     method.schedules = Object.fromEntries(Object.entries(method.schedules).filter(
         ([, {outputs}]) => outputs <= MOST_OUTPUTS));
 }
+const runnable = page.methods.filter(({schedules}) => Object.keys(schedules).length);
+if (!runnable.length) fail(`No method of this page runs here: ${page.methods[0].missing.join("; ")}.`);
+
 const targets = new Map();
 
 // Returns the render targets of a place for `width` x `height` rays. `of` is the size in rays; `levels` is the number
@@ -115,7 +145,8 @@ function target(place, {of = [1, 1], outputs, components = 4, levels = 1}, width
     const key = JSON.stringify([place, of, outputs, components, levels, width, height]);
     if (!targets.has(key)) {
         const tile = [Math.ceil(of[0] * width), Math.ceil(of[1] * height)];
-        const across = Math.min(levels, Math.floor(gl.getParameter(gl.MAX_TEXTURE_SIZE) / tile[0]));
+        const widest = gl.getParameter(gl.MAX_TEXTURE_SIZE);
+        const across = Math.max(1, Math.min(levels, Math.floor(widest / tile[0])));
         const size = [tile[0] * across, tile[1] * Math.ceil(levels / across)];
         const textures = Array.from({length: outputs}, () => texture(...size, components, null));
         const framebuffer = gl.createFramebuffer();
@@ -188,11 +219,11 @@ function program(vertex, fragment) {
     return found;
 }
 
-const INTEGERS = new Map([[gl.INT, 1], [gl.BOOL, 1], [gl.INT_VEC2, 2], [gl.INT_VEC3, 3], [gl.INT_VEC4, 4]]);
+const SETTERS = new Map([
+    [gl.INT, "1iv"], [gl.BOOL, "1iv"], [gl.INT_VEC2, "2iv"], [gl.INT_VEC3, "3iv"], [gl.INT_VEC4, "4iv"],
+    [gl.FLOAT, "1fv"], [gl.FLOAT_VEC2, "2fv"], [gl.FLOAT_VEC3, "3fv"], [gl.FLOAT_VEC4, "4fv"]]);
 function setUniform({type, place}, values) {
-    const list = [values].flat();
-    if (INTEGERS.has(type)) gl[`uniform${INTEGERS.get(type)}iv`](place, list.map(Number));
-    else gl[`uniform${list.length}fv`](place, list);
+    gl[`uniform${SETTERS.get(type)}`](place, [values].flat().map(Number));
 }
 
 let rectangleBuffer = null;
@@ -240,48 +271,4 @@ function readTexture(one, width, height, x = 0, y = 0) {
     const values = read({framebuffer, width, height}, 0, x, y);
     gl.deleteFramebuffer(framebuffer);
     return values;
-}
-
-// The self-test: known rays, whose hits must be the same to the bit ----------------------------------------
-
-// `idle` waits while the reader's own picture is traced. `lost` says that the context was lost meanwhile.
-async function selfTest(idle, lost) {
-    const report = element("selftest");
-    report.replaceChildren();
-    report.dataset.state = "running";
-    let rays = 0, differing = 0;
-    for (const method of page.methods) {
-        const {side, eye} = method.test;
-        const given = await values(method.test.directions), right = await values(method.test.hits);
-        const bits = new Uint32Array(right.buffer), directions = texture(side, side, 4, given);
-        let wrong = 0, traced = 0;
-        for (const schedule of Object.values(method.schedules)) {
-            const {hit} = await trace(schedule, {eye}, side, side,
-                                      {directions, place: "test", seen: idle, stopped: lost});
-            if (lost()) return;
-            const found = readTexture(hit, side, side), foundBits = new Uint32Array(found.buffer);
-            for (let k = 0; k < found.length; k += 4) {
-                const hits = found[k + 3] !== NO_TRIANGLE;
-                const same = hits ? right[k + 3] === found[k + 3] && [0, 1, 2].every(
-                    (i) => bits[k + i] === foundBits[k + i]) : right[k + 3] < 0;
-                wrong += same ? 0 : 1;
-            }
-            traced += found.length / 4;
-        }
-        gl.deleteTexture(directions);
-        freeTargets("test");
-        const line = document.createElement("span");
-        line.className = "method";
-        Object.assign(line.dataset, {method: method.name, rays: traced, differing: wrong});
-        line.textContent = [`${method.name}: ${wrong === 0 ? "exact" : `${wrong} of ${traced} differ`}`,
-                            ...method.missing].join("; ");
-        report.append(line);
-        rays += traced;
-        differing += wrong;
-    }
-    Object.assign(report.dataset, {state: "done", rays, differing});
-    element("verdict").textContent = differing === 0
-        ? `All ${rays.toLocaleString("en")} test rays have the known hits, to the bit.`
-        : `${differing.toLocaleString("en")} of ${rays.toLocaleString("en")} test rays differ from the known `
-          + "hits on this graphics card, so its pictures are not exact.";
 }

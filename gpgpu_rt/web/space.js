@@ -1,7 +1,7 @@
 // The scene in space: sparse edges of the scene, and the clicked ray's way through the structure, drawn as lines.
 
 const space = element("space");
-const STROKES = ["#8a93a0", "#2f7fc1", "#d9771c", "#5f9a2a", "#8a4fb5"];    // ended, and the kernels' colours
+const ENDED = "#8a93a0";    // colour of a step after which the ray has ended
 const MOST_BOXES = 300;     // older boxes are left out
 const spaceView = {yaw: 0.6, pitch: 0.3};
 let wires = null;
@@ -110,7 +110,7 @@ function drawSpace(ray, path, step) {
     if (ray.hits) dot(at(ray.end));
 }
 
-const colourOf = ({fields}) => STROKES[Math.max(0, Math.min(fields.phase, STROKES.length - 1))];
+const colourOf = ({fields}) => fields.phase > 0 ? kernelColour(fields.phase) : ENDED;
 
 // One line about the path's present step.
 function stepLine(path, step) {

@@ -1,24 +1,25 @@
 // The page's events, and its start.
 
-let dragging = false;
+let dragging = false, listens = false;
 
 // Calls `turned` with each way of a drag over an element, `ended` after the drag, and `clicked` after a press alone.
 function onDrag(one, turned, clicked, ended) {
-    let from = null, moved = false, pressed = false;
+    let from = null, moved = false, pressed = null;     // the place, and the pointer that is pressed
     one.addEventListener("pointerdown", (event) => {
         if (event.button !== 0 || !event.isPrimary) return;
-        [pressed, moved, from] = [true, false, [event.clientX, event.clientY]];
+        [pressed, moved, from] = [event.pointerId, false, [event.clientX, event.clientY]];
         one.setPointerCapture(event.pointerId);
     });
     one.addEventListener("pointermove", (event) => {
-        const way = pressed ? [event.clientX - from[0], event.clientY - from[1]] : [0, 0];
-        if (!pressed || !moved && Math.hypot(...way) < 4) return;
+        if (event.pointerId !== pressed) return;
+        const way = [event.clientX - from[0], event.clientY - from[1]];
+        if (!moved && Math.hypot(...way) < 4) return;
         [moved, from] = [true, [event.clientX, event.clientY]];
         turned(...way);
     });
     const end = (event) => {
-        if (!pressed) return;
-        pressed = false;
+        if (event.pointerId !== pressed) return;
+        pressed = null;
         if (moved) ended();
         else if (event.type === "pointerup") clicked(event);
     };
@@ -29,8 +30,9 @@ function turnCamera(dx, dy) {
     dragging = true;
     const {eye, target: at, up} = chosen.camera, offset = eye.map((x, k) => x - at[k]);
     const turned = rotated(rotated(offset, unit(up), -0.01 * dx), unit(cross(offset, up)), 0.01 * dy);
-    if (!sideways(turned)) return;
-    chosen.camera = {...chosen.camera, eye: turned.map((x, k) => x + at[k])};
+    const moved = turned.map((x, k) => x + at[k]);
+    if (!sideways(moved, chosen.camera)) return;
+    chosen.camera = {...chosen.camera, eye: moved};
     show();
 }
 
@@ -58,7 +60,7 @@ function play() {
         playing = false;
         return;
     }
-    if (chosen.most !== null && counted && chosen.most >= counted.last) chosen.most = null;
+    if (presentSurvey() && chosen.most >= counted.last) chosen.most = null;
     show(true);
 }
 
@@ -74,7 +76,7 @@ function listen() {
         show();
     });
     on("percentile", "click", () => {
-        if (counted) rescale(counted.percentile);
+        if (presentSurvey()) rescale(counted.percentile);
         show();
     });
     on("kernel", "change", () => {
@@ -92,35 +94,44 @@ function listen() {
         show();
     });
     onDrag(space, turnSpace, () => {}, () => {});
-    addEventListener("hashchange", () => choose(recall()));
+    addEventListener("hashchange", () => choose(...recall()));
+}
+
+function listenToContext() {
     canvas.addEventListener("webglcontextlost", (event) => {
         event.preventDefault();     // else the browser restores no context
         lost = true;
+        losses += 1;
         element("message").textContent = "The graphics card has stopped. The page waits for it; if nothing happens, "
             + "open the page again.";
     });
-    canvas.addEventListener("webglcontextrestored", () => restore().catch((problem) => fail(problem.message)));
+    canvas.addEventListener("webglcontextrestored", () => restore().catch(reportProblem));
 }
 
 // Makes everything again that the lost context held.
 async function restore() {
-    for (const made of [tables, targets, programs, costs]) made.clear();
-    result = path = null;
+    const check = watched();
     enableExtensions();
     while (busy) await new Promise((next) => setTimeout(next, 20));    // the trace that was interrupted
-    for (const made of [tables, targets, programs]) made.clear();
-    lost = false;
-    element("message").textContent = "";
+    check();
+    for (const made of [tables, targets, programs, tableValues, splitTrees, costs]) made.clear();
+    result = path = counted = null;
     await begin();
 }
 
-// Draws the first picture, and only then makes what the picture does not need.
+// Draws the first picture, and only then makes what the picture does not need. Throws a LostContext; the page then
+// begins anew after the context is restored.
 async function begin() {
+    const check = watched();
+    announceTest();
     surfaces = await surfaceTexture();
-    await choose(recall());
-    waiting = drawLegends();
-    rescale(chosen.scale);
+    if (!listens) listen();
+    [listens, lost] = [true, false];
+    await choose(...recall());
+    check();
+    drawRamp();
     if (!wires) await loadWires();
+    check();
     spaceAt();
     const {loop} = chosen.method.schedules;
     if (loop) await trace(loop, chosen.camera, 32, 32, {place: "warm"});     // compiles what a drag needs
@@ -128,14 +139,18 @@ async function begin() {
     const idle = async () => {
         while (busy && !lost) await new Promise((next) => setTimeout(next, 10));
     };
-    await selfTest(idle, isLost);
+    check();
+    await selfTest(idle);
+}
+
+// Tells the reader what failed. After a lost context, the page's own events do so.
+function reportProblem(problem) {
+    if (!(problem instanceof LostContext)) fail(problem.message);
 }
 
 async function start() {
-    element("method").replaceChildren(...page.methods.map(({name}) => new Option(name, name)));
-    listen();
+    element("method").replaceChildren(...runnable.map(({name}) => new Option(name, name)));
+    listenToContext();
     await begin();
 }
-start().catch((problem) => {
-    if (!isLost()) fail(problem.message);
-});
+start().catch(reportProblem);

@@ -103,7 +103,7 @@ def test_heat_keeps_one_scale(page: Browser) -> None:
     page.click("#heat")
     settle(page)
     scale = page.run("chosen.scale")
-    taken = page.run("survey(result.schedule, result.states, 64)")
+    taken = page.run("survey(result.schedule, result.states)")
     assert scale == taken["percentile"] == float(choices(page)["heat"])
     restart = page.pixels("#picture")
     legend = page.pixels("#ramp")[6]
@@ -156,3 +156,136 @@ def test_the_address_is_followed(page: Browser) -> None:
     page.run("history.back()")
     settle(page)
     page.wait("chosen.method.name === 'bvh-threaded'")
+
+
+def test_an_edit_of_the_schedule_alone_is_followed(page: Browser) -> None:
+    for name in ("loop", "kernels", "step"):
+        page.run(f"location.hash = location.hash.replace(/schedule=[a-z]+/, 'schedule={name}')")
+        page.wait(f"chosen.schedule === '{name}'")
+        settle(page)
+        assert page.run("[element('schedule').value, result.schedule === schedule()]") == [
+            name, True]
+        assert choices(page)["schedule"] == name
+
+
+def test_a_heat_without_end_is_not_followed(page: Browser) -> None:
+    scale = page.run("chosen.scale")
+    page.run("location.hash = 'method=kd-restart&schedule=step&rays=64&heat=Infinity'")
+    page.wait("chosen.heat")
+    settle(page)
+    assert page.run("chosen.scale") == scale
+    assert "NaN" not in page.run("element('ticks').textContent")
+    assert page.pixels("#picture").std() > 20
+
+
+def test_a_pause_shows_the_step_of_the_slider(page: Browser) -> None:
+    """The player shows each fifth step. The pause comes while it looks for rays that are alive."""
+    page.wait("element('selftest').dataset.state === 'done'")
+    page.run("""{
+        counted.last = 5 * PLAYED;
+        const look_ = look;
+        globalThis.look = (...given) => {
+            if (playing && chosen.most > 5 && given[2] === "picture") play();
+            return look_(...given);
+        };
+        show(true);
+    }""")
+    page.wait("!playing")
+    settle(page)
+    page.run("counted.last = counted.alive.length - 1, 0")
+    step = page.run("chosen.most")
+    assert step % 5 and page.run("[result.turns, result.alive]") == [
+        step, page.run("counted.alive")[step]]
+    assert page.run("Number(element('pass').value)") == step
+
+
+def test_a_second_pointer_does_not_turn_the_scene(page: Browser) -> None:
+    left, top, width, height = page.box("#picture")
+    x, y = left + 0.4 * width, top + 0.5 * height
+    page.mouse("pressed", x, y)
+    page.mouse("moved", x + 20, y)
+    settle(page)
+    eye = page.run("chosen.camera.eye")
+    for kind in ("pointermove", "pointerup"):
+        page.run(f"canvas.dispatchEvent(new PointerEvent('{kind}', "
+                 "{pointerId: 77, clientX: 0, clientY: 0, bubbles: true})), 0")
+    assert page.run("[chosen.camera.eye, dragging]") == [eye, True]
+    page.mouse("moved", x + 40, y)
+    page.mouse("released", x + 40, y)
+    settle(page)
+    assert page.run("chosen.camera.eye") != eye and not page.run("dragging")
+
+
+def test_a_camera_near_its_up_can_be_turned_away(page: Browser) -> None:
+    page.run("""{
+        const {target: at, up} = page.camera, across = unit(cross(up, [1, 2, 3]));
+        const offset = scaled(unit(up), 1000).map((x, k) => x + 30 * across[k]);
+        chosen.camera = {...page.camera, eye: at.map((x, k) => x + offset[k])};
+    }""")
+    slants = [page.run("slant(chosen.camera.eye, chosen.camera)")]
+    assert slants[0] < 0.05
+    for turn in ("2, 0", "0, 1", "0, -1", "0, 1", "0, -1"):
+        page.run(f"turnCamera({turn})")
+        slants.append(page.run("slant(chosen.camera.eye, chosen.camera)"))
+    page.run("dragging = false, show()")
+    settle(page)
+    assert slants[1] == pytest.approx(slants[0])
+    assert all(after > before * (1 - 2e-6) for before, after in zip(slants, slants[1:]))
+    assert slants[-1] > slants[0] + 0.015
+
+
+def test_counts_of_another_trace_are_not_shown(page: Browser) -> None:
+    assert "are alive" in page.run("element('alive-text').textContent")
+    assert page.run("""(() => {
+        [chosen.side, playing] = [128, true];
+        steps();
+        const shown = ["alive-text", "step"].map((id) => element(id).textContent);
+        [chosen.side, playing] = [64, false];
+        steps();
+        return shown;
+    })()""") == ["", ""]
+
+
+def test_packets_are_called_packets(exact_renderer, browser: Browser, tmp_path: Path) -> None:
+    opened(browser, tmp_path, written(("bvh-packet", "kd-texture-stack")),
+           "method=bvh-packet&schedule=step&rays=64&pass=3")
+    packets = 64 * 64 // 4
+    assert f"of {packets:,} packets are alive" in browser.run("element('alive-text').textContent")
+    assert " packets alive" in browser.run("element('counts').textContent")
+    browser.select("#method", "kd-texture-stack")
+    settle(browser)
+    assert " rays alive" in browser.run("element('counts').textContent")
+
+
+def test_four_kernels_have_four_colours(exact_renderer, browser: Browser, tmp_path: Path) -> None:
+    opened(browser, tmp_path, written(("kd-texture-stack",)), "schedule=kernels&rays=64")
+    chips, marks, lines = browser.run("""[
+        [...document.querySelectorAll("#waits i")].map(
+            (one) => getComputedStyle(one).backgroundColor),
+        [1, 2, 3, 4].map((k) => {
+            const mark = document.createElement("mark");
+            mark.className = `kernel-${k}`;
+            element("text").append(mark);
+            const {borderLeftColor, backgroundColor} = getComputedStyle(mark);
+            return [borderLeftColor, backgroundColor];
+        }),
+        [1, 2, 3, 4].map((phase) => {
+            element("space").style.color = colourOf({fields: {phase}});
+            return getComputedStyle(element("space")).color;
+        })]""")
+    borders, backgrounds = zip(*marks)
+    assert len(set(chips)) == 4 and chips == [*borders] == lines
+    assert len({*backgrounds, "rgba(0, 0, 0, 0)"}) == 5
+    shown = browser.run("""[1, 2, 3, 4].map((phase) => {
+        const one = (...texel) => texture(1, 1, 4, new Float32Array(texel));
+        const into = target("colours 0", {outputs: 1}, 1, 1);
+        draw(page.whole, page.show, into, {places: [0, 0], stepwise: 1, most: 0, size: [1, 1],
+                                           kernel_colours: KERNEL_LIGHT},
+             {hits: one(0, 0, 0, NO_TRIANGLE), surfaces: one(0, 0, 0, 0), counts: one(0, 0, 0, 0),
+              directions: one(0, 0, 1, 0), phases: one(phase, 0, 0, 0)});
+        return [...read(into)].slice(0, 3);
+    })""")
+    sky = np.array((0.86, 0.9, 0.95))
+    for colour, chip in zip(shown, chips):
+        light = (np.array(chip[4:-1].split(", "), float) / 255) ** 2
+        assert np.allclose(np.square(colour), 0.75 * light + 0.25 * sky, atol=0.01)

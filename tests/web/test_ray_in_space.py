@@ -106,6 +106,33 @@ def test_split_planes_give_the_boxes_of_the_tree(exact_renderer, page: Browser) 
         assert np.allclose(one["box"], [bounds["lo"][node], bounds["hi"][node]], atol=0.01)
 
 
+def test_a_box_is_cut_for_nodes_alone(exact_renderer, page: Browser) -> None:
+    path(page, "kd-restart")
+    lo, hi, *none = page.run("""(async () => {
+        const boxOf = await splitBoxes(schedule()), left = await reader(schedule(), "left");
+        const [parents] = await Promise.all(splitTrees.values());
+        return [...boxOf(0), ...[-1, 0.5, parents.length, NaN].map(boxOf),
+                boxOf(left(0)).flat().every(Number.isFinite)];
+    })()""")
+    bounds = page.run("['scene_lo', 'scene_hi'].map((name) => uniformOf(schedule(), name))")
+    assert [lo, hi] == bounds and none == [None] * 4 + [True]
+
+
+def test_a_path_is_not_traced_longer_than_it_is_kept(exact_renderer, page: Browser) -> None:
+    path(page, "kd-restart")
+    turns, most = page.run("""(async () => {
+        const whole = trace, found = [];
+        globalThis.trace = async (...given) => {
+            found.push(given[4].most);
+            return whole(...given);
+        };
+        await pathOf(chosen.method, chosen.camera, path.direction);
+        globalThis.trace = whole;
+        return [found[0], MOST_STATES];
+    })()""")
+    assert turns == most - 1       # and the state after the set-up
+
+
 def test_the_slider_moves_the_step_in_space(exact_renderer, page: Browser) -> None:
     states, *_ = path(page, "kd-restart")
     whole, boxes = page.pixels("#space"), page.run("space.dataset.boxes")
