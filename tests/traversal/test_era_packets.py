@@ -74,9 +74,11 @@ def test_rays_of_all_directions_take_turns(scenes):
     directions[::7, 1] = 0
     rays = np.broadcast_to(middle, directions.shape), directions
     with rt.Tracer(scene, "kd-packet", intersection="moller-trumbore") as tracer:
-        nearest, hit = tracer.trace(*rays), tracer.occluded(*rays, 500.0)
+        nearest = tracer.trace(*rays)
+        end = float(np.median(nearest.t[nearest.hit]))
+        hit = tracer.occluded(*rays, end)
     with rt.Tracer(scene, "kd-packet", era="r580") as tracer:
-        found, any_hit = tracer.trace(*rays), tracer.occluded(*rays, 500.0)
+        found, any_hit = tracer.trace(*rays), tracer.occluded(*rays, end)
     assert SIDE * SIDE / 10 < hit.sum() < nearest.hit.sum()
     assert (found.triangle != nearest.triangle).sum() <= SIDE * SIDE / 1e3
     assert (any_hit != hit).sum() <= SIDE * SIDE / 1e3
