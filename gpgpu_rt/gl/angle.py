@@ -11,7 +11,8 @@ import os
 from pathlib import Path
 
 from ..errors import ContextError
-from .desktop_functions import TARGETS, DesktopFunctions
+from .desktop_functions import DesktopFunctions
+from .fragment_counter import TARGETS
 
 FOLDERS = ("/usr/lib/chromium", "/usr/lib/chromium-browser", "/opt/google/chrome")
 LIBRARIES = ("libGLESv2.so", "libEGL.so")    # libEGL.so loads libGLESv2.so from its own folder

@@ -8,9 +8,7 @@ import ctypes
 from collections.abc import Callable
 from typing import Any
 
-from .fragment_counter import TARGETS, FragmentCounter
-
-__all__ = ["TARGETS", "DesktopFunctions"]
+from .fragment_counter import FragmentCounter
 
 # ES 3.1 has these functions as an extension. The functions without a suffix are errors there.
 INDEXED = ("ColorMaski", "Enablei", "Disablei", "BlendEquationi", "BlendEquationSeparatei",

@@ -2,7 +2,7 @@
 
 The host draws a few passes and observes them. The description names the programs in GLSL ES, the
 tables, and what each pass reads and writes. The player knows no method: it draws the passes in
-their order, and repeats the last pass until no ray is alive.
+their order, and repeats the passes of a cycle until no ray is alive.
 """
 from __future__ import annotations
 
