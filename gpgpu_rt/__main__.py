@@ -1,6 +1,7 @@
 """``python -m gpgpu_rt`` runs the same command as ``gpgpu-rt``."""
 from __future__ import annotations
 
+import gc
 import sys
 
 from .interrupts import Command, run
@@ -13,8 +14,13 @@ def main() -> int:
 
 def _load() -> Command:
     # Imported late: `run` already answers Ctrl-C here, so an early interrupt is silent.
+    # What a module defines lives as long as the process, so a search for garbage among these
+    # objects finds nothing. Without this search the imports take a tenth less time.
+    gc.disable()
     from .cli.main import import_command, main
     import_command(sys.argv[1:])
+    gc.freeze()
+    gc.enable()
     return main
 
 

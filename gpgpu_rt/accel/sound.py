@@ -82,8 +82,15 @@ def are_pairs(axis: np.ndarray, child: np.ndarray, count: np.ndarray, entries: i
     """Return whether nodes form a single tree of this depth whose right children directly follow
     the left children, and whose leaves together contain this number of entries."""
     inner = axis != LEAF
-    if not (within(axis, LEAF + 1) and bool((count[inner] == 0).all())
-            and are_leaves(child[~inner], count[~inner], entries)):
+    nodes = np.flatnonzero(inner)
+    left = child[nodes]
+    if not (isinstance(depth, int) and within(axis, LEAF + 1) and not count[nodes].any()
+            and are_leaves(child[~inner], count[~inner], entries)
+            and within(left, len(axis) - 1, 1) and bool((left > nodes).all())):
         return False
-    left = np.where(inner, child, -1).astype(np.int64)
-    return is_tree(left, np.where(inner, left + 1, -1), depth)
+    has_parent = np.zeros(len(axis), bool)
+    has_parent[left] = has_parent[left + 1] = True
+    if not (len(axis) == 2 * len(nodes) + 1 and has_parent[1:].all()):   # a child has two parents
+        return False
+    children = np.where(inner, child, -1)
+    return len(tree_order.levels(children, children + 1)) - 1 == depth

@@ -6,6 +6,8 @@ from functools import cache
 
 import numpy as np
 
+from ...threads import threads
+
 
 def patch(points: np.ndarray) -> np.ndarray:
     """Return the triangles between a grid of points, (r, c, 3). Triangles with two equal corners,
@@ -129,13 +131,16 @@ def noise(points: np.ndarray, wavelength: float, seed: int) -> np.ndarray:
     rng = np.random.default_rng(seed)
     waves = rng.normal(size=(3, 12))
     waves *= 2 * np.pi / wavelength * rng.uniform(0.5, 1.2, 12) / np.linalg.norm(waves, axis=0)
-    return np.sin(points @ waves + rng.uniform(0, 2 * np.pi, 12)).sum(axis=-1) / 3
+    phases = points @ waves
+    phases += rng.uniform(0, 2 * np.pi, 12)
+    return np.sin(phases, out=phases).sum(axis=-1) / 3
 
 
 def bump(triangles: np.ndarray, height: float, wavelength: float, seed: int = 0) -> np.ndarray:
     """Return triangles with vertices displaced by smooth noise. Equal vertices stay equal."""
-    moves = [noise(triangles, wavelength, seed + axis) for axis in range(3)]
-    return triangles + height * np.stack(moves, axis=-1)
+    moves = threads(len(triangles))(lambda axis: noise(triangles, wavelength, seed + axis),
+                                    range(3))
+    return triangles + height * np.stack(tuple(moves), axis=-1)
 
 
 def divide(triangles: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
