@@ -1,9 +1,6 @@
-#version 300 es
-// Counts the rays of a square of 16 x 16 that wait for each kernel, and finds their largest number of steps.
+#version 330 core
+// Counts the rays of a square of TILE x TILE that wait for each kernel, and finds their largest number of steps.
 // WebGL 2 has no query that counts fragments, so the player reads these few texels back.
-precision highp float;
-precision highp int;
-precision highp sampler2D;
 
 uniform sampler2D phases;
 uniform sampler2D counts;
@@ -13,8 +10,8 @@ layout(location = 0) out vec4 waiting;      // the rays in phase 1, 2, 3, and 4 
 layout(location = 1) out vec4 most;
 
 void main() {
-    ivec2 lo = 16 * ivec2(gl_FragCoord.xy);
-    ivec2 hi = min(lo + 16, textureSize(phases, 0));
+    ivec2 lo = TILE * ivec2(gl_FragCoord.xy);
+    ivec2 hi = min(lo + TILE, textureSize(phases, 0));
     waiting = most = vec4(0.0);
     for (int y = lo.y; y < hi.y; ++y) {
         for (int x = lo.x; x < hi.x; ++x) {

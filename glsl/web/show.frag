@@ -1,9 +1,6 @@
-#version 300 es
+#version 330 core
 // Shows the hits of a browser's rays: the surfaces lit from the eye, or the steps that each ray has taken. A
 // ray that still searches is drawn in the colour of the kernel for which it waits.
-precision highp float;
-precision highp int;
-precision highp sampler2D;
 
 uniform sampler2D hits;         // t, u, v, triangle
 uniform sampler2D surfaces;     // normal, and 8 bits each of red, green and blue as one number
@@ -17,8 +14,6 @@ uniform vec2 size;              // of the shown picture, in pixels
 uniform vec3 kernel_colours[4]; // of rays in phase 1, 2, 3, and 4 or more
 
 out vec4 colour;
-
-const float NO_TRIANGLE = 16777216.0;
 
 vec3 heat(float x) {
     return clamp(vec3(3.0 * x, 3.0 * x - 1.0, 3.0 * x - 2.0), 0.0, 1.0);
@@ -40,7 +35,7 @@ void main() {
     vec3 direction = texelFetch(directions, pixel, 0).xyz;
     ivec2 place = pixel * textureSize(phases, 0) / rays;    // a packet has a state for several rays
     int phase = stepwise ? int(texelFetch(phases, place, 0)[places.x]) : 0;
-    vec3 shown = hit.w == NO_TRIANGLE ? mix(vec3(0.86, 0.9, 0.95), vec3(0.55, 0.66, 0.8), normalize(direction).y)
+    vec3 shown = int(hit.w) == NO_TRIANGLE ? mix(vec3(0.86, 0.9, 0.95), vec3(0.55, 0.66, 0.8), normalize(direction).y)
                                       : surface(int(hit.w), direction);
     if (most > 0.0) {
         shown = heat(texelFetch(counts, place, 0)[places.y] / most);

@@ -54,7 +54,7 @@ function drawRamp() {
     const inputs = {hits: zeros, surfaces: zeros, phases: zeros, directions: zeros,
                     counts: texture(pixels, 1, 4, counts)};
     const into = target("legend 0", {outputs: 1}, pixels, 1);
-    draw(page.whole, page.show, into, {places: [0, 0], stepwise: 1, most: 1, size: [pixels, 1],
+    draw(page.own.whole, page.own.show, into, {places: [0, 0], stepwise: 1, most: 1, size: [pixels, 1],
                                        kernel_colours: KERNEL_LIGHT}, inputs);
     const colours = read(into);
     for (let k = 0; k < pixels; ++k) {

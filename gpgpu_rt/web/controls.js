@@ -47,7 +47,7 @@ async function draws() {
     }
     const plays = playing && stepwise, from = most === null ? 0 : most;
     const shows = plays ? played(from, drawn, camera, side) : dragged ? () => {} : progress(began, drawn, camera, side);
-    const limit = plays || !stepwise || most === null ? MOST_PASSES : most;
+    const limit = plays || !stepwise || most === null ? MOST_TURNS : most;
     let reached = 0;
     const seen = (states, step) => {
         reached = step;
@@ -56,7 +56,7 @@ async function draws() {
     const paused = () => plays && !playing && reached > from;
     const found = await trace(drawn, camera, side, side, {most: limit, stopped: () => ends() || paused(), seen});
     if (ends()) return;
-    if (stepwise && limit === MOST_PASSES && found.alive === 0 && !dragged) count(drawn, found, camera, side);
+    if (stepwise && limit === MOST_TURNS && found.alive === 0 && !dragged) count(drawn, found, camera, side);
     // A pause may come between two steps that were shown.
     if (plays) [playing, chosen.most] = [false, playing || found.alive === 0 ? null : found.turns];
     element("play").textContent = "play";
@@ -79,7 +79,7 @@ async function draws() {
 function paint(found, drawn, camera, side) {
     const stepwise = drawn.repeats;
     const [[phase, a], [steps, b]] = stepwise ? ["phase", "steps"].map((name) => field(drawn, name)) : [[0, 0], [0, 0]];
-    draw(page.whole, page.show, {framebuffer: null, width: canvas.width, height: canvas.height},
+    draw(page.own.whole, page.own.show, {framebuffer: null, width: canvas.width, height: canvas.height},
          {places: [a, b], stepwise, most: chosen.heat && stepwise ? chosen.scale || 1 : 0,
           size: [canvas.width, canvas.height], kernel_colours: KERNEL_LIGHT},
          {hits: found.hit, surfaces, directions: found.directions, phases: found.states[phase],
@@ -298,5 +298,5 @@ function recall() {
     const sees = choices.has("eye") && eye.length === 3 && eye.every(Number.isFinite)
         && sideways(eye, page.camera);
     chosen.camera = sees ? {...page.camera, eye} : page.camera;
-    return [choices.get("schedule"), pass[0] >= 1 ? Math.min(Math.floor(pass[0]), MOST_PASSES) : null];
+    return [choices.get("schedule"), pass[0] >= 1 ? Math.min(Math.floor(pass[0]), MOST_TURNS) : null];
 }

@@ -7,9 +7,8 @@ a cycle, which the player repeats until no ray is alive.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, Protocol
+from typing import Any
 
-import moderngl
 import numpy as np
 
 from ..gl.loops import without_do
@@ -19,6 +18,7 @@ from ..gl.shader import Compilation
 from ..inspect.program_text import program_text
 from ..rays.records import HIT
 from ..tracer import Tracer
+from .page_data import NotInBrowser, PageData
 from .structure import structure_of
 
 EYE = "drivers/eye_rays.frag"
@@ -29,20 +29,6 @@ PACKET_HITS = "drivers/packet_hits.frag"
 MOST_KERNELS = 4        # components of a texel, in which glsl/web/alive.frag counts rays
 _CAMERA = ("eye", "right", "up", "forward", "size")
 _OF_THE_EYE = (*_CAMERA, "rays_texel_0")        # the player sets these uniforms
-
-
-class Numbered(Protocol):
-    """Stores texts and tables, and returns their numbers."""
-
-    def text(self, text: str) -> int:
-        """Return the number of a program's text."""
-
-    def texture(self, texture: moderngl.Texture) -> int:
-        """Return the number of the table in a texture."""
-
-
-class NotInBrowser(Exception):
-    """Says why a schedule does not run in a browser."""
 
 
 class Described:
@@ -64,7 +50,7 @@ class Described:
     """
 
     def __init__(self, tracer: Tracer, observed: Sequence[ObservedPass], side: int,
-                 tables: Numbered, compiled: Sequence[Compilation]) -> None:
+                 tables: PageData, compiled: Sequence[Compilation]) -> None:
         self._printed = {one.fragment.text: one.fragment for one in compiled}
         self._structure = structure_of(tracer.method)
         self._tables, self._side = tables, side

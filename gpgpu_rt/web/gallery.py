@@ -48,7 +48,8 @@ def write_gallery(scene: Scene, names: Sequence[str], folder: str,
     ----------
     scene : the scene of the methods' pages
     names : the methods; the twins have the methods of their figures
-    folder : is made if it is missing; other files in it stay
+    folder : is made if it is missing; other files in it stay, except the earlier page of a method
+        that does not run
     left_out : receives, by name, why a method does not run on this scene. The gallery then leaves
         the method out
     say : called with each line about progress
@@ -71,6 +72,7 @@ def write_gallery(scene: Scene, names: Sequence[str], folder: str,
         except (OptionError, LimitError) as reason:
             # A named method that does not run is an error, but the other pages get their index.
             reasons[name] = str(reason)
+            (path / f"{name}.html").unlink(missing_ok=True)     # of an earlier gallery
     twins = {twin: load_scene(twin.scene) for twin in TWINS}
     for twin, its_scene in twins.items():
         say(f"{twin.figure}: {', '.join(twin.methods)} on {twin.scene}")

@@ -13,14 +13,20 @@ import numpy as np
 
 from ..disk.files import replacing
 from ..errors import LimitError, OptionError
-from ..gl.shader import ROOT
+from ..gl.shader import resolve
+from ..rays.records import NO_TRIANGLE
 from ..scene.scene import Scene
-from .export import PageData, WebMethod, export_method
+from ..traversal.live_tiles import TILE
+from .export import WebMethod, export_method
+from .page_data import PageData
 
 HERE = Path(__file__).parent
 # One script in the page, in this order.
 SCRIPTS = ("vectors.js", "unpack.js", "player.js", "passes.js", "selftest.js", "path.js",
            "space.js", "charts.js", "program.js", "controls.js", "start.js")
+# The page's own programs, which show and count the rays; the constants of these and of the scripts.
+OWN = {"whole": "drivers/full_screen.vert", "show": "web/show.frag", "alive": "web/alive.frag"}
+CONSTANTS = {"NO_TRIANGLE": NO_TRIANGLE, "TILE": TILE}
 SIDE = 512          # of the canvas, in pixels
 MOST_WIRES = 2000   # triangles whose edges the page draws in space
 MOST_BYTES = 64 << 20
@@ -62,11 +68,10 @@ def write_page(scene: Scene, names: list[str], path: str,
 
 def page_text(scene: Scene, methods: list[WebMethod], tables: PageData) -> str:
     """Return the text of a page."""
-    own = [(ROOT / "web" / name).read_text() for name in ("whole.vert", "show.frag", "alive.frag")]
-    first, wires = len(tables.texts), _wires(scene, tables)
-    told = {"methods": [asdict(one) for one in methods], "texts": [*tables.texts, *own],
-            "tables": tables.tables, "whole": first, "show": first + 1, "alive": first + 2,
-            "triangles": tables.triangles, "wires": wires,
+    own = {name: tables.text(resolve(file, CONSTANTS).text) for name, file in OWN.items()}
+    wires = _wires(scene, tables)
+    told = {"methods": [asdict(one) for one in methods], "texts": tables.texts,
+            "tables": tables.tables, "own": own, "constants": CONSTANTS, "triangles": tables.triangles, "wires": wires,
             "camera": {name: _plain(getattr(scene.camera, name))
                        for name in ("eye", "target", "up", "fov")}}
     script = "\n".join((HERE / name).read_text() for name in SCRIPTS)

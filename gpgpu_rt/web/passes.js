@@ -1,8 +1,7 @@
 // The passes of a schedule: draws them in their order, and repeats the turns of its cycles until no ray is alive.
 
 const CHECKED = 16;         // turns between two looks at the rays that are alive
-const MOST_PASSES = 60000;  // a search that takes more turns is stopped
-const TILE = 16;            // side of the squares of rays that are drawn or left out, as in alive.frag
+const MOST_TURNS = 60000;   // a search that takes more turns is stopped
 const MOST_RECTANGLES = 1 << 14;
 
 // Draws the passes of a schedule. Returns the directions, the last states and hit, and the number of passes and turns.
@@ -10,7 +9,7 @@ const MOST_RECTANGLES = 1 << 14;
 // `place` names the targets, so that two traces at a time share none; `stopped` ends the trace early.
 // `seen` receives the states after the set-up and after each turn, and the number of turns. Throws a LostContext.
 async function trace(schedule, camera, width, height,
-                     {directions = null, most = MOST_PASSES, place = "picture", stopped = () => false,
+                     {directions = null, most = MOST_TURNS, place = "picture", stopped = () => false,
                       seen = null} = {}) {
     const check = watched();
     await compiled(schedule.passes);
@@ -118,7 +117,7 @@ function look(schedule, states, place) {
     const [[phase, a], [steps, b]] = [field(schedule, "phase"), field(schedule, "steps")];
     const size = sizeOf.get(states[phase]), [across, down] = size.map((length) => Math.ceil(length / TILE));
     const into = target(`${place} alive`, {outputs: 2}, across, down);
-    draw(page.whole, page.alive, into, {places: [a, b]}, {phases: states[phase], counts: states[steps]});
+    draw(page.own.whole, page.own.alive, into, {places: [a, b]}, {phases: states[phase], counts: states[steps]});
     const squares = read(into), sums = [0, 0, 0, 0];
     squares.forEach((count, k) => { sums[k % 4] += count; });
     const alive = sums.reduce((sum, count) => sum + count);

@@ -4,7 +4,7 @@ const page = JSON.parse(document.getElementById("description").textContent);
 const canvas = document.getElementById("picture");
 const gl = canvas.getContext("webgl2", {antialias: false, preserveDrawingBuffer: true});
 const element = (id) => document.getElementById(id);
-const NO_TRIANGLE = 16777216;
+const {NO_TRIANGLE, TILE} = page.constants;   // TILE: side of the squares of rays that are drawn or left out
 const UNWRITTEN = -2;      // what a target holds where no fragment wrote
 const SLICE = 30;           // milliseconds of passes between two pauses for the page's events
 

@@ -11,8 +11,9 @@ import pytest
 from devtools import CHROMIUM, Browser
 
 import gpgpu_rt as rt
-from gpgpu_rt.web.export import PageData, export_method
+from gpgpu_rt.web.export import export_method
 from gpgpu_rt.web.page import page_text
+from gpgpu_rt.web.page_data import PageData
 
 in_browser = pytest.mark.skipif(CHROMIUM is None, reason="Chromium is not installed")
 

@@ -19,8 +19,9 @@ from gpgpu_rt.cli.main import main
 from gpgpu_rt.errors import OptionError, ShaderError
 from gpgpu_rt.gl.es import es_text
 from gpgpu_rt.web import export
-from gpgpu_rt.web.export import PageData, export_method, web_names, why_not_in_browser
+from gpgpu_rt.web.export import export_method, web_names, why_not_in_browser
 from gpgpu_rt.web.page import MOST_BYTES, page_text, write_page
+from gpgpu_rt.web.page_data import PageData
 
 VIRTUAL_TIME = "--virtual-time-budget=200000"
 HEADER = ("#version 330 core\n#extension GL_ARB_gpu_shader5 : enable\n#ifdef GL_ARB_gpu_shader5\n"
@@ -151,7 +152,7 @@ def test_every_schedule_of_a_method_is_on_the_page() -> None:
 
 def test_a_scene_with_too_many_steps_leaves_a_method_out(tmp_path: Path, capsys,
                                                          monkeypatch) -> None:
-    monkeypatch.setattr(export, "MOST_PASSES", 90)
+    monkeypatch.setattr(export, "MOST_TEST_PASSES", 90)
     with pytest.raises(OptionError, match="draws .* passes on this scene"):
         export_method(rt.load_scene("cornell"), "kd-texture-stack", PageData())
     left_out: dict[str, str] = {}
