@@ -57,7 +57,9 @@ def _ticks(axis: Any) -> Iterator[str]:
         yield from (f"the tick {text!r} is not a plain number" for text in shown
                     if "mathdefault" in text or re.fullmatch(r"[\d.]+e[+-]?\d+", text))
         yield from (f"the tick {text!r} is not round" for text in numbers if not _round(text))
-        if one.get_scale() == "log" and len(numbers) < 2:
+        ticks = one.get_major_ticks()      # inner axes that share a scale hide their numbers
+        hidden = bool(ticks) and not any(tick.label1.get_visible() for tick in ticks)
+        if one.get_scale() == "log" and len(numbers) < 2 and not hidden:
             yield f"a logarithmic axis from {low:g} to {high:g} has {len(numbers)} numbers"
 
 
@@ -79,7 +81,8 @@ def checked_charts() -> Iterator[None]:
     write = Figure.savefig
 
     def savefig(figure: Any, *arguments: Any, **more: Any) -> None:
-        assert faults(figure) == []
+        found = faults(figure)
+        assert not found, found
         write(figure, *arguments, **more)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(Figure, "savefig", savefig)

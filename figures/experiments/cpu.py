@@ -172,21 +172,21 @@ def draw(data: Path, out: Path, full: bool) -> None:
 def _chart(found: list[dict[str, Any]], out: Path, known: dict[str, Any] | None) -> None:
     labels = list(dict.fromkeys(row["traced_by"] for row in found))
     places = list(dict.fromkeys(row["scene"] for row in found))
-    figure, axes = plt.subplots(1, 2, figsize=(13, 1.6 + 0.75 * len(places)),
+    figure, axes = plt.subplots(2, 1, figsize=(9, 2 + 1.7 * len(places)),
                                 layout="constrained")
+    survey = said_by_survey()
+    for side, style in (("cpu", "--"), ("gpu", ":")):
+        axes[1].axvline(survey[side] / survey[f"{side}_peak"], color="#555555", linestyle=style,
+                        linewidth=1, label=f"the survey's {side.upper()}, Soda Hall")
     for axis, key, unit in zip(axes, ("rays_per_second", "rays_per_gflop"), (
             "million rays a second (log)", "million rays per GFLOP of peak (log)")):
         rates = {(row["scene"], row["traced_by"]): row[key] and row[key] / 1e6 for row in found}
         series = [Series(label, [rates.get((place, label)) for place in places], look)
                   for label, look in zip(labels, zip(COLOURS, MARKERS))]
         dot_rows(axis, places, series, unit)
-    survey = said_by_survey()
-    for side, style in (("cpu", "--"), ("gpu", ":")):
-        axes[1].axvline(survey[side] / survey[f"{side}_peak"], color="#555555", linestyle=style,
-                        linewidth=1, label=f"the survey's {side.upper()}, Soda Hall")
     figure.legend(handles=legend_of(series) + axes[1].get_legend_handles_labels()[0],
-                  frameon=False, fontsize=8, ncols=4, loc="outside upper left")
-    figure.get_layout_engine().set(rect=(0, 0.05, 1, 0.95))
+                  frameon=False, fontsize=8, ncols=3, loc="outside upper left")
+    figure.get_layout_engine().set(rect=(0, 0.03, 1, 0.97))
     save_chart(figure, out / "cpu.png", "" if known is None else
                f"Renderer: {known['gpu']['renderer']}; {known['peak']['model']}.",
                "Dots show the rays per second and the rays per GFLOP of the CPU's own ray "

@@ -130,14 +130,14 @@ def draw(data: Path, out: Path, full: bool) -> None:
               + [[*row[:2], f"{row[2]} (BVH)", *row[3:]] for row in found
                  if row[:2] == [scene, BVH] and row[2].startswith("Cell")] for scene in scenes}
     figure, axes = plt.subplots(
-        1, len(scenes), squeeze=False, layout="constrained",
-        figsize=(6.8 * len(scenes), 1.6 + 0.85 * max(map(len, chosen.values()))))
-    for axis, scene in zip(axes[0], scenes):
+        len(scenes), squeeze=False, layout="constrained",
+        figsize=(9, 1.6 + 0.9 * sum(map(len, chosen.values()))))
+    for axis, scene in zip(axes[:, 0], scenes):
         series = _draw_machines(axis, chosen[scene])
         axis.set_title(f"{scene}, {TREE}", fontsize=10)
     figure.legend(handles=legend_of(series), frameon=False, fontsize=8, ncols=7,
                   loc="outside upper left")
-    figure.get_layout_engine().set(rect=(0, 0.07, 1, 0.93))
+    figure.get_layout_engine().set(rect=(0, 0.05, 1, 0.95))
     save_chart(figure, out / "ideal_hardware.png", note, "Dots show the nanoseconds that the "
                "counted work for a ray takes on each machine at its peak rates, by part, the "
                "total, and the published time")

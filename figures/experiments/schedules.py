@@ -61,7 +61,7 @@ def draw(data: Path, out: Path, full: bool) -> None:
     series = [Series(method, [mine.get(label) for label in labels], look)
               for (method, mine), look in zip(times.items(), zip(COLOURS, MARKERS))]
     figure, axis = plt.subplots(figsize=(8, 1.4 + 0.6 * len(labels)), layout="constrained")
-    dot_rows(axis, labels, series, "time / time of loop (log)", size=7.5)
+    dot_rows(axis, labels, series, "time / time of loop (log)")
     figure.legend(handles=legend_of(series), frameon=False, fontsize=8, ncols=4,
                   loc="outside upper left")
     figure.get_layout_engine().set(rect=(0, 0.06, 1, 0.94))

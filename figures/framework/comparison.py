@@ -23,6 +23,7 @@ from .published_numbers import nanoseconds, published_row, published_triangles
 from .results import read
 
 LOW = 0.8    # a page explains the order of the methods on a panel whose tau-b is lower
+ACROSS = 2   # panels of a chart side by side, so that the chart is readable in a page
 TIE = 1.05   # published numbers within this factor count as equal
 TESTED_BY = ("Our methods test triangles as Möller and Trumbore 1997 do, because this test was in "
              "use when the compared papers were written. "
@@ -313,18 +314,18 @@ class Comparison:
 
     def _chart(self, rows: Rows, taus: Taus, out: Path, results: Results) -> None:
         kinds = list(dict.fromkeys(panel.rays for panel in rows))
-        wide = max(sum(panel.rays == kind for panel in rows) for kind in kinds)
-        most = max(map(len, rows.values()))
-        figure, axes = plt.subplots(len(kinds), wide, squeeze=False, layout="constrained",
-                                    figsize=(4.1 * wide, 1 + len(kinds) * (1 + 0.48 * most)))
-        free = {kind: list(row) for kind, row in zip(kinds, axes)}
-        for panel, chosen in rows.items():
-            series = _draw_panel(free[panel.rays].pop(0), panel, chosen, taus[panel])
-        for axis in sum(free.values(), []):
+        ordered = sorted(rows, key=lambda panel: kinds.index(panel.rays))
+        lines = -(-len(ordered) // ACROSS)
+        high = 1 + lines * (1 + 0.48 * max(map(len, rows.values())))
+        figure, axes = plt.subplots(lines, ACROSS, squeeze=False, layout="constrained",
+                                    figsize=(4.6 * ACROSS, high))
+        for panel, axis in zip(ordered, axes.flat):
+            series = _draw_panel(axis, panel, rows[panel], taus[panel])
+        for axis in axes.flat[len(ordered):]:
             axis.remove()
         figure.legend(handles=legend_of(series), frameon=False, fontsize=9, ncols=3,
                       loc="outside upper left")
-        figure.get_layout_engine().set(rect=(0, 0.05, 1, 0.95))
+        figure.get_layout_engine().set(rect=(0, 0.4 / high, 1, 1 - 0.4 / high))
         save_chart(figure, out / f"{self.name}.png", "  ".join(self._differences(results)[:2]),
                    "Dots show the nanoseconds that each method takes for a ray: published, "
                    "predicted for the paper's card, and measured here")

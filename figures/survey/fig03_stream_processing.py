@@ -141,7 +141,7 @@ def draw(data: Path, out: Path, full: bool) -> None:
                "textures are not used by this kernel. Live rays are counted only after every "
                "second pass, so some passes find no ray.",
                "A diagram: textures of rays and states flow into a kernel, which writes the "
-               "next states. A strip below shows the order of the passes")
+               "next states. Bars below show the number of rays in each pass of a trace")
 
 
 def draw_pass(axis: Any, shown: KernelPass, row: Any) -> None:

@@ -113,8 +113,7 @@ def draw(data: Path, out: Path, full: bool) -> None:
     save_chart(figure, out / "fig04.png", "The textures are those that the linked programs sample "
                "and draw into. The bytes are sums over all batches of this trace.",
                "A diagram: the host sorts rays into cells, sends them to the card in batches, "
-               "and reads the hits back. A strip below shows the rays and triangles of each "
-               "batch")
+               "and reads the hits back. Bars below show the quads of each batch")
 
 
 def draw_engine(axis: Any, kinds: dict[str, BatchPass], split: dict[str, float]) -> None:

@@ -76,8 +76,8 @@ def draw(data: Path, out: Path, full: bool) -> None:
     save_chart(figure, out / "fig11.png", "Red numbers at a node: when the walk visits the node "
                "(1 is the first visit of the walk), whether it descends or climbs. Numbers along "
                "the ray: the values of t at which kd-restart starts again at the root.",
-               "A scene with a ray, and two trees with the order in which kd-restart and kd- "
-               "backtrack visit the nodes")
+               "A scene with a ray, and two trees with the order in which kd-restart and "
+               "kd-backtrack visit the nodes")
 
 
 def _wrapped(numbers: list[int]) -> str:

@@ -83,8 +83,8 @@ def _results(scene: str, data: Path, full: bool) -> list[list[Any]]:
 def draw(data: Path, out: Path, full: bool) -> None:
     """Write out/fig14.csv, .md and .png."""
     parts, rows, renderer, stand_ins = [], [], "?", []
-    figure, axes = plt.subplots(1, len(SCENES), figsize=(3.4 * len(SCENES), 4.4))
-    for axis, scene in zip(axes, SCENES):
+    figure, axes = plt.subplots(-(-len(SCENES) // 2), 2, figsize=(9, 7.6), squeeze=False)
+    for axis, scene in zip(axes.flat, SCENES):
         results = _results(scene, data, full)
         if any(result is None for pair in results for result in pair):
             axis.remove()
@@ -115,11 +115,12 @@ def draw(data: Path, out: Path, full: bool) -> None:
         "packet's nodes are divided among four rays. \"So far\" means the sum over all bounces "
         "up to the row's. At the quick size rays are two to four times as far apart as "
         "at 1024x1024.", *stand_ins, "", *parts)))
-    axes[0].set_ylabel("million pixels a second, all bounces so far (log)")
+    for axis in axes[:, 0]:
+        axis.set_ylabel("million pixels a second,\nall bounces so far (log)")
     figure.legend(handles=[plt.Line2D([], [], marker=marker, color=colour, label=method)
                            for method, (colour, marker) in LOOKS.items()],
                   frameon=False, fontsize=8, ncols=2, loc="upper left")
-    figure.tight_layout(rect=(0, 0.05, 1, 0.95))
+    figure.tight_layout(rect=(0, 0.03, 1, 0.97))
     save_chart(figure, out / "fig14.png", f"Renderer: {renderer}. " + " ".join(stand_ins),
                "Lines show the pixels per second of single rays and of packets, by the number of "
                "bounces between mirrors")

@@ -141,8 +141,7 @@ def _chart(results: dict[str, dict], out: Path) -> None:
     figure, axis = plt.subplots(figsize=(9, 1.4 + 0.6 * len(results)), layout="constrained")
     dot_rows(axis, [titled(scene, result["scene"]["stand_in"])
                     for scene, result in results.items()], series,
-             "MiB (log); a line begins at the kd-tree alone, and its dot is the tree with ropes",
-             size=7.5)
+             "MiB (log); a line begins at the kd-tree alone, and its dot is the tree with ropes")
     figure.legend(handles=legend_of(series), frameon=False, fontsize=8, ncols=2,
                   loc="outside upper left")
     figure.get_layout_engine().set(rect=(0, 0.06, 1, 0.94))

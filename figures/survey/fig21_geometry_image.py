@@ -132,5 +132,6 @@ def draw(data: Path, out: Path, full: bool) -> None:
     figure.tight_layout(rect=(0, 0.03, 1, 0.98), h_pad=2.0)
     save_chart(figure, out / "fig21.png", "The boxes are those that the passes wrote. Bottom row: "
                "rays stop at quads of 2^level x 2^level cells, in the same pyramids.",
-               "Rows of pictures: the levels of a geometry image, of the pyramids of minima "
-               "and maxima over it, the boxes of each level, and the rays that stop there")
+               "Four rows of pictures: a mesh, spread over a square and as a geometry image; "
+               "the pyramid of minima over the image; the pyramid of maxima; and the mesh traced "
+               "at four levels of detail")

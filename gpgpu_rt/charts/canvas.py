@@ -12,9 +12,11 @@ import matplotlib.pyplot as plt  # noqa: E402  (the backend must be chosen first
 
 from ..disk.files import replacing  # noqa: E402
 from ..inspect.data_uris import DESCRIPTION  # noqa: E402
+from .palette import COLOURS  # noqa: E402
 
 FORMATS = (".png", ".svg", ".pdf")
 DPI = 130
+plt.rcParams["axes.prop_cycle"] = plt.cycler(color=COLOURS)
 
 
 def save(figure: Any, path: str | Path, shows: str) -> None:

@@ -34,7 +34,7 @@ class Series:
 
 
 def dot_rows(axis: Any, rows: Sequence[str], series: Sequence[Series], label: str,
-             size: float = 6.5) -> None:
+             size: float = 7.5) -> None:
     """Draw a row for each name in ``rows``, and in each row a dot for each series.
 
     Parameters

@@ -9,6 +9,7 @@ from typing import Any
 # they are tried.
 _DISTANCES = (5, 12, 20, 30, 42, 56, 72, 90)
 _ANGLES = (0, 180, 60, -60, 120, -120, 90, -90, 30, -30, 150, -150)
+_PADDING = 1.5       # space around a label in points
 _LEADER = 12        # a label at a larger distance is joined to its point by a line
 
 Box = tuple[float, float, float, float]
@@ -40,7 +41,8 @@ def direct_labels(axis: Any, points: Sequence[tuple[float, float, str]], size: f
     for (x, y, text), place in zip(points, places):
         note = axis.annotate(text, (x, y), fontsize=size, color="#333333", va="center")
         extent = note.get_window_extent(figure.canvas.get_renderer())
-        found = _free_place(place, (extent.width, extent.height), pixel, taken, inside)
+        found = _free_place(place, (extent.width + _PADDING * pixel,
+                                    extent.height + _PADDING * pixel), pixel, taken, inside)
         note.remove()
         if found is None:
             continue

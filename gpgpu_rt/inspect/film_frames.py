@@ -34,6 +34,17 @@ class EvenLoss:
         self._due = max(reached, 0) + 1
         return True
 
+    def is_replaced(self, count: int, live: int, at_end: int) -> bool:
+        """Return whether the last pass of all replaces the last chosen pass, because there is no
+        space for both, or because no ray has ended between them.
+
+        Parameters
+        ----------
+        count : the number of chosen passes
+        live, at_end : the live rays of the last chosen pass, and of the last pass
+        """
+        return count >= self.frames or count > 1 and live == at_end
+
 
 def even_loss(live: Sequence[int], frames: int) -> list[int]:
     """Return the indices of at most ``frames`` passes with an even loss of live rays between them.
@@ -48,6 +59,7 @@ def even_loss(live: Sequence[int], frames: int) -> list[int]:
     chosen = [at for at, count in enumerate(live) if chooser.takes(count)]
     last = len(live) - 1
     if chosen and chosen[-1] != last:
-        # The last pass replaces a frame if there is no space for another frame.
-        chosen[len(chosen) - (len(chosen) >= chooser.frames):] = [last]
+        if chooser.is_replaced(len(chosen), live[chosen[-1]], live[last]):
+            chosen.pop()
+        chosen.append(last)
     return chosen

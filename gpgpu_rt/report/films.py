@@ -50,7 +50,7 @@ class _Film:
         """Add the last pass."""
         last = self.passes[0]
         if self.frames[-1][0] is not last:
-            if len(self.frames) >= self.chooser.frames:
+            if self.chooser.is_replaced(len(self.frames), self.frames[-1][0].live, last.live):
                 self.frames.pop()
             self._add(last)
 
