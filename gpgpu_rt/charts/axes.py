@@ -69,7 +69,8 @@ class _LogTicks(Locator):
             if len(found) <= MOST_TICKS:
                 break
         if len(found) < FEWEST_TICKS:       # the axis covers less than a decade
-            found = [tick for tick in MaxNLocator(6, steps=[1, 2, 5, 10]).tick_values(low, high) if low <= tick <= high]
+            even = MaxNLocator(6, steps=[1, 2, 5, 10]).tick_values(low, high)
+            found = [tick for tick in even if low <= tick <= high]
         return found
 
 
