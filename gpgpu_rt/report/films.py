@@ -94,7 +94,7 @@ def film(scene: Scene, method: str, size: tuple[int, int]) -> str:
         travel(tracer, origins, directions, made.look)
         made.end()
     texts, last = made.texts(rays), made.passes[0].number
-    middle = min(range(len(texts)), key=lambda k: abs(made.frames[k][0].live - rays / 2))
+    middle = len(texts) // 2
     half = made.frames[middle][0]
     alt = (f"Film of {len(texts)} frames, with a pixel for each of {size[0]} x {size[1]} eye rays "
            f"of {scene.title}, traced by {method}. Panels: {'; '.join(made.titles)}. "

@@ -310,6 +310,10 @@ def test_mistakes_are_one_line(tmp_path: Path, capsys, arguments: list[str], mes
 @pytest.mark.once
 @pytest.mark.parametrize("width", [390, 1200])
 def test_in_a_browser(figures: Path, tmp_path: Path, width: int) -> None:
+    picture(1600, 4).save(figures / "fig12.png")
+    (figures / "schedules.md").write_text(
+        "# Schedules\n\n" + "\n".join("| " + " | ".join(some * 30) + " |" for some in (
+            ["column"], ["---"], ["number"])) + "\n")
     write_report(tmp_path / "report.html", figures, "cornell", (16, 16))
     found = looked_at(tmp_path / "report.html", width, tmp_path)
     assert found["images"] > 8
