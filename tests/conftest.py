@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 import trimesh
 from angle_exceptions import skip_exceptions
+from chart_rules import checked_charts
 
 import gpgpu_rt as rt
 from gpgpu_rt.gl.context import Gpu, open_gpu
@@ -27,6 +28,8 @@ from gpgpu_rt.scene import catalogue
 from gpgpu_rt.traversal.own_arrays import MIXED_UP
 from gpgpu_rt.viewer import Selection, Viewer
 from gpgpu_rt.workers import Workers
+
+__all__ = ["checked_charts"]     # a fixture of all tests
 
 # The tests have a new, empty cache, so they build each structure themselves, but only once.
 _CACHE = tempfile.TemporaryDirectory(prefix="gpgpu_rt_tests")

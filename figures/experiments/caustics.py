@@ -6,6 +6,8 @@ from typing import Any
 
 import numpy as np
 
+from gpgpu_rt.charts import COLOURS, log_axis
+
 from ..framework.cell import Cell
 from ..framework.output import markdown_table, number, plt, save_chart, write_csv, write_text
 from ..framework.results import finished
@@ -57,7 +59,9 @@ def draw(data: Path, out: Path, full: bool) -> None:
     for line, (cell, result) in zip(axes, results):
         _pictures(line, cell, result["caustics"])
     figure.tight_layout(rect=(0, 0.03, 1, 1))
-    save_chart(figure, out / "caustics.png", note)
+    save_chart(figure, out / "caustics.png", note,
+               "Pictures of caustics by traced photons and by rasterised photons, their "
+               "difference, and the error of where photons land")
 
 
 def _row(name: str, result: dict[str, Any]) -> list[Any]:
@@ -86,9 +90,10 @@ def _pictures(line: Any, cell: Cell, result: dict[str, Any]) -> None:
         axis.set_xticks([])
         axis.set_yticks([])
     apart = np.array([pair or (np.nan, np.nan) for pair in result["apart"]])
-    for k, (text, colour) in enumerate((("median", "#2f6db3"), ("90 % quantile", "#c98a1b"))):
+    for k, (text, colour) in enumerate((("median", COLOURS[0]), ("90 % quantile", COLOURS[1]))):
         line[3].plot(result["guesses"], apart[:, k], "o-", markersize=3, color=colour, label=text)
-    line[3].set(yscale="log", xlabel="estimates of each photon's\ndistance to its receiver",
-                ylabel="landing error, units")
+    log_axis(line[3], "y")
+    line[3].set(xlabel="estimates of each photon's\ndistance to its receiver",
+                ylabel="landing error, units (log)")
     line[3].grid(alpha=0.3, which="both")
     line[3].legend(fontsize=8, frameon=False)

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from gpgpu_rt.bench.engines import CORES, EMBREE
+from gpgpu_rt.charts import COLOURS, MARKERS, Series, dot_rows, legend_of
 from gpgpu_rt.gl.context import is_software
 from gpgpu_rt.text_format import titled
 
@@ -22,7 +23,6 @@ from ..survey.fig22_large_scenes import FIGURE as PACKETS
 
 SCENES = ("cornell", "shirley6", "bunny", "robots", "kitchen", "conference", "sodahall")
 HUGE = ("sodahall",)     # at full size only, because building its stand-in takes minutes
-COLOURS = ("#c9c9c9", "#8c8c8c", "#3d8b57", "#4b2a70", "#2f6db3")
 
 
 @dataclass(frozen=True)
@@ -172,24 +172,22 @@ def draw(data: Path, out: Path, full: bool) -> None:
 def _chart(found: list[dict[str, Any]], out: Path, known: dict[str, Any] | None) -> None:
     labels = list(dict.fromkeys(row["traced_by"] for row in found))
     places = list(dict.fromkeys(row["scene"] for row in found))
-    figure, (left, right) = plt.subplots(1, 2, figsize=(13, 4.8))
-    for axis, key, unit in ((left, "rays_per_second", "million rays a second (log)"),
-                            (right, "rays_per_gflop", "million rays per GFLOP of peak (log)")):
-        for at, (label, colour) in enumerate(zip(labels, COLOURS)):
-            some = [row for row in found if row["traced_by"] == label and row[key]]
-            axis.bar([places.index(row["scene"]) + 0.16 * (at - 2) for row in some],
-                     [row[key] / 1e6 for row in some], 0.15, color=colour, label=label)
-        axis.set_xticks(range(len(places)), places, rotation=25, ha="right", fontsize=8)
-        axis.set(yscale="log", ylabel=unit)
-        axis.spines[["top", "right"]].set_visible(False)
+    figure, axes = plt.subplots(2, 1, figsize=(9, 2 + 1.7 * len(places)),
+                                layout="constrained")
     survey = said_by_survey()
     for side, style in (("cpu", "--"), ("gpu", ":")):
-        right.axhline(survey[side] / survey[f"{side}_peak"], color="#b33a3a", linestyle=style,
-                      linewidth=1, label=f"the survey's {side.upper()}, Soda Hall")
-    handles, names = right.get_legend_handles_labels()
-    figure.legend(handles, names, frameon=False, fontsize=8, ncols=4, loc="upper center",
-                  bbox_to_anchor=(0.5, 0.95))
-    figure.suptitle("Section 4.2: the CPU's own ray tracing beside fragment programs", fontsize=11)
-    figure.tight_layout(rect=(0, 0.04, 1, 0.87))
+        axes[1].axvline(survey[side] / survey[f"{side}_peak"], color="#555555", linestyle=style,
+                        linewidth=1, label=f"the survey's {side.upper()}, Soda Hall")
+    for axis, key, unit in zip(axes, ("rays_per_second", "rays_per_gflop"), (
+            "million rays a second (log)", "million rays per GFLOP of peak (log)")):
+        rates = {(row["scene"], row["traced_by"]): row[key] and row[key] / 1e6 for row in found}
+        series = [Series(label, [rates.get((place, label)) for place in places], look)
+                  for label, look in zip(labels, zip(COLOURS, MARKERS))]
+        dot_rows(axis, places, series, unit)
+    figure.legend(handles=legend_of(series) + axes[1].get_legend_handles_labels()[0],
+                  frameon=False, fontsize=8, ncols=3, loc="outside upper left")
+    figure.get_layout_engine().set(rect=(0, 0.03, 1, 0.97))
     save_chart(figure, out / "cpu.png", "" if known is None else
-               f"Renderer: {known['gpu']['renderer']}; {known['peak']['model']}.")
+               f"Renderer: {known['gpu']['renderer']}; {known['peak']['model']}.",
+               "Dots show the rays per second and the rays per GFLOP of the CPU's own ray "
+               "tracing and of fragment programs, by scene")

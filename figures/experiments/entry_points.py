@@ -8,6 +8,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+from gpgpu_rt.charts import COLOURS
+
 from ..framework.cell import Cell, timed_runs
 from ..framework.output import markdown_table, number, plt, save_chart, write_csv, write_text
 from ..framework.results import read
@@ -80,9 +82,12 @@ def draw(data: Path, out: Path, full: bool) -> None:
     figure, axes = plt.subplots(1, 2, figsize=(12, 5.2))
     for axis, (name, found) in zip(axes, parts.items()):
         _bars(axis, name, found)
-    figure.suptitle("Nodes a ray, without (grey) and with a pass at low resolution", fontsize=11)
-    figure.tight_layout(rect=(0, 0.04, 1, 1))
-    save_chart(figure, out / "entry_points.png", note)
+    figure.legend(*axes[0].get_legend_handles_labels(), frameon=False, fontsize=8, ncols=3,
+                  loc="upper left")
+    figure.tight_layout(rect=(0, 0.04, 1, 0.95))
+    save_chart(figure, out / "entry_points.png", note,
+               "Bars show the nodes that a ray visits without and with entry points or bounds "
+               "from a pass at low resolution")
 
 
 def _page(entries: list[dict[str, Any]], bounds: list[dict[str, Any]], note: str) -> str:
@@ -107,14 +112,17 @@ def _page(entries: list[dict[str, Any]], bounds: list[dict[str, Any]], note: str
 
 def _bars(axis: Any, name: str, rows: list[dict[str, Any]]) -> None:
     for at, r in enumerate(rows):
-        axis.barh(at - 0.2, r["nodes"], 0.38, color="#c8c8c8")
-        axis.barh(at + 0.2, r["nodes_left"], 0.38, color="#3d8b57")
-        axis.barh(at + 0.2, r["nodes_of_beams"], 0.38, left=r["nodes_left"], color="#c98a1b")
+        for y, key, start, colour, says in (
+                (at - 0.2, "nodes", 0, "#c8c8c8", "nodes of rays alone"),
+                (at + 0.2, "nodes_left", 0, COLOURS[0], "nodes of rays after the pass"),
+                (at + 0.2, "nodes_of_beams", r["nodes_left"], COLOURS[4], "nodes of beams")):
+            axis.barh(y, r[key], 0.38, left=start, color=colour, label=None if at else says)
         axis.text(r["nodes_left"] + r["nodes_of_beams"] + 1, at + 0.2,
                   f"{number(r['fewer_by'], 2)} times fewer, "
                   f"{number(r['faster_by'], 2)} times as fast", fontsize=7, va="center")
     axis.set_yticks(range(len(rows)), [f"{r['scene']}, {r['method']}" for r in rows], fontsize=8)
     axis.set_xlim(0, 1.35 * max((r["nodes"] for r in rows), default=1))
     axis.invert_yaxis()
-    axis.set_xlabel(f"{name}: nodes of rays green, nodes of beams ochre")
+    axis.set_title(name, fontsize=10)
+    axis.set_xlabel("nodes a ray")
     axis.spines[["top", "right"]].set_visible(False)

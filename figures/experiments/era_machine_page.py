@@ -146,4 +146,6 @@ def _chart(found: Sequence[PredictedRow], out: Path) -> None:
                   loc="upper center", fontsize=8)
     figure.tight_layout(rect=(0, 0.04, 1, 0.97))
     save_chart(figure, out / "era_machine.png", "A kernel's whole time counts for the resource "
-               "that bounds the kernel, except the time of idle lanes, shown as waiting lanes.")
+               "that bounds the kernel, except the time of idle lanes, shown as waiting lanes.",
+               "Bars show which resource of a card bounds the predicted time of each method, "
+               "as a share of the time")

@@ -89,10 +89,10 @@ def draw(data: Path, out: Path, full: bool) -> None:
             if result is not None:
                 axis.imshow(_picture(scene, result["numbers"], _cell(scene, label, full).size))
                 axis.set_title(f"{scene}: {label}", fontsize=7)
-    figure.suptitle("Eye rays in the number formats of the papers' cards. Red: no hit; blue: "
-                    "a wrong hit", fontsize=10)
     save_chart(figure, out / "era_numbers.png", f"{results[0]['gpu']['renderer']}, commit "
-               f"{results[0]['commit']}.")
+               f"{results[0]['commit']}. Red: no hit; blue: a wrong hit.",
+               "Pictures of the scenes in each number format of the papers' cards; marked "
+               "pixels have no hit or a wrong hit")
 
 
 def _picture(scene: str, result: dict[str, Any], size: int) -> np.ndarray:

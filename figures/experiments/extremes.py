@@ -139,6 +139,8 @@ def _chart(results: dict[Cell, dict[str, Any]], path: Path, renderer: str) -> No
     axis.set_yticks(range(len(results)), [label(cell) for cell in results], fontsize=7)
     bar = figure.colorbar(image, ax=axis, ticks=range(-4, 1))
     bar.ax.set_yticklabels(["none", "0.1 %", "1 %", "10 %", "100 %"])
-    figure.suptitle("Rays with a wrong hit or miss, or stopped by the cap", fontsize=11)
     figure.tight_layout(rect=(0, 0.03, 1, 1))
-    save_chart(figure, path, f"Renderer: {renderer}")
+    save_chart(figure, path, f"Renderer: {renderer}",
+               "A map with a row for each setting and a column for each family of extreme "
+               "rays; a dark field has many rays with a wrong hit or miss, or stopped by the "
+               "cap")

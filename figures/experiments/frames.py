@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import gpgpu_rt as rt
+from gpgpu_rt.charts import COLOURS
 from gpgpu_rt.scene import catalogue
 
 from ..framework.cell import Cell
@@ -150,14 +151,18 @@ def _chart(rows: list[dict[str, Any]], out: Path) -> None:
     for axis, scene in zip(axes[0], scenes):
         some = [row for row in rows if row["scene"] == scene][::-1]
         for at, row in enumerate(some):
-            axis.barh(at, row["update_ms"], color="#c98a1b")
-            axis.barh(at, row["trace_ms"], left=row["update_ms"], color="#2f6db3")
+            axis.barh(at, row["update_ms"], color=COLOURS[4], label=None if at else "update")
+            axis.barh(at, row["trace_ms"], left=row["update_ms"], color=COLOURS[0],
+                      label=None if at else "eye rays")
             axis.annotate(f" {number(row['frames_a_second'])} /s",
                           (row["update_ms"] + row["trace_ms"], at), va="center", fontsize=8)
         axis.set_yticks(range(len(some)), [row["method"] for row in some], fontsize=8)
         axis.set(title=f"{scene}: {SCENES[scene]}", xlabel="milliseconds a frame")
         axis.margins(x=0.2)
         axis.spines[["top", "right"]].set_visible(False)
-    figure.suptitle("Time per frame: update (yellow) and eye rays (blue)", fontsize=11)
-    figure.tight_layout(rect=(0, 0.04, 1, 1))
-    save_chart(figure, out / "frames.png", "Medians over frames; frames a second count them all.")
+    figure.legend(*axes[0, 0].get_legend_handles_labels(), frameon=False, fontsize=8, ncols=2,
+                  loc="upper left")
+    figure.tight_layout(rect=(0, 0.04, 1, 0.95))
+    save_chart(figure, out / "frames.png", "Medians over frames; frames a second count them all.",
+               "Bars show the milliseconds of a frame by method, divided into the update of "
+               "the structure and the tracing of eye rays")

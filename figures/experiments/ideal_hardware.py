@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from gpgpu_rt.bench.workloads import EYE
+from gpgpu_rt.charts import COLOURS, MARKERS, Series, dot_rows, legend_of, plain
 from gpgpu_rt.hardware.cards import find_card
 from gpgpu_rt.hardware.loop_costs import loop_costs
 from gpgpu_rt.hardware.machines import (
@@ -125,15 +126,21 @@ def draw(data: Path, out: Path, full: bool) -> None:
                "the numbers of the card.\n\n"
                + markdown_table(("machine", "figure", "value", "source"), sources))
     scenes = list(dict.fromkeys(row[0] for row in found))
-    figure, axes = plt.subplots(1, len(scenes), figsize=(6.4 * len(scenes), 6.4), squeeze=False)
-    for axis, scene in zip(axes[0], scenes):
-        _bars(axis, [row for row in found if row[0] == scene and row[1] == TREE]
+    chosen = {scene: [row for row in found if row[0] == scene and row[1] == TREE]
               + [[*row[:2], f"{row[2]} (BVH)", *row[3:]] for row in found
-                 if row[:2] == [scene, BVH] and row[2].startswith("Cell")])
+                 if row[:2] == [scene, BVH] and row[2].startswith("Cell")] for scene in scenes}
+    figure, axes = plt.subplots(
+        len(scenes), squeeze=False, layout="constrained",
+        figsize=(9, 1.6 + 0.9 * sum(map(len, chosen.values()))))
+    for axis, scene in zip(axes[:, 0], scenes):
+        series = _draw_machines(axis, chosen[scene])
         axis.set_title(f"{scene}, {TREE}", fontsize=10)
-    figure.suptitle("Units for rays: the time of counted work at peak rates", fontsize=11)
-    figure.tight_layout(rect=(0, 0.06, 1, 1))
-    save_chart(figure, out / "ideal_hardware.png", note + " Cross: published.")
+    figure.legend(handles=legend_of(series), frameon=False, fontsize=8, ncols=7,
+                  loc="outside upper left")
+    figure.get_layout_engine().set(rect=(0, 0.05, 1, 0.95))
+    save_chart(figure, out / "ideal_hardware.png", note, "Dots show the nanoseconds that the "
+               "counted work for a ray takes on each machine at its peak rates, by part, the "
+               "total, and the published time")
 
 
 def _spelled(figure: dict[str, Any]) -> str:
@@ -141,30 +148,20 @@ def _spelled(figure: dict[str, Any]) -> str:
     return f"{value if isinstance(value, str) else format(value, ',')} {figure['unit']}".strip()
 
 
-PARTS = {"shader": "#2f6db3", "steps": "#c98a1b", "tests": "#b33a3a", "memory": "#8c8c8c",
-         "waiting": "#d16fae"}
+PARTS = ("shader", "steps", "tests", "memory", "waiting")     # columns 3 to 7 of HEADS
+LOOKS = tuple(zip(COLOURS, MARKERS))
 
 
-def _bars(axis: Any, mine: list[list[Any]]) -> None:
-    """Draw the time of each part by itself, and the total time."""
-    for at, row in enumerate(mine):
-        for part, (name, colour) in enumerate(PARTS.items()):
-            if row[3 + part] > 0:
-                axis.barh(at - 0.3 + 0.15 * part, row[3 + part], 0.14, color=colour)
-        axis.plot([row[8]] * 2, [at - 0.4, at + 0.4], color="black", linewidth=1.2)
-        axis.annotate(f"{number(row[9])} M/s", (row[8], at), fontsize=7.5, xytext=(5, -3),
-                      textcoords="offset points")
-        if row[11]:
-            axis.plot(1e3 / row[11], at, "x", color="black", markersize=7)
-    for name, colour in PARTS.items():
-        axis.barh(0, 0, color=colour, label=name)
-    axis.set_yticks(range(len(mine)), [row[2] for row in mine], fontsize=8)
-    axis.invert_yaxis()
-    axis.set(xscale="log", xlabel="nanoseconds a ray; black: the total")
-    low, high = axis.get_xlim()
-    axis.set_xlim(low, 12 * high)
-    axis.legend(frameon=False, fontsize=8, loc="lower right")
-    axis.spines[["top", "right"]].set_visible(False)
+def _draw_machines(axis: Any, mine: list[list[Any]]) -> list[Series]:
+    """Draw for each machine the time of each part by itself, the total and the published time."""
+    series = [Series(name, [row[3 + part] for row in mine], LOOKS[part])
+              for part, name in enumerate(PARTS)]
+    series.append(Series("total", [row[8] for row in mine], LOOKS[6], texts=[
+        f"{plain(row[8])}: {plain(row[9])} Mrays/s" for row in mine]))
+    series.append(Series("published", [1e3 / row[11] if row[11] else None for row in mine],
+                         LOOKS[5]))
+    dot_rows(axis, [row[2] for row in mine], series, "nanoseconds a ray (log)")
+    return series
 
 
 def _paragraph(found: list[list[Any]], data: Path, full: bool) -> str:

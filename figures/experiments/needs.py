@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import gpgpu_rt as rt
+from gpgpu_rt.charts import COLOURS
 
 from ..framework.cell import Cell
 from ..framework.output import markdown_table, number, plt, save_chart, write_csv, write_text
@@ -60,9 +61,9 @@ def draw(data: Path, out: Path, full: bool) -> None:
     grid = figure.add_gridspec(2, len(STEPS), height_ratios=(3, 1), hspace=0.35)
     axis = figure.add_subplot(grid[0, :])
     places = range(len(rows))
-    axis.bar([p - 0.2 for p in places], [row[3] for row in rows], 0.36, color="#3d8b57",
+    axis.bar([p - 0.2 for p in places], [row[3] for row in rows], 0.36, color=COLOURS[4],
              label="time")
-    axis.bar([p + 0.2 for p in places], [row[4] / row[5] for row in rows], 0.36, color="#2f6db3",
+    axis.bar([p + 0.2 for p in places], [row[4] / row[5] for row in rows], 0.36, color=COLOURS[0],
              label="texture bytes")
     for place, row in zip(places, rows):
         axis.annotate(f"{row[1]:.0f} ms", (place - 0.2, row[3]), ha="center", va="bottom",
@@ -80,6 +81,8 @@ def draw(data: Path, out: Path, full: bool) -> None:
         picture = figure.add_subplot(grid[1, step])
         picture.imshow(image)
         picture.axis("off")
-    figure.suptitle(f"What a scene needs: {known['scene']['name']}, {size}x{size}", fontsize=11)
     figure.subplots_adjust(left=0.06, right=0.99, top=0.93, bottom=0.05)
-    save_chart(figure, out / "needs.png", f"Renderer: {known['gpu']['renderer']}")
+    save_chart(figure, out / "needs.png", f"Renderer: {known['gpu']['renderer']}",
+               "Bars show the time and the texture bytes of a renderer derived from a scene, "
+               "divided by those of a renderer with all features. Below, a picture of each "
+               "scene")

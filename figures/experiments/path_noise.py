@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 import gpgpu_rt as rt
+from gpgpu_rt.charts import COLOURS, log_axis
 
 from ..framework.cell import Cell
 from ..framework.output import markdown_table, plt, save_chart, write_csv, write_text
@@ -14,7 +15,7 @@ from ..framework.results import finished
 from .path_errors import cornell_truth
 
 SCENE, METHOD, SIZE, ROULETTE = "cornell-light", "bvh-threaded", 64, 16
-SAMPLERS = {"random": "#b33a3a", "sobol": "#2f6db3"}
+SAMPLERS = {"random": COLOURS[1], "sobol": COLOURS[0]}
 BARS = {"scene": 0.01, "furnace_mean": 0.005}     # the largest mean relative errors aimed at
 HEADS = ("sampler", "samples", "Cornell box, mean relative error", "furnace, pixels",
          "furnace, mean")
@@ -61,19 +62,20 @@ def draw(data: Path, out: Path, full: bool) -> None:
     for sampler, colour in SAMPLERS.items():
         some = [row for row in found if row[0] == sampler]
         samples = [row[1] for row in some]
-        left.loglog(samples, [row[2] for row in some], "o-", color=colour, label=sampler)
-        right.loglog(samples, [row[3] for row in some], "o-", color=colour,
-                     label=f"{sampler}, pixels")
-        right.loglog(samples, [row[4] for row in some], "s--", color=colour,
-                     label=f"{sampler}, mean")
+        left.plot(samples, [100 * row[2] for row in some], "o-", color=colour, label=sampler)
+        right.plot(samples, [100 * row[3] for row in some], "o-", color=colour,
+                   label=f"{sampler}, pixels")
+        right.plot(samples, [100 * row[4] for row in some], "s--", color=colour,
+                   label=f"{sampler}, mean")
         if some and sampler == "random":
-            slope = some[0][2] * np.sqrt(samples[0] / np.array(samples))
-            left.loglog(samples, slope, ":", color="#8c8c8c", label="1 / sqrt(samples)")
-    for axis, title, bar in ((left, "Cornell box, mean relative error", BARS["scene"]),
-                             (right, "furnace, relative error", BARS["furnace_mean"])):
-        axis.axhline(bar, color="#333333", linewidth=0.8, label="target")
-        axis.set(title=title, xlabel="samples a pixel")
-        axis.set_xscale("log", base=2)
+            slope = 100 * some[0][2] * np.sqrt(samples[0] / np.array(samples))
+            left.plot(samples, slope, ":", color="#8c8c8c", label="1 / sqrt(samples)")
+    for axis, title, bar in ((left, "Cornell box, mean relative error, % (log)", BARS["scene"]),
+                             (right, "furnace, relative error, % (log)", BARS["furnace_mean"])):
+        axis.axhline(100 * bar, color="#333333", linewidth=0.8, label="target")
+        log_axis(axis, "x", base=2)
+        log_axis(axis, "y")
+        axis.set(title=title, xlabel="samples a pixel (log)")
         axis.legend(fontsize=8, frameon=False)
         axis.spines[["top", "right"]].set_visible(False)
         axis.title.set_fontsize(9)
@@ -87,5 +89,6 @@ def draw(data: Path, out: Path, full: bool) -> None:
         axis.set_title(f"{sampler}, 64 samples: relative error", fontsize=9)
         axis.axis("off")
     figure.colorbar(shown, ax=pictures, fraction=0.05)
-    figure.suptitle("Path tracing by Sobol' points and by random numbers", fontsize=11)
-    save_chart(figure, out / "path_noise.png", note)
+    save_chart(figure, out / "path_noise.png", note, "Lines show how the error of path-traced "
+               "pictures falls with the number of samples, for Sobol' points and for random "
+               "numbers. Two pictures show where the error lies")

@@ -72,9 +72,10 @@ def draw(data: Path, out: Path, full: bool) -> None:
     left.legend(fontsize=8, frameon=False)
     for axis, cell in zip(maps, (cells(full)[0], cells(full)[-1])):
         _draw_map(axis, cell, read(cell, data))
-    figure.suptitle("First hits from the rasteriser", fontsize=11)
     figure.tight_layout(rect=(0, 0.05, 1, 1))
-    save_chart(figure, out / "rasterised.png", note)
+    save_chart(figure, out / "rasterised.png", note,
+               "Bars show how many times as fast first hits are with the rasteriser. Two maps "
+               "show the pixels where a verified hit is not the first")
 
 
 def _draw_map(axis: Any, cell: Cell, result: dict[str, Any] | None) -> None:

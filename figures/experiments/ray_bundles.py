@@ -6,6 +6,8 @@ from typing import Any
 
 import numpy as np
 
+from gpgpu_rt.charts import COLOURS, linear_axis, log_axis
+
 from ..framework.cell import Cell
 from ..framework.output import markdown_table, number, plt, save_chart, write_csv, write_text
 from ..framework.results import finished
@@ -63,7 +65,9 @@ def draw(data: Path, out: Path, full: bool) -> None:
     for line, (cell, result) in zip(axes, results):
         _pictures(line, cell, result["bundles"])
     figure.tight_layout(rect=(0, 0.04, 1, 1))
-    save_chart(figure, out / "ray_bundles.png", note)
+    save_chart(figure, out / "ray_bundles.png", note,
+               "Pictures by a path tracer and by ray bundles, their difference, and the error "
+               "of the bundles by resolution")
 
 
 def _row(name: str, row: dict[str, Any]) -> list[Any]:
@@ -90,14 +94,13 @@ def _pictures(line: Any, cell: Cell, result: dict[str, Any]) -> None:
         axis.set_xticks([])
         axis.set_yticks([])
     pixels = [row["resolution"] for row in result["by_resolution"]]
-    for word, text, colour in (("off", "against traced bundles", "#2f6db3"),
-                               ("rmse", "against the path tracer", "#b33a3a")):
+    for word, text, colour in (("off", "against traced bundles", COLOURS[0]),
+                               ("rmse", "against the path tracer", COLOURS[1])):
         line[3].plot(pixels, [100 * row[word] for row in result["by_resolution"]], "o-",
                      color=colour, label=text)
     line[3].axhline(100 * result["path_noise"], color="#8c8c8c", linewidth=0.8,
                     linestyle="--", label="noise of the path tracer")
-    line[3].set(xscale="log", xlabel="pixels a side of a projection", ylabel="relative RMSE, %")
-    line[3].set_ylim(0)
-    line[3].set_xticks(pixels, [str(p) for p in pixels])
-    line[3].minorticks_off()
+    linear_axis(line[3], "y")
+    log_axis(line[3], "x", base=2)
+    line[3].set(xlabel="pixels a side of a projection (log)", ylabel="relative RMSE, %")
     line[3].legend(fontsize=8, frameon=False)

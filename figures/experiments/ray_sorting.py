@@ -8,11 +8,10 @@ from pathlib import Path
 from typing import Any
 
 from gpgpu_rt.bench.workloads import EYE, RANDOM, SHADOW, diffuse, mirror
+from gpgpu_rt.charts import COLOURS
 
 from ..framework.cell import Cell
-from ..framework.output import (
-    COLOURS, markdown_table, number, plt, save_chart, write_csv, write_text
-)
+from ..framework.output import markdown_table, number, plt, save_chart, write_csv, write_text
 from ..framework.results import read
 from ..framework.works import COHERENCE
 
@@ -75,9 +74,10 @@ def draw(data: Path, out: Path, full: bool) -> None:
     figure, (left, right) = plt.subplots(1, 2, figsize=(12, 7.5))
     _draw_times(left, times)
     _draw_nodes(right, alike)
-    figure.suptitle("Ray sorting before a traversal", fontsize=11)
     figure.tight_layout(rect=(0, 0.04, 1, 1))
-    save_chart(figure, out / "ray_sorting.png", note)
+    save_chart(figure, out / "ray_sorting.png", note, "Bars show the time to trace rays unsorted "
+               "and sorted, with the time of the sort, and the different nodes that a tile of 64 "
+               "rays needs in both orders")
 
 
 def _page(times: list[tuple], alike: list[tuple[str, dict[str, float]]], note: str) -> str:
@@ -108,7 +108,7 @@ def _draw_times(axis: Any, times: list[tuple]) -> None:
     for work, method, sorter, plain, ordered, sort in times:
         if (label := f"{work}, {method}") not in [bar[0] for bar in bars]:
             bars.append((label, plain, 0.0, "#c8c8c8"))
-        bars.append((f"by {sorter}", ordered - sort, sort, COLOURS.get(method, "#7a4fa3")))
+        bars.append((f"by {sorter}", ordered - sort, sort, COLOURS[METHODS.index(method)]))
     for at, (_, trace, sort, colour) in enumerate(bars):
         axis.barh(at, trace, 0.8, color=colour)
         axis.barh(at, sort, 0.8, left=trace, color=colour, alpha=0.35)
@@ -121,10 +121,10 @@ def _draw_times(axis: Any, times: list[tuple]) -> None:
 def _draw_nodes(axis: Any, alike: list[tuple[str, dict[str, float]]]) -> None:
     for at, (_, c) in enumerate(alike):
         axis.barh(at - 0.2, c["distinct_as_they_come"], 0.38, color="#c8c8c8")
-        axis.barh(at + 0.2, c["distinct_sorted"], 0.38, color="#3d8b57")
-        axis.plot([c["nodes_a_ray"]] * 2, [at - 0.4, at + 0.4], color="#b33a3a")
+        axis.barh(at + 0.2, c["distinct_sorted"], 0.38, color=COLOURS[0])
+        axis.plot([c["nodes_a_ray"]] * 2, [at - 0.4, at + 0.4], color=COLOURS[1])
     axis.set_yticks(range(len(alike)), [work for work, _ in alike], fontsize=8)
     axis.invert_yaxis()
-    axis.set_xlabel("different nodes a tile of 64 rays: grey in the image, green sorted; red: "
+    axis.set_xlabel("different nodes a tile of 64 rays: grey in the image, blue sorted; orange: "
                     "nodes a ray", fontsize=8)
     axis.spines[["top", "right"]].set_visible(False)

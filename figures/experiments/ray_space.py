@@ -9,11 +9,10 @@ from pathlib import Path
 from typing import Any
 
 from gpgpu_rt.bench.workloads import EYE, SHADOW, mirror
+from gpgpu_rt.charts import COLOURS, MARKERS, direct_labels, log_axis
 
 from ..framework.cell import Cell
-from ..framework.output import (
-    COLOURS, markdown_table, number, plt, save_chart, write_csv, write_text
-)
+from ..framework.output import markdown_table, number, plt, save_chart, write_csv, write_text
 from ..framework.results import read
 
 MIB = 1 << 20
@@ -126,24 +125,30 @@ def _markdown(rows: list[dict[str, Any]], notes: list[str]) -> str:
 
 def _chart(rows: list[dict[str, Any]], notes: list[str], out: Path) -> None:
     scenes = list(dict.fromkeys(row["scene"] for row in rows))
-    figure, axes = plt.subplots(1, len(scenes), squeeze=False, figsize=(4.2 * len(scenes), 4.6))
-    markers = dict(zip(WORK, "os^"))
-    labels = [label for label, _, _ in columns()]
-    shades = dict(zip(labels, ("#e0a050", "#b8651b", "#c97bb5", "#8a3d77")))
+    figure, axes = plt.subplots(1, len(scenes), squeeze=False, figsize=(4.6 * len(scenes), 5))
+    markers = dict(zip(WORK, MARKERS))
+    colours = dict(zip((label for label, _, _ in columns()), COLOURS))
     for axis, scene in zip(axes[0], scenes):
         for row in (row for row in rows if row["scene"] == scene):
-            axis.plot(row["tested"], row["rays_per_second"], markers[row["rays"]],
-                      color=shades.get(row["method"], COLOURS.get(row["method"])),
-                      markersize=3 + 1.6 * max(row["mib"], 1) ** 0.5 / 1.2)
-        axis.set(xscale="log", yscale="log", xlabel="candidates a ray", title=scene)
+            axis.plot(row["tested"], row["rays_per_second"] / 1e6, markers[row["rays"]],
+                      color=colours[row["method"]], markersize=3 + 1.6 * max(row["mib"], 1) ** 0.5
+                      / 1.2)
+        log_axis(axis, "x")
+        log_axis(axis, "y")
+        axis.margins(0.2)
+        axis.set(xlabel="candidates a ray (log)", title=scene)
         axis.spines[["top", "right"]].set_visible(False)
-    axes[0, 0].set_ylabel("rays a second")
-    handles = [plt.Line2D([], [], marker="o", linestyle="", label=label,
-                          color=shades.get(label, COLOURS.get(label))) for label in labels]
-    handles += [plt.Line2D([], [], marker=markers[work], linestyle="", color="#555555",
-                           label=work) for work in WORK]
-    figure.legend(handles=handles, loc="lower center", ncols=3, frameon=False, fontsize=8,
-                  bbox_to_anchor=(0.5, 0.04))
-    figure.suptitle("Tables over rays, and trees; larger marks need more memory", fontsize=11)
-    figure.tight_layout(rect=(0, 0.22, 1, 1))
-    save_chart(figure, out / "ray_space.png", " ".join(notes))
+    axes[0, 0].set_ylabel("million rays a second (log)")
+    figure.legend(handles=[plt.Line2D([], [], marker=marker, linestyle="", color="#555555",
+                                      label=work) for work, marker in markers.items()],
+                  loc="upper left", ncols=3, frameon=False, fontsize=8)
+    figure.tight_layout(rect=(0, 0.08, 1, 0.94))
+    for axis, scene in zip(axes[0], scenes):
+        some = [row for row in rows if row["scene"] == scene]
+        points = [(row["tested"], row["rays_per_second"] / 1e6, row["method"]) for row in some]
+        named = {row["method"]: point for row, point in zip(some[::-1], points[::-1])}
+        direct_labels(axis, list(named.values()), size=7, avoid=[point[:2] for point in points])
+    save_chart(figure, out / "ray_space.png", "A larger mark needs more memory. A name stands "
+               "beside one of the marks in its colour. " + " ".join(notes),
+               "Marks show the rays per second of tables over rays and of trees, by the "
+               "candidates that a ray tests, for eye, shadow and mirror rays")

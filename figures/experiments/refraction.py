@@ -51,7 +51,9 @@ def draw(data: Path, out: Path, full: bool) -> None:
     for line, (cell, result) in zip(axes, results):
         _pictures(line, cell, result["refraction"])
     figure.tight_layout(rect=(0, 0.04, 1, 1))
-    save_chart(figure, out / "refraction.png", note)
+    save_chart(figure, out / "refraction.png", note,
+               "Pictures of refraction by two passes of the rasteriser and by traced rays, and "
+               "their difference")
 
 
 def _row(name: str, result: dict[str, Any]) -> list[Any]:

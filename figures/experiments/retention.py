@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from gpgpu_rt.bench.workloads import EYE
+from gpgpu_rt.charts import COLOURS
 from gpgpu_rt.hardware.cards import cards, find_card
 
 from ..framework.cell import Cell
@@ -18,9 +19,9 @@ METHODS = ("kd-restart", "kd-short-stack", "bvh-threaded")
 SCHEDULES = {"kernels": {"schedule": "kernels"}, "step, K = 1": {"schedule": "step"},
              "step, K = 16": {"schedule": "step", "steps_per_pass": 16},
              "loop": {"schedule": "loop"}}
-PARTS = {"rays": ("rays, which never change", "#b33a3a"),
-         "state": ("state and hits read", "#2f6db3"),
-         "written": ("written", "#7fb2e5")}
+PARTS = {"rays": ("rays, which never change", COLOURS[1]),
+         "state": ("state and hits read", COLOURS[0]),
+         "written": ("written", COLOURS[5])}
 CARD = "G80"
 HEADS = ("method", "schedule", "rays", "draws", "queries", "fragments a ray", "rays read",
          "state read", "written", "bytes a ray", "bytes / bytes of loop",
@@ -94,10 +95,11 @@ def draw(data: Path, out: Path, full: bool) -> None:
         axis.spines[["top", "right"]].set_visible(False)
     axes[0].set(ylabel="bytes a ray, of streams")
     axes[-1].legend(frameon=False, fontsize=8)
-    figure.suptitle("Data that no pass keeps for the next: bytes by schedule", fontsize=11)
     figure.tight_layout(rect=(0, 0.06, 1, 1))
     save_chart(figure, out / "retention.png", note + " Numbers above the bars: bytes divided by "
-               "the bytes of `loop`.")
+               "the bytes of `loop`.",
+               "Bars show the bytes that the streams of a ray move under each schedule, "
+               "divided by what the bytes hold")
 
 
 def _published() -> tuple[float, float]:

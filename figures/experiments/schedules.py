@@ -4,10 +4,10 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+from gpgpu_rt.charts import COLOURS, MARKERS, Series, dot_rows, legend_of
+
 from ..framework.cell import Cell, timed_runs
-from ..framework.output import (
-    COLOURS, markdown_table, number, plt, save_chart, write_csv, write_text
-)
+from ..framework.output import markdown_table, number, plt, save_chart, write_csv, write_text
 from ..framework.results import read
 
 STEPS = (1, 4, 16, 64)
@@ -33,7 +33,7 @@ def cells(full: bool) -> list[Cell]:
 def draw(data: Path, out: Path, full: bool) -> None:
     """Write out/schedules.csv, .md and .png."""
     rows, renderer = [], "?"
-    figure, axis = plt.subplots(figsize=(8, 4.8))
+    times: dict[str, dict[str, float]] = {}
     for method in METHODS:
         results = {label: read(c, data) for label, c in _cells_of(method, full).items()}
         loop = results["loop"]
@@ -44,11 +44,7 @@ def draw(data: Path, out: Path, full: bool) -> None:
                  r["statistics"]["passes"], r["statistics"]["draw_calls"],
                  r["statistics"]["queries"]] for label, r in results.items() if r is not None]
         rows += mine
-        axis.plot([r[1] for r in mine], [r[3] for r in mine], "o-", color=COLOURS[method],
-                  label=method)
-        for row in mine:
-            axis.annotate(number(row[3], 2), (row[1], row[3]), fontsize=8, xytext=(0, 6),
-                          textcoords="offset points", ha="center")
+        times[method] = {row[1]: row[3] for row in mine}
     heads = ("method", "schedule", "ms", "ms / ms of loop", "ms from rays to hits as arrays",
              "passes", "draw calls", "queries")
     write_csv(out / "schedules.csv", heads, rows)
@@ -61,9 +57,14 @@ def draw(data: Path, out: Path, full: bool) -> None:
                "hits.\n\n" + markdown_table(
                    heads, [[number(v) if isinstance(v, float) else v for v in row]
                            for row in rows]))
-    axis.set(yscale="log", ylabel="time / time of loop")
-    axis.legend(frameon=False)
-    axis.spines[["top", "right"]].set_visible(False)
-    figure.suptitle(f"Schedules: bunny, {size}x{size} eye rays", fontsize=11)
-    figure.tight_layout(rect=(0, 0.05, 1, 1))
-    save_chart(figure, out / "schedules.png", f"Renderer: {renderer}")
+    labels = list(dict.fromkeys(label for mine in times.values() for label in mine))
+    series = [Series(method, [mine.get(label) for label in labels], look)
+              for (method, mine), look in zip(times.items(), zip(COLOURS, MARKERS))]
+    figure, axis = plt.subplots(figsize=(8, 1.4 + 0.6 * len(labels)), layout="constrained")
+    dot_rows(axis, labels, series, "time / time of loop (log)")
+    figure.legend(handles=legend_of(series), frameon=False, fontsize=8, ncols=4,
+                  loc="outside upper left")
+    figure.get_layout_engine().set(rect=(0, 0.06, 1, 0.94))
+    save_chart(figure, out / "schedules.png", f"Renderer: {renderer}. bunny, {size}x{size} eye "
+               "rays.", "Dots show the time of each method under each schedule, divided by the "
+               "method's time under the schedule loop")

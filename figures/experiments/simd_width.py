@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from gpgpu_rt.bench.workloads import EYE, diffuse
+from gpgpu_rt.charts import COLOURS, log_axis
 from gpgpu_rt.hardware.issue import WITHIN
 
 from ..framework.cell import Cell
@@ -23,8 +24,6 @@ METHODS: dict[str, tuple[str, tuple[tuple[str, Any], ...]]] = {
     "kd-short-stack": ("kd-short-stack", ()), "kd-packet 2x2": ("kd-packet", PACKET),
     "bvh-stack": ("bvh-stack", ()), "bvh-packet 2x2": ("bvh-packet", PACKET)}
 ORDERS = {"as they come": (), "sorted": (("sort_rays", True),)}
-COLOURS = {"kd-short-stack": "#7a4fa3", "kd-packet 2x2": "#c27bd1", "bvh-stack": "#3d8b57",
-           "bvh-packet 2x2": "#8cc79d"}
 HEADS = ("rays", "method", "order", "width", "utilisation", "kernel runs a ray")
 
 
@@ -91,32 +90,32 @@ def draw(data: Path, out: Path, full: bool) -> None:
                    table))
     figure, axes = plt.subplots(2, len(RAYS), figsize=(11, 7.6), sharex=True, sharey="row")
     for column, rays in enumerate(RAYS):
-        for label, colour in COLOURS.items():
+        for label, colour in zip(METHODS, COLOURS):
             for order, style in zip(ORDERS, ("-", "--")):
                 mine = [row for row in found if row[:3] == (rays, label, order)]
                 for line in (0, 1):
                     axes[line, column].plot(
                         [row[3] for row in mine],
                         [100 * row[4] if line == 0 else row[5] for row in mine], style,
-                        color=colour, marker="o", markersize=3,
-                        label=f"{label}, {order}" if mine else None)
+                        color=colour, marker="o", markersize=3)
         axes[0, column].set_title(rays, fontsize=10)
-        axes[1, column].set(xlabel="fragments that branch together")
+        axes[1, column].set(xlabel="fragments that branch together (log)")
     axes[0, 0].set(ylabel="lanes' runs not spent waiting, %", ylim=(0, 105))
-    axes[1, 0].set(ylabel="kernel runs a ray, with waiting", yscale="log")
+    axes[1, 0].set(ylabel="kernel runs a ray, with waiting (log)")
+    log_axis(axes[1, 0], "y")
     for axis in axes.ravel():
-        axis.set_xscale("log", base=2)
-        axis.set_xticks(WIDTHS, map(str, WIDTHS), fontsize=8)
-        axis.minorticks_off()
+        log_axis(axis, "x", base=2)
         axis.spines[["top", "right"]].set_visible(False)
-    ticks = [digit * 10 ** power for power in range(0, 5) for digit in (1, 2, 5)]
-    axes[1, 0].set_yticks(ticks, [f"{tick:,}" for tick in ticks])
     axes[1, 0].set_ylim(0.8 * min(row[5] for row in found), 1.2 * max(row[5] for row in found))
-    axes[0, 0].legend(frameon=False, fontsize=8, loc="lower left")
-    figure.suptitle("How long rays that branch together wait for each other, by their number",
-                    fontsize=11)
+    handles = [plt.Line2D([], [], color=colour, marker="o", markersize=3, label=label)
+               for label, colour in zip(METHODS, COLOURS)]
+    handles += [plt.Line2D([], [], color="#555555", linestyle=style, label=order)
+                for order, style in zip(ORDERS, ("-", "--"))]
+    axes[0, 0].legend(handles=handles, frameon=False, fontsize=8, loc="lower left")
     figure.tight_layout(rect=(0, 0.04, 1, 1))
-    save_chart(figure, out / "simd_width.png", note)
+    save_chart(figure, out / "simd_width.png", note, "Lines show how much of the lanes' work is "
+               "not spent waiting, and the kernel runs of a ray, by the number of fragments that "
+               "branch together")
 
 
 def _paragraph(found: list[tuple[Any, ...]]) -> str:

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from gpgpu_rt.bench.workloads import EYE
+from gpgpu_rt.charts import COLOURS, log_axis
 from gpgpu_rt.gl.record import Field
 from gpgpu_rt.hardware.loop_costs import LoopCost, loop_costs
 from gpgpu_rt.hardware.machines import machines
@@ -23,7 +24,6 @@ from .gap_work import COMPILED, DONE, SIDE, STACKS
 SCENE, CARD = "kitchen", "G80"
 WARP, CLOCKS = 32, 4      # rays of a warp, and clocks that an instruction of a warp takes
 MEMORIES = range(512, 128 * 1024 + 1, 512)    # on-chip bytes of a multiprocessor
-TICKS = (1, 2, 4, 8, 16, 32, 64, 128)         # KiB
 CHANNEL = 4               # bytes of a channel
 INVERSE = 3 * CHANNEL     # bytes of the inverse of a direction, which a loop computes once
 # The survey's numbers: bytes of stack per ray, and rays that could run at once.
@@ -55,9 +55,6 @@ METHODS: dict[str, tuple[str, tuple[tuple[str, Any], ...], int, int | None]] = {
 KERNELS = {"kd-stack": "kd-texture-stack"}
 # Label -> the method whose states show how deep the stack is.
 DEPTHS = {"kd-stack": "kd-texture-stack", "bvh-stack": "bvh-stack"}
-COLOURS = {"kd-restart": "#2f6db3", "kd-push-down": "#1b3f73", "kd-ropes": "#b33a3a",
-           "kd-short-stack": "#7a4fa3", "kd-stack": "#d16fae", "bvh-threaded octants": "#1d5c37",
-           "bvh-stack": "#8cc79d"}
 HEADS = ("method", "bytes a ray in registers", "bytes of stack", "deepest seen",
          "instructions a ray", "fetches a ray", "rays to hide fetches", "rays in flight",
          "share of peak", "Mrays/s", "Mrays/s with unlimited memory")
@@ -247,24 +244,22 @@ def draw(data: Path, out: Path, full: bool) -> None:
                    [number(v) if isinstance(v, float) else "-" if v is None else v for v in row]
                    for row in found]) + "\n" + "\n".join(notes) + "\n")
     figure, axis = plt.subplots(figsize=(10.5, 5.2))
-    for label, one in flights(data, full).items():
+    for (label, one), colour in zip(flights(data, full).items(), COLOURS):
         axis.plot([m / 1024 for m in MEMORIES], [1e-6 * one.rate(m) for m in MEMORIES],
-                  "-" if one.kept.stack else "--", color=COLOURS[label],
+                  "-" if one.kept.stack else "--", color=colour,
                   label=f"{label}: {one.kept.registers} + {one.kept.stack} bytes a ray")
     axis.axvline(card.on_chip / 1024, color="#555555", linewidth=1, linestyle=":")
     axis.annotate(f"{card.on_chip // 1024} KiB, the card's own", (card.on_chip / 1024, 0),
                   xytext=(4, 8), textcoords="offset points", fontsize=8)
-    axis.set_xscale("log", base=2)
-    axis.set_xticks(TICKS, map(str, TICKS))
-    axis.set(xlabel="KiB of memory for stacks per multiprocessor",
+    log_axis(axis, "x", base=2)
+    axis.set(xlabel="KiB of memory for stacks per multiprocessor (log)",
              ylabel="Mrays/s that the card could trace", ylim=(0, None))
     axis.legend(frameon=False, fontsize=8, loc="upper left", bbox_to_anchor=(1, 1),
-                title="registers + stack", title_fontsize=8)
+                title="registers + stack (dashed: no stack)", title_fontsize=8)
     axis.spines[["top", "right"]].set_visible(False)
-    figure.suptitle("Rays in flight that fit, and their rate (dashed: without a stack)",
-                    fontsize=11)
     figure.tight_layout(rect=(0, 0.07, 1, 1))
-    save_chart(figure, out / "stacks.png", note)
+    save_chart(figure, out / "stacks.png", note, "Lines show the rate at which the card could "
+               "trace rays with each method, by the memory for stacks of a multiprocessor")
 
 
 def _holds(claim: bool) -> str:

@@ -8,11 +8,10 @@ from typing import Any
 import gpgpu_rt as rt
 from gpgpu_rt.accuracy.candidates import option_table, precisions
 from gpgpu_rt.accuracy.known_rays import WRONG
+from gpgpu_rt.charts import COLOURS, GREY, MARKERS, direct_labels, log_axis
 
 from ..framework.cell import Cell
-from ..framework.output import (
-    COLOURS, markdown_table, number, plt, save_chart, write_csv, write_text
-)
+from ..framework.output import markdown_table, number, plt, save_chart, write_csv, write_text
 from ..framework.results import finished
 from ..framework.works import picture_size
 
@@ -25,7 +24,7 @@ DETAIL = ("kd-restart", "bvh-threaded")
 # These methods get a quarter of the rays, like methods without the schedule `loop`. On the bunny
 # they are measured only in full precision, because every other precision takes minutes.
 SLOW = ("ray-classification", "visibility-field")
-MARKERS = {"fp32": "o", "fp24": "s", "fp16": "^"}
+LOOKS = dict(zip(("fp32", "fp24", "fp16"), zip(COLOURS, MARKERS)))   # colour and marker
 
 
 def scenes(full: bool) -> tuple[str, ...]:
@@ -90,9 +89,8 @@ def pareto(points: Sequence[tuple[float, float]]) -> list[int]:
 def draw(data: Path, out: Path, full: bool) -> None:
     """Write out/tradeoff.csv, .md and .png."""
     rows, renderer, stand_ins, on_front = [], "?", [], []
-    figure, axes = plt.subplots(2, len(scenes(full)), squeeze=False,
-                                figsize=(1.5 + 5.6 * len(scenes(full)), 8.4))
-    for column, scene in enumerate(scenes(full)):
+    fronts: dict[str, list[dict[str, Any]]] = {}
+    for scene in scenes(full):
         results = [result for _, result in finished(cells_of(scene, full), data)]
         if not results:
             continue
@@ -103,30 +101,14 @@ def draw(data: Path, out: Path, full: bool) -> None:
         mine = [_row(scene, r["accuracy"]) for r in results]
         rows += mine
         front = pareto([(row["rays_per_second"], row["upper_95"]) for row in mine])
+        fronts[scene] = [mine[i] for i in front]
         on_front += [f"{scene}: " + ", ".join(_label(mine[i]) for i in front)]
-        _plot(axes[0][column], mine, "drawn_wrong", front)
-        _plot(axes[1][column], [row for row in mine if row["t_error_999"] is not None],
-              "t_error_999", [])
-        axes[0][column].set_title(scene, fontsize=10)
     heads = list(rows[0]) if rows else []
     write_csv(out / "tradeoff.csv", heads, [list(row.values()) for row in rows])
     write_text(out / "tradeoff.md", _page(rows, renderer, stand_ins, on_front, full))
-    axes[0][0].set_ylabel("share of rays with a wrong hit or miss (log)")
-    axes[1][0].set_ylabel("relative error of t, 99.9 % of right hits (log)")
-    handles = [plt.Line2D([], [], marker=marker, linestyle="", color="#555555", label=word)
-               for word, marker in MARKERS.items()]
-    handles += [plt.Line2D([], [], marker="o", linestyle="", color="#555555", fillstyle="none",
-                           label="none wrong: 95 % bound")]
-    handles += [plt.Line2D([], [], marker="o", linestyle="", label=row.name,
-                           color=COLOURS.get(row.name, "#555555"))
-                for row in rt.methods() if row.name in {one["method"] for one in rows}]
-    columns = 5 if full else 4
-    figure.legend(handles=handles, frameon=False, fontsize=8, ncols=columns, loc="lower center",
-                  bbox_to_anchor=(0.5, 0.02))
-    figure.suptitle("Speed against accuracy", fontsize=11)
-    lines = -(-len(handles) // columns)
-    figure.tight_layout(rect=(0, 0.03 + 0.02 * lines, 1, 1))
-    save_chart(figure, out / "tradeoff.png", f"Renderer: {renderer}. " + " ".join(stand_ins))
+    if rows:
+        _chart(rows, fronts, out / "tradeoff.png",
+               f"Renderer: {renderer}. " + " ".join(stand_ins))
 
 
 def _row(scene: str, found: dict[str, Any]) -> dict[str, Any]:
@@ -148,25 +130,60 @@ def _label(row: dict[str, Any]) -> str:
     return " ".join(filter(None, (row["method"], row["precision"], row["options"])))
 
 
-def _plot(axis: Any, rows: list[dict[str, Any]], key: str, front: list[int]) -> None:
+def _chart(rows: list[dict[str, Any]], fronts: dict[str, list[dict[str, Any]]], path: Path,
+           footnote: str) -> None:
+    """Draw both errors by the rate; a column for each scene."""
+    figure, axes = plt.subplots(2, len(fronts), squeeze=False,
+                                figsize=(2.5 + 7.5 * len(fronts), 12))
+    named = []
+    for column, (scene, front) in zip(axes.T, fronts.items()):
+        mine = [row for row in rows if row["scene"] == scene]
+        named += [(column[0], _plot(column[0], mine, "drawn_wrong", 100.0, front)),
+                  (column[1], _plot(column[1], [row for row in mine if row["t_error_999"]
+                                                is not None], "t_error_999", 1e6, []))]
+        column[0].set_title(scene, fontsize=10)
+        column[1].set_xlabel("million rays a second (log)")
+    axes[0][0].set_ylabel("rays with a wrong hit or miss, % (log)")
+    axes[1][0].set_ylabel("relative error of t, 99.9 % of right hits, parts per million (log)")
+    handles = [plt.Line2D([], [], marker=marker, linestyle="", color=colour, label=word)
+               for word, (colour, marker) in LOOKS.items()]
+    handles += [plt.Line2D([], [], marker="o", linestyle="", color="#555555", fillstyle="none",
+                           label="none wrong: 95 % bound"),
+                plt.Line2D([], [], color="#bbbbbb", label="no setting beats these in both")]
+    figure.legend(handles=handles, frameon=False, fontsize=9, ncols=5, loc="upper left")
+    figure.tight_layout(rect=(0, 0.03, 1, 0.96))
+    for axis, points in named:
+        direct_labels(axis, points, size=6.5, avoid=[point[:2] for point in points])
+    save_chart(figure, path, footnote, "Marks show the wrong rays and the error of the distance "
+               "of each setting, by its rate. The name of the method stands beside a mark")
+
+
+def _plot(axis: Any, rows: list[dict[str, Any]], key: str, unit: float,
+          front: list[dict[str, Any]]) -> list[tuple[float, float, str]]:
+    """Draw an error by the rate. Return the marks with their labels, the front's first.
+
+    A label is the method's name, followed by an option that is not the default. The colour of a
+    mark says the precision.
+    """
+    def place(row: dict[str, Any]) -> tuple[float, float]:
+        return row["rays_per_second"] / 1e6, unit * max(row[key], 1e-9)
+
     for row in rows:
+        colour, marker = LOOKS.get(row["precision"], (GREY, "X"))
         none_wrong = key == "drawn_wrong" and not row["wrong_share"]
-        axis.plot(row["rays_per_second"] / 1e6, max(row[key], 1e-9),
-                  MARKERS.get(row["precision"], "D"), color=COLOURS.get(row["method"], "#555555"),
-                  fillstyle="none" if none_wrong else "full", markersize=6)
-    # Write an option that is not the default once, at the fastest method that has it.
-    fastest = {row["options"]: row for row in sorted(rows, key=lambda r: r["rays_per_second"])}
-    for at, (options, row) in enumerate(fastest.items()):
-        if options:
-            axis.annotate(options.split("=")[-1],
-                          (row["rays_per_second"] / 1e6, max(row[key], 1e-9)), fontsize=6,
-                          xytext=(6, 5 * (at % 3) - 5), textcoords="offset points",
-                          color="#444444")
-    steps = sorted((rows[i]["rays_per_second"] / 1e6, rows[i][key]) for i in front)
+        axis.plot(*place(row), marker, color=colour, markersize=5,
+                  fillstyle="none" if none_wrong else "full")
+    steps = sorted(map(place, front))
     axis.plot([x for x, _ in steps], [y for _, y in steps], "-", color="#bbbbbb", zorder=0)
-    axis.set(xscale="log", yscale="log", xlabel="million rays a second (log)")
-    axis.margins(x=0.15)
+    log_axis(axis, "x")
+    log_axis(axis, "y")
+    axis.margins(0.12)
     axis.spines[["top", "right"]].set_visible(False)
+    ordered = sorted(rows, key=lambda row: (row not in front, bool(row["options"]),
+                                            -row["rays_per_second"]))
+    return [(*place(row), " ".join([row["method"], *(word.split("=")[-1] for word in
+                                                     row["options"].split())]))
+            for row in ordered]
 
 
 def _page(rows: list[dict[str, Any]], renderer: str, stand_ins: list[str],

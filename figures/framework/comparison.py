@@ -11,17 +11,19 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from gpgpu_rt.charts import HERE, PREDICTED, PUBLISHED, Series, dot_rows, legend_of
 from gpgpu_rt.text_format import titled
 
 from . import predicted_times, verdicts
 from .cell import ON_CPU, PERIOD_TEST, Cell
 from .kendall import tau_b
-from .output import COLOURS, markdown_table, number, plt, save_chart, write_csv, write_text
+from .output import markdown_table, number, plt, save_chart, write_csv, write_text
 from .predicted_times import PaperCard, PredictedRow
 from .published_numbers import nanoseconds, published_row, published_triangles
 from .results import read
 
 LOW = 0.8    # a page explains the order of the methods on a panel whose tau-b is lower
+ACROSS = 2   # panels of a chart side by side, so that the chart is readable in a page
 TIE = 1.05   # published numbers within this factor count as equal
 TESTED_BY = ("Our methods test triangles as Möller and Trumbore 1997 do, because this test was in "
              "use when the compared papers were written. "
@@ -29,11 +31,10 @@ TESTED_BY = ("Our methods test triangles as Möller and Trumbore 1997 do, becaus
              "projections, as Wald et al. 2001 do, ours is the nearest test that is available. "
              "The default of this program, the watertight test of Woop, Benthin and Wald 2013, is "
              "not used here.")
-PREDICTED = ("No constant is fitted. If the mesh of a scene is missing, no time is predicted. If "
-             "the rays of "
-             "a packet are the lanes of a warp, a lane is assumed to run the kernels of a single "
-             "ray. If a fragment traces a packet of 2x2, its vectors are assumed to hold a number "
-             "of each ray.")
+HOW_PREDICTED = (
+    "No constant is fitted. If the mesh of a scene is missing, no time is predicted. If the rays "
+    "of a packet are the lanes of a warp, a lane is assumed to run the kernels of a single ray. "
+    "If a fragment traces a packet of 2x2, its vectors are assumed to hold a number of each ray.")
 
 
 @dataclass(frozen=True)
@@ -300,7 +301,7 @@ class Comparison:
         if self.paper_card is not None:
             parts.append(f"Predicted: the time that the {self.paper_card.card.name} would have "
                          "taken, by the machine model of [era_machine](era_machine.md), from "
-                         f"kernels that Mesa compiled for the card. {PREDICTED}\n")
+                         f"kernels that Mesa compiled for the card. {HOW_PREDICTED}\n")
         parts.append("tau-b says how well an order of the methods agrees with the published "
                      "order: 1 for the same order, -1 for the reverse. Ties between published "
                      "numbers make the highest value smaller than 1. Published numbers within "
@@ -313,44 +314,35 @@ class Comparison:
 
     def _chart(self, rows: Rows, taus: Taus, out: Path, results: Results) -> None:
         kinds = list(dict.fromkeys(panel.rays for panel in rows))
-        wide = max(sum(panel.rays == kind for panel in rows) for kind in kinds)
-        figure, axes = plt.subplots(len(kinds), wide, squeeze=False,
-                                    figsize=(3.3 * wide, 1.2 + 4.4 * len(kinds)))
-        free = {kind: list(row) for kind, row in zip(kinds, axes)}
-        for panel, chosen in rows.items():
-            _bars(free[panel.rays].pop(0), panel, chosen, taus[panel])
-        for axis in sum(free.values(), []):
+        ordered = sorted(rows, key=lambda panel: kinds.index(panel.rays))
+        lines = -(-len(ordered) // ACROSS)
+        high = 1 + lines * (1 + 0.48 * max(map(len, rows.values())))
+        figure, axes = plt.subplots(lines, ACROSS, squeeze=False, layout="constrained",
+                                    figsize=(4.6 * ACROSS, high))
+        for panel, axis in zip(ordered, axes.flat):
+            series = _draw_panel(axis, panel, rows[panel], taus[panel])
+        for axis in axes.flat[len(ordered):]:
             axis.remove()
-        for axis in axes[:, 0]:
-            axis.set_ylabel("nanoseconds a ray (log)")
-        figure.suptitle(f"{self.title}\nhatched: published; dotted: predicted for the paper's "
-                        "card; plain: measured here", fontsize=11)
-        figure.tight_layout(rect=(0, 0.07 / len(kinds), 1, 1))
-        save_chart(figure, out / f"{self.name}.png", "  ".join(self._differences(results)[:2]))
+        figure.legend(handles=legend_of(series), frameon=False, fontsize=9, ncols=3,
+                      loc="outside upper left")
+        figure.get_layout_engine().set(rect=(0, 0.4 / high, 1, 1 - 0.4 / high))
+        save_chart(figure, out / f"{self.name}.png", "  ".join(self._differences(results)[:2]),
+                   "Dots show the nanoseconds that each method takes for a ray: published, "
+                   "predicted for the paper's card, and measured here")
 
 
-def _bars(axis: Any, panel: Panel, chosen: list[dict[str, Any]],
-          taus: tuple[float, float]) -> None:
-    """Draw a panel: the published, the predicted and the measured time of each method."""
-    for at, row in enumerate(chosen):
-        colour = COLOURS.get(row["method"], "#555555")
-        bars = ((at - 0.27, row["published_ns_per_ray"], {"hatch": "///", "alpha": 0.45}),
-                (at, row["predicted_ns_per_ray"], {"hatch": "...", "alpha": 0.7}),
-                (at + 0.27, row["ns_per_ray"], {}))
-        for x, height, style in bars:
-            if height is not None:
-                axis.bar(x, height, 0.26, color=colour, edgecolor="white", **style)
-                axis.annotate(number(height), (x, height), ha="center", va="bottom",
-                              fontsize=6.5, rotation=90, xytext=(0, 2),
-                              textcoords="offset points")
-    axis.set_yscale("log")
-    axis.margins(y=0.22)
-    axis.set_xticks(range(len(chosen)),
-                    [row["method"].replace("bvh-threaded ", "bvh\n") for row in chosen],
-                    rotation=35, ha="right", fontsize=8)
-    kind = " (stand-in)\n" if chosen[0]["stand_in"] else "\n"
-    axis.set_title(f"{panel.label}{kind}{_says(taus)}", fontsize=9)
-    axis.spines[["top", "right"]].set_visible(False)
+def _draw_panel(axis: Any, panel: Panel, chosen: list[dict[str, Any]],
+                taus: tuple[float, float]) -> list[Series]:
+    """Draw the published, the predicted and the measured time of each method as dots."""
+    series = [Series(name, [row[key] for row in chosen], look) for name, key, look in (
+        ("published", "published_ns_per_ray", PUBLISHED),
+        ("predicted for the paper's card", "predicted_ns_per_ray", PREDICTED),
+        ("measured here", "ns_per_ray", HERE))]
+    dot_rows(axis, [row["method"].replace("bvh-threaded ", "bvh-threaded\n") for row in chosen],
+             series, "nanoseconds a ray (log)")
+    kind = titled(panel.label, chosen[0]["stand_in"])
+    axis.set_title(f"{kind}\n{_says(taus)}", fontsize=9)
+    return series
 
 
 def _tau_on_card(panel: Panel, predicted: Mapping[tuple[Panel, str], PredictedRow]) -> float:

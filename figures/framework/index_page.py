@@ -6,6 +6,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from gpgpu_rt.inspect.data_uris import description_of
+from gpgpu_rt.report.verdict_badges import BADGE_STYLE, badge
+
 from . import verdicts
 from .contradictions import CONTRADICTIONS
 from .output import markdown_table, write_text
@@ -39,11 +42,6 @@ RULES = (
     "them with the times measured on the present renderer",
     "If the mesh of a scene is missing, a procedural stand-in is measured, but never scored. "
     "After the verdict, the page says which verdict the same rules would give on the stand-ins")
-COLOURS = {verdicts.REPRODUCED: "#cfe8d5", verdicts.ORDER: "#f5e6b8",
-           verdicts.MOSTLY: "#e6e9b8",
-           verdicts.CONTRADICTED: "#f3c9c0", verdicts.REFUTED: "#f3c9c0",
-           verdicts.TOO_LITTLE: "#e8dff0",
-           verdicts.REDRAWN: "#dfe6ee"}
 
 
 @dataclass(frozen=True)
@@ -107,10 +105,11 @@ def _html(out: Path, opening: Sequence[str], of_survey: Sequence[IndexEntry],
     """The text of an HTML page that shows every chart with its verdict."""
     cards = []
     for line in (*of_survey, *beyond):
-        word = line.verdict.word if line.verdict else ""
-        picture = (f'<a href="{line.name}.md"><img src="{line.name}.png" alt="" loading="lazy">'
-                   "</a>" if (out / f"{line.name}.png").exists() else "")
-        said = (f'<p class="verdict" style="background:{COLOURS.get(word, "#eeeeee")}">{word}</p>'
+        chart = out / f"{line.name}.png"
+        picture = (f'<a href="{line.name}.md"><img src="{line.name}.png" loading="lazy" '
+                   f'alt="{html.escape(description_of(chart), quote=True)}"></a>'
+                   if chart.exists() else "")
+        said = (f"<p>{badge(line.verdict.word)}</p>"
                 f"<p>Rests on {html.escape(verdicts.rests_on(line.verdict))}.</p>"
                 f"<p>{html.escape(_why(line.verdict))}</p>" if line.verdict else "")
         cards.append(f"<section><h2>{html.escape(line.title)}</h2>{picture}{said}"
@@ -120,7 +119,7 @@ def _html(out: Path, opening: Sequence[str], of_survey: Sequence[IndexEntry],
              "color:#222}main{display:grid;gap:1.5rem;"
              "grid-template-columns:repeat(auto-fill,minmax(26rem,1fr))}section{border:1px solid "
              "#ddd;padding:1rem;overflow-wrap:anywhere}h2{font-size:1rem;margin:0 0 .6rem}"
-             "img{width:100%}.verdict{display:inline-block;padding:.1rem .6rem;margin:.6rem 0 0}"
+             f"img{{width:100%}}{BADGE_STYLE}"
              ".source{color:#777;font-size:.8rem}")
     return ('<!doctype html><html lang="en"><head><meta charset="utf-8">'
             '<meta name="viewport" content="width=device-width">'

@@ -9,6 +9,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from gpgpu_rt.report.verdict_words import WORDS, score
 from gpgpu_rt.text_format import counted
 
 from . import verdicts
@@ -68,19 +69,8 @@ def _made(own: dict[str, dict[str, Any]], redrawn: int) -> str:
 def _list(some: Sequence[Judged], one: str, many: str) -> str:
     """A sentence that lists the figures with a verdict, and the counts behind each verdict."""
     says = f"{counted(len(some), 'figure')} {one if len(some) == 1 else many}"
-    named = [f'{each.figure}, "{each.topic}" ({_score(each.verdict)})' for each in some]
+    named = [f'{each.figure}, "{each.topic}" ({score(vars(each.verdict))})' for each in some]
     return f"{says}: {'; '.join(named)}." if some else f"{says}."
-
-
-def _score(verdict: Verdict) -> str:
-    """A clause on how much agrees with the survey, and on how many scenes."""
-    if verdict.claims:
-        says = f"{verdict.held} of {counted(verdict.claims, 'claim')}"
-    else:
-        says = f"{verdict.agreed} of {counted(verdict.pairs, 'pair')} of methods in order"
-    if verdict.structure == verdict.claims > 0:
-        return says + ", which no scene can change"
-    return says + f", on {counted(len(verdict.scenes), 'scene')}"
 
 
 def _order(judged: Sequence[Judged]) -> str:
@@ -117,7 +107,7 @@ def _too_little(some: Sequence[Judged]) -> list[str]:
            f"({_and(missing)})." if lacking else "."),
         "Stand-ins are never scored; for the stand-ins of "
         f"{sum(said.values())} of these figures the same rules would give "
-        + (_and([f"\"{word}\" for {said[word]}" for word in verdicts.WORDS if said[word]])
+        + (_and([f"\"{word}\" for {said[word]}" for word in WORDS if said[word]])
            or "no verdict") + ".",
         f"{len(never)} of these {'stays' if len(never) == 1 else 'stay'} too small to judge even "
         "with every mesh that this run asks for, because the survey's numbers compare too few "

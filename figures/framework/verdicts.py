@@ -28,20 +28,14 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, fields, replace
 from typing import Any, NamedTuple
 
+from gpgpu_rt.report.verdict_words import (
+    CONTRADICTED, MOSTLY, ORDER, REDRAWN, REFUTED, REPRODUCED, TOO_LITTLE, UNMEASURED
+)
 from gpgpu_rt.text_format import counted
 
 from .kendall import PairCounts, pair_counts
 from .output import number
 
-REPRODUCED = "reproduced"
-ORDER = "reproduced in order, not in ratio"
-MOSTLY = "mostly reproduced"   # for claims in words
-CONTRADICTED = "contradicted"
-REFUTED = "refuted by a counterexample"    # for claims that no scene can change
-TOO_LITTLE = "too little to judge"
-REDRAWN = "redrawn"            # a diagram or a picture: the survey prints nothing to score
-UNMEASURED = "not measured"
-WORDS = (REPRODUCED, ORDER, MOSTLY, CONTRADICTED, REFUTED, TOO_LITTLE, REDRAWN, UNMEASURED)
 HIGH, FACTOR = 0.8, 2.0        # orders agree if tau-b >= HIGH; ratios agree if off by < FACTOR
 LEAST_SCENES, LEAST_PAIRS = 2, 4
 MISSING = "the measurements that would decide are missing."
@@ -50,7 +44,7 @@ RENDERER = "By the same rules the verdict on the times of the present renderer"
 
 @dataclass(frozen=True)
 class Verdict:
-    """One of WORDS, the reason with the numbers that decided, and what the verdict rests on.
+    """A word, the reason with the numbers that decided, and what the verdict rests on.
 
     scenes : The scored scenes, each once.
     pairs : Number of pairs of methods that were compared on the scored scenes.

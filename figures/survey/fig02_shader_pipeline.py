@@ -130,12 +130,12 @@ def draw(data: Path, out: Path, full: bool) -> None:
     figure, axes = plt.subplots(len(lines), 1, figsize=(13, 8.6))
     for axis, one in zip(axes, shown()):
         draw_pipeline(axis, one)
-    figure.suptitle("Figure 2: the shader pipeline, as passes of this program go through it",
-                    fontsize=12)
     figure.tight_layout(rect=(0, 0.03, 1, 0.98))
     save_chart(figure, out / "fig02.png", "Blue: programmable stages. Textures: width x height x "
                "channels. Green textures are tables, read at computed positions; black textures "
-               "are streams, read at the fragment's own position.")
+               "are streams, read at the fragment's own position.",
+               "A diagram: each pass of this program as a row of boxes, from the vertices "
+               "through the rasteriser and the fragment program to the render target")
 
 
 def draw_pipeline(axis: Any, one: PipelineDraw) -> None:

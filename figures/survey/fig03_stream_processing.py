@@ -135,12 +135,13 @@ def draw(data: Path, out: Path, full: bool) -> None:
     figure, (axis, strip) = plt.subplots(2, 1, figsize=(12, 8.6), height_ratios=(5.2, 1))
     draw_pass(axis, kinds[SHOWN], row)
     draw_list(strip, every)
-    figure.suptitle(f"Figure 3: a pass as stream processing ({METHOD}, kernel {SHOWN}; in "
-                    "parentheses: the terms of stream computation)", fontsize=12)
     figure.tight_layout(rect=(0, 0.04, 1, 1))
-    save_chart(figure, out / "fig03.png", "The textures are those of the method's records. Pale "
+    save_chart(figure, out / "fig03.png", f"{METHOD}, kernel {SHOWN}; in parentheses: the "
+               "terms of stream computation. The textures are those of the method's records. Pale "
                "textures are not used by this kernel. Live rays are counted only after every "
-               "second pass, so some passes find no ray.")
+               "second pass, so some passes find no ray.",
+               "A diagram: textures of rays and states flow into a kernel, which writes the "
+               "next states. Bars below show the number of rays in each pass of a trace")
 
 
 def draw_pass(axis: Any, shown: KernelPass, row: Any) -> None:

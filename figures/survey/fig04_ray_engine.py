@@ -109,10 +109,11 @@ def draw(data: Path, out: Path, full: bool) -> None:
     figure, (axis, strip) = plt.subplots(2, 1, figsize=(12, 8.6), height_ratios=(5, 1.2))
     draw_engine(axis, kinds, split)
     draw_batches(strip, every)
-    figure.suptitle("Figure 4: the organisation of the Ray Engine", fontsize=12)
     figure.tight_layout(rect=(0, 0.04, 1, 1))
     save_chart(figure, out / "fig04.png", "The textures are those that the linked programs sample "
-               "and draw into. The bytes are sums over all batches of this trace.")
+               "and draw into. The bytes are sums over all batches of this trace.",
+               "A diagram: the host sorts rays into cells, sends them to the card in batches, "
+               "and reads the hits back. Bars below show the quads of each batch")
 
 
 def draw_engine(axis: Any, kinds: dict[str, BatchPass], split: dict[str, float]) -> None:

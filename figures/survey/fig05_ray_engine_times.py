@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 import gpgpu_rt as rt
+from gpgpu_rt.charts import COLOURS, plain
 
 from ..experiments import sheets
 from ..framework import verdicts
@@ -22,10 +23,10 @@ SETTINGS: dict[str, dict[str, Any]] = {
     AS_IT_IS: {}, "nearest by depth": {"nearest": "depth"},
     "short queues on the host": {"cpu_below": 32}, "all on the host": {"cpu_below": ALL_ON_HOST}}
 BATCHES = {f"batches of {rays:,}": {"batch": rays} for rays in (256, 4096, 65_536)}
-PARTS = (("traversal_seconds", "walking and queueing (host)", "#2f6db3"),
-         ("host_intersection_seconds", "intersection (host)", "#7fb2e5"),
-         ("transfer_seconds", "transfers", "#b33a3a"),
-         ("intersection_seconds", "intersection (passes)", "#3d8b57"))
+PARTS = (("traversal_seconds", "walking and queueing (host)", COLOURS[0]),
+         ("host_intersection_seconds", "intersection (host)", COLOURS[5]),
+         ("transfer_seconds", "transfers", COLOURS[1]),
+         ("intersection_seconds", "intersection (passes)", COLOURS[2]))
 # Nominal bus rates of the paper's time, in bytes per second. Uploads use AGP 4x; readback is as
 # slow as PCI at 66 MHz.
 AGP_UP, AGP_DOWN = 1066e6, 266e6
@@ -168,9 +169,10 @@ def draw(data: Path, out: Path, full: bool) -> None:
     left.set_axis_off()
     left.set_title(f"{SHOWN}, by {METHOD}", fontsize=9)
     _draw_bars(right, bars)
-    figure.suptitle("Figure 5: a picture by the Ray Engine, and where its time goes", fontsize=11)
     figure.tight_layout(rect=(0, 0.04, 1, 1))
-    save_chart(figure, out / "fig05.png", f"Renderer: {renderer}.")
+    save_chart(figure, out / "fig05.png", f"Renderer: {renderer}.",
+               "A picture traced by the Ray Engine, and bars that divide its microseconds for "
+               "a ray among host, transfers and passes")
 
 
 def picture(full: bool) -> np.ndarray:
@@ -187,7 +189,7 @@ def _draw_bars(axis: Any, bars: list[tuple[str, dict[str, Any], int]]) -> None:
             width = 1e6 * cost["split"][key] / rays
             axis.barh(at, width, left=begin, color=colour, label=name if not at else None)
             begin += width
-        axis.text(begin, at, f" {number(rays / cost['trace_seconds'] / 1e3)}k rays/s", va="center",
+        axis.text(begin, at, f" {plain(rays / cost['trace_seconds'])} rays/s", va="center",
                   fontsize=7)
     axis.set(yticks=range(len(bars)), yticklabels=[name for name, *_ in bars],
              xlabel="microseconds a ray")
@@ -196,4 +198,4 @@ def _draw_bars(axis: Any, bars: list[tuple[str, dict[str, Any], int]]) -> None:
     axis.invert_yaxis()
     axis.spines[["top", "right"]].set_visible(False)
     if bars:
-        axis.legend(frameon=False, fontsize=7)
+        axis.legend(frameon=False, fontsize=7, ncols=4, loc="lower left", bbox_to_anchor=(0, 1))

@@ -45,7 +45,8 @@ def draw(data: Path, out: Path, full: bool) -> None:
                + markdown_table(HEADS, table_rows(log, WORDS)))
     figure, axis = plt.subplots(figsize=(10, 6.5))
     draw_flow(axis, log, WORDS)
-    figure.suptitle("Figure 6: streaming ray tracing in a uniform grid", fontsize=12)
     save_chart(figure, out / "fig06.png", "Boxes: kernels, each with its number of passes. Green: "
                "tables, read at computed positions. Vertical lines: streams. A blue dot means "
-               "that the kernel writes the stream, a violet dot that it reads the stream.")
+               "that the kernel writes the stream, a violet dot that it reads the stream.",
+               "A diagram: the kernels of ray tracing in a grid below each other, with the "
+               "tables and streams that each reads and writes")

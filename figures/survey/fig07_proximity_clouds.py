@@ -83,6 +83,6 @@ def draw(data: Path, out: Path, full: bool) -> None:
     axis.imshow(picture(cell(METHOD, full)))
     axis.set_axis_off()
     axis.set_title(f"{SCENE}, by {METHOD}", fontsize=9)
-    figure.suptitle("Figure 7: a picture by the grid with proximity clouds", fontsize=11)
     figure.tight_layout(rect=(0, 0.04, 1, 1))
-    save_chart(figure, out / "fig07.png", f"Renderer: {known['gpu']['renderer']}")
+    save_chart(figure, out / "fig07.png", f"Renderer: {known['gpu']['renderer']}",
+               "A picture of the scene, traced by the grid with proximity clouds")

@@ -6,13 +6,12 @@ from typing import Any
 
 import gpgpu_rt as rt
 from gpgpu_rt.bench.workloads import EYE
+from gpgpu_rt.charts import COLOURS, MARKERS, log_axis
 from gpgpu_rt.disk.files import replacing
 
 from ..framework import verdicts
 from ..framework.cell import Cell, timed_runs
-from ..framework.output import (
-    COLOURS, markdown_table, number, plt, save_chart, write_csv, write_text
-)
+from ..framework.output import markdown_table, number, plt, save_chart, write_csv, write_text
 from ..framework.results import finished, read
 
 RATIOS = (1.0, 1e-1, 1e-2, 1e-3, 1e-4)
@@ -93,21 +92,22 @@ def draw(data: Path, out: Path, full: bool) -> None:
             markdown_table([f"{r:g}" for r, _ in gains], [[number(g) for _, g in gains]])]
     write_text(out / "fig08.md", "\n".join(text))
     figure, (left, right) = plt.subplots(1, 2, figsize=(10, 4.6))
-    for name, _ in METHODS:
+    for (name, _), colour, marker in zip(METHODS, COLOURS, MARKERS):
         mine = [row for row in rows if row[1] == name]
-        left.plot([r[0] for r in mine], [r[2] for r in mine], "o-", color=COLOURS[name],
-                  label=name)
-        right.plot([r[0] for r in mine], [r[5] for r in mine], "o-", color=COLOURS[name],
-                   label=name)
+        for axis, column in ((left, 2), (right, 5)):
+            axis.plot([row[0] for row in mine], [row[column] for row in mine], f"{marker}-",
+                      color=colour, label=name)
     for axis, label in ((left, "nanoseconds a ray"), (right, "triangles tested a ray")):
-        axis.set(xscale="log", yscale="log", xlabel="size of the teapot / size of the stadium",
-                 ylabel=label)
+        log_axis(axis, "x")
+        log_axis(axis, "y")
+        axis.set(xlabel="size of the teapot / size of the stadium (log)", ylabel=f"{label} (log)")
         axis.invert_xaxis()
         axis.spines[["top", "right"]].set_visible(False)
     left.legend(frameon=False)
-    figure.suptitle("Figure 8: a teapot in a stadium", fontsize=11)
     figure.tight_layout(rect=(0, 0.05, 1, 1))
     save_chart(figure, out / "fig08.png",
-               f"Renderer: {renderer}. Eye rays, under the schedule `loop`.")
+               f"Renderer: {renderer}. Eye rays, under the schedule `loop`.",
+               "Lines show the nanoseconds and the tested triangles of a ray, by the size of a "
+               "teapot in a stadium, for a grid and for kd-trees")
     with rt.Tracer("stadium:0.1") as tracer, replacing(out / "fig08-stadium.png") as path:
         tracer.render(size=(512, 512)).save(path)

@@ -45,7 +45,8 @@ def draw(data: Path, out: Path, full: bool) -> None:
     figure, (ground, tree) = plt.subplots(1, 2, figsize=(11, 5.4), width_ratios=(1, 1.35))
     draw_ground(ground, small)
     draw_tree(tree, small)
-    figure.suptitle("Figure 9: a kd-tree of planes S and leaves n, and its nodes", fontsize=11)
     figure.tight_layout(rect=(0, 0.04, 1, 1))
     save_chart(figure, out / "fig09.png", "Green: triangles seen from above, with their numbers. "
-               "Under a leaf: the triangles that it lists.")
+               "Under a leaf: the triangles that it lists.",
+               "Left, a scene seen from above, cut by the planes of a kd-tree; right, the tree "
+               "with its inner nodes S and its leaves n")

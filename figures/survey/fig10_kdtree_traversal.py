@@ -187,12 +187,12 @@ def draw(data: Path, out: Path, full: bool) -> None:
                             **{node: "#f3cfcf" for node in set(printed.visited)
                                - set(found.visited)}})
     draw_table(steps, table)
-    figure.suptitle("Figure 10: the traversal of a kd-tree with a stack, pass by pass, for one "
-                    "ray", fontsize=12)
     figure.tight_layout(rect=(0, 0.05, 1, 1))
     save_chart(figure, out / "fig10.png", "Blue: nodes visited. Red: nodes visited only under the "
                "rule that the survey prints (t_split < 0: near). This rule goes wrong at "
-               f"{' and '.join(map(small.name, printed.wrong))}; under it the ray {ends}.")
+               f"{' and '.join(map(small.name, printed.wrong))}; under it the ray {ends}.",
+               "The traversal of a kd-tree by a ray: the scene with the ray, the tree with the "
+               "nodes that it visits, and a table of the stack after each step")
 
 
 def draw_table(axis: plt.Axes, table: list[list[str]]) -> None:

@@ -72,11 +72,12 @@ def draw(data: Path, out: Path, full: bool) -> None:
                   {node: _wrapped(numbers) for node, numbers in turns(found).items()},
                   planes=False)
         axis.set_title(f"{found.method}: {counts[found.method]} visits", fontsize=10)
-    figure.suptitle("Figure 11: kd-restart and kd-backtrack for the same ray", fontsize=12)
     figure.tight_layout(rect=(0, 0.05, 1, 1))
     save_chart(figure, out / "fig11.png", "Red numbers at a node: when the walk visits the node "
                "(1 is the first visit of the walk), whether it descends or climbs. Numbers along "
-               "the ray: the values of t at which kd-restart starts again at the root.")
+               "the ray: the values of t at which kd-restart starts again at the root.",
+               "A scene with a ray, and two trees with the order in which kd-restart and "
+               "kd-backtrack visit the nodes")
 
 
 def _wrapped(numbers: list[int]) -> str:

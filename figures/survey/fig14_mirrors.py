@@ -6,18 +6,18 @@ from pathlib import Path
 from typing import Any
 
 from gpgpu_rt.bench.workloads import mirror
+from gpgpu_rt.charts import COLOURS, MARKERS, log_axis
 from gpgpu_rt.text_format import titled
 
 from ..framework import verdicts
 from ..framework.cell import Cell, timed_runs
-from ..framework.output import (
-    COLOURS, markdown_table, number, plt, save_chart, write_csv, write_text
-)
+from ..framework.output import markdown_table, number, plt, save_chart, write_csv, write_text
 from ..framework.results import read
 from .fig13_horn_improvements import size
 
 SCENES = ("cornell", "robots", "kitchen", "conference")
 SINGLE, PACKET = METHODS = ("kd-short-stack", "kd-packet")
+LOOKS = dict(zip(METHODS, zip(COLOURS, MARKERS)))      # method -> colour and marker
 BOUNCES = range(6)
 # A scene can show the claim only if `parted` is at least this; it is 1 if a packet's rays share
 # all nodes.
@@ -83,8 +83,8 @@ def _results(scene: str, data: Path, full: bool) -> list[list[Any]]:
 def draw(data: Path, out: Path, full: bool) -> None:
     """Write out/fig14.csv, .md and .png."""
     parts, rows, renderer, stand_ins = [], [], "?", []
-    figure, axes = plt.subplots(1, len(SCENES), figsize=(3.4 * len(SCENES), 4.4))
-    for axis, scene in zip(axes, SCENES):
+    figure, axes = plt.subplots(-(-len(SCENES) // 2), 2, figsize=(9, 7.6), squeeze=False)
+    for axis, scene in zip(axes.flat, SCENES):
         results = _results(scene, data, full)
         if any(result is None for pair in results for result in pair):
             axis.remove()
@@ -99,10 +99,11 @@ def draw(data: Path, out: Path, full: bool) -> None:
                   markdown_table(HEADS, [[row[0], f"{row[1]:,}", *map(number, row[2:])]
                                          for row in mine]),
                   verdict(scene, about["triangles"], mine) + "\n"]
-        for at, method in enumerate(METHODS):
-            axis.plot(BOUNCES, [size(scene, full) ** 2 / row[7 + at] / 1e3 for row in mine], "o-",
-                      color=COLOURS[method], label=method)
-        axis.set(xlabel="bounces", title=scene, yscale="log")
+        for at, (colour, marker) in enumerate(LOOKS.values()):
+            axis.plot(BOUNCES, [size(scene, full) ** 2 / row[7 + at] / 1e3 for row in mine],
+                      f"{marker}-", color=colour)
+        log_axis(axis, "y")
+        axis.set(xlabel="bounces", title=scene)
         axis.spines[["top", "right"]].set_visible(False)
     write_csv(out / "fig14.csv", ("scene", *HEADS), rows)
     write_text(out / "fig14.md", "\n".join((
@@ -114,12 +115,15 @@ def draw(data: Path, out: Path, full: bool) -> None:
         "packet's nodes are divided among four rays. \"So far\" means the sum over all bounces "
         "up to the row's. At the quick size rays are two to four times as far apart as "
         "at 1024x1024.", *stand_ins, "", *parts)))
-    axes[0].set_ylabel("million pixels a second, all bounces so far")
-    figure.legend(handles=[plt.Line2D([], [], marker="o", color=COLOURS[method], label=method)
-                           for method in METHODS], frameon=False, fontsize=8, loc="upper right")
-    figure.suptitle("Figure 14: mirrors, with and without packets", fontsize=11)
-    figure.tight_layout(rect=(0, 0.05, 1, 1))
-    save_chart(figure, out / "fig14.png", f"Renderer: {renderer}. " + " ".join(stand_ins))
+    for axis in axes[:, 0]:
+        axis.set_ylabel("million pixels a second,\nall bounces so far (log)")
+    figure.legend(handles=[plt.Line2D([], [], marker=marker, color=colour, label=method)
+                           for method, (colour, marker) in LOOKS.items()],
+                  frameon=False, fontsize=8, ncols=2, loc="upper left")
+    figure.tight_layout(rect=(0, 0.03, 1, 0.97))
+    save_chart(figure, out / "fig14.png", f"Renderer: {renderer}. " + " ".join(stand_ins),
+               "Lines show the pixels per second of single rays and of packets, by the number of "
+               "bounces between mirrors")
 
 
 HEADS = ("bounce", "rays", "single: ns a ray", "packets: ns a ray", "rate of packets / single",

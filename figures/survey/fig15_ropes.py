@@ -76,11 +76,12 @@ def draw(data: Path, out: Path, full: bool) -> None:
               zorder=9)
     one.set_title(f"a ray along {len(taken)} of them, {len(found.visited)} nodes visited",
                   fontsize=10)
-    figure.suptitle("Figure 15: a kd-tree with ropes", fontsize=12)
     figure.tight_layout(rect=(0, 0.05, 1, 1))
     save_chart(figure, out / "fig15.png", "Arrows: from a leaf's face to the node that its rope "
                "names, which is a split S if several leaves touch the face. Squares: where the "
-               "ray leaves a leaf, with the node from which it continues.")
+               "ray leaves a leaf, with the node from which it continues.",
+               "Two plans of a scene with the cells of a kd-tree: left all ropes between "
+               "neighbouring leaves, right the ropes that a ray follows")
 
 
 def draw_rope(axis: Any, small: World, leaf: int, face: str, node: int) -> None:

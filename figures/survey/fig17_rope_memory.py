@@ -3,6 +3,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from gpgpu_rt.charts import HERE, PUBLISHED, Series, dot_rows, legend_of, plain
 from gpgpu_rt.text_format import titled
 
 from ..framework import verdicts
@@ -133,27 +134,33 @@ def _verdict(scene: str, words: str, tree: dict[str, float]) -> str:
 
 
 def _chart(results: dict[str, dict], out: Path) -> None:
-    figure, axis = plt.subplots(figsize=(7.5, 4.6))
-    for at, (scene, result) in enumerate(results.items()):
-        theirs = [published("fig17", scene, "kd-ropes", quantity=name) or 0
-                  for name in ("kd-tree size", "kd-tree size with ropes")]
-        pairs = ((-0.2, (result["tree"]["bytes"], result["tree"]["bytes_ropes"]),
-                  result["tree"]["overhead"], 1.0, ""),
-                 (0.2, theirs, _published(scene)[-1], 0.45, "///"))
-        for shift, sizes, overhead, alpha, hatch in pairs:
-            bare, whole = (size / 2 ** 20 for size in sizes)
-            for bottom, height, colour in ((0, bare, "#2f6db3"), (bare, whole - bare, "#df8a6a")):
-                axis.bar(at + shift, height, 0.38, bottom, color=colour, alpha=alpha,
-                         hatch=hatch, edgecolor="white")
-            axis.annotate(f"x {number(overhead)}", (at + shift, whole), ha="center",
-                          va="bottom", fontsize=8)
-    axis.set_xticks(range(len(results)), [
-        titled(scene, result["scene"]["stand_in"])
-        for scene, result in results.items()], fontsize=9)
-    axis.set(yscale="log", ylabel="MiB (log)", ylim=(0.02, None))
-    axis.margins(y=0.15)
-    axis.spines[["top", "right"]].set_visible(False)
-    figure.suptitle("Figure 17: a kd-tree (blue) and what ropes add (red)\nplain bars: here; "
-                    "hatched bars: published", fontsize=11)
-    figure.tight_layout(rect=(0, 0.05, 1, 1))
-    save_chart(figure, out / "fig17.png", "Records as in Popov et al. 2007.")
+    ours = [(result["tree"]["bytes"], result["tree"]["bytes_ropes"])
+            for result in results.values()]
+    series = [_series("published", [_published_bytes(scene) for scene in results], PUBLISHED),
+              _series("here", ours, HERE)]
+    figure, axis = plt.subplots(figsize=(9, 1.4 + 0.6 * len(results)), layout="constrained")
+    dot_rows(axis, [titled(scene, result["scene"]["stand_in"])
+                    for scene, result in results.items()], series,
+             "MiB (log); a line begins at the kd-tree alone, and its dot is the tree with ropes")
+    figure.legend(handles=legend_of(series), frameon=False, fontsize=8, ncols=2,
+                  loc="outside upper left")
+    figure.get_layout_engine().set(rect=(0, 0.06, 1, 0.94))
+    save_chart(figure, out / "fig17.png", "Records as in Popov et al. 2007.",
+               "Lines show the size of each scene's kd-tree without and with ropes, here and as "
+               "published")
+
+
+def _published_bytes(scene: str) -> tuple[float, float]:
+    """The published bytes of a kd-tree without and with ropes; 0 where none are published."""
+    bare, whole = (published("fig17", scene, "kd-ropes", quantity=name) or 0
+                   for name in ("kd-tree size", "kd-tree size with ropes"))
+    return bare, whole
+
+
+def _series(name: str, sizes: list[tuple[float, float]], look: tuple[str, str]) -> Series:
+    """Trees' bytes without and with ropes as lines in MiB; a pair of zeros has no line."""
+    pairs = [(bare / 2 ** 20, whole / 2 ** 20) for bare, whole in sizes]
+    return Series(name, [whole for _, whole in pairs], look,
+                  [pair if all(pair) else None for pair in pairs],
+                  [f"{plain(bare)} to {plain(whole)} MiB, {number(whole / bare)} times"
+                   if bare else "" for bare, whole in pairs])

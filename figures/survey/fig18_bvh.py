@@ -43,8 +43,9 @@ def draw(data: Path, out: Path, full: bool) -> None:
     figure, (ground, tree) = plt.subplots(1, 2, figsize=(11, 5.4), width_ratios=(1, 1.1))
     draw_boxes(ground, found)
     draw_nodes(tree, found, tree_places(found))
-    figure.suptitle("Figure 18: a hierarchy of axis-aligned boxes", fontsize=12)
     figure.tight_layout(rect=(0, 0.04, 1, 1))
     save_chart(figure, out / "fig18.png", "Green: triangles seen from above, with their numbers. "
                "Under a leaf (square, dashed box): the triangles that it lists. Boxes of inner "
-               "nodes are drawn a little wider than they are.")
+               "nodes are drawn a little wider than they are.",
+               "Left, a scene seen from above with the boxes of a hierarchy; right, the tree "
+               "of these boxes")

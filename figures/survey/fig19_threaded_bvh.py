@@ -84,11 +84,12 @@ def draw(data: Path, out: Path, full: bool) -> None:
     draw_nodes(tree, found, places, shaded)
     draw_threads(tree, found, places)
     draw_array(figure.add_subplot(grid[1, :]), found, seen)
-    figure.suptitle("Figure 19: a hierarchy threaded by miss links", fontsize=12)
     figure.tight_layout(rect=(0, 0.05, 1, 1))
     save_chart(figure, out / "fig19.png", "Dotted: miss links, drawn to the right; links to the "
                "end of the array are not drawn in the tree. Below: the array in the texture, with "
-               "the ray's path. Filled: boxes that the ray meets. Crossed: boxes that it misses.")
+               "the ray's path. Filled: boxes that the ray meets. Crossed: boxes that it misses.",
+               "A tree of boxes with dotted miss links, and below it the array of nodes in the "
+               "texture with the same links")
 
 
 def draw_threads(axis: Any, found: Hierarchy, places: np.ndarray) -> None:

@@ -129,7 +129,9 @@ def draw(data: Path, out: Path, full: bool) -> None:
     order = [*axes[0], *(axes[row, column] for column in range(4) for row in (1, 2)), *axes[3]]
     for axis, title in zip(order, titles):
         axis.set_title(title, fontsize=8)
-    figure.suptitle("Figure 21: a geometry image, and the pyramids over it", fontsize=11)
     figure.tight_layout(rect=(0, 0.03, 1, 0.98), h_pad=2.0)
     save_chart(figure, out / "fig21.png", "The boxes are those that the passes wrote. Bottom row: "
-               "rays stop at quads of 2^level x 2^level cells, in the same pyramids.")
+               "rays stop at quads of 2^level x 2^level cells, in the same pyramids.",
+               "Four rows of pictures: a mesh, spread over a square and as a geometry image; "
+               "the pyramid of minima over the image; the pyramid of maxima; and the mesh traced "
+               "at four levels of detail")

@@ -5,6 +5,7 @@ from functools import lru_cache
 from pathlib import Path
 
 import gpgpu_rt as rt
+from gpgpu_rt.charts import HERE, PUBLISHED, log_axis
 
 from ..diagrams.flow import HEADS, draw_flow, table_rows
 from ..diagrams.issued_passes import Issued, issued
@@ -61,14 +62,18 @@ def draw(data: Path, out: Path, full: bool) -> None:
                + markdown_table(HEADS, table_rows(log, WORDS)))
     figure, (axis, strip) = plt.subplots(2, 1, figsize=(10, 8.5), height_ratios=(4, 1))
     draw_flow(axis, log, WORDS)
-    strip.bar(range(1, 1 + len(batches)), [all_ for all_, _ in batches], color="#c8c8c8")
-    strip.bar(range(1, 1 + len(batches)), [some for _, some in batches], color="#3d8b57")
-    strip.set(yscale="log", xlabel="batch of triangles", ylabel="pairs (log)")
-    strip.set_title("pairs of a triangle and a tile; grey: all, green: the tile's cone meets it",
-                    fontsize=9)
+    for (colour, marker), name, counts in zip((PUBLISHED, HERE), (
+            "all pairs of a triangle and a tile", "pairs whose triangle meets the tile's cone"),
+            zip(*batches)):
+        strip.plot(range(1, 1 + len(batches)), counts, marker, color=colour, label=name)
+    log_axis(strip, "y")
+    strip.set(xlabel="batch of triangles", ylabel="pairs (log)")
+    strip.legend(frameon=False, fontsize=8, ncols=2, loc="lower left", bbox_to_anchor=(0, 1))
     strip.spines[["top", "right"]].set_visible(False)
-    figure.suptitle("Figure 23: the hierarchical ray engine (ray-tiles)", fontsize=12)
     figure.tight_layout(rect=(0, 0.03, 1, 1))
     save_chart(figure, out / "fig23.png", "Green: inputs, which are rays and the table of "
                "triangles. Vertical lines: streams. A blue dot means that the kernel writes the "
-               "stream, a violet dot that it reads the stream.")
+               "stream, a violet dot that it reads the stream.",
+               "A list of the kernels of ray-tiles in their order, with the textures that each "
+               "reads and writes. Below, dots show for each batch of triangles all pairs of a "
+               "triangle and a tile, and the pairs that the cones let through")

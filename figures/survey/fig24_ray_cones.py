@@ -59,11 +59,12 @@ def draw(data: Path, out: Path, full: bool) -> None:
         axis.set_axis_off()
         axis.set_xlim(-3.0, 3.0)
         axis.set_ylim(-1.05, 2.6)
-    figure.suptitle("Figure 24: four neighbouring cones become one", fontsize=11)
     figure.tight_layout(rect=(0, 0.04, 1, 0.98))
     save_chart(figure, out / "fig24.png", "The spheres and cones are those that the passes wrote. "
                "Grey: the rays, which all lie in the plane shown. A cone is drawn from its "
-               "sphere's rim.")
+               "sphere's rim.",
+               "Plans of rays with the cones around them: single rays, pairs of cones, and the "
+               "cone that encloses four cones")
 
 
 def cones(axis: Any, level: ConeLevel) -> None:

@@ -77,10 +77,11 @@ def draw(data: Path, out: Path, full: bool) -> None:
     for k, one in enumerate(rounds):
         stream(axes[2 * k], one)
         targets(axes[2 * k + 1], one)
-    figure.suptitle("Figure 25: pairs of triangle and node, level by level", fontsize=11)
     figure.tight_layout(rect=(0, 0.04, 1, 0.99), h_pad=0.4)
     save_chart(figure, out / "fig25.png", "Colours are triangles, numbers are nodes; "
-               "white slots are empty. All values were read from the passes' own textures.")
+               "white slots are empty. All values were read from the passes' own textures.",
+               "Strips of the stream of pairs of a triangle and a node, before and after the "
+               "reduction at each level of the hierarchy")
 
 
 def stream(axis: Any, one: Round) -> None:

@@ -10,6 +10,9 @@ import statistics
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from gpgpu_rt.charts import (
+    COLOURS, HERE, MARKERS, PREDICTED, PUBLISHED, Series, dot_rows, legend_of
+)
 from gpgpu_rt.gl.context import is_software
 from gpgpu_rt.hardware.cards import find_card
 
@@ -26,8 +29,10 @@ from .surveyed import BASE, CHIP, SCENE, SurveyedMethod, entries, published_spee
 
 ON_SOFTWARE = ("Measured on a software renderer: rasterising, blending and transfers have the "
                "cost of memory accesses.")
-COLUMNS = (("measured", "#3d8b57"), ("predicted", "#2f6db3"), ("scaled", "#c98a1b"),
-           ("published", "#8c8c8c"))
+# Column -> its name in the chart, and its look there.
+COLUMNS = {"published": ("published", PUBLISHED),
+           "scaled": ("scaled again, by arithmetic and by bandwidth", (COLOURS[4], MARKERS[4])),
+           "predicted": ("predicted", PREDICTED), "measured": ("measured", HERE)}
 NOTES = (
     "The survey gives one number per paper. It does not say which of the paper's methods the "
     "number belongs to, nor which scenes it was computed from. The figure has no numbers of its "
@@ -226,7 +231,7 @@ def _page(found: list[MethodSpeed], data: Path, full: bool) -> str:
         "## What the survey concludes from its figure\n",
         "The survey says that packets generally outperform single rays, and that methods with and "
         "without a stack have similar performance (section 4.1). The columns say:\n",
-        *(f"* {line}." for name, _ in COLUMNS for line in claims(found, name)),
+        *(f"* {line}." for name in COLUMNS for line in claims(found, name)),
         *(f"* {line}." for line in packet_pairs(found)), "",
         "## Notes\n", *(f"* {note}" for note in (rays_of_columns(full), *NOTES)),
         *([f"* {ON_SOFTWARE}"] if known and is_software(known["gpu"]["renderer"]) else []), ""]
@@ -236,36 +241,21 @@ def _page(found: list[MethodSpeed], data: Path, full: bool) -> str:
 def _chart(found: list[MethodSpeed], out: Path) -> None:
     some = [row for row in found if row.entry.source]
     rest = [row for row in found if not row.entry.source]
-    shown = sorted(some, key=lambda row: row.published or 0) + rest
-    figure, axis = plt.subplots(figsize=(13, 5.6))
-    for at, (column, colour) in enumerate(COLUMNS):
-        pairs = [(x, v) for x, row in enumerate(shown) if (v := value(row, column))]
-        shift = 0.2 * (at - 1.5)
-        axis.bar([x + shift for x, _ in pairs], [v for _, v in pairs], 0.19, color=colour,
-                 label=column + (" again, arithmetic to bandwidth" if column == "scaled" else ""))
-        for x, v in pairs:
-            # Write the bar's number clear of the line that joins the two scalings.
-            top = max(shown[x].scaled or (v,)) if column == "scaled" else v
-            axis.annotate(number(v, 2), (x + shift, top), ha="center", fontsize=6, rotation=90,
-                          va="bottom" if top >= 1 else "top", textcoords="offset points",
-                          xytext=(0, 2 if top >= 1 else -2))
-        if column == "scaled":
-            for x, row in enumerate(shown):
-                if row.scaled:
-                    axis.plot([x + shift] * 2, row.scaled, color="#5c3d00", linewidth=1)
-    axis.axhline(1, color="#555555", linewidth=0.8)
-    axis.axvline(len(some) - 0.5, color="#bbbbbb", linewidth=0.8)
-    axis.set_yscale("log")
-    axis.margins(x=0.01, y=0.16)
-    axis.set_xticks(range(len(shown)), [
-        (f"{row.entry.source}\n" if row.entry.source else "") + row.entry.label for row in shown],
-        rotation=55, ha="right", fontsize=7)
-    axis.set_ylabel("speed relative to the Ray Engine (log)")
-    axis.legend(frameon=False, fontsize=8, ncols=4, loc="lower right", bbox_to_anchor=(1, 1))
-    axis.spines[["top", "right"]].set_visible(False)
-    figure.suptitle("Figure 26: eye rays at 10,000 triangles; left: the survey's rows; right: "
-                    "methods without a number in the survey", fontsize=11)
-    figure.tight_layout(rect=(0, 0.03, 1, 1))
-    save_chart(figure, out / "fig26.png",
-               f"measured against published: {_agreed(found, 'measured', 'published')}; "
-               f"predicted: {_agreed(found, 'predicted', 'published')}")
+    shown = sorted(some, key=lambda row: -(row.published or 0)) + rest
+    series = [Series(name, [value(row, column) for row in shown], look,
+                     [row.scaled for row in shown] if column == "scaled" else ())
+              for column, (name, look) in COLUMNS.items()]
+    figure, axis = plt.subplots(figsize=(9, 1.6 + 0.56 * len(shown)), layout="constrained")
+    dot_rows(axis, [row.entry.label + (f"\n{row.entry.source}" if row.entry.source else "")
+                    for row in shown], series, "speed relative to the Ray Engine (log)")
+    axis.axvline(1, color="#555555", linewidth=0.8)
+    axis.axhline(len(some) - 0.5, color="#555555", linewidth=0.8)
+    figure.legend(handles=legend_of(series), frameon=False, fontsize=8, ncols=2,
+                  loc="outside upper left")
+    figure.get_layout_engine().set(rect=(0, 0.03, 1, 0.97))
+    save_chart(figure, out / "fig26.png", "Above the line: the survey's rows; below: methods "
+               "without a number in the survey. Measured against published: "
+               f"{_agreed(found, 'measured', 'published')}; "
+               f"predicted: {_agreed(found, 'predicted', 'published')}",
+               "Dots show the speed of each method for eye rays at 10,000 triangles, relative to "
+               "the Ray Engine: measured, predicted, scaled again and published")

@@ -6,6 +6,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from gpgpu_rt.report.verdict_words import WORDS
+
 from ..framework import verdicts
 from ..framework.cell import Cell
 from ..framework.output import markdown_table, number, plt, save_chart, write_csv, write_text
@@ -15,15 +17,15 @@ from .surveyed import (
     STANDS_FOR, SurveyedMethod, entries, published_speed, rays_of_columns, table1, updated
 )
 
-# The beginning of the survey's word for a structure -> the names of our classes of that kind.
-KINDS = {"Uniform Grid": {"Grid"}, "BVH": {"Bvh", "ImageTree"}, "kD-tree": {"KdTree"},
-         "Ray-Space": {"nothing"}, "N/A": {"nothing"}}
-NOTHING = ("tuple", "NoneType")     # classes that mean "no structure over triangles"
+NONE = "none"       # no structure over triangles
+# The class of the structure that a tracer built -> the word of the papers for it.
+STRUCTURES = {"Grid": "Uniform Grid", "Bvh": "BVH", "ImageTree": "BVH", "KdTree": "kD-tree",
+              "tuple": NONE, "NoneType": NONE}
+WITHOUT = ("Ray-Space", "N/A")      # the survey's words for methods without such a structure
 COLUMNS = ("acceleration_structure", "dynamic_geometry", "packet_tracing", "stack",
            "implementation")
 NOTES = (
-    "Acceleration structure: the class that the tracer built, and in parentheses the records that "
-    "its programs read.",
+    "Acceleration structure: what the tracer built over the triangles, in the survey's words.",
     "Dynamic geometry: Y if the method updates its structure without a rebuild when triangles "
     "move (it has `refit`, or nothing to build), as observed with `Tracer.update`. Zhou's method "
     "rebuilds fast enough for every frame; our build times are in the second table.",
@@ -51,8 +53,7 @@ class MethodProperties:
         """
         theirs, ours = self.theirs[column], self.ours[column]
         if column == "acceleration_structure":
-            kind = next(kind for kind in KINDS if theirs.startswith(kind))
-            return ours.split(" ")[0] in KINDS[kind]
+            return ours == NONE if theirs.startswith(WITHOUT) else theirs.startswith(ours)
         if theirs == "N/A":
             return None
         return ours in theirs.split("/")
@@ -73,12 +74,9 @@ def lines(data: Path, full: bool) -> Iterator[MethodProperties]:
         if timed is None or moved is None:
             continue
         row, found = entry.row, moved["updates"]
-        built = timed["structure"]
-        records = ", ".join(sorted(name for name in found["tables"] if name != "triangle"))
-        still = not found["rebuilt"] or built in NOTHING
-        ours = {"acceleration_structure": ("nothing" if built in NOTHING else built)
-                + (f" ({records})" if records else ""),
-                "dynamic_geometry": "Y" if still else "N",
+        built = STRUCTURES.get(timed["structure"], timed["structure"])
+        still = not found["rebuilt"] or built == NONE
+        ours = {"acceleration_structure": built, "dynamic_geometry": "Y" if still else "N",
                 "packet_tracing": "Packet" if row.packet else "Mono",
                 "stack": "Stack-based" if row.stack else "Stackless", "implementation": "Shader"}
         yield MethodProperties(entry, table1()[entry.source or ""], ours, found["build"],
@@ -104,7 +102,7 @@ def judge(data: Path, full: bool) -> verdicts.Verdict:
              *([speed.word] if speed.word not in (verdicts.TOO_LITTLE, verdicts.UNMEASURED)
                else [])]
     return replace(
-        speed, word=max(words, key=verdicts.WORDS.index), claims=stated, held=same,
+        speed, word=max(words, key=WORDS.index), claims=stated, held=same,
         structure=stated, why=f"{same} of {stated} properties that the survey states are the same "
         "here"
         + (f"; these differ (implementation left out): {'; '.join(differ)}" if differ else "")
@@ -142,7 +140,7 @@ def draw(data: Path, out: Path, full: bool) -> None:
         markdown_table(("source", "method here", "build, ms", "update, ms", "update", "tables, "
                         "KiB"), [[line.entry.source, line.entry.label, number(1e3 * line.build),
                                   number(1e3 * line.update),
-                                  "nothing to build" if line.ours[COLUMNS[0]] == "nothing"
+                                  "nothing to build" if line.ours[COLUMNS[0]] == NONE
                                   else "rebuilt" if line.rebuilt else "refitted",
                                   number(line.size / 1024)] for line in found]),
         "## What must be known\n", *(f"* {note}" for note in (rays_of_columns(full), *NOTES)), ""]
@@ -160,15 +158,17 @@ def _cell(line: MethodProperties, column: str) -> str:
 
 def _chart(found: list[MethodProperties], out: Path) -> None:
     """Draw which properties agree, with a field for each source and property."""
-    colours = {True: "#cfe8d5", False: "#f3c9c0", None: "#eeeeee"}
+    # Blue and orange differ for colour-blind readers too, and "not" repeats what the orange says.
+    colours = {True: "#cfe2f3", False: "#f8d3b0", None: "#eeeeee"}
     figure, axis = plt.subplots(figsize=(12, 0.42 * len(found) + 1.6))
     for y, line in enumerate(found):
         for x, column in enumerate(COLUMNS):
             axis.add_patch(plt.Rectangle((x, y), 1, 1, facecolor=colours[line.agrees(column)],
                                          edgecolor="white"))
-            ours = line.ours[column].split(" (")[0]
-            axis.text(x + 0.5, y + 0.5, f"{line.theirs[column]} | {ours}", ha="center",
-                      va="center", fontsize=7.5)
+            theirs, ours = line.theirs[column], line.ours[column]
+            words = {True: ours, False: f"{ours}, not {theirs}", None: f"{ours} (survey: N/A)"}
+            axis.text(x + 0.5, y + 0.5, words[line.agrees(column)], ha="center", va="center",
+                      fontsize=7.5)
     axis.set(xlim=(0, len(COLUMNS)), ylim=(len(found), 0))
     axis.set_xticks([x + 0.5 for x in range(len(COLUMNS))],
                     [column.replace("_", " ") for column in COLUMNS])
@@ -177,11 +177,12 @@ def _chart(found: list[MethodProperties], out: Path) -> None:
                     [f"{line.entry.source}: {line.entry.label}" for line in found], fontsize=8)
     axis.tick_params(length=0)
     axis.spines[:].set_visible(False)
-    figure.suptitle("Table 1: the survey's word | ours; green: same, red: different, grey: N/A",
-                    fontsize=11)
     figure.tight_layout(rect=(0, 0.04, 1, 1))
     save_chart(figure, out / "table1.png", "Ours: from the method table, the structures that were "
-               "built, and the updates that were timed.")
+               "built, and the updates that were timed. Blue: as the survey says. Orange: not as "
+               "the survey says. Grey: the survey says nothing.",
+               "A table of the properties of each paper's method here; colours and words say "
+               "where the survey's word differs")
 
 
 assert set(STANDS_FOR) == set(table1()), "every row of Table 1 has a method that stands for it"

@@ -3,19 +3,13 @@ from __future__ import annotations
 
 import statistics
 from collections.abc import Sequence
-from pathlib import Path
 
-import matplotlib
+from ..charts import COLOURS, FORMATS, GREY, linear_axis, plain, plt, save
+from ..text_format import number
+from .engines import ENGINES
+from .race import Entry, ranked, too_noisy
 
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt  # noqa: E402  (the backend must be chosen first)
-
-from ..disk.files import replacing  # noqa: E402
-from ..text_format import number  # noqa: E402
-from .engines import ENGINES  # noqa: E402
-from .race import Entry, ranked, too_noisy  # noqa: E402
-
-FORMATS = (".png", ".svg", ".pdf")
+__all__ = ["FORMATS", "draw"]
 
 _THEIRS = {engine.name for engine in ENGINES}
 
@@ -42,20 +36,20 @@ def draw(found: Sequence[tuple[str, str, list[Entry]]], path: str, about: str) -
                 [entry.rays / min(entry.seconds) / 1e6 - rate
                  for rate, entry in zip(rates, ordered)]]
         axis.barh(range(len(ordered)), rates, xerr=ends, ecolor="#555555", capsize=2,
-                  color=["#8c8c8c" if entry.name in _THEIRS else "#2f6db3" for entry in ordered])
+                  color=[GREY if entry.name in _THEIRS else COLOURS[0] for entry in ordered])
         axis.set_yticks(range(len(ordered)), [entry.label for entry in ordered], fontsize=7)
         for at, (entry, rate, above) in enumerate(zip(ordered, rates, ends[1])):
             over = f" ({number(statistics.median(entry.over))})" if entry.over else ""
-            axis.annotate(f"  {number(rate)}{over}", (rate + above, at), va="center", fontsize=7)
+            axis.annotate(f"  {plain(rate)}{over}", (rate + above, at), va="center", fontsize=7)
         axis.margins(x=0.18, y=0.01)
+        linear_axis(axis, "x")
         axis.set_title(f"{scene}, {rays}", fontsize=10)
         axis.set_xlabel(_axis(entries), fontsize=8)
         axis.spines[["top", "right"]].set_visible(False)
-    figure.suptitle(about, fontsize=8)
-    figure.tight_layout()
-    with replacing(path) as temporary:
-        figure.savefig(temporary, dpi=130, format=Path(path).suffix[1:].lower())
-    plt.close(figure)
+    figure.text(0.01, 0.995, about, fontsize=8, va="top")
+    figure.tight_layout(rect=(0, 0, 1, 1 - 0.25 / figure.get_figheight()))
+    save(figure, path, "Bars show the rays per second of each method and each ray tracer of "
+         "today, by scene and kind of rays")
 
 
 def _axis(entries: Sequence[Entry]) -> str:

@@ -3,18 +3,14 @@ matplotlib."""
 from __future__ import annotations
 
 from collections.abc import Sequence
-from pathlib import Path
 
-import matplotlib
+import numpy as np
 
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt  # noqa: E402  (the backend must be chosen first)
-import numpy as np  # noqa: E402
+from ..charts import FORMATS, plt, save
+from .suite import Row
 
-from ..disk.files import replacing  # noqa: E402
-from .suite import Row  # noqa: E402
+__all__ = ["FORMATS", "draw"]
 
-FORMATS = (".png", ".svg", ".pdf")
 LEAST = 1e-4    # smaller shares have the same colour as this share
 
 
@@ -41,8 +37,7 @@ def draw(rows: Sequence[Row], path: str) -> None:
     axis.spines[:].set_visible(False)
     bar = figure.colorbar(image, ax=axis, ticks=range(-4, 1), shrink=0.5)
     bar.ax.set_yticklabels(["none", "0.1 %", "1 %", "10 %", "all"], fontsize=7)
-    figure.suptitle("Wrong rays, out of rays that are aimed at trouble", fontsize=9)
     figure.tight_layout()
-    with replacing(path) as temporary:
-        figure.savefig(temporary, dpi=140, format=Path(path).suffix[1:].lower())
-    plt.close(figure)
+    save(figure, path, "A map with a row for each family of rays that are aimed at trouble and a "
+         "column for each ray tracer; a field has the number of wrong rays, and is dark if many "
+         "are wrong")

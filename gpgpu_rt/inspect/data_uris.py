@@ -11,6 +11,7 @@ from PIL import Image
 
 # Limit on the size of a chart, about 100 MB decoded, because a file may declare any size.
 MOST_PIXELS = 1 << 25
+DESCRIPTION = "Description"     # the key of the text in a PNG file that describes the picture
 
 
 def data_uri(content: bytes, kind: str) -> str:
@@ -48,6 +49,15 @@ def png_uri(picture: Image.Image | Path, width: int) -> str:
     return data_uri(min(found, key=len), "png")
 
 
+def description_of(path: Path) -> str:
+    """Return the text in a PNG file that describes the picture; "" if there is none."""
+    try:
+        with _opened(path) as file:
+            return str(file.info.get(DESCRIPTION, ""))
+    except (OSError, ValueError):
+        return ""
+
+
 def _opened(path: Path) -> Image.Image:
     """Open a picture without decoding it, whatever size it declares."""
     try:
@@ -58,6 +68,10 @@ def _opened(path: Path) -> Image.Image:
         raise ValueError(str(failure)) from failure
 
 
-def image_tag(uri: str, text: str) -> str:
-    """Return an HTML image element with a text for readers who cannot see the picture."""
-    return f'<img src="{uri}" alt="{html.escape(text, quote=True)}" loading="lazy">'
+def image_tag(uri: str, text: str, attributes: str = "") -> str:
+    """Return an HTML image element with a text for readers who cannot see the picture.
+
+    ``attributes`` are further attributes in HTML.
+    """
+    more = f" {attributes}" if attributes else ""
+    return f'<img src="{uri}" alt="{html.escape(text, quote=True)}" loading="lazy"{more}>'

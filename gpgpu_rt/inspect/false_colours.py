@@ -1,6 +1,7 @@
 """False colours: numbers, states and names as pixels, with legends. Needs only Pillow."""
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -98,7 +99,7 @@ def sheet(panels: Sequence[tuple[str, Image.Image]], head: Sequence[str],
 
 def colour_bar(highest: float, unit: str, width: int, lowest: float = 0.0,
                beyond: bool = False) -> Image.Image:
-    """Return the colour ramp with numbers below it, from ``lowest`` to ``highest``.
+    """Return the colour ramp from ``lowest`` to ``highest``, with round numbers below it.
 
     With ``beyond``, the label says that the last colour includes larger numbers.
     """
@@ -106,16 +107,41 @@ def colour_bar(highest: float, unit: str, width: int, lowest: float = 0.0,
     bar = np.broadcast_to(ramp(np.linspace(0, 1, width)), (LINE, width, 3))
     image.paste(Image.fromarray(np.ascontiguousarray(bar)), (0, 0))
     pen = ImageDraw.Draw(image)
-    ticks = 5 if width >= 300 else 3
-    for k in range(ticks):
-        text = f"{lowest + (highest - lowest) * k / (ticks - 1):.4g}"
-        text += " and more" if beyond and k == ticks - 1 else ""
-        at = k * (width - 1) // (ticks - 1)
+    for tick in round_ticks(lowest, highest, 6 if width >= 300 else 3):
+        text = tick_text(tick)
+        at = round((tick - lowest) / (highest - lowest) * (width - 1))
         pen.line([(at, LINE), (at, LINE + 3)], fill=INK)
         left = min(max(at - text_width(text) // 2, 0), width - text_width(text))
         write(pen, (left, LINE + 3), text)
-    write(pen, (0, 2 * LINE), unit)
+    write(pen, (0, 2 * LINE), unit + (f" (last colour: {tick_text(highest)} and more)"
+                                      if beyond else ""))
     return image
+
+
+def round_ticks(lowest: float, highest: float, most: int) -> list[float]:
+    """Return at most ``most`` round numbers at equal distances between two numbers."""
+    if not lowest < highest:
+        return []
+    step = 10.0 ** math.floor(math.log10((highest - lowest) / most))
+    for factor in (1, 2, 2.5, 5, 10, 20):
+        first = math.ceil(lowest / (factor * step) - 1e-9)
+        last = math.floor(highest / (factor * step) + 1e-9)
+        if last - first < most:
+            break
+    return [k * factor * step for k in range(first, last + 1)]
+
+
+def tick_text(value: float) -> str:
+    """Return a number of a scale as text."""
+    return f"{value:,.0f}" if abs(value) >= 1000 else f"{value:.4g}"
+
+
+def round_up(value: float) -> float:
+    """Return the smallest number with a round end for a scale, at least ``value``, which is
+    positive."""
+    unit = 10.0 ** math.floor(math.log10(value))
+    return next(factor * unit for factor in (1, 1.5, 2, 2.5, 3, 4, 5, 6, 8, 10)
+                if factor * unit >= value * (1 - 1e-9))
 
 
 def swatches(entries: Sequence[tuple[str, tuple[int, int, int]]], width: int) -> Image.Image:

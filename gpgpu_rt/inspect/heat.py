@@ -72,8 +72,9 @@ def heat(tracer: Tracer, what: str, size: tuple[int, int], camera: Camera | None
 
 
 def scale_of(maps: Sequence[Heat]) -> float:
-    """Return the end of a common scale: the largest 99 % quantile of the maps, and at least 1."""
-    return max(1.0, *(one.summary()["quantile_99"] for one in maps))
+    """Return the end of a common scale: the largest 99 % quantile of the maps rounded up, and at
+    least 1."""
+    return colours.round_up(max(1.0, *(one.summary()["quantile_99"] for one in maps)))
 
 
 def scale_bar(maps: Sequence[Heat], what: str, top: float, width: int) -> Image.Image:
@@ -90,7 +91,7 @@ def draw_heat(maps: Sequence[Heat], what: str, scene: str,
 
     Parameters
     ----------
-    highest : end of the scale; by default the largest 99 % quantile of the maps
+    highest : end of the scale; by default the largest 99 % quantile of the maps, rounded up
     """
     top = highest or scale_of(maps)
     panels = []

@@ -19,6 +19,7 @@ from ..rays.batch import RayBatch
 from ..scene.camera import Camera
 from ..tracer import Tracer
 from . import false_colours as colours
+from .film_frames import even_loss
 from .time_travel import Pass, decode, phase_names, travel
 
 # Fields with a ray's position in the structure.
@@ -80,7 +81,7 @@ def _write(tracer: Tracer, folder: Path, size: tuple[int, int], every: int | Non
     first = tracer.trace(origins, directions)    # compiles the programs, and counts passes
     expected = tracer.statistics.passes
     step = every or -(-expected // most)
-    painter = _Painter(tracer, RayBatch(origins, directions, bounds=tracer.scene.bounds), first)
+    painter = PassPainter(tracer, RayBatch(origins, directions, bounds=tracer.scene.bounds), first)
     passes: list[dict[str, Any]] = []
     held: list[Pass] = []
 
@@ -110,7 +111,9 @@ def _write(tracer: Tracer, folder: Path, size: tuple[int, int], every: int | Non
              "options": {k: v for k, v in tracer.options.items() if k != "context"},
              "phases": {str(k): v for k, v in phase_names(tracer).items()},
              "rays_hit": int(hits.hit.sum()), "rays": len(hits), "passes": passes}
-    _write_gif(folder, [one["picture"] for one in passes if "picture" in one])
+    drawn = [one for one in passes if "picture" in one]
+    _write_gif(folder, [drawn[k]["picture"]
+                        for k in even_loss([one["live"] for one in drawn], MOST_FRAMES)])
     return found
 
 
@@ -146,12 +149,11 @@ def _room(folder: Path) -> Iterator[None]:
 
 
 def _write_gif(folder: Path, pictures: list[str]) -> None:
-    chosen = np.unique(np.linspace(0, len(pictures) - 1, min(len(pictures), MOST_FRAMES)).round())
-    # Choose the palette from the first half of the passes: in late passes few rays are live.
+    # Choose the palette from the first half of the frames: in late frames few rays are live.
     palette = colours.palette([np.asarray(_rgb(folder / pictures[len(pictures) * k // 8]))
                                for k in (0, 1, 2, 4)])
-    frames = [_rgb(folder / pictures[k]).quantize(palette=palette, dither=Image.Dither.NONE)
-              for k in chosen.astype(int)]
+    frames = [_rgb(folder / picture).quantize(palette=palette, dither=Image.Dither.NONE)
+              for picture in pictures]
     frames[0].save(folder / "passes.gif", save_all=True, append_images=frames[1:], loop=0,
                    optimize=False, duration=[FRAME_MS] * (len(frames) - 1) + [LAST_MS])
 
@@ -176,8 +178,18 @@ def distance_pixels(hits: Hits, lo: float, hi: float) -> np.ndarray:
     return shown
 
 
-class _Painter:
-    """Draws three panels per pass: phase, position and t. Each pixel is a ray."""
+class PassPainter:
+    """Draws three panels per pass: phase, position and t. Each pixel is a ray.
+
+    Attributes
+    ----------
+    names : the meaning of each phase
+    lo, hi : the smallest and the largest t of the final hits, the ends of the scale of t
+
+    Parameters
+    ----------
+    batch, hits : the rays of a picture, and their final hits
+    """
 
     def __init__(self, tracer: Tracer, batch: RayBatch, hits: Hits) -> None:
         self.tracer, self.batch, self.size = tracer, batch, batch.size
@@ -185,28 +197,36 @@ class _Painter:
         self.lo, self.hi = (float(t.min()), float(t.max())) if len(t) else (0.0, 1.0)
         self.names = phase_names(tracer)
 
-    def picture(self, one: Pass) -> Image.Image:
-        tracer = self.tracer
+    def panels(self, one: Pass) -> list[tuple[str, np.ndarray]]:
+        """Return the title and the pixels, (height, width, 3) uint8, of each panel."""
         place = next((name for name in PLACES if name in one.state), "phase")
-        over = one.state["phase"] <= 0
         wheres = colours.scrambled(one.state[place])
-        wheres[over] = colours.OVER
+        wheres[one.state["phase"] <= 0] = colours.OVER
         distance = distance_pixels(decode(self.batch, one), self.lo, self.hi)
         phases = phase_pixels(one.state["phase"], self.names)
-        panels = [(title, colours.enlarged(p.reshape(self.size[1], self.size[0], 3)))
-                  for title, p in (("phase of each ray", phases),
-                                   (f"{place}: a colour per number", wheres),
-                                   ("t of the nearest hit so far", distance))]
+        return [(title, pixels.reshape(self.size[1], self.size[0], 3))
+                for title, pixels in (("phase of each ray", phases),
+                                      (f"{place}: a colour per number", wheres),
+                                      ("t of the nearest hit so far", distance))]
+
+    def legend(self) -> list[tuple[str, tuple[int, int, int]]]:
+        """Return the name and the colour of each phase, and of rays without a hit."""
+        return [*((name, colours.category(phase)) for phase, name in self.names.items()),
+                ("no hit yet", colours.NOTHING)]
+
+    def picture(self, one: Pass) -> Image.Image:
+        """Return the panels with a head and a legend."""
+        tracer = self.tracer
+        panels = [(title, colours.enlarged(pixels)) for title, pixels in self.panels(one)]
         width = panels[0][1].width
         served = ", ".join(f"{count:,} {name}" for name, count in one.served.items()) or "none"
         era, form = tracer.options["era"], tracer.options["schedule"]
         form = f"era {era}" if era else form
         head = [f"{tracer.scene.title}, {tracer.method.name}, {form}: pass "
                 f"{one.number}, kernel {'of each ray' if one.kernel == 'all' else one.kernel}",
-                f"rays by the kernel that ran: {served}; live rays: {one.live:,} of {len(over):,}"]
+                f"rays by the kernel that ran: {served}; live rays: {one.live:,} of "
+                f"{self.batch.count:,}"]
         legend = colours.stacked([
-            colours.swatches([*((name, colours.category(phase))
-                                for phase, name in self.names.items()),
-                              ("no hit yet", colours.NOTHING)], max(3 * width, 300)),
+            colours.swatches(self.legend(), max(3 * width, 300)),
             colours.colour_bar(self.hi, "t of a hit", max(width, 200), self.lo)])
         return colours.sheet(panels, head, legend)

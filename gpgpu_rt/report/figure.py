@@ -5,14 +5,18 @@ import html
 import re
 from collections.abc import Collection
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 from urllib.parse import unquote
 
 from ..errors import Error, how_to_install
-from ..inspect.data_uris import image_tag, png_uri
+from ..inspect.data_uris import description_of, image_tag, png_uri
+from .verdict_badges import Judged, judged, verdict_line
 
 SHORT = 3000     # a figure's text of at most this many characters is shown expanded
+# Attributes of a box that scrolls sideways, also by the keyboard.
+_WIDE = 'class="wide" tabindex="0"'
 
 
 @dataclass(frozen=True)
@@ -28,7 +32,7 @@ class Figure:
     name: str
     folder: Path
 
-    @property
+    @cached_property
     def text(self) -> str:
         """The text of the figure in Markdown."""
         try:
@@ -36,25 +40,37 @@ class Figure:
         except (OSError, UnicodeDecodeError) as failure:
             raise Error(f"cannot read {self.folder / self.name}.md: {failure}") from failure
 
+    @cached_property
+    def title(self) -> str:
+        """The title, or the name if the text has no title."""
+        first = self.text.lstrip().partition("\n")[0]
+        return first[2:].strip() if first.startswith("# ") else self.name
+
+    @cached_property
+    def judged(self) -> Judged | None:
+        """The verdict, or None for a figure without a verdict."""
+        return judged(self.name, self.title, self.folder)
+
     def section(self, width: int, known: Collection[str]) -> str:
-        """Return HTML with the title, the chart, and the text with its tables.
+        """Return HTML with the title, the verdict, the chart, and the text with its tables.
 
         Parameters
         ----------
         width : largest width of pictures in pixels
         known : the figures of the page; links to these figures remain links
         """
-        lines = self.text.strip().splitlines()
-        title = self.name
-        if lines and lines[0].startswith("# "):
-            title, lines = lines[0][2:], lines[1:]
-        body = "\n".join(lines)
+        body = self.text.strip()
+        if body.startswith("# "):
+            body = body.partition("\n")[2]
         text = to_html(body, self.folder, width, known)
         chart = self.folder / f"{self.name}.png"
-        drawn = "" if f"({chart.name})" in body else _picture(chart, title, width)
+        drawn = "" if f"({chart.name})" in body else _picture(
+            chart, f"The chart of the figure {self.name}, whose numbers are in the tables below",
+            width)
         opened = " open" if len(body) <= SHORT else ""
+        said = verdict_line(self.judged) if self.judged else ""
         return (f'<section class="figure" id="{html.escape(self.name)}">'
-                f"<h3>{html.escape(title)}</h3>{drawn}"
+                f"<h3>{html.escape(self.title)}</h3>{said}{drawn}"
                 f"<details{opened}><summary>Tables and remarks</summary>{text}</details>"
                 "</section>")
 
@@ -79,8 +95,7 @@ def to_html(text: str, folder: Path, width: int, known: Collection[str] = ()) ->
     made = reader.renderer.render(tokens, reader.options, {})
     made = re.sub(r'<img src="([^"]*)" alt="([^"]*)"[^>]*>', lambda match: _embedded(
         folder, html.unescape(match[1]), html.unescape(match[2]), width), made)
-    return made.replace("<table>", '<div class="wide"><table>').replace("</table>",
-                                                                        "</table></div>")
+    return made.replace("<table>", f"<div {_WIDE}><table>").replace("</table>", "</table></div>")
 
 
 def _within(token: Any, folder: Path, known: Collection[str]) -> None:
@@ -115,7 +130,12 @@ def _lacking(name: str) -> str:
 
 
 def _picture(path: Path, text: str, width: int) -> str:
+    """Return HTML with a picture in a box that scrolls sideways on a narrow screen.
+
+    ``text`` describes the picture, if the file itself has no text that describes it.
+    """
     try:
-        return image_tag(png_uri(path, width), text)
+        tag = image_tag(png_uri(path, width), description_of(path) or text)
+        return f"<span {_WIDE}>{tag}</span>"
     except (OSError, ValueError):
         return _lacking(path.name)

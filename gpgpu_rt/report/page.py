@@ -1,7 +1,10 @@
 """The page: chapters, figures and films in one file that needs no network."""
 from __future__ import annotations
 
+import base64
+import hashlib
 import html
+import importlib.resources
 import os
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -17,35 +20,31 @@ from ..web.twins import TWINS, Twin
 from .chapters import CHAPTERS, Chapter
 from .figure import Figure, to_html
 from .films import film, heat_maps, or_why_not
+from .verdict_badges import BADGE_STYLE, overview
 
 LIMIT = 15_000_000      # largest size of the page in bytes
 # Largest widths of a picture in pixels. The page uses the first width with which its size stays
 # within LIMIT.
 WIDTHS = (1400, 1000, 700, 450)
 
+PARTS = importlib.resources.files(__package__)
+STYLE, SCRIPT = (PARTS.joinpath(name).read_text(encoding="utf-8")
+                 for name in ("page.css", "page.js"))
 # The content security policy forbids all requests, so even a faulty page cannot contact a server.
-_HEAD = """<!DOCTYPE html>
+# It allows no script but the page's own, which it names by its digest.
+_DIGEST = base64.b64encode(hashlib.sha256(SCRIPT.encode()).digest()).decode()
+_HEAD = f"""<!DOCTYPE html>
 <html lang="en"><head><meta charset="utf-8">
 <meta http-equiv="Content-Security-Policy" content="default-src 'none'; img-src data:; \
-style-src 'unsafe-inline'">
+style-src 'unsafe-inline'; script-src 'sha256-{_DIGEST}'">
 <meta name="viewport" content="width=device-width, initial-scale=1">
 <link rel="icon" href="data:,">
 <title>Ray tracing by fragment programs</title>
 <style>
-body { margin: 0 auto; padding: 1rem; max-width: 62rem; font: 1rem/1.55 system-ui, sans-serif;
-       color: #1c1c1c; background: #fff; overflow-wrap: break-word; }
-h1 { line-height: 1.2; } h2 { margin-top: 3rem; border-top: 1px solid #ccc; padding-top: 1rem; }
-img { max-width: 100%; height: auto; } figure { margin: 1.5rem 0; }
-figcaption, summary, .missing { color: #555; font-size: .9rem; }
-.missing { border-left: 3px solid #c98a1b; padding-left: .6rem; }
-.wide { overflow-x: auto; } summary { cursor: pointer; padding: .4rem 0; }
-table { border-collapse: collapse; font-size: .82rem; font-variant-numeric: tabular-nums;
-        width: max-content; }
-th, td { border: 1px solid #ddd; padding: .2rem .5rem; text-align: left; vertical-align: top; }
-th, td { max-width: 20rem; }
-.figure { margin: 2rem 0; } nav ol { columns: 18rem; } code { background: #f2f2f2; }
+{STYLE}{BADGE_STYLE}
 </style></head><body>
 """
+_FOOT = f"</main><script>{SCRIPT}</script></body></html>\n"
 
 
 @dataclass
@@ -111,18 +110,19 @@ def write_report(output: str | os.PathLike[str], figures: str | os.PathLike[str]
         return made[key]
 
     def put_together(width: int) -> str:
-        parts = [_HEAD, _opening(chapters, there, named)]
+        parts = [_HEAD, _contents(chapters), _opening(there, named), overview(
+            one for name in there if (one := Figure(name, folder).judged) is not None)]
         for k, chapter in enumerate(chapters):
             parts.append(f'<h2 id="chapter{k}">{html.escape(chapter.title)}</h2>'
                          + to_html(chapter.text, folder, width))
             if films:
                 parts += [once(film, method, size) for method in chapter.passes]
-                parts += [once(heat_maps, chapter.heat, size, width)] if chapter.heat else []
+                parts += [once(heat_maps, chapter.heat, size)] if chapter.heat else []
             for name in chapter.figures:
                 parts.append(Figure(name, folder).section(width, there) if name in there
                              else _missing(name))
                 parts += [_link(twin, Path(web), path) for twin in TWINS if twin.figure == name]
-        return "\n".join([*parts, "</body></html>\n"])
+        return "\n".join([*parts, _FOOT])
 
     for width in WIDTHS:
         content = put_together(width).encode()
@@ -138,16 +138,22 @@ def write_report(output: str | os.PathLike[str], figures: str | os.PathLike[str]
                   [name for chapter in CHAPTERS for name in chapter.figures if name not in there])
 
 
-def _opening(chapters: tuple[Chapter, ...], there: list[str], named: set[str]) -> str:
+def _contents(chapters: tuple[Chapter, ...]) -> str:
+    """Return the list of chapters, which stays in view."""
     items = "".join(f'<li><a href="#chapter{k}">{html.escape(one.title)}</a></li>'
                     for k, one in enumerate(chapters))
+    return ('<nav id="contents" aria-label="Contents"><details open><summary>Contents</summary>'
+            f'<ol><li><a href="#verdicts">What came out</a></li>{items}</ol></details></nav>')
+
+
+def _opening(there: list[str], named: set[str]) -> str:
     lacking = len(named - set(there))
     note = "" if not lacking else (f'<p class="missing">{lacking} of {len(named)} figures are '
                                    "missing: <code>make figures</code> measures them.</p>")
-    return ("<h1>Ray tracing by fragment programs, 2002 to 2007</h1><p>A companion to Toshiya "
-            "Hachisuka’s survey <em>Ray Tracing on Graphics Hardware</em>: its methods run again, "
-            "and are measured and compared with the numbers in their papers.</p>"
-            f"{note}<nav><ol>{items}</ol></nav>")
+    return ("<main><h1>Ray tracing by fragment programs, 2002 to 2007</h1><p>A companion to "
+            "Toshiya Hachisuka’s survey <em>Ray Tracing on Graphics Hardware</em>: its methods "
+            "run again, and are measured and compared with the numbers in their papers.</p>"
+            + note)
 
 
 def _link(twin: Twin, web: Path, output: Path) -> str:

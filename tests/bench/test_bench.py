@@ -189,7 +189,7 @@ def test_the_chart_says_what_the_table_does(apart: list[Entry], tmp_path) -> Non
     assert any(text.startswith("no verdict: embreex did not run") for text in texts)
     assert ("million rays per second; in brackets, divided by the rate of embreex on one thread"
             in texts)
-    assert "million rays per second" in texts and any("1e-05 (1)" in text for text in texts)
+    assert "million rays per second" in texts and any("0.00001 (1)" in text for text in texts)
 
 
 def test_bench_command(capsys, tmp_path) -> None:

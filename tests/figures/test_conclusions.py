@@ -153,7 +153,7 @@ def test_figure_26_and_table_1_hold_what_the_data_say(tmp_path: Path) -> None:
     assert (said.scenes, "as in Figure 26: too little to judge" in said.why) == (("tenk",), True)
     # Our method for Günther et al. refits, and our Ray Engine has a grid on the host.
     assert "Günther et al. 2007, dynamic geometry: Y, not N" in said.why
-    assert "Carr et al. 2002, acceleration structure: Grid (kd_node), not N/A" in said.why
+    assert "Carr et al. 2002, acceleration structure: Uniform Grid, not N/A" in said.why
     assert surveyed.rays_of_columns(False) in page
 
 

@@ -2,6 +2,8 @@
 from __future__ import annotations
 
 import base64
+import hashlib
+import html
 import io
 import json
 import re
@@ -11,12 +13,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 from browser import looked_at
-from PIL import Image
+from PIL import Image, PngImagePlugin
 
 import gpgpu_rt as rt
 from gpgpu_rt import cli
 from gpgpu_rt.inspect import data_uris
-from gpgpu_rt.report import CHAPTERS, page, write_report
+from gpgpu_rt.inspect.time_travel import travel
+from gpgpu_rt.report import CHAPTERS, page, verdict_words, write_report
+from gpgpu_rt.report.films import FRAMES
+from gpgpu_rt.report.verdict_words import OUTCOMES
 
 markdown = pytest.importorskip("markdown_it", reason="no markdown-it-py (extra: report)")
 
@@ -65,19 +70,39 @@ class Reader(HTMLParser):
         self.references: list[str] = []
         self.ids: list[str] = []
         self.tags: list[str] = []
+        self.alternatives: list[str] = []
+        self.titles: list[str] = []     # of headings and captions
         self.words = ""
+        self.within: list[str] = []     # the open elements
+        self.boxed = False      # whether the latest element scrolls sideways
         self.feed(text)
 
     def handle_starttag(self, tag, attributes):
         self.tags.append(tag)
+        named = dict(attributes)
+        if tag == "img":
+            self.alternatives.append(named.get("alt", ""))
+        elif tag not in ("meta", "link", "input"):
+            self.within.append(tag)
+        if tag == "table":
+            assert self.boxed, "the table has no box that scrolls sideways"
+        if tag in ("h1", "h2", "h3", "h4", "figcaption"):
+            self.titles.append("")
+        self.boxed = named.get("class") == "wide" and "tabindex" in named
         for name, value in attributes:
             if name in ("src", "href", "srcset", "data", "action"):
                 self.references.append(value)
             if name == "id":
                 self.ids.append(value)
 
+    def handle_endtag(self, tag):
+        while self.within and self.within.pop() != tag:
+            pass
+
     def handle_data(self, data):
         self.words += data
+        if {"h1", "h2", "h3", "h4", "figcaption"}.intersection(self.within):
+            self.titles[-1] += data
 
 
 def test_everything_is_carried_along(figures: Path, tmp_path: Path) -> None:
@@ -89,7 +114,9 @@ def test_everything_is_carried_along(figures: Path, tmp_path: Path) -> None:
     outside = [r for r in read.references if not r.startswith(("data:", "#"))]
     assert outside == []
     assert all(r[1:] in read.ids for r in read.references if r.startswith("#"))
-    assert "script" not in read.tags and "alert(1)" in read.words  # shown as text
+    # The page has a single script, its own. A script in a figure's text is shown as text.
+    assert read.tags.count("script") == 1 and text.count("<script>") == 1
+    assert "&lt;script&gt;alert(1)" in text
     assert "Figure 12: <eye> rays & time" in read.words and "701" in read.words
     assert "A figure of my own" in read.words and "--only fig20" in read.words
     assert "The picture gone.png is missing" in read.words
@@ -136,17 +163,133 @@ def test_pictures_keep_their_pixels_or_shrink(width: int) -> None:
     assert made.width == min(300, width) and made.height == made.width // 2
 
 
+VERDICT = {"why": "Because.", "scenes": ["bunny", "robots"], "pairs": 10, "agreed": 3, "claims": 0,
+           "held": 0, "structure": 0, "stand_ins": None, "renderer": None}
+WORDS = {"fig12": "contradicted", "fig13": "reproduced", "fig14": "refuted by a counterexample",
+         "fig16": "mostly reproduced", "fig20": "too little to judge", "fig22": "redrawn"}
+
+
+@pytest.fixture
+def judged(figures: Path) -> Path:
+    """Returns a folder with six judged figures, an unjudged figure, and a damaged JSON file."""
+    for name, word in WORDS.items():
+        (figures / f"{name}.md").write_text(f"# Title of {name}\n\n**{word}**: because.\n")
+        (figures / f"{name}.json").write_text(json.dumps({"verdict": {**VERDICT, "word": word}}))
+    (figures / "mine.json").write_text(json.dumps({"verdict": None}))
+    (figures / "schedules.json").write_text('{"verdict": {"word": 7}}')
+    return figures
+
+
+def test_the_page_says_first_what_came_out(judged: Path, tmp_path: Path) -> None:
+    write_report(tmp_path / "report.html", judged, films=False)
+    text = (tmp_path / "report.html").read_text()
+    section = text[text.index('id="verdicts"'):].partition("</section>")[0]
+    assert text.index('id="verdicts"') < text.index('class="figure"')
+    for count in ("1 confirmed<", "1 confirmed in part<", "2 contradicted<", "2 not judged<"):
+        assert count in section
+    # Each group lists its figures as links.
+    groups = {re.sub("<[^>]*>", "", head).rpartition(" ")[0].rpartition(" ")[0]:
+              set(re.findall(r'href="#(\w+)"', body))
+              for head, _, body in (part.partition("</h3>")
+                                    for part in section.split("<h3>")[1:])}
+    assert groups == {"confirmed": {"fig13"}, "confirmed in part": {"fig16"},
+                      "contradicted": {"fig12", "fig14"}, "not judged": {"fig20", "fig22"}}
+    assert "3 of 10 pairs of methods in order, on 2 scenes" in section
+    for name, word in WORDS.items():    # and each figure has its badge
+        figure = text[text.index(f'id="{name}"'):].partition("</section>")[0]
+        assert re.search(rf'class="badge"[^>]*>{word}<', figure)
+        assert figure.count(f"Title of {name}") == 1
+
+
+def test_outcomes_differ_for_colour_blind_readers() -> None:
+    """Each word has one outcome. The badges of two outcomes differ in lightness, and a badge's
+    text contrasts with the badge."""
+    assert sorted(word for one in OUTCOMES for word in one.words) == sorted(verdict_words.WORDS)
+
+    def luminance(colour: str) -> float:
+        parts = np.array([int(colour[k:k + 2], 16) / 255 for k in (1, 3, 5)])
+        return float(np.where(parts <= 0.04045, parts / 12.92, ((parts + 0.055) / 1.055) ** 2.4)
+                     @ [0.2126, 0.7152, 0.0722])
+
+    def contrast(one: str, other: str) -> float:
+        low, high = sorted((luminance(one), luminance(other)))
+        return (high + 0.05) / (low + 0.05)
+    assert all(contrast(one.paper, one.ink) > 4.5 for one in OUTCOMES)
+    yes, no = OUTCOMES[0], OUTCOMES[2]
+    assert contrast(yes.paper, no.paper) > 3
+
+
+def film_of(text: str) -> tuple[list[str], Image.Image, str]:
+    """Returns the texts of the frames, the picture, and the HTML of a page's first film."""
+    film = text[text.index('<figure class="film"'):].partition("</figure>")[0]
+    texts = json.loads(html.unescape(re.search(r'data-frames="([^"]*)"', film)[1]))
+    png = re.search(r"data:image/png;base64,([^\"]+)", film)[1]
+    return texts, Image.open(io.BytesIO(base64.b64decode(png))), film
+
+
 def test_films_and_maps(tmp_path: Path, figures: Path, monkeypatch) -> None:
     short = (page.Chapter("One", "Text.", (), ("kd-restart", "ray-tiles"), ("grid", "bih")),)
     monkeypatch.setattr(page, "CHAPTERS", short)
-    write_report(tmp_path / "report.html", figures, "cornell", (12, 12))
+    write_report(tmp_path / "report.html", figures, "cornell", (40, 30))
     text = (tmp_path / "report.html").read_text()
-    gif = re.search(r"data:image/gif;base64,([^\"]+)", text)[1]
-    with Image.open(io.BytesIO(base64.b64decode(gif))) as film:
-        assert film.n_frames > 5
+    texts, picture, film = film_of(text)
+    assert len(texts) > 10 and picture.height == len(texts) * 31 and picture.width >= 120
+    live = [int(re.search(r": ([\d,]+) of 1,200 rays live", one)[1].replace(",", ""))
+            for one in texts]
+    # The last pass is the last frame, and no two frames are alike although few rays are live.
+    first, last = (re.match(r"pass ([\d,]+) of ([\d,]+):", texts[k]).groups() for k in (0, -1))
+    assert first[0] == "0" and last[0] == last[1] and live[-1] == 0
+    lost = -np.diff(live)
+    assert (lost > 0).all()
+    # A frame follows as soon as a sixtieth of the rays has ended since the last frame.
+    passes = [int(re.match(r"pass ([\d,]+)", one)[1].replace(",", "")) for one in texts]
+    scene, every = rt.load_scene("cornell"), []
+    with rt.Tracer(scene, "kd-restart", schedule="step") as tracer:
+        travel(tracer, *scene.camera.rays((40, 30)), lambda one: every.append(one.live))
+    assert [every[at] for at in passes] == live
+    assert all(live[k] - every[at - 1] < live[0] / (FRAMES - 1)
+               for k, at in enumerate(passes[1:]))
+    # Fewer frames than passes show the last few rays.
+    of_frames, of_passes = (np.mean(np.array(some) < live[0] / 20) for some in (live, every))
+    assert of_frames < 0.6 * of_passes, (of_frames, of_passes)
+    # Frames do not overlap: the seam below each frame is white.
+    assert all(pixel == (255, 255, 255) for k in range(1, len(texts) + 1)
+               for pixel in (picture.convert("RGB").getpixel((9, 31 * k - 1)),))
+    assert 'type="button">Play<' in film and 'type="range"' in film
     assert "on one scale" in text
     # the method has no passes; the page shows all other parts
     assert "Not shown: method ray-tiles" in text
+
+
+def test_pictures_are_described(tmp_path: Path, judged: Path, monkeypatch) -> None:
+    """Each picture has a text of its own that describes it, and repeats no title."""
+    described = PngImagePlugin.PngInfo()
+    described.add_text("Description", "Dots show the times of three methods on two scenes.")
+    picture(64, 1).save(judged / "fig13.png", pnginfo=described)
+    (judged / "fig12.md").write_text(TABLE.replace("![gone](gone.png)", ""))
+    chapters = (page.Chapter("One", "Text.", ("fig12", "fig13"), ("grid",), ("grid", "bih")),)
+    monkeypatch.setattr(page, "CHAPTERS", chapters)
+    write_report(tmp_path / "report.html", judged, "cornell", (16, 16))
+    read = Reader((tmp_path / "report.html").read_text())
+    texts = read.alternatives
+    assert "Dots show the times of three methods on two scenes." in texts
+    ours = [text for text in texts if text != "the stadium"]    # the figure's own words
+    assert len(ours) >= 6 and all(len(text.split()) > 6 for text in ours)
+    named = {title.strip().lower() for title in read.titles}
+    assert len(named) == len(read.titles)       # no title is repeated
+    assert not named.intersection(text.lower() for text in texts)
+    film, = (text for text in ours if text.startswith("Film"))
+    assert "cornell" in film and "grid" in film and "16 x 16" in film
+
+
+def test_the_script_is_the_page_s_own(figures: Path, tmp_path: Path) -> None:
+    """The content security policy allows the page's script by its digest, and no other script."""
+    write_report(tmp_path / "report.html", figures, films=False)
+    text = (tmp_path / "report.html").read_text()
+    script, = re.findall(r"<script>(.*?)</script>", text, re.S)
+    digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
+    assert f"script-src 'sha256-{digest}'\"" in text
+    assert "prefers-reduced-motion" in script
 
 
 @pytest.mark.parametrize("arguments, message", [
@@ -167,12 +310,19 @@ def test_mistakes_are_one_line(tmp_path: Path, capsys, arguments: list[str], mes
 @pytest.mark.once
 @pytest.mark.parametrize("width", [390, 1200])
 def test_in_a_browser(figures: Path, tmp_path: Path, width: int) -> None:
+    picture(1600, 4).save(figures / "fig12.png")
+    (figures / "schedules.md").write_text(
+        "# Schedules\n\n" + "\n".join("| " + " | ".join(some * 30) + " |" for some in (
+            ["column"], ["---"], ["number"])) + "\n")
     write_report(tmp_path / "report.html", figures, "cornell", (16, 16))
     found = looked_at(tmp_path / "report.html", width, tmp_path)
     assert found["images"] > 8
     assert found["broken"] == [] and found["requests"] == []
     assert found["refused"] == [] and found["errors"] == []
     assert found["wide"] <= 0  # nothing is cut off at the side
+    # The contents stay in view: beside the text on a wide screen, folded on a narrow one.
+    assert found["contents"] == {"top": 0, "open": width > 1000, "beside": width > 1000}
+    assert found["film"] == {"frame": 3, "button": "Play", "moves": True}
 
 
 @pytest.mark.full

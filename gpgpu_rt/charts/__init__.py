@@ -1,0 +1,17 @@
+"""Charts: the rules that every chart of the project follows. Needs matplotlib.
+
+* A bar begins at zero on a linear axis. On a logarithmic axis, dots show the numbers.
+* Ticks are plain, round numbers.
+* Colours differ for colour-blind readers, and markers or labels repeat what the colours say.
+* A chart has no title: the page that shows the chart has the title. The file of a chart holds a
+  text that describes the chart.
+"""
+from .axes import linear_axis, log_axis, plain
+from .canvas import FORMATS, plt, save
+from .dots import Series, dot_rows, legend_of
+from .labels import direct_labels
+from .palette import COLOURS, GREY, HERE, MARKERS, PREDICTED, PUBLISHED
+
+__all__ = ["COLOURS", "FORMATS", "GREY", "HERE", "MARKERS", "PREDICTED", "PUBLISHED", "Series",
+           "direct_labels", "dot_rows", "legend_of", "linear_axis", "log_axis", "plain", "plt",
+           "save"]

@@ -1,0 +1,13 @@
+"""Palette: colours and markers of series, after Okabe and Ito 2008.
+
+Readers with any kind of colour blindness can tell these colours apart. Each colour has a marker
+of its own, so that a print in grey remains readable.
+"""
+from __future__ import annotations
+
+COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
+MARKERS = ("o", "D", "s", "^", "v", "P", "X")
+GREY = "#8c8c8c"
+
+# The colour and the marker of the numbers that stand beside each other on most pages.
+HERE, PUBLISHED, PREDICTED = zip(COLOURS[:3], MARKERS[:3])

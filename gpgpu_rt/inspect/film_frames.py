@@ -1,0 +1,65 @@
+"""Film frames: which passes a film shows, so that each frame shows about the same progress."""
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+
+class EvenLoss:
+    """Chooses passes by their live rays, one pass after another.
+
+    Most rays of a trace end in few passes, and a few rays take most passes. Frames at equal
+    distances in passes would therefore mostly show the few last rays. Here a frame is due whenever
+    an equal share of the first pass's live rays has ended.
+
+    Parameters
+    ----------
+    frames : the largest number of chosen passes
+    """
+
+    def __init__(self, frames: int) -> None:
+        self.frames = max(2, frames)
+        self._first: int | None = None
+        self._due = 0       # the number of the next frame
+
+    def takes(self, live: int) -> bool:
+        """Return whether the next pass is a frame, given its number of live rays."""
+        if self._first is None:
+            self._first = live
+        # The last frame is due at 0 live rays. Live rays may not decrease, but `_due` does not
+        # go back.
+        lost = self._first - live
+        reached = (lost * (self.frames - 1)) // max(self._first, 1)
+        if self._due and reached < self._due:
+            return False
+        self._due = max(reached, 0) + 1
+        return True
+
+    def is_replaced(self, count: int, live: int, at_end: int) -> bool:
+        """Return whether the last pass of all replaces the last chosen pass, because there is no
+        space for both, or because no ray has ended between them.
+
+        Parameters
+        ----------
+        count : the number of chosen passes
+        live, at_end : the live rays of the last chosen pass, and of the last pass
+        """
+        return count >= self.frames or count > 1 and live == at_end
+
+
+def even_loss(live: Sequence[int], frames: int) -> list[int]:
+    """Return the indices of at most ``frames`` passes with an even loss of live rays between them.
+
+    The first and the last pass are among them.
+
+    Parameters
+    ----------
+    live : the live rays of each pass
+    """
+    chooser = EvenLoss(frames)
+    chosen = [at for at, count in enumerate(live) if chooser.takes(count)]
+    last = len(live) - 1
+    if chosen and chosen[-1] != last:
+        if chooser.is_replaced(len(chosen), live[chosen[-1]], live[last]):
+            chosen.pop()
+        chosen.append(last)
+    return chosen

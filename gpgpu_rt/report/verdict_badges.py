@@ -1,0 +1,95 @@
+"""Verdict badges: which results of the survey came out, in HTML."""
+from __future__ import annotations
+
+import html
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from ..disk.files import read_json
+from ..text_format import counted
+from .verdict_words import OUTCOMES, Outcome, outcome_of, score
+
+BADGE_STYLE = (".badge { display: inline-block; padding: .05rem .55rem; border-radius: .7rem; "
+               "font-size: .85rem; white-space: nowrap }")
+
+
+@dataclass(frozen=True)
+class Judged:
+    """A figure of the survey with its verdict.
+
+    Attributes
+    ----------
+    name, title : the figure's name and title
+    verdict : the fields of the verdict, as the figure's JSON file holds them
+    """
+
+    name: str
+    title: str
+    verdict: dict[str, Any]
+
+    @property
+    def outcome(self) -> Outcome:
+        return outcome_of(self.verdict["word"])
+
+    def says(self) -> str:
+        """Return a clause with the reason in numbers; "" for a figure without numbers."""
+        aside = self.verdict["stand_ins"]
+        return "; ".join(filter(None, (
+            score(self.verdict),
+            f'by stand-ins it would be "{aside["word"]}" ({score(aside)})' if aside else "")))
+
+
+def judged(name: str, title: str, folder: Path) -> Judged | None:
+    """Return a figure with its verdict from the file NAME.json; None if there is no verdict."""
+    try:
+        found = Judged(name, title, read_json(folder / f"{name}.json")["verdict"])
+        found.says()
+        return found
+    except (OSError, ValueError, KeyError, TypeError):
+        return None     # no page has this file, or another version wrote it
+
+
+def badge(word: str, text: str | None = None) -> str:
+    """Return a badge that says a verdict's word, or ``text``, in the colours of the outcome."""
+    outcome = outcome_of(word)
+    return (f'<span class="badge" style="background:{outcome.paper};color:{outcome.ink}">'
+            f"{html.escape(text or word)}</span>")
+
+
+def verdict_line(one: Judged) -> str:
+    """Return the badge of a figure, and its reason in numbers."""
+    says = one.says()
+    return (f'<p class="verdict">{badge(one.verdict["word"])}'
+            + (f" {html.escape(says)}" if says else "") + "</p>")
+
+
+def overview(figures: Iterable[Judged]) -> str:
+    """Return the section that says how many figures are confirmed, contradicted and so on, with
+    a link to each figure."""
+    every = list(figures)
+    parts, counts = [], []
+    for outcome in OUTCOMES:
+        some = [one for one in every if one.outcome is outcome]
+        counts.append(badge(outcome.words[0], f"{len(some)} {outcome.name}"))
+        if some:
+            parts.append(f"<h3>{badge(outcome.words[0], outcome.name)} "
+                         f"{counted(len(some), 'figure')}</h3><ul>"
+                         + "".join(map(_item, some)) + "</ul>")
+    if not every:
+        return ('<section id="verdicts"><h2>What came out</h2><p class="missing">No figure of '
+                "the survey is judged yet: <code>make figures</code> measures and judges them."
+                "</p></section>")
+    return ('<section id="verdicts"><h2>What came out</h2>'
+            f"<p>Of the survey’s figures and tables, {len(every)} are made again here. Fixed "
+            "rules compare the measured numbers with the published numbers: "
+            f"{' '.join(counts)}</p>{''.join(parts)}</section>")
+
+
+def _item(one: Judged) -> str:
+    says = one.says()
+    words = one.verdict["word"] if one.verdict["word"] != one.outcome.name else ""
+    aside = html.escape("; ".join(filter(None, (words, says))))
+    return (f'<li><a href="#{html.escape(one.name)}">{html.escape(one.title)}</a>'
+            + (f": {aside}" if aside else "") + "</li>")
