@@ -1,4 +1,5 @@
-"""The output and the error messages that how-to pages show are those that a reader gets.
+"""The output and the error messages that how-to pages show are those that a reader gets. The same
+holds for the replication guide.
 
 A ``text`` block behind a block that is run shows its output. A ``text`` block that begins with
 ``$ COMMAND`` shows the message of a command that fails. "..." stands for words that are left out,
@@ -15,9 +16,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from snippets import PAGES, Snippet, commands, snippets
+from snippets import PAGES, ROOT, Snippet, commands, mistakes, snippets
 
 HOW_TO = [page for page in PAGES if page.parent.name == "how-to"]
+REPLICATION = ROOT / "docs" / "replication.md"
 MOST_LINES = 100
 
 
@@ -64,11 +66,12 @@ def test_a_message_is_as_shown(exact_renderer, tmp_path: Path, command: str,
     assert missing(message, answer.stdout) is None, answer.stdout
 
 
-@pytest.mark.full
-@pytest.mark.parametrize("page", HOW_TO, ids=lambda page: page.stem)
+@pytest.mark.parametrize("page", [REPLICATION, *(
+    pytest.param(page, marks=pytest.mark.full) for page in HOW_TO)], ids=lambda page: page.stem)
 def test_output_is_as_shown(exact_renderer, page: Path, tmp_path: Path, monkeypatch) -> None:
     monkeypatch.chdir(tmp_path)
-    (tmp_path / "examples").symlink_to(page.parents[2] / "examples")
+    (tmp_path / "examples").symlink_to(ROOT / "examples")
+    assert mistakes(page) == []
     said, names = None, {"__name__": "page"}
     for block in snippets(page):
         if block.marker == "file":
@@ -77,7 +80,9 @@ def test_output_is_as_shown(exact_renderer, page: Path, tmp_path: Path, monkeypa
             assert missing(block.text, said) is None, f"{block.place}: printed was\n{said}"
         said = None
         if block.is_run and block.language == "sh":
-            said = shell("\n".join(commands(block)), tmp_path).stdout
+            answer = shell("\n".join(commands(block)), tmp_path)
+            assert answer.returncode == 0, f"{block.place}: {answer.stdout}"
+            said = answer.stdout
         elif block.is_run:
             with contextlib.redirect_stdout(io.StringIO()) as printed:
                 exec(compile(block.text, block.place, "exec"), names)
