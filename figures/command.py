@@ -19,7 +19,7 @@ NEEDED = ("distributed", "flip_evaluator", "matplotlib", "tqdm")     # the extra
 try:
     for name in NEEDED:
         import_module(name)
-    from .framework import pages, provenance, summary
+    from .framework import crate, pages, provenance, summary
     from .framework.catalogue import FIGURES, figure_of
     from .framework.index_page import IndexEntry, write_index
     from .framework.measure import measure
@@ -55,8 +55,12 @@ def _main(arguments: list[str] | None) -> int:
     parser.add_argument("--out", type=Path, default=Path("figures/out"), metavar="FOLDER",
                         help="folder of the drawn pages; default %(default)s, in the current "
                         "folder")
+    parser.add_argument("--check", action="store_true", help="measure and draw nothing; compare "
+                        "the files of --out with their digests in ro-crate-metadata.json")
     chosen = parser.parse_args(arguments)
     try:
+        if chosen.check:
+            return _check(chosen.out)
         for folder in (chosen.data, chosen.out):
             _make(folder)
         figures = [figure_of(name) for name in chosen.only]
@@ -66,6 +70,7 @@ def _main(arguments: list[str] | None) -> int:
                     chosen.data, chosen.again, workers)
         pages.draw(chosen.only, chosen.data, chosen.out, chosen.full)
         _index(chosen.out)
+        crate.write(chosen.out)
     except KeyboardInterrupt:
         if any(chosen.data.glob("*.json")):
             print("figures: finished measurements are kept; run the command again to continue",
@@ -76,6 +81,16 @@ def _main(arguments: list[str] | None) -> int:
         return 1
     print(f"wrote {chosen.out / 'index.md'}")
     return 0
+
+
+def _check(out: Path) -> int:
+    """Print every file that differs from the crate's description; the status is 1 if any does."""
+    wrong = crate.faults(out)
+    for line in wrong:
+        print(line)
+    print(f"{out}: {counted(crate.count(out), 'file')} listed in {crate.NAME}, "
+          + (counted(len(wrong), "fault") if wrong else "all as listed"))
+    return 1 if wrong else 0
 
 
 class _FigureParser(Parser):

@@ -2,8 +2,8 @@
 
 Boxes around parts of a scene go back to Rubin and Whitted (1980). A ray visits the runs in the
 order of its direction along the axis. This order allows an early exit: a ray with a hit stops as
-soon as no remaining run can begin before the hit. ../../CONTRIBUTING.md explains this file step by
-step.
+soon as no remaining run can begin before the hit. ../../docs/how-to/add-a-method.md explains this
+file step by step.
 """
 from __future__ import annotations
 

@@ -15,6 +15,8 @@ from gpgpu_rt.gl.context import open_gpu
 from gpgpu_rt.gl.full_screen import FullScreenPass
 from gpgpu_rt.gl.textures import make_texture
 
+from ..framework.environment import processors
+
 # Single precision operations per core and clock, by the widest vectors in the processor's flags.
 # A core is assumed to have two vector units. Both multiply and add in one instruction; without
 # fused instructions, one unit multiplies and the other adds.
@@ -39,12 +41,12 @@ def peak(count: int) -> dict[str, Any]:
     model, clock, clock_is, a_clock, cores, threads : the factors of nominal. ``clock_is`` says in
         words which clock it is. ``cores`` is the number of cores that the threads can use.
     """
-    processors = _cpuinfo()
-    facts = processors[0] if processors else {}
+    listed = processors()
+    facts = listed[0] if listed else {}
     flags = facts.get("flags", "").split()
     a_clock = next((n for flag, n in A_CLOCK if flag in flags), None)
     clock, clock_is = clock_of(facts, BASE)
-    cores = min(count, cores_of(processors) or count)
+    cores = min(count, cores_of(listed) or count)
     return {"nominal": clock * a_clock * cores if clock and a_clock else None,
             "attained": _attained(), "fragments": _of_fragments(),
             "model": facts.get("model name"), "clock": clock, "clock_is": clock_is,
@@ -69,21 +71,10 @@ def clock_of(facts: Mapping[str, str], base: Path) -> tuple[float | None, str]:
     return None, "not known"
 
 
-def cores_of(processors: Sequence[Mapping[str, str]]) -> int:
+def cores_of(listed: Sequence[Mapping[str, str]]) -> int:
     """The number of physical cores, or 0 if unknown. All threads of a core have the same ids."""
-    return len({(one["physical id"], one["core id"]) for one in processors
+    return len({(one["physical id"], one["core id"]) for one in listed
                 if "physical id" in one and "core id" in one})
-
-
-def _cpuinfo() -> list[dict[str, str]]:
-    """The entries of each logical processor; empty if the system does not list them."""
-    try:
-        text = Path("/proc/cpuinfo").read_text()
-    except OSError:
-        return []
-    pairs = ([line.split(":", 1) for line in part.splitlines() if ":" in line]
-             for part in text.strip().split("\n\n"))
-    return [{key.strip(): value.strip() for key, value in part} for part in pairs]
 
 
 @functools.cache

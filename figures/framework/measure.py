@@ -25,7 +25,8 @@ from gpgpu_rt.workers.machine import helped, taken
 from . import sweep
 from .aside import Aside, Result, worth_workers
 from .cell import Cell
-from .results import commit, read, settings
+from .environment import commit
+from .results import read, settings
 from .works import work_of
 
 

@@ -21,7 +21,8 @@ from gpgpu_rt.gl.context import open_gpu
 from gpgpu_rt.text_format import counted
 
 from .cell import Cell
-from .results import commit, finished
+from .environment import commit
+from .results import finished
 from .verdicts import Verdict
 
 

@@ -1,10 +1,8 @@
 """Results: a JSON file for each finished cell (cell.py). Ignore a file if the settings changed."""
 from __future__ import annotations
 
-import functools
 import importlib.metadata
 import json
-import subprocess
 from collections.abc import Iterable
 from dataclasses import asdict
 from pathlib import Path
@@ -45,13 +43,3 @@ def finished(cells: Iterable[Cell], data: Path) -> list[tuple[Cell, dict[str, An
     """The finished cells with their results, in the given order. Each cell appears once."""
     found = ((cell, read(cell, data)) for cell in dict.fromkeys(cells))
     return [(cell, result) for cell, result in found if result is not None]
-
-
-@functools.cache
-def commit() -> str | None:
-    """The commit of this package's own tree, or None outside of a repository."""
-    try:
-        return subprocess.run(["git", "describe", "--always", "--dirty"], text=True, check=True,
-                              capture_output=True, cwd=Path(__file__).parent).stdout.strip()
-    except (OSError, subprocess.CalledProcessError):
-        return None

@@ -85,8 +85,9 @@ def _show(message: Warning | str, *where: Any, **more: Any) -> None:
 
 def _add_methods_from(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--methods-from", metavar="FOLDER", action="append", default=[],
-                        help="load your own methods from this folder, too (see CONTRIBUTING.md); "
-                        "the environment variable GPGPU_RT_METHODS can name several folders")
+                        help="load your own methods from this folder, too; the environment "
+                        "variable GPGPU_RT_METHODS can name several folders "
+                        "(docs/how-to/add-a-method.md)")
 
 
 def _take_methods(arguments: Sequence[str]) -> list[str]:

@@ -54,8 +54,8 @@ def load_methods(folder: str | os.PathLike[str]) -> list[Method]:
 
     Parameters
     ----------
-    folder : folder of Python files as CONTRIBUTING.md describes them; files whose names begin with
-        "_" or "test_" are skipped
+    folder : folder of Python files as docs/how-to/add-a-method.md describes them; files whose
+        names begin with "_" or "test_" are skipped
 
     Returns
     -------

@@ -1,6 +1,7 @@
 """Methods of a user: load Python files of other folders and check their rows of the method table.
 
-Each file defines ``ROWS``, as the ``rows.py`` of a family does; CONTRIBUTING.md has an example.
+Each file defines ``ROWS``, as the ``rows.py`` of a family does; docs/how-to/add-a-method.md has an
+example.
 """
 from __future__ import annotations
 

@@ -24,7 +24,7 @@ HERE = Path(__file__).parent
 # One script in the page, in this order.
 SCRIPTS = ("vectors.js", "unpack.js", "player.js", "passes.js", "selftest.js", "path.js",
            "space.js", "charts.js", "program.js", "controls.js", "start.js")
-# The page's own programs, which show and count the rays; the constants of these and of the scripts.
+# The page's own programs, which show and count the rays. These and the scripts use CONSTANTS.
 OWN = {"whole": "drivers/full_screen.vert", "show": "web/show.frag", "alive": "web/alive.frag"}
 CONSTANTS = {"NO_TRIANGLE": NO_TRIANGLE, "TILE": TILE}
 SIDE = 512          # of the canvas, in pixels
@@ -71,7 +71,8 @@ def page_text(scene: Scene, methods: list[WebMethod], tables: PageData) -> str:
     own = {name: tables.text(resolve(file, CONSTANTS).text) for name, file in OWN.items()}
     wires = _wires(scene, tables)
     told = {"methods": [asdict(one) for one in methods], "texts": tables.texts,
-            "tables": tables.tables, "own": own, "constants": CONSTANTS, "triangles": tables.triangles, "wires": wires,
+            "tables": tables.tables, "own": own, "constants": CONSTANTS,
+            "triangles": tables.triangles, "wires": wires,
             "camera": {name: _plain(getattr(scene.camera, name))
                        for name in ("eye", "target", "up", "fov")}}
     script = "\n".join((HERE / name).read_text() for name in SCRIPTS)

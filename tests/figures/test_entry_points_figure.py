@@ -1,5 +1,5 @@
-"""The figure's page entry_points.md and the table of entry points in docs/bvh.md show measured
-numbers."""
+"""The figure's page entry_points.md and the table of entry points in docs/notes/bvh.md show
+measured numbers."""
 from __future__ import annotations
 
 import csv
@@ -12,7 +12,7 @@ import gpgpu_rt as rt
 from gpgpu_rt.figures.experiments import entry_points
 from gpgpu_rt.figures.framework import measure
 
-PAGE = Path(__file__).parents[2] / "docs" / "bvh.md"
+PAGE = Path(__file__).parents[2] / "docs" / "notes" / "bvh.md"
 
 
 def test_measured_cells_are_drawn(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -33,7 +33,7 @@ def test_measured_cells_are_drawn(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
 
 
 def page_rows() -> dict[str, list[dict[str, float]]]:
-    """Returns method -> its four rows in docs/bvh.md. Each row is a dict, scene -> number.
+    """Returns method -> its four rows in docs/notes/bvh.md. Each row is a dict, scene -> number.
 
     The rows are the nodes without entry points, the nodes with them, the nodes of the beams, and
     how many times fewer nodes are visited in all.

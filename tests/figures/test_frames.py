@@ -19,6 +19,7 @@ from gpgpu_rt.scene import catalogue
 from gpgpu_rt.text_format import number
 
 PAGE = Path(__file__).parents[2] / "docs" / "moving-and-large.md"
+NOTE = PAGE.parent / "notes" / "moving.md"
 
 
 def test_columns_come_from_the_table() -> None:
@@ -122,7 +123,7 @@ def test_pages_hold_the_measured_numbers(tmp_path) -> None:
 @pytest.mark.parametrize("name, at", [("cloth", (8, 48)), ("walker", (8, 48, 96)),
                                       ("explosion", (8, 24, 48))])
 def test_how_a_refitted_tree_fares(name: str, at: tuple[int, ...]) -> None:
-    page, animation = PAGE.read_text(), rt.load_animation(name)
+    page, animation = NOTE.read_text(), rt.load_animation(name)
     built = build_bvh(animation.scene.triangles)
     refitter = Refitter.of(built)
     for frame in at:

@@ -1,4 +1,4 @@
-"""The tables of docs/ray-space.md equal measured numbers."""
+"""The tables of docs/notes/ray-space.md equal measured numbers."""
 from __future__ import annotations
 
 from pathlib import Path
@@ -10,7 +10,7 @@ import gpgpu_rt as rt
 from gpgpu_rt.bench import workloads
 from gpgpu_rt.figures.experiments import coherence
 
-PAGE = Path(__file__).parents[2] / "docs" / "ray-space.md"
+PAGE = Path(__file__).parents[2] / "docs" / "notes" / "ray-space.md"
 SCENES = ("bunny", "robots", "kitchen", "conference")
 WORK = {"eye": workloads.EYE, "shadow": workloads.SHADOW, "mirror, once": workloads.mirror(1),
         "diffuse, once": workloads.diffuse(1), "diffuse, twice": workloads.diffuse(2)}

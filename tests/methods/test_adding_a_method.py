@@ -1,4 +1,4 @@
-"""The instructions of CONTRIBUTING.md work: every command and every test finds a method in a
+"""The instructions of docs/how-to/add-a-method.md work: every command and every test finds a method in a
 user's own folder."""
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from gpgpu_rt.methods.plugins import rows_of
 from gpgpu_rt.rays import ray_sets
 
 ROOT = Path(rt.__file__).parents[1]
-TEXT = (ROOT / "CONTRIBUTING.md").read_text()
+TEXT = (ROOT / "docs" / "how-to" / "add-a-method.md").read_text()
 METHODS = ROOT / "examples" / "methods"
 BLOCKS = re.findall(r"```(\w+)\n(.*?)```", TEXT, re.S)
 

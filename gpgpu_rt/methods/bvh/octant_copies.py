@@ -14,7 +14,7 @@ from .tree import Bvh
 
 # Drop a box from the octant copies when more than this share of the rays that hit its parent also
 # hit it: the test then costs more than it prunes. By node count the break-even is 0.5; measured
-# rates are flat from 0.5 to 0.9 (docs/bvh.md).
+# rates are flat from 0.5 to 0.9 (docs/notes/bvh.md).
 MET_ANYWAY = 0.65
 
 

@@ -1,0 +1,83 @@
+"""Environment: the program, libraries, renderer and processor that figures are made with."""
+from __future__ import annotations
+
+import functools
+import importlib.metadata
+import platform
+import subprocess
+from dataclasses import dataclass
+from pathlib import Path
+
+from gpgpu_rt.gl.context import open_gpu
+
+LIBRARIES = ("moderngl", "numpy", "trimesh", "Pillow", "matplotlib", "distributed")
+
+
+@dataclass(frozen=True)
+class Environment:
+    """What figures are made with.
+
+    Parameters
+    ----------
+    version, commit : the version of gpgpu_rt, and its commit (None outside of a repository)
+    python : the version of Python, such as "3.11.2"
+    libraries : name -> version of each installed library of `LIBRARIES`
+    renderer : OpenGL's name of the renderer; for llvmpipe with the width of its vectors
+    opengl : OpenGL's version; it contains the version of Mesa, if Mesa is the driver
+    processor : the model of the processor, or its architecture if the system names no model
+    system : the operating system, such as "Debian GNU/Linux 12 (bookworm)"
+    """
+
+    version: str
+    commit: str | None
+    python: str
+    libraries: dict[str, str]
+    renderer: str
+    opengl: str
+    processor: str
+    system: str
+
+
+def environment() -> Environment:
+    """The environment of this process."""
+    gpu, facts = open_gpu(), processors()
+    return Environment(
+        importlib.metadata.version("gpgpu_rt"), commit(), platform.python_version(),
+        {name: found for name in LIBRARIES if (found := _installed(name))}, gpu.renderer,
+        gpu.version, (facts[0].get("model name") if facts else None) or platform.machine(),
+        _system())
+
+
+@functools.cache
+def commit() -> str | None:
+    """The commit of this package's own tree, or None outside of a repository."""
+    try:
+        return subprocess.run(["git", "describe", "--always", "--dirty"], text=True, check=True,
+                              capture_output=True, cwd=Path(__file__).parent).stdout.strip()
+    except (OSError, subprocess.CalledProcessError):
+        return None
+
+
+def processors() -> list[dict[str, str]]:
+    """The entries of each logical processor; empty if the system does not list them."""
+    try:
+        text = Path("/proc/cpuinfo").read_text()
+    except OSError:
+        return []
+    pairs = ([line.split(":", 1) for line in part.splitlines() if ":" in line]
+             for part in text.strip().split("\n\n"))
+    return [{key.strip(): value.strip() for key, value in part} for part in pairs]
+
+
+def _installed(name: str) -> str | None:
+    try:
+        return importlib.metadata.version(name)
+    except importlib.metadata.PackageNotFoundError:
+        return None
+
+
+def _system() -> str:
+    try:
+        return platform.freedesktop_os_release()["PRETTY_NAME"]
+    except (OSError, KeyError):
+        return f"{platform.system()} {platform.release()}"
