@@ -13,10 +13,9 @@ their names. Comments in the page, each on the line before a block, change what 
 
 A block without such a comment must consist of commands that every machine has (COMMANDS).
 
-A ``text`` block shows output of the block before it. Each of its lines must occur in this output,
-in the page's order. ``...`` in a line stands for any text, such as a time; a line of only ``...``
-says that lines are left out. Spaces count as one space. A comment ``<!-- not run: REASON -->``
-before the ``text`` block leaves the comparison out.
+A ``text`` block behind a block that is run shows its output. "..." stands for words and lines that
+are left out. Lines may be broken elsewhere, and spaces count as one space. A ``text`` block that
+begins with ``$ COMMAND`` shows another command, and is not compared here.
 """
 from __future__ import annotations
 
@@ -115,14 +114,15 @@ def run_page(page: Path, folder: Path) -> int:
     Raises
     ------
     AssertionError
-        A command ended with an error, or a line of a ``text`` block is not in the output. The
-        message has the page, the line and the output.
+        A command ended with an error, or the output lacks a part of a ``text`` block. The message
+        has the page, the line and the output.
     """
     examples = folder / "examples"
     if not examples.exists():
         examples.symlink_to(ROOT / "examples", target_is_directory=True)
     names: dict[str, object] = {"__name__": "page"}
-    count, said = 0, ""
+    count = 0
+    said: str | None = None      # the output of the block before
     for block in snippets(page):
         if block.marker == "file":
             target = folder / block.value
@@ -132,22 +132,27 @@ def run_page(page: Path, folder: Path) -> int:
             run = _run_commands if block.language == "sh" else _run_python
             said = run(block, folder, names)
             count += 1
-        elif block.language == "text" and not block.marker:
-            missing = not_said(block.text, said)
-            assert missing is None, f"{block.place}: the output has no line {missing!r}:\n{said}"
+        elif block.language == "text" and said is not None and not block.text.startswith("$ "):
+            part = missing(block.text, said)
+            assert part is None, f"{block.place}: the output lacks {part!r}:\n{said}"
+            said = None
         else:
-            said = ""
+            said = None
     return count
 
 
-def not_said(shown: str, said: str) -> str | None:
-    """Returns the first line of ``shown``, the content of a ``text`` block, that does not follow
-    in the output ``said``; None if all lines do."""
-    rest = iter([" ".join(line.split()) for line in said.splitlines()])
-    for line in shown.splitlines():
-        pattern = re.compile(".*".join(map(re.escape, " ".join(line.split()).split("..."))))
-        if line.strip() not in ("", "...") and not any(pattern.fullmatch(one) for one in rest):
-            return line
+def missing(shown: str, said: str) -> str | None:
+    """Returns the first part of ``shown``, the content of a ``text`` block, that does not follow
+    in the output ``said``; None if the output has all parts in this order. Parts are separated by
+    the word "...". "..." inside a word stands for any letters and spaces there."""
+    said, at = " ".join(said.split()), 0
+    for part in re.split(r"(?:^|(?<=\s))\.\.\.(?=\s|$)", shown):
+        words = " ".join(part.split())
+        pattern = ".*?".join(map(re.escape, words.split("...")))
+        found = re.compile(rf"(?<!\S){pattern}(?!\S)").search(said, at)
+        if words and found is None:
+            return words
+        at = found.end() if words and found else at
     return None
 
 

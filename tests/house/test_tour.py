@@ -52,6 +52,14 @@ def test_only_figures_that_measure_are_left_out(page: Path) -> None:
                for block in left_out for command in commands(block))
 
 
+@pytest.mark.parametrize("page", CHAPTERS, ids=lambda page: page.name)
+def test_every_command_stands_in_a_block_that_tests_see(page: Path) -> None:
+    lines = re.findall(r"(?m)^ *((?:gpgpu-rt|python -m) .*)$", page.read_text(encoding="utf-8"))
+    seen = [command for block in snippets(page) if block.language == "sh"
+            for command in commands(block)]
+    assert [" ".join(line.partition("  #")[0].split()) for line in lines] == seen
+
+
 def test_every_picture_is_made_by_a_command_of_its_page() -> None:
     assert {TOUR / name for name in tour_pictures.PICTURES} == {
         *TOUR.glob("*.png"), *TOUR.glob("*.gif")}
