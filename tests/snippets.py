@@ -12,9 +12,15 @@ their names. Comments in the page, each on the line before a block, change what 
     Write the block, which may have any language, to the file NAME for later blocks.
 
 A block without such a comment must consist of commands that every machine has (COMMANDS).
+
+A ``text`` block behind a block that is run shows its output. "..." stands for words and lines that
+are left out. Lines may be broken elsewhere, and spaces count as one space. A ``text`` block that
+begins with ``$ COMMAND`` shows another command, and is not compared here.
 """
 from __future__ import annotations
 
+import contextlib
+import io
 import os
 import re
 import subprocess
@@ -108,13 +114,15 @@ def run_page(page: Path, folder: Path) -> int:
     Raises
     ------
     AssertionError
-        A command ended with an error. The message has the page, the line and the output.
+        A command ended with an error, or the output lacks a part of a ``text`` block. The message
+        has the page, the line and the output.
     """
     examples = folder / "examples"
     if not examples.exists():
         examples.symlink_to(ROOT / "examples", target_is_directory=True)
     names: dict[str, object] = {"__name__": "page"}
     count = 0
+    said: str | None = None      # the output of the block before
     for block in snippets(page):
         if block.marker == "file":
             target = folder / block.value
@@ -122,13 +130,35 @@ def run_page(page: Path, folder: Path) -> int:
             target.write_text(block.text, encoding="utf-8")
         elif block.is_run:
             run = _run_commands if block.language == "sh" else _run_python
-            run(block, folder, names)
+            said = run(block, folder, names)
             count += 1
+        elif block.language == "text" and said is not None and not block.text.startswith("$ "):
+            part = missing(block.text, said)
+            assert part is None, f"{block.place}: the output lacks {part!r}:\n{said}"
+            said = None
+        else:
+            said = None
     return count
 
 
-def _run_commands(block: Snippet, folder: Path, _: Mapping[str, object]) -> None:
-    """Runs a block's commands in one shell, which ends at the first error, also inside a pipe."""
+def missing(shown: str, said: str) -> str | None:
+    """Returns the first part of ``shown``, the content of a ``text`` block, that does not follow
+    in the output ``said``; None if the output has all parts in this order. Parts are separated by
+    the word "...". "..." inside a word stands for any letters and spaces there."""
+    said, at = " ".join(said.split()), 0
+    for part in re.split(r"(?:^|(?<=\s))\.\.\.(?=\s|$)", shown):
+        words = " ".join(part.split())
+        pattern = ".*?".join(map(re.escape, words.split("...")))
+        found = re.compile(rf"(?<!\S){pattern}(?!\S)").search(said, at)
+        if words and found is None:
+            return words
+        at = found.end() if words and found else at
+    return None
+
+
+def _run_commands(block: Snippet, folder: Path, _: Mapping[str, object]) -> str:
+    """Runs a block's commands in one shell, which ends at the first error, also inside a pipe.
+    Returns what the commands printed."""
     here = Path(sys.executable).parent      # of the commands gpgpu-rt and python
     environment = {**os.environ, "PATH": os.pathsep.join([str(here), os.environ["PATH"]])}
     answer = subprocess.run(["bash", "-eo", "pipefail", "-c", "\n".join(commands(block))],
@@ -136,16 +166,20 @@ def _run_commands(block: Snippet, folder: Path, _: Mapping[str, object]) -> None
                             timeout=SECONDS)
     assert answer.returncode == 0, (f"{block.place}: exit status {answer.returncode}\n"
                                     f"{block.text}{answer.stdout[-800:]}{answer.stderr[-2000:]}")
+    return answer.stdout + answer.stderr
 
 
-def _run_python(block: Snippet, folder: Path, names: dict[str, object]) -> None:
-    """Runs a block with the names of the blocks before. A traceback shows the page's own line."""
+def _run_python(block: Snippet, folder: Path, names: dict[str, object]) -> str:
+    """Runs a block with the names of the blocks before. A traceback shows the page's own line.
+    Returns what the block printed."""
     code = compile("\n" * (block.line - 1) + block.text, str(block.page), "exec")
     before = Path.cwd()
     os.chdir(folder)
     try:
-        exec(code, names)
+        with contextlib.redirect_stdout(io.StringIO()) as printed:
+            exec(code, names)
     except Exception as error:
         raise AssertionError(f"{block.place}: {type(error).__name__}: {error}") from error
     finally:
         os.chdir(before)
+    return printed.getvalue()

@@ -4,7 +4,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from snippets import PAGES, ROOT, commands, mistakes, run_page, snippets
+from snippets import PAGES, ROOT, commands, missing, mistakes, run_page, snippets
 
 
 def name_of(page: Path) -> str:
@@ -53,8 +53,22 @@ gpgpu-rt view bunny
 gpgpu-rt methods > methods.json
 ```
 
+```sh
+echo 12 rays,   0.31 s; echo; echo second; echo third
+```
+
 ```text
-not a command
+12 rays, ... s
+...
+third
+```
+
+```python
+print("four", 4)
+```
+
+```text
+four 4
 ```
 """
 
@@ -68,24 +82,36 @@ def page(tmp_path: Path) -> Path:
 
 def test_blocks_of_a_page(page: Path, tmp_path: Path) -> None:
     languages = [block.language for block in snippets(page)]
-    assert languages == ["json", "sh", "python", "python", "sh", "sh", "text"]
-    assert [block.is_run for block in snippets(page)] == [False, True, True, True, False, True,
-                                                          False]
+    assert languages == ["json", "sh", "python", "python", "sh", "sh", "sh", "text",
+                         "python", "text"]
+    assert [block.is_run for block in snippets(page)] == [
+        False, True, True, True, False, True, True, False, True, False]
     assert commands(snippets(page)[1]) == ["gpgpu-rt info | cat", "echo a b > said.txt"]
     assert commands(snippets(page)[5]) == ["gpgpu-rt methods --json > methods.json"]
-    assert mistakes(page) == [] and run_page(page, tmp_path) == 4
+    assert mistakes(page) == [] and run_page(page, tmp_path) == 6
     assert (tmp_path / "methods.json").read_text().startswith("[")
 
 
 @pytest.mark.parametrize("old, new, message", [
     ("gpgpu-rt info", "gpgpu-rt inof", "page.md:9: exit status 2"),
     ('["a", "b"]', '["a"]', "page.md:19: AssertionError"),
-    ('"said.txt"', '"sad.txt"', "page.md:15: FileNotFoundError")])
+    ('"said.txt"', '"sad.txt"', "page.md:15: FileNotFoundError"),
+    ("12 rays, ...", "13 rays, ...", "page.md:37: the output lacks '13 rays,'"),
+    ("four 4", "four 5", "page.md:47: the output lacks 'four 5'")])
 def test_an_error_names_its_place(page: Path, tmp_path: Path, old: str, new: str,
                                   message: str) -> None:
     page.write_text(PAGE.replace(old, new))
     with pytest.raises(AssertionError, match=message):
         run_page(page, tmp_path)
+
+
+@pytest.mark.parametrize("shown, part", [
+    ("1 ray of 2\n0.5 s\n", None), ("1\n  ray ... s", None), ("... ray of ... s", None),
+    ("1 ray of 2\n... s ...", None), ("...", None), ("", None), ("1 r... 0.5", None),
+    ("ray (...) s", "ray (...) s"), ("ray 2", "ray 2"), ("ay of", "ay of"), ("ray o", "ray o"),
+    ("2 ... ray", "ray"), ("1 ... 1", "1"), ("1 ray of 3 ... s", "1 ray of 3")])
+def test_left_out_words_must_be_marked(shown: str, part: str | None) -> None:
+    assert missing(shown, "1 ray of  2\n\n0.5 s") == part
 
 
 @pytest.mark.parametrize("old, new, message", [

@@ -1,0 +1,71 @@
+"""Makes the pictures and films of docs/tour anew, by the commands that the tour's pages show."""
+from __future__ import annotations
+
+import argparse
+import re
+import shlex
+import shutil
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+TOUR = Path(__file__).parents[1] / "docs" / "tour"
+# Each picture, and the file that a command of its page writes. A picture's name begins with the
+# number of its page.
+PICTURES = {
+    "1-brute-force.gif": "brute/passes.gif",
+    "1-pass-30.png": "brute/pass_0030.png",
+    "2-grid.gif": "grid/passes.gif",
+    "2-stadium.png": "stadium.png",
+    "3-restarts.png": "restarts.png",
+    "3-restart.gif": "restart/passes.gif",
+    "4-threads.gif": "threads/passes.gif",
+    "4-threaded.png": "threaded.png",
+    "5-choice.png": "choice.png",
+    "5-packets.gif": "packets/passes.gif",
+    "6-rays.png": "rays.png",
+    "6-classes.gif": "classes/passes.gif",
+    "7-era.gif": "era-kd/passes.gif",
+    "7-lost.png": "lost.png",
+    "8-fp24.png": "fp24.png",
+    "8-stuck.gif": "stuck/passes.gif",
+}
+
+
+def page_of(picture: str) -> Path:
+    """Return the page that shows a picture."""
+    page, = TOUR.glob(f"{picture.partition('-')[0]}-*.md")
+    return page
+
+
+def command_of(picture: str) -> str:
+    """Return the command of the picture's page that writes the picture."""
+    output = PICTURES[picture].partition("/")[0]
+    text = page_of(picture).read_text(encoding="utf-8")
+    command, = re.findall(rf"(?m)^gpgpu-rt .* -o {re.escape(output)}$", text)
+    return command
+
+
+def make(picture: str, folder: Path = TOUR) -> None:
+    """Make a picture and put it into ``folder``."""
+    words = shlex.split(command_of(picture))[1:]
+    with tempfile.TemporaryDirectory() as made:
+        subprocess.run([sys.executable, "-m", "gpgpu_rt", *words], cwd=made, check=True)
+        shutil.copyfile(Path(made) / PICTURES[picture], folder / picture)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("pictures", nargs="*", metavar="PICTURE", default=list(PICTURES),
+                        help=f"make only these, out of {', '.join(PICTURES)}")
+    chosen = parser.parse_args()
+    unknown = set(chosen.pictures) - set(PICTURES)
+    if unknown:
+        parser.error(f"no picture of the tour: {', '.join(sorted(unknown))}")
+    for picture in chosen.pictures:
+        make(picture)
+
+
+if __name__ == "__main__":
+    main()
