@@ -1,0 +1,98 @@
+"""The commands and the Python of README, tour and how-to pages run as they stand."""
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from snippets import PAGES, ROOT, commands, mistakes, run_page, snippets
+
+
+def name_of(page: Path) -> str:
+    return str(page.relative_to(ROOT))
+
+
+@pytest.mark.parametrize("page", PAGES, ids=name_of)
+def test_each_block_is_run_or_says_why_not(page: Path) -> None:
+    assert mistakes(page) == []
+
+
+@pytest.mark.parametrize("page", PAGES, ids=name_of)
+def test_page_runs(exact_renderer, page: Path, tmp_path: Path) -> None:
+    blocks = [block for block in snippets(page) if block.is_run]
+    assert run_page(page, tmp_path) == len(blocks)
+
+
+PAGE = """# A page
+
+<!-- file: box.json -->
+```json
+{"meshes": [{"box": {"size": [1, 1, 1]}}]}
+```
+
+```sh
+gpgpu-rt info | cat     # a comment
+echo a \\
+    b > said.txt
+```
+
+```python
+words = open("said.txt").read().split()
+```
+
+```python
+assert words == ["a", "b"] and open("box.json").read()
+```
+
+<!-- not run: needs a display -->
+```sh
+gpgpu-rt view bunny
+```
+
+<!-- test with: --json -->
+```sh
+gpgpu-rt methods > methods.json
+```
+
+```text
+not a command
+```
+"""
+
+
+@pytest.fixture
+def page(tmp_path: Path) -> Path:
+    path = tmp_path / "page.md"
+    path.write_text(PAGE)
+    return path
+
+
+def test_blocks_of_a_page(page: Path, tmp_path: Path) -> None:
+    languages = [block.language for block in snippets(page)]
+    assert languages == ["json", "sh", "python", "python", "sh", "sh", "text"]
+    assert [block.is_run for block in snippets(page)] == [False, True, True, True, False, True,
+                                                          False]
+    assert commands(snippets(page)[1]) == ["gpgpu-rt info | cat", "echo a b > said.txt"]
+    assert commands(snippets(page)[5]) == ["gpgpu-rt methods --json > methods.json"]
+    assert mistakes(page) == [] and run_page(page, tmp_path) == 4
+    assert (tmp_path / "methods.json").read_text().startswith("[")
+
+
+@pytest.mark.parametrize("old, new, message", [
+    ("gpgpu-rt info", "gpgpu-rt inof", "page.md:9: exit status 2"),
+    ('["a", "b"]', '["a"]', "page.md:19: AssertionError"),
+    ('"said.txt"', '"sad.txt"', "page.md:15: FileNotFoundError")])
+def test_an_error_names_its_place(page: Path, tmp_path: Path, old: str, new: str,
+                                  message: str) -> None:
+    page.write_text(PAGE.replace(old, new))
+    with pytest.raises(AssertionError, match=message):
+        run_page(page, tmp_path)
+
+
+@pytest.mark.parametrize("old, new, message", [
+    ("gpgpu-rt info", "make test", "page.md:9: make is not run in tests"),
+    ("echo a", "$ echo a", r"page.md:9: $ is not run in tests"),
+    ("```sh", "```bash", "call the language sh"),
+    ("-->\n```sh", "-->\n\nText.\n\n```sh", "not on the line before a block")])
+def test_a_block_left_out_needs_a_reason(page: Path, old: str, new: str, message: str) -> None:
+    page.write_text(PAGE.replace(old, new))
+    assert message in "\n".join(mistakes(page))

@@ -1,0 +1,151 @@
+"""Runs the commands and the Python of a Markdown page, as a reader would.
+
+A page's blocks run in their order, in one temporary folder. So a block can use files and names
+of the blocks before it. A ``sh`` block runs as a script of the shell, and ``python`` blocks share
+their names. Comments in the page, each on the line before a block, change what happens:
+
+``<!-- not run: REASON -->``
+    Leave the block out: it needs a display or a network, or takes too long.
+``<!-- test with: --size 64 -->``
+    Append these words to each ``gpgpu-rt`` command of the block, so that the test is quick.
+``<!-- file: NAME -->``
+    Write the block, which may have any language, to the file NAME for later blocks.
+
+A block without such a comment must consist of commands that every machine has (COMMANDS).
+"""
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+import sys
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import gpgpu_rt as rt
+
+ROOT = Path(rt.__file__).parents[1]
+# The pages that are run whole. docs/tour and docs/how-to may be absent.
+PAGES = sorted([ROOT / "README.md", *ROOT.glob("docs/tour/*.md"), *ROOT.glob("docs/how-to/*.md")])
+# A block that begins a line with any other word needs a reason why the block is not run.
+COMMANDS = ("gpgpu-rt", "python", "mkdir", "cd", "cat", "ls", "echo")
+SECONDS = 180       # a block that takes longer is no block for a test
+_OTHER_NAMES = ("bash", "shell", "console", "shell-session", "py", "python3", "pycon")
+_BLOCK = re.compile(r"(?ms)^(?:<!-- (not run|test with|file): (.+?) -->\n\n?)?"
+                    r"^(`{3,})([\w-]*)[^\n]*\n(.*?)^\3$")
+
+
+@dataclass(frozen=True)
+class Snippet:
+    """A fenced block of a page.
+
+    Attributes
+    ----------
+    page : the Markdown file
+    line : the number of the block's first line of content, from 1
+    language : the word behind the fence, or ""
+    text : the content
+    marker, value : the comment before the block, such as "test with" and "--size 64"; else ""
+    """
+
+    page: Path
+    line: int
+    language: str
+    text: str
+    marker: str = ""
+    value: str = ""
+
+    @property
+    def place(self) -> str:
+        return f"{self.page.name}:{self.line}"
+
+    @property
+    def is_run(self) -> bool:
+        return self.language in ("sh", "python") and self.marker not in ("not run", "file")
+
+
+def snippets(page: Path) -> list[Snippet]:
+    """Returns the fenced blocks of a Markdown page, in their order."""
+    text = page.read_text(encoding="utf-8")
+    return [Snippet(page, text.count("\n", 0, block.start(5)) + 1, block[4], block[5],
+                    block[1] or "", block[2] or "") for block in _BLOCK.finditer(text)]
+
+
+def commands(block: Snippet) -> list[str]:
+    """Returns the commands of a ``sh`` block: joined over continued lines, without comments, and
+    with the words of ``test with`` before a pipe or a redirection."""
+    lines = re.sub(r"\\\n\s*", "", block.text).splitlines()
+    found = [re.split(r"(?:^|\s+)#", line, maxsplit=1)[0].strip() for line in lines]
+    more = f" {block.value}" if block.marker == "test with" else ""
+    return [re.sub(r"^(gpgpu-rt\b[^|>]*?)(\s*[|>].*)?$", rf"\1{more}\2", line)
+            for line in found if line]
+
+
+def mistakes(page: Path) -> list[str]:
+    """Returns a line for each block that could not be run and does not say why."""
+    found = []
+    for block in snippets(page):
+        if block.language in _OTHER_NAMES:
+            found.append(f"{block.place}: call the language sh or python, not {block.language}")
+        if block.language == "sh" and block.is_run:
+            found += [f"{block.place}: {line.split()[0]} is not run in tests; put the comment "
+                      "'<!-- not run: REASON -->' on the line before the block"
+                      for line in commands(block) if line.split()[0] not in COMMANDS]
+    comments = re.findall(r"<!-- (?:not run|test with|file)\b", page.read_text(encoding="utf-8"))
+    used = [block for block in snippets(page) if block.marker]
+    if len(comments) > len(used):
+        found.append(f"{page.name}: a comment for tests is not on the line before a block")
+    return found
+
+
+def run_page(page: Path, folder: Path) -> int:
+    """Runs a page's blocks in a folder and returns how many blocks ran.
+
+    The folder gets a link ``examples`` to the project's examples. The working directory is the
+    folder while Python blocks run.
+
+    Raises
+    ------
+    AssertionError
+        A command ended with an error. The message has the page, the line and the output.
+    """
+    examples = folder / "examples"
+    if not examples.exists():
+        examples.symlink_to(ROOT / "examples", target_is_directory=True)
+    names: dict[str, object] = {"__name__": "page"}
+    count = 0
+    for block in snippets(page):
+        if block.marker == "file":
+            target = folder / block.value
+            target.parent.mkdir(parents=True, exist_ok=True)
+            target.write_text(block.text, encoding="utf-8")
+        elif block.is_run:
+            run = _run_commands if block.language == "sh" else _run_python
+            run(block, folder, names)
+            count += 1
+    return count
+
+
+def _run_commands(block: Snippet, folder: Path, _: Mapping[str, object]) -> None:
+    """Runs a block's commands in one shell, which ends at the first error, also inside a pipe."""
+    here = Path(sys.executable).parent      # of the commands gpgpu-rt and python
+    environment = {**os.environ, "PATH": os.pathsep.join([str(here), os.environ["PATH"]])}
+    answer = subprocess.run(["bash", "-eo", "pipefail", "-c", "\n".join(commands(block))],
+                            cwd=folder, text=True, capture_output=True, env=environment,
+                            timeout=SECONDS)
+    assert answer.returncode == 0, (f"{block.place}: exit status {answer.returncode}\n"
+                                    f"{block.text}{answer.stdout[-800:]}{answer.stderr[-2000:]}")
+
+
+def _run_python(block: Snippet, folder: Path, names: dict[str, object]) -> None:
+    """Runs a block with the names of the blocks before. A traceback shows the page's own line."""
+    code = compile("\n" * (block.line - 1) + block.text, str(block.page), "exec")
+    before = Path.cwd()
+    os.chdir(folder)
+    try:
+        exec(code, names)
+    except Exception as error:
+        raise AssertionError(f"{block.place}: {type(error).__name__}: {error}") from error
+    finally:
+        os.chdir(before)
