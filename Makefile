@@ -5,7 +5,7 @@ BIN    := $(VENV)/bin
 STAMP  := $(VENV)/.installed
 
 .DEFAULT_GOAL := help
-.PHONY: help setup scenes test test-all figures report web view docs bench lint format clean
+.PHONY: help setup scenes test test-all figures report web pictures view docs bench lint format clean
 
 help:  ## print this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/' | expand -t 12
@@ -36,6 +36,9 @@ web: $(STAMP)  ## web/: pages that trace in a browser, with an index, ready to b
 
 docs: $(STAMP)  ## the documentation as a site with a search, to site/; needs no network
 	@$(BIN)/python tools/make_site.py
+
+pictures: $(STAMP)  ## the pictures of the README anew: docs/readme
+	@$(BIN)/python tools/make_pictures.py
 
 view: $(STAMP)  ## a window to look at the bunny by any method (SCENE=name or file)
 	@$(BIN)/python -c "import moderngl_window, imgui_bundle, glfw" 2>/dev/null || \

@@ -78,8 +78,8 @@ def test_each_picture_is_shown_and_small(path: Path) -> None:
 def test_a_link_that_leads_nowhere_is_found(tmp_path: Path) -> None:
     page = tmp_path / "page.md"
     page.write_text("# A [b](#c) `d`\n\n# Same\n\n# Same\n\n```sh\n# no heading\n```\n"
-                    "[0](page.md) [1](#a-b-d) [2](#same-1) [3](#no-heading) [4](gone.md) [![p](p.png)](far.md)"
-                    " [5](page.md#same-2) `[6](code.md)`\n")
+                    "[0](page.md) [1](#a-b-d) [2](#same-1) [3](#no-heading) [4](gone.md) "
+                    "[![p](p.png)](far.md) [5](page.md#same-2) `[6](code.md)`\n")
     assert _broken(page) == ["#c", "#no-heading", "gone.md", "far.md", "page.md#same-2"]
 
 
