@@ -13,6 +13,7 @@ html_title = "gpgpu_rt"
 html_show_sourcelink = False
 html_copy_source = False
 html_show_sphinx = False
+html_show_copyright = False
 html_static_path = ["static"]
 html_css_files = ["site.css"]
 pygments_style = "default"
