@@ -5,7 +5,7 @@ BIN    := $(VENV)/bin
 STAMP  := $(VENV)/.installed
 
 .DEFAULT_GOAL := help
-.PHONY: help setup scenes test test-all figures report web view docs bench lint format clean
+.PHONY: help setup scenes test test-all figures report web pictures view docs bench lint format clean
 
 help:  ## print this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/' | expand -t 12
@@ -34,8 +34,11 @@ report: $(STAMP)  ## one page, report.html, with every figure that is there, pas
 web: $(STAMP)  ## web/: pages that trace in a browser, with an index, ready to be published (SCENE=name or file)
 	@$(BIN)/gpgpu-rt web $(or $(SCENE),teapot) -m all -o web
 
-docs: $(STAMP)  ## the API reference, from the docstrings, to docs/api
-	@$(BIN)/python -m pdoc --docformat numpy --no-show-source -o docs/api gpgpu_rt gpgpu_rt.trimesh_ray gpgpu_rt.inspect.time_travel gpgpu_rt.inspect.heat gpgpu_rt.methods
+docs: $(STAMP)  ## the documentation as a site with a search, to site/; needs no network
+	@$(BIN)/python tools/make_site.py
+
+pictures: $(STAMP)  ## the pictures of the README anew: docs/readme
+	@$(BIN)/python tools/make_pictures.py
 
 view: $(STAMP)  ## a window to look at the bunny by any method (SCENE=name or file)
 	@$(BIN)/python -c "import moderngl_window, imgui_bundle, glfw" 2>/dev/null || \
@@ -55,5 +58,5 @@ format: $(STAMP)  ## apply isort and autopep8
 	@$(BIN)/autopep8 --in-place --recursive gpgpu_rt figures tests tools examples
 
 clean:  ## remove what was built and measured; the virtual environment stays
-	rm -rf build dist *.egg-info docs/api report.html web figures/data figures/out .pytest_cache
+	rm -rf build dist *.egg-info site report.html web figures/data figures/out .pytest_cache
 	find . -name __pycache__ -not -path './$(VENV)/*' -prune -exec rm -rf {} +

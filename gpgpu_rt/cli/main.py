@@ -48,10 +48,10 @@ def _main(arguments: Sequence[str] | None) -> int:
         # Load the methods first, because they declare most of the options.
         arguments = _take_methods(sys.argv[1:] if arguments is None else arguments)
         if not arguments:
-            _parser().print_help()
+            command_parser().print_help()
             return 0
         only = arguments[0] if arguments[0] in MODULES else None
-        parser = _parser(only)
+        parser = command_parser(only)
         chosen, unknown = parser.parse_known_args(spelled_out(arguments, parser.switches))
         if unknown:
             chosen.parser.refuse(unknown[0])
@@ -100,7 +100,7 @@ def _take_methods(arguments: Sequence[str]) -> list[str]:
     return others
 
 
-def _parser(only: str | None = None) -> Parser:
+def command_parser(only: str | None = None) -> Parser:
     """Return the parser of all commands, or of the module that has the command ``only``.
 
     The parser has the switches of all its commands.

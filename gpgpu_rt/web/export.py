@@ -50,7 +50,7 @@ class WebMethod:
 
 def why_not_in_browser(row: Method) -> str:
     """Return why a method does not run on a page; "" if it does."""
-    if row.glsl.startswith("methods/ray_space/"):
+    if str(row.glsl).startswith("methods/ray_space/"):
         return "the host builds its table anew for the rays of each call"
     if set(row.schedules) == set(row.drivers) == {"kernels"}:
         return "its host reads lists back between passes, or draws triangles instead of rays"

@@ -4,10 +4,7 @@ from __future__ import annotations
 import contextlib
 import inspect
 import re
-import subprocess
-import sys
 from collections.abc import Iterator
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -18,8 +15,6 @@ import gpgpu_rt as rt
 from gpgpu_rt import cli, trimesh_ray
 from gpgpu_rt.cli import tracing
 from gpgpu_rt.render import path as path_tracing
-
-ROOT = Path(rt.__file__).parents[1]
 
 
 def public() -> Iterator[tuple[str, Any]]:
@@ -66,20 +61,6 @@ def test_that_would_find_what_is_not() -> None:
         """Describes x alone."""
     assert len(DESCRIBED) > 70
     assert undescribed("bare", bare) == ["what it is"] and undescribed("half", half) == ["y"]
-
-
-@pytest.mark.full
-@pytest.mark.once
-def test_the_reference_is_built_from_them(tmp_path: Path) -> None:
-    pytest.importorskip("pdoc", reason="no pdoc (extra: docs)")
-    command = re.search(r"^docs:.*\n\t@\$\(BIN\)/(.*)$", (ROOT / "Makefile").read_text(), re.M)[1]
-    words = command.replace("docs/api", str(tmp_path)).split()
-    answer = subprocess.run([sys.executable, *words[1:]], capture_output=True, text=True, cwd=ROOT)
-    assert answer.returncode == 0, answer.stderr
-    page = (tmp_path / "gpgpu_rt.html").read_text()
-    for name in rt.__all__:
-        assert f'id="{name}"' in page or f"gpgpu_rt/{name}.html" in page, name
-    assert "in units of |direction|" in page
 
 
 @pytest.mark.parametrize("call, message", [

@@ -12,7 +12,7 @@ import gpgpu_rt as rt
 from gpgpu_rt import cli
 from gpgpu_rt.cli import benching
 from gpgpu_rt.cli import passes_heat as looking
-from gpgpu_rt.cli.main import _parser
+from gpgpu_rt.cli.main import command_parser
 from gpgpu_rt.inspect import false_colours as colours
 from gpgpu_rt.rays.ray_sets import random_rays
 from gpgpu_rt.report.films import film, heat_maps
@@ -39,7 +39,7 @@ APART = {"view", "remesh"}
 
 
 def with_a_scene() -> set[str]:
-    parser = _parser()
+    parser = command_parser()
     commands = next(action for action in parser._actions
                     if isinstance(action, argparse._SubParsersAction)).choices
     return {name for name, sub in commands.items()

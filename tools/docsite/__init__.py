@@ -1,0 +1,1 @@
+"""The documentation site: copies the pages and generates the reference (tools/make_site.py)."""

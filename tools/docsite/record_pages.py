@@ -1,0 +1,50 @@
+"""The layout of records in texels, from their declarations."""
+from __future__ import annotations
+
+import importlib
+from collections.abc import Iterator
+from pathlib import Path
+
+import gpgpu_rt
+from gpgpu_rt.gl.record import Record
+
+from .markdown import code, table
+
+_PACKAGE = Path(gpgpu_rt.__file__).parent
+
+
+def records_text() -> str:
+    """Returns a section for each module that declares records."""
+    seen: set[int] = set()
+    sections = []
+    for path, records in _modules():
+        new = {name: one for name, one in records.items() if id(one) not in seen}
+        seen.update(map(id, new.values()))
+        if new:
+            sections.append(f"\n## {path}\n" + "".join(
+                f"\n{code(name)}, in GLSL {code(one.name)}:\n\n{_texels(one)}"
+                for name, one in new.items()))
+    return "".join(sections)
+
+
+def _modules() -> Iterator[tuple[str, dict[str, Record]]]:
+    """Yields each module that declares records, and its records by their names in Python."""
+    paths = [path for path in _PACKAGE.rglob("*.py")
+             if path.name in ("records.py", "triangle_table.py")]
+    # A family's records may be variants of shared records, which therefore come first.
+    for path in sorted(paths, key=lambda path: ("methods" in path.parts, path)):
+        parts = path.relative_to(_PACKAGE).with_suffix("").parts
+        module = importlib.import_module(".".join(("gpgpu_rt", *parts)))
+        yield (str(path.relative_to(_PACKAGE.parent)),
+               {name: one for name, one in vars(module).items() if isinstance(one, Record)})
+
+
+def _texels(record: Record) -> str:
+    """Returns a table with a row for each texel and a column for each channel."""
+    rows = [[str(texel), "", "", "", ""] for texel in range(record.texels)]
+    for field in record.fields:
+        for k in range(field.width):
+            rows[field.texel][1 + field.channel + k] = code(
+                field.name + (f".{'xyzw'[k]}" if field.width > 1 else "")
+                + (" (int)" if field.is_integer else ""))
+    return table(("texel", "x", "y", "z", "w"), rows)
