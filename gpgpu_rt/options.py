@@ -34,6 +34,7 @@ class Option:
     schedules : The schedules that allow a value other than the default. Empty for all schedules.
     goes_with : The name of another option, and the values of that option for which this option
         has a meaning.
+    common : Whether many users need the option: the short help of a command lists it.
     """
 
     name: str
@@ -50,6 +51,7 @@ class Option:
     excludes: tuple[str, ...] = ()
     schedules: tuple[str, ...] = ()
     goes_with: tuple[str, tuple[Any, ...]] | None = None
+    common: bool = False
 
     def glsl_define(self, value: Any) -> tuple[str, object]:
         """Return the name of the define for a value, and the value of the define."""
@@ -155,7 +157,7 @@ TRACER_OPTIONS: tuple[Option, ...] = (
            excludes=("statistics", "sort_rays", "rasterised_bounds", "entry_points",
                      "quantise_nodes", "step_cap", "steps_per_pass")),
     Option("schedule", "loop", "how traversal kernels are run: a pass for each kernel, a pass for "
-           "each step, or all steps in one pass", choices=("kernels", "step", "loop")),
+           "each step, or all steps in one pass", choices=("kernels", "step", "loop"), common=True),
     Option("steps_per_pass", 1, "kernel runs per pass under the step schedule", int, minimum=1,
            schedules=("step",)),
     Option("mask_interval", None, "passes between two counts of the live rays; under kernels, odd "
@@ -163,7 +165,8 @@ TRACER_OPTIONS: tuple[Option, ...] = (
            minimum=1, schedules=("kernels", "step")),
     Option("step_cap", None, "kernel runs after which a ray is stopped and marked as unfinished; "
            "default: a bound computed from the size of the accelerator", int, minimum=1),
-    Option("statistics", False, "count the nodes, leaves and triangles of each ray", bool),
+    Option("statistics", False, "count the nodes, leaves and triangles of each ray", bool,
+           common=True),
     Option("sort_rays", False, "sort the rays on the GPU before tracing, by their start and end "
            "points", bool, excludes=("presort",)),
     Option("presort", False, "sort ray arrays on the host before the upload, by direction and "

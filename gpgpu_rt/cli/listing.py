@@ -11,7 +11,8 @@ from ..methods import find_method, methods
 from ..methods.references import reference
 from ..options import spell
 from .program import files_of_method
-from .shared import Command, described, print_json, print_table, word_of
+from .help import described
+from .shared import Command, print_json, print_table, word_of
 
 
 def add_commands(command: Command) -> None:
