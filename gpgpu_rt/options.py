@@ -157,7 +157,8 @@ TRACER_OPTIONS: tuple[Option, ...] = (
            excludes=("statistics", "sort_rays", "rasterised_bounds", "entry_points",
                      "quantise_nodes", "step_cap", "steps_per_pass")),
     Option("schedule", "loop", "how traversal kernels are run: a pass for each kernel, a pass for "
-           "each step, or all steps in one pass", choices=("kernels", "step", "loop"), common=True),
+           "each step, or all steps in one pass", choices=("kernels", "step", "loop"),
+           common=True),
     Option("steps_per_pass", 1, "kernel runs per pass under the step schedule", int, minimum=1,
            schedules=("step",)),
     Option("mask_interval", None, "passes between two counts of the live rays; under kernels, odd "

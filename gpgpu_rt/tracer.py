@@ -4,19 +4,18 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import AbstractContextManager
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import trimesh
 from PIL import Image
 
-from .errors import Error
+from . import views
 from .gl.context import open_gpu
 from .gl.observation import ObservedPass, Passes, observe
 from .gl.pass_log import PassLog
 from .gl.precision import Precision
-from .hits import STACK_OVERFLOW, UNFINISHED, Hits
+from .hits import Hits, check_decided
 from .methods import Accelerator, Method, settings
 from .methods.choices import COHERENT, Choice, Choices
 from .numerics.public_call import public_call
@@ -200,13 +199,8 @@ class Tracer:
         """
         batch = self._batch(origins, directions, t_min, t_max, shape, invalid)
         with self.sessions.call(batch) as session:
-            hits, cap = session.trace(batch, True, self.statistics), session.step_cap
-        for status, advice in ((UNFINISHED, f"reached the step cap of {cap} undecided; "
-                                            "raise step_cap"),
-                               (STACK_OVERFLOW, "overflowed their stack; raise stack_size")):
-            undecided = int(((hits.status == status) & ~hits.hit).sum())
-            if undecided:
-                raise Error(f"{undecided} rays {advice}")
+            hits = session.trace(batch, True, self.statistics)
+            check_decided(hits, session.step_cap)
         return hits.hit
 
     @public_call
@@ -381,7 +375,13 @@ class Tracer:
         """
         return observe(self.gpu, look, fragments)
 
-    # Lifetime -------------------------------------------------------------------------------
+    # The tracer itself ----------------------------------------------------------------------
+
+    def __repr__(self) -> str:
+        return views.line("Tracer", self.sessions.facts())
+
+    def _repr_html_(self) -> str:
+        return views.table("Tracer", self.sessions.facts())
 
     def release(self) -> None:
         """Free textures and programs; the tracer cannot be used afterwards."""
@@ -394,7 +394,4 @@ class Tracer:
         self.release()
 
     def __reduce__(self) -> tuple[Any, ...]:
-        context = self.options["context"] if isinstance(self.options["context"], str) else None
-        choices = Choices(*(replace(self.choices.of(rays), options={**options, "context": context})
-                            for rays, (_, options) in self.sessions.rows.items()))
-        return Tracer, (self.scene, choices)
+        return Tracer, (self.scene, self.sessions.remade())

@@ -31,8 +31,8 @@ from .unfinished import Unfinished, follows_from
 def add_scheduler(sub: Parser, what: str) -> None:
     """Declare the option that shares ``what`` among workers."""
     sub.rare.add_argument("--scheduler", metavar="local|ADDRESS", help=f"share {what} among local "
-                     "processes (one per core), or among the workers of the Dask scheduler at "
-                     "this address")
+                          "processes (one per core), or among the workers of the Dask scheduler "
+                          "at this address")
 
 
 def trace_shared(chosen: argparse.Namespace, rays: dict[str, np.ndarray]) -> None:

@@ -32,12 +32,12 @@ MOST_FRAMES = 1_000_000
 
 def add_frames(sub: Parser) -> None:
     """Declare the options of ``render`` for frames."""
-    sub.rare.add_argument("--resume", action="store_true", help="with --frames or --scheduler: keep "
-                     "the parts that an interrupted run with the same settings saved in "
-                     "OUTPUT.unfinished, and draw only the missing parts")
-    sub.rare.add_argument("--build-ahead", action="store_true", help="with --frames: another process "
-                     "builds the next frame's structure while a frame renders; every frame is "
-                     "rebuilt, also by a method that could refit")
+    sub.rare.add_argument("--resume", action="store_true", help="with --frames or --scheduler: "
+                          "keep the parts that an interrupted run with the same settings saved in "
+                          "OUTPUT.unfinished, and draw only the missing parts")
+    sub.rare.add_argument("--build-ahead", action="store_true", help="with --frames: another "
+                          "process builds the next frame's structure while a frame renders; every "
+                          "frame is rebuilt, also by a method that could refit")
     sub.add_argument("--frames", type=_whole, metavar="N", help="render the first N frames of a "
                      "moving scene to numbered files if --output is a folder (end a new folder's "
                      "name in /) or contains %%04d, else to one GIF or APNG. Without an option "

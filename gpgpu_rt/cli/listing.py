@@ -10,8 +10,8 @@ from ..gl.context import open_gpu, probe
 from ..methods import find_method, methods
 from ..methods.references import reference
 from ..options import spell
-from .program import files_of_method
 from .help import described
+from .program import files_of_method
 from .shared import Command, print_json, print_table, word_of
 
 

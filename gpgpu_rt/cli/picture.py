@@ -24,8 +24,8 @@ def add_picture(sub: Parser) -> None:
     group.add_argument("--integrator", metavar="NAME", help="the integrator: "
                        f"{', '.join(INTEGRATORS)}; default {DEFAULT}")
     sub.rare.add_argument("--explain", action="store_true", help="print the plan before drawing: "
-                       "the passes, textures and defines that the scene requires, and why others "
-                       "are left out")
+                          "the passes, textures and defines that the scene requires, and why "
+                          "others are left out")
     add_variants(sub, group, OwnedOptions("integrator", _integrators(), ("--integrator",)),
                  "picture_")
 

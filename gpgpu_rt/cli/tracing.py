@@ -42,13 +42,14 @@ def add_commands(command: Command) -> None:
     sub.add_argument("--size", type=size_word, default=(512, 512), metavar="WIDTHxHEIGHT",
                      help="size of the picture in pixels; default 512x512")
     sub.rare.add_argument("--first-hits", choices=FIRST_HITS, default=FIRST_HITS[0],
-                     help="how to find the hits of eye rays. traced: by the method. rasterised: "
-                     "by the rasteriser, with proof that each hit equals the traced hit to the "
-                     "bit. verified: by the rasteriser, with a check that each hit is a hit of "
-                     "its ray, but not that it is the nearest; default %(default)s")
-    sub.rare.add_argument("--timings", action="store_true", help="print where the time goes, from the "
-                     "start of the process to the written file; the first pass of a program "
-                     "includes its compilation")
+                          help="how to find the hits of eye rays. traced: by the method. "
+                          "rasterised: by the rasteriser, with proof that each hit equals the "
+                          "traced hit to the bit. verified: by the rasteriser, with a check that "
+                          "each hit is a hit of its ray, but not that it is the nearest; default "
+                          "%(default)s")
+    sub.rare.add_argument("--timings", action="store_true", help="print where the time goes, from "
+                          "the start of the process to the written file; the first pass of a "
+                          "program includes its compilation")
     add_camera(sub)
     add_picture(sub)
     add_floor(sub)
@@ -73,9 +74,9 @@ def _add_choice(sub: Parser) -> None:
     add_method(sub, "a method's name, or auto (what `tune` saved for this scene, else a safe "
                f"default); default {DEFAULT_METHOD}")
     sub.rare.add_argument("--settings", metavar="FILE", help="read method and options from a file "
-                     "that `tune` wrote")
-    sub.rare.add_argument("--force", action="store_true", help="use the settings even if they were "
-                     "made for another scene or renderer")
+                          "that `tune` wrote")
+    sub.rare.add_argument("--force", action="store_true", help="use the settings even if they "
+                          "were made for another scene or renderer")
 
 
 def _render(chosen: argparse.Namespace) -> None:

@@ -82,7 +82,8 @@ LIGHT_SAMPLES = Option("light_samples", 16, "shadow rays from each visible point
                        "triangles; each bounce halves the number", int, minimum=1,
                        maximum=1 << 16)     # the host makes a list of this length for each depth
 SAMPLES = Option("samples", 1, "samples per pixel, whose light is averaged; 1: a single ray "
-                 "through the centre of the pixel", int, minimum=1, maximum=EXACT_INTEGER, common=True)
+                 "through the centre of the pixel", int, minimum=1, maximum=EXACT_INTEGER,
+                 common=True)
 
 
 class Integrator:
