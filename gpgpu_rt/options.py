@@ -1,8 +1,10 @@
 """Options: the name of an option is a Python keyword, the word ``--name``, and a JSON key."""
 from __future__ import annotations
 
+import inspect
 import operator
-from collections.abc import Iterable, Mapping
+import textwrap
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -97,6 +99,13 @@ class Option:
             raise OptionError(f"option {self.name}={value!r} must be at most {self.maximum}")
         return converted
 
+    @property
+    def values(self) -> str:
+        """The valid values, or their type, in words."""
+        names = (list(map(repr, self.choices)) if self.choices is not None
+                 else [*map(repr, self.words), self.kind.__name__])
+        return " or ".join([*names, *(["None"] if self.optional or self.default is None else [])])
+
     def fits(self, values: Mapping[str, Any]) -> bool:
         """Return whether this option has a meaning with these ``values`` of all options."""
         return self.goes_with is None or values[self.goes_with[0]] in self.goes_with[1]
@@ -189,6 +198,19 @@ TRACER_OPTIONS: tuple[Option, ...] = (
            "existing context; default: the environment variable GPGPU_RT_CONTEXT, or auto",
            object),
 )
+
+
+def lists(options: Iterable[Option]) -> Callable[[type], type]:
+    """Return a decorator that appends a list of the options to the docstring of a class."""
+    def decorate(kind: type) -> type:
+        entries = [f"{option.name} : {option.values}"
+                   + ("" if "default:" in option.help else f"; default {option.default!r}") + "\n"
+                   + textwrap.fill(option.help, 90, initial_indent="    ",
+                                   subsequent_indent="    ") for option in options]
+        text = "\n".join(["Options", "-------", *entries])
+        kind.__doc__ = f"{inspect.cleandoc(kind.__doc__ or '')}\n\n{text}\n"
+        return kind
+    return decorate
 
 
 def spell(choice: Any) -> str:

@@ -18,7 +18,9 @@ from .gl.precision import Precision
 from .hits import Hits, check_decided
 from .methods import Accelerator, Method, settings
 from .methods.choices import COHERENT, Choice, Choices
+from .methods.names import MethodName
 from .numerics.public_call import public_call
+from .options import TRACER_OPTIONS, lists
 from .rays.batch import RayBatch
 from .render.integrators import find_integrator
 from .render.plan import Plan
@@ -35,6 +37,7 @@ DEFAULT_METHOD, AUTO = "bvh-threaded", "auto"
 Source = Scene | trimesh.Trimesh | str | os.PathLike[str]    # what `load_scene` accepts
 
 
+@lists(TRACER_OPTIONS)
 class Tracer:
     """Traces rays through a scene with one of the methods of ``methods()``.
 
@@ -47,7 +50,7 @@ class Tracer:
         rays. After a call, ``statistics.choice`` says for which rays the used method was chosen,
         and ``method`` and ``options`` describe the used method. "auto" takes the ``Choices`` that
         `tune` found for this scene and renderer; if `tune` has not run, it takes a safe default
-    options : options of ``options.TRACER_OPTIONS`` and of the method; no others are accepted
+    options : the options below, and the options that ``gpgpu-rt methods NAME`` prints for a method
 
     Raises
     ------
@@ -63,7 +66,7 @@ class Tracer:
     """
 
     @public_call
-    def __init__(self, scene: Source, method: str | Choices = DEFAULT_METHOD,
+    def __init__(self, scene: Source, method: MethodName | str | Choices = DEFAULT_METHOD,
                  **options: Any) -> None:
         self.settings: settings.Settings | None = None   # set by "auto" and by from_settings
         if method == AUTO:
