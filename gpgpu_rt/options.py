@@ -194,9 +194,9 @@ TRACER_OPTIONS: tuple[Option, ...] = (
            "default: the value of precision", choices=PRECISIONS, optional=True),
     Option("rounding", "nearest", "rounding of fp24 and fp16: to nearest, towards zero, or "
            "towards plus infinity", choices=ROUNDINGS),
-    Option("context", None, "OpenGL context: auto, egl, osmesa, angle, or (in Python) an "
-           "existing context; default: the environment variable GPGPU_RT_CONTEXT, or auto",
-           object),
+    Option("context", None, "OpenGL context: auto, egl, osmesa, angle, native (on Windows and "
+           "macOS), or (in Python) an existing context; default: the environment variable "
+           "GPGPU_RT_CONTEXT, or auto", object),
 )
 
 
