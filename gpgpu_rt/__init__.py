@@ -1,4 +1,30 @@
-"""Ray tracing on graphics hardware, as fragment programs did it in 2002-2007."""
+"""Ray tracing on graphics hardware, as fragment programs did it in 2002-2007.
+
+A scene has triangles. A tracer has a scene and a method, such as "kd-restart", whose fragment
+programs find the hits of rays. All methods find the same hits, at different costs::
+
+    import gpgpu_rt as rt
+
+    scene = rt.load_scene("bunny")              # a name, a mesh file or a trimesh.Trimesh
+    with rt.Tracer(scene, "kd-restart", statistics=True) as tracer:
+        origins, directions = scene.camera.rays((512, 512))     # (512, 512, 3) each, world units
+        hits = tracer.trace(origins, directions)
+        print(hits)                             # hits.t, hits.triangle, hits.image("t")
+        print(tracer.statistics)                # passes, seconds, nodes per ray
+        tracer.render(size=(512, 512)).save("bunny.png")        # a Pillow image
+
+Where to read on:
+
+- ``rt.methods()`` lists the methods; ``gpgpu-rt methods NAME`` prints the options of a method.
+- ``help(rt.Tracer)`` describes tracing, pictures and moving triangles, and lists the options of
+  all methods. ``help(rt.Hits)`` describes the result.
+- ``rt.reference.trace`` finds the same hits in float64, by brute force.
+- ``rt.load_animation`` loads a scene that moves; ``rt.Scene``, ``rt.Material`` and ``rt.Camera``
+  make a scene of your own.
+- Every error is an ``rt.Error`` whose message says what to do.
+- README.md and docs/ describe the commands, the viewer and the figures. examples/tour.ipynb is a
+  notebook.
+"""
 from __future__ import annotations
 
 import importlib
@@ -79,7 +105,7 @@ def __getattr__(name: str) -> Any:
 
 
 def __dir__() -> list[str]:
-    return sorted({*globals(), *__all__})
+    return sorted(__all__)
 
 
 sys.modules[__name__].__class__ = _Package

@@ -7,9 +7,12 @@ from typing import Any
 
 import numpy as np
 
-from .errors import OptionError, nearest_names
+from . import views
+from .errors import Error, OptionError, nearest_names
+from .text_format import counted
 
 TRACED, INVALID, UNFINISHED, STACK_OVERFLOW = 0, 1, 2, 3
+COUNTERS = ("nodes_visited", "leaves_visited", "triangles_tested", "steps")
 
 
 @dataclass
@@ -44,6 +47,43 @@ class Hits:
     def __len__(self) -> int:
         return len(self.t)
 
+    def __repr__(self) -> str:
+        facts = dict(self._facts())
+        counts = ", ".join(facts[name] for name in ("hit", "miss", "invalid", "stopped")
+                           if name in facts)
+        return f"Hits({facts['rays']}: {counts}{'; t ' if facts['t'] else ''}{facts['t']})"
+
+    def _repr_html_(self) -> str:
+        picture = None
+        if len(self.shape) == 2 and len(self):
+            step = views.stride(max(self.shape), views.SIDE)
+            triangle, t = (self.image(name)[::step, ::step] for name in ("triangle", "t"))
+            picture = views.depth_picture(np.where(triangle >= 0, t, np.inf))
+        return views.table("Hits", self._facts(), picture)
+
+    def _facts(self) -> views.Facts:
+        """Return the numbers of rays that hit, missed, were invalid and were stopped, the
+        distances, and the means of the counters. They are estimates from a sample of the rays if
+        there are very many rays."""
+        step = views.stride(len(self), views.MOST_RAYS)
+        status, triangle, t = self.status[::step], self.triangle[::step], self.t[::step]
+        hit = (triangle >= 0) & (status == TRACED)
+        stopped = int((status >= UNFINISHED).sum())
+        invalid = int((status == INVALID).sum())
+        miss = len(status) - int(hit.sum()) - stopped - invalid
+        about, scale = "about " if step > 1 else "", len(self) / max(len(status), 1)
+        facts = [("rays", counted(len(self), "ray")),
+                 *((name, f"{about}{round(number * scale):,} {name}")
+                   for name, number in (("hit", int(hit.sum())), ("miss", miss),
+                                        ("invalid", invalid), ("stopped", stopped))
+                   if number or name != "invalid"),
+                 ("t", about + views.spread(t[hit]) if hit.any() else "")]
+        if len(self.shape) == 2:
+            facts.append(("shape", f"{self.shape[0]} x {self.shape[1]}"))
+        means = ((name, getattr(self, name)) for name in COUNTERS)
+        return [*facts, *((name.replace("_", " "), f"{about}{array[::step].mean():.2f} per ray")
+                          for name, array in means if array is not None and len(self))]
+
     @property
     def hit(self) -> np.ndarray:
         """(n,) bool, true where the ray hit a triangle."""
@@ -66,6 +106,16 @@ class Hits:
         """Return the arrays that are present, by field name, ready for ``numpy.savez``."""
         pairs = ((f.name, getattr(self, f.name)) for f in fields(self) if f.name != "shape")
         return {name: array for name, array in pairs if array is not None}
+
+
+def check_decided(hits: Hits, step_cap: int) -> None:
+    """Raise Error if the step cap or a full stack stopped a ray before a hit was found."""
+    for status, advice in ((UNFINISHED, f"reached the step cap of {step_cap} undecided; "
+                                        "raise step_cap"),
+                           (STACK_OVERFLOW, "overflowed their stack; raise stack_size")):
+        undecided = int(((hits.status == status) & ~hits.hit).sum())
+        if undecided:
+            raise Error(f"{undecided} rays {advice}")
 
 
 def joined(parts: Sequence[Hits]) -> Hits:

@@ -1,8 +1,10 @@
 """Options: the name of an option is a Python keyword, the word ``--name``, and a JSON key."""
 from __future__ import annotations
 
+import inspect
 import operator
-from collections.abc import Iterable, Mapping
+import textwrap
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -34,6 +36,7 @@ class Option:
     schedules : The schedules that allow a value other than the default. Empty for all schedules.
     goes_with : The name of another option, and the values of that option for which this option
         has a meaning.
+    common : Whether many users need the option: the short help of a command lists it.
     """
 
     name: str
@@ -50,6 +53,7 @@ class Option:
     excludes: tuple[str, ...] = ()
     schedules: tuple[str, ...] = ()
     goes_with: tuple[str, tuple[Any, ...]] | None = None
+    common: bool = False
 
     def glsl_define(self, value: Any) -> tuple[str, object]:
         """Return the name of the define for a value, and the value of the define."""
@@ -94,6 +98,13 @@ class Option:
         if self.maximum is not None and not converted <= self.maximum:
             raise OptionError(f"option {self.name}={value!r} must be at most {self.maximum}")
         return converted
+
+    @property
+    def values(self) -> str:
+        """The valid values, or their type, in words."""
+        names = (list(map(repr, self.choices)) if self.choices is not None
+                 else [*map(repr, self.words), self.kind.__name__])
+        return " or ".join([*names, *(["None"] if self.optional or self.default is None else [])])
 
     def fits(self, values: Mapping[str, Any]) -> bool:
         """Return whether this option has a meaning with these ``values`` of all options."""
@@ -155,7 +166,8 @@ TRACER_OPTIONS: tuple[Option, ...] = (
            excludes=("statistics", "sort_rays", "rasterised_bounds", "entry_points",
                      "quantise_nodes", "step_cap", "steps_per_pass")),
     Option("schedule", "loop", "how traversal kernels are run: a pass for each kernel, a pass for "
-           "each step, or all steps in one pass", choices=("kernels", "step", "loop")),
+           "each step, or all steps in one pass", choices=("kernels", "step", "loop"),
+           common=True),
     Option("steps_per_pass", 1, "kernel runs per pass under the step schedule", int, minimum=1,
            schedules=("step",)),
     Option("mask_interval", None, "passes between two counts of the live rays; under kernels, odd "
@@ -163,7 +175,8 @@ TRACER_OPTIONS: tuple[Option, ...] = (
            minimum=1, schedules=("kernels", "step")),
     Option("step_cap", None, "kernel runs after which a ray is stopped and marked as unfinished; "
            "default: a bound computed from the size of the accelerator", int, minimum=1),
-    Option("statistics", False, "count the nodes, leaves and triangles of each ray", bool),
+    Option("statistics", False, "count the nodes, leaves and triangles of each ray", bool,
+           common=True),
     Option("sort_rays", False, "sort the rays on the GPU before tracing, by their start and end "
            "points", bool, excludes=("presort",)),
     Option("presort", False, "sort ray arrays on the host before the upload, by direction and "
@@ -181,10 +194,23 @@ TRACER_OPTIONS: tuple[Option, ...] = (
            "default: the value of precision", choices=PRECISIONS, optional=True),
     Option("rounding", "nearest", "rounding of fp24 and fp16: to nearest, towards zero, or "
            "towards plus infinity", choices=ROUNDINGS),
-    Option("context", None, "OpenGL context: auto, egl, osmesa, angle, or (in Python) an "
-           "existing context; default: the environment variable GPGPU_RT_CONTEXT, or auto",
-           object),
+    Option("context", None, "OpenGL context: auto, egl, osmesa, angle, native (on Windows and "
+           "macOS), or (in Python) an existing context; default: the environment variable "
+           "GPGPU_RT_CONTEXT, or auto", object),
 )
+
+
+def lists(options: Iterable[Option]) -> Callable[[type], type]:
+    """Return a decorator that appends a list of the options to the docstring of a class."""
+    def decorate(kind: type) -> type:
+        entries = [f"{option.name} : {option.values}"
+                   + ("" if "default:" in option.help else f"; default {option.default!r}") + "\n"
+                   + textwrap.fill(option.help, 90, initial_indent="    ",
+                                   subsequent_indent="    ") for option in options]
+        text = "\n".join(["Options", "-------", *entries])
+        kind.__doc__ = f"{inspect.cleandoc(kind.__doc__ or '')}\n\n{text}\n"
+        return kind
+    return decorate
 
 
 def spell(choice: Any) -> str:

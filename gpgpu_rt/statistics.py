@@ -1,8 +1,11 @@
 """Statistics: the cost of a tracer's last call."""
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, fields
 from typing import Any
+
+from . import views
+from .text_format import counted
 
 OF_STRUCTURE = ("method", "choice", "table_bytes", "build_seconds", "refit_seconds", "rebuilt")
 
@@ -96,6 +99,26 @@ class Statistics:
     uploaded_bytes: int = 0
     read_back_bytes: int = 0
     split: dict[str, float] = field(default_factory=dict)
+
+    def __repr__(self) -> str:
+        return f"Statistics({'; '.join(text for _, text in self._facts()[:4] if text)})"
+
+    def _repr_html_(self) -> str:
+        return views.table("Statistics", self._facts())
+
+    def _facts(self) -> views.Facts:
+        """Return the costs that most users ask for, and the other numbers that are not zero."""
+        by = f" by {self.method}" if self.method else ""
+        shown = {"rays", "method", "passes", "trace_seconds", "build_seconds", "counters"}
+        rest = [(name.replace("_", " "), f"{value:,}" if isinstance(value, int) else str(value))
+                for name, value in ((f.name, getattr(self, f.name)) for f in fields(self))
+                if name not in shown and value and isinstance(value, (int, float, str))]
+        return [("rays", counted(self.rays, "ray") + by),
+                ("passes", f"{counted(self.passes, 'pass')} in {self.trace_seconds * 1e3:.0f} ms"),
+                ("build", f"built in {self.build_seconds:.2f} s"),
+                ("per ray", "" if not self.counters else "per ray " + ", ".join(
+                    f"{value:.1f} {name.replace('_', ' ')}"
+                    for name, value in self.counters.items())), *rest]
 
     def to_dict(self) -> dict[str, Any]:
         return asdict(self)

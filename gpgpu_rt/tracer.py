@@ -4,22 +4,23 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import AbstractContextManager
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import trimesh
 from PIL import Image
 
-from .errors import Error
+from . import views
 from .gl.context import open_gpu
 from .gl.observation import ObservedPass, Passes, observe
 from .gl.pass_log import PassLog
 from .gl.precision import Precision
-from .hits import STACK_OVERFLOW, UNFINISHED, Hits
+from .hits import Hits, check_decided
 from .methods import Accelerator, Method, settings
 from .methods.choices import COHERENT, Choice, Choices
+from .methods.names import MethodName
 from .numerics.public_call import public_call
+from .options import TRACER_OPTIONS, lists
 from .rays.batch import RayBatch
 from .render.integrators import find_integrator
 from .render.plan import Plan
@@ -36,6 +37,7 @@ DEFAULT_METHOD, AUTO = "bvh-threaded", "auto"
 Source = Scene | trimesh.Trimesh | str | os.PathLike[str]    # what `load_scene` accepts
 
 
+@lists(TRACER_OPTIONS)
 class Tracer:
     """Traces rays through a scene with one of the methods of ``methods()``.
 
@@ -48,7 +50,7 @@ class Tracer:
         rays. After a call, ``statistics.choice`` says for which rays the used method was chosen,
         and ``method`` and ``options`` describe the used method. "auto" takes the ``Choices`` that
         `tune` found for this scene and renderer; if `tune` has not run, it takes a safe default
-    options : options of ``options.TRACER_OPTIONS`` and of the method; no others are accepted
+    options : the options below, and the options that ``gpgpu-rt methods NAME`` prints for a method
 
     Raises
     ------
@@ -64,7 +66,7 @@ class Tracer:
     """
 
     @public_call
-    def __init__(self, scene: Source, method: str | Choices = DEFAULT_METHOD,
+    def __init__(self, scene: Source, method: MethodName | str | Choices = DEFAULT_METHOD,
                  **options: Any) -> None:
         self.settings: settings.Settings | None = None   # set by "auto" and by from_settings
         if method == AUTO:
@@ -200,13 +202,8 @@ class Tracer:
         """
         batch = self._batch(origins, directions, t_min, t_max, shape, invalid)
         with self.sessions.call(batch) as session:
-            hits, cap = session.trace(batch, True, self.statistics), session.step_cap
-        for status, advice in ((UNFINISHED, f"reached the step cap of {cap} undecided; "
-                                            "raise step_cap"),
-                               (STACK_OVERFLOW, "overflowed their stack; raise stack_size")):
-            undecided = int(((hits.status == status) & ~hits.hit).sum())
-            if undecided:
-                raise Error(f"{undecided} rays {advice}")
+            hits = session.trace(batch, True, self.statistics)
+            check_decided(hits, session.step_cap)
         return hits.hit
 
     @public_call
@@ -381,7 +378,13 @@ class Tracer:
         """
         return observe(self.gpu, look, fragments)
 
-    # Lifetime -------------------------------------------------------------------------------
+    # The tracer itself ----------------------------------------------------------------------
+
+    def __repr__(self) -> str:
+        return views.line("Tracer", self.sessions.facts())
+
+    def _repr_html_(self) -> str:
+        return views.table("Tracer", self.sessions.facts())
 
     def release(self) -> None:
         """Free textures and programs; the tracer cannot be used afterwards."""
@@ -394,7 +397,4 @@ class Tracer:
         self.release()
 
     def __reduce__(self) -> tuple[Any, ...]:
-        context = self.options["context"] if isinstance(self.options["context"], str) else None
-        choices = Choices(*(replace(self.choices.of(rays), options={**options, "context": context})
-                            for rays, (_, options) in self.sessions.rows.items()))
-        return Tracer, (self.scene, choices)
+        return Tracer, (self.scene, self.sessions.remade())

@@ -1,7 +1,8 @@
 #version 330 core
 // Write the picture in sRGB. With GATHERED the light of a pixel is the sum that other passes gathered. A
 // scene with one light and no bounces needs no GATHERED: the light of a pixel is then the unshadowed light,
-// plus the direct light if the shadow ray hit nothing.
+// plus the direct light if the shadow ray hit nothing. If the host applies an exposure or a tone map, the
+// picture is linear and not clipped.
 
 #include <streams>
 #include "core/hit.glsl"
@@ -11,6 +12,8 @@ out vec4 colour;
 #ifdef GATHERED
 uniform float sample_share;     // 1 divided by the number of samples in the sum
 #endif
+
+uniform bool linear;
 
 void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
@@ -22,6 +25,10 @@ void main() {
     light += hit_found(hit_load(pixel)) ? vec3(0.0) : direct_load(pixel).light;
 #endif
 #endif
+    if (linear) {
+        colour = vec4(light, 1.0);
+        return;
+    }
     light = clamp(light, 0.0, 1.0);
     colour = vec4(mix(12.92 * light, 1.055 * pow(light, vec3(1.0 / 2.4)) - 0.055,
                       step(0.0031308, light)), 1.0);

@@ -6,17 +6,19 @@ from dataclasses import replace
 from typing import Any
 
 from ..scene.camera import Camera, Vector
+from .parser import Parser
 
 PLACES = {"eye": "position of the camera", "target": "point at the centre of the picture",
           "up": "direction that points up in the picture"}
 
 
-def add_camera(sub: argparse.ArgumentParser) -> None:
+def add_camera(sub: Parser) -> None:
     """Declare the options of the camera."""
     group = sub.add_argument_group("camera (default: the scene's own)")
     for name, text in PLACES.items():
-        group.add_argument(f"--{name}", type=_vector, metavar="X,Y,Z",
-                           help=f"{text}, in world units; for example --{name}=-1,0,2.5")
+        (sub.rare if name == "up" else group).add_argument(
+            f"--{name}", type=_vector, metavar="X,Y,Z",
+            help=f"{text}, in world units, as in --{name}=-1,0,2.5")
     group.add_argument("--fov", type=float, metavar="DEGREES",
                        help="vertical field of view, from edge to edge")
 

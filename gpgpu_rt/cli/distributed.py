@@ -21,17 +21,18 @@ from ..workers.digest import digest
 from ..workers.workers import TILE, Workers, check_parts
 from .floor import scene_of
 from .frames import frame_drawing, kept_frames, opened, write_film
+from .parser import Parser
 from .picture import drawing_of
 from .progress import show_progress, tenths
 from .shared import options_for, print_json, print_stand_in, say
 from .unfinished import Unfinished, follows_from
 
 
-def add_scheduler(sub: argparse.ArgumentParser, what: str) -> None:
+def add_scheduler(sub: Parser, what: str) -> None:
     """Declare the option that shares ``what`` among workers."""
-    sub.add_argument("--scheduler", metavar="local|ADDRESS", help=f"share {what} among local "
-                     "processes (one per core), or among the workers of the Dask scheduler at "
-                     "this address")
+    sub.rare.add_argument("--scheduler", metavar="local|ADDRESS", help=f"share {what} among local "
+                          "processes (one per core), or among the workers of the Dask scheduler "
+                          "at this address")
 
 
 def trace_shared(chosen: argparse.Namespace, rays: dict[str, np.ndarray]) -> None:

@@ -19,6 +19,7 @@ from ..text_format import counted
 from ..tracer import Tracer
 from ..workers.digest import digest
 from .camera import given_camera
+from .parser import Parser
 from .picture import drawing_of
 from .unfinished import Unfinished, follows_from
 
@@ -29,18 +30,18 @@ _WIDE = re.compile(r"%\d{2,}d")
 MOST_FRAMES = 1_000_000
 
 
-def add_frames(sub: argparse.ArgumentParser) -> None:
+def add_frames(sub: Parser) -> None:
     """Declare the options of ``render`` for frames."""
-    sub.add_argument("--resume", action="store_true", help="with --frames or --scheduler: keep "
-                     "the parts that an interrupted run with the same settings saved in "
-                     "OUTPUT.unfinished, and draw only the missing parts")
-    sub.add_argument("--build-ahead", action="store_true", help="with --frames: another process "
-                     "builds the next frame's structure while a frame renders; every frame is "
-                     "rebuilt, also by a method that could refit")
+    sub.rare.add_argument("--resume", action="store_true", help="with --frames or --scheduler: "
+                          "keep the parts that an interrupted run with the same settings saved in "
+                          "OUTPUT.unfinished, and draw only the missing parts")
+    sub.rare.add_argument("--build-ahead", action="store_true", help="with --frames: another "
+                          "process builds the next frame's structure while a frame renders; every "
+                          "frame is rebuilt, also by a method that could refit")
     sub.add_argument("--frames", type=_whole, metavar="N", help="render the first N frames of a "
-                     "moving scene. They become numbered files if --output is a folder (end a "
-                     "new folder's name in /) or contains %%04d, else one GIF or APNG. A "
-                     "moving camera is followed unless an option of the camera is given")
+                     "moving scene to numbered files if --output is a folder (end a new folder's "
+                     "name in /) or contains %%04d, else to one GIF or APNG. Without an option "
+                     "of the camera, a moving camera is followed")
 
 
 def check_frames(chosen: argparse.Namespace) -> None:

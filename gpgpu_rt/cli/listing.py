@@ -6,12 +6,13 @@ import sys
 from typing import Any
 
 from ..errors import Error
-from ..gl.context import open_gpu, probe
+from ..gl.context import hint, open_gpu, probe
 from ..methods import find_method, methods
 from ..methods.references import reference
 from ..options import spell
+from .help import described
 from .program import files_of_method
-from .shared import Command, described, print_json, print_table, word_of
+from .shared import Command, print_json, print_table, word_of
 
 
 def add_commands(command: Command) -> None:
@@ -39,8 +40,7 @@ def _info(chosen: argparse.Namespace) -> None:
                   f"    largest texture {row['max_texture_size']}, "
                   f"{row['max_draw_buffers']} render targets")
     if not some:
-        raise Error("no OpenGL context is available; install libegl1 libgl1 libgl1-mesa-dri "
-                    "(Debian, Ubuntu) or a graphics driver")
+        raise Error(f"no OpenGL context is available; {hint()}")
     # Print the table now: `open_gpu` on the next line may fail because of an environment variable.
     sys.stdout.flush()
     print(f"used without --context: {open_gpu().backend}")

@@ -1,10 +1,22 @@
-"""Parser: an argument parser that reports a mistake in one line."""
+"""Parser: an argument parser that reports a mistake in one line, and has help of three lengths."""
 from __future__ import annotations
 
 import argparse
+from collections.abc import Sequence
 from typing import Any
 
 from ..errors import did_you_mean, nearest_names
+from .help import OwnedOptions, of_owners, short, usage_of, where_to_read_on
+
+
+class _HelpAll(argparse.Action):
+    """Prints every option of a command, and ends the program."""
+
+    def __call__(self, parser: argparse.ArgumentParser, *_: Any) -> None:
+        assert isinstance(parser, Parser)
+        parser.in_full = True
+        parser.print_help()
+        parser.exit()
 
 
 class Parser(argparse.ArgumentParser):
@@ -13,6 +25,9 @@ class Parser(argparse.ArgumentParser):
     Attributes
     ----------
     switches : the words that need no value, such as --octants
+    owned : the options that belong to methods or integrators. If there are any, ``--help`` leaves
+        most of them out, and leaves out the group ``rare``
+    in_full : whether the help has every option
     """
 
     speaker = "gpgpu-rt"
@@ -20,6 +35,48 @@ class Parser(argparse.ArgumentParser):
     def __init__(self, *given: Any, **more: Any) -> None:
         super().__init__(*given, **more)
         self.switches: set[str] = set()
+        self.owned: list[OwnedOptions] = []
+        self.in_full = False
+        self._arguments: Sequence[str] = ()
+        self._rare: argparse._ArgumentGroup | None = None
+
+    @property
+    def rare(self) -> argparse._ArgumentGroup:
+        """The group for options of the command itself that few users need."""
+        self._rare = self._rare or self.add_argument_group("more options")
+        return self._rare
+
+    def own(self, options: OwnedOptions) -> None:
+        """Add options that belong to methods or integrators to the help. The parser already has
+        them as arguments."""
+        if not self.owned:
+            self.add_argument("--help-all", action=_HelpAll, nargs=0, default=argparse.SUPPRESS,
+                              help="show every option and exit")
+        self.owned.append(options)
+
+    def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
+        self._arguments = list(args or ())
+        return super().parse_known_args(args, namespace)
+
+    def format_help(self) -> str:
+        if not self.owned:
+            return super().format_help()
+        formatter = self._get_formatter()
+        formatter.add_usage(usage_of(self._actions), (), ())
+        groups = [(group.title, list(group._group_actions)) for group in self._action_groups
+                  if self.in_full or group is not self._rare]
+        chosen = [] if self.in_full else of_owners(self.owned, self._arguments)
+        if not chosen:
+            formatter.add_text(self.description)
+        for title, actions in chosen or (groups if self.in_full else short(groups, self.owned)):
+            formatter.start_section(title)
+            formatter.add_arguments(actions)
+            formatter.end_section()
+            if chosen and not actions:
+                formatter.add_text(f"{title}: none")
+        if not self.in_full:
+            formatter.add_text(where_to_read_on(self.owned, bool(chosen)))
+        return formatter.format_help()
 
     def error(self, message: str) -> Any:
         self.exit(2, f"{self.speaker}: {message} (see `{self.prog} --help`)\n")

@@ -2,18 +2,20 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
 
+from ..options import Option
 from ..render.integrators import DEFAULT, INTEGRATORS, find_integrator
 from ..render.plan import Plan
 from ..scene.scene import Scene
 from ..tracer import Tracer
 from .camera import camera_of
+from .help import OwnedOptions, Variants, variants
 from .parser import Parser
 from .progress import doublings, show_progress
-from .shared import Variants, add_variants, parsed, variants
+from .shared import add_variants, parsed
 
 
 def add_picture(sub: Parser) -> None:
@@ -21,10 +23,11 @@ def add_picture(sub: Parser) -> None:
     group = sub.add_argument_group("light")
     group.add_argument("--integrator", metavar="NAME", help="the integrator: "
                        f"{', '.join(INTEGRATORS)}; default {DEFAULT}")
-    group.add_argument("--explain", action="store_true", help="print the plan before drawing: "
-                       "the passes, textures and defines that the scene requires, and why others "
-                       "are left out")
-    add_variants(sub, group, light_options(), "picture_")
+    sub.rare.add_argument("--explain", action="store_true", help="print the plan before drawing: "
+                          "the passes, textures and defines that the scene requires, and why "
+                          "others are left out")
+    add_variants(sub, group, OwnedOptions("integrator", _integrators(), ("--integrator",)),
+                 "picture_")
 
 
 def picture_options(chosen: argparse.Namespace) -> dict[str, Any]:
@@ -66,5 +69,9 @@ def progress_shown() -> Iterator[Callable[[int, int, float], None]]:
 
 def light_options() -> Variants:
     """Return every option of every integrator by name, with the default integrator first."""
+    return variants(_integrators())
+
+
+def _integrators() -> list[tuple[str, Sequence[Option]]]:
     kinds = sorted(INTEGRATORS.values(), key=lambda kind: kind.name != DEFAULT)
-    return variants((kind.name, kind.options) for kind in kinds)
+    return [(kind.name, kind.options) for kind in kinds]

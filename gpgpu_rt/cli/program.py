@@ -37,7 +37,7 @@ def add_commands(command: Command) -> None:
                      "program")
     sub.add_argument("--scene", default=SCENE, help="scene whose tree determines sizes, such as "
                      "the size of a stack; default %(default)s")
-    add_options(sub)
+    add_options(sub, words=())
 
 
 def _program(chosen: argparse.Namespace) -> None:

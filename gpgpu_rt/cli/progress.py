@@ -1,11 +1,14 @@
-"""Progress: a bar if tqdm is installed and stderr is a terminal, else a line from time to time."""
+"""Progress: a bar if tqdm is installed, in a terminal or a notebook, else a line from time to
+time."""
 from __future__ import annotations
 
 import contextlib
+import warnings
 from collections.abc import Callable, Iterator
 from typing import Any
 
 from ..text_format import counted
+from ..views import in_notebook
 from .shared import say
 
 Lines = Callable[[int, int, str], None]     # the count done, the total, and a note
@@ -60,10 +63,14 @@ def doublings(unit: str) -> Lines:
 
 
 def _bar(unit: str, of: int) -> Any:
-    """Return a tqdm bar, or None without tqdm or without a terminal."""
+    """Return a tqdm bar, or None without tqdm, or with neither a notebook nor a terminal."""
     try:
-        from tqdm import tqdm
+        with warnings.catch_warnings():
+            # In a notebook without widgets, tqdm warns and draws its bar as text.
+            warnings.simplefilter("ignore")
+            from tqdm.auto import tqdm
     except ImportError:
         return None
-    bar = tqdm(total=of, unit=unit, dynamic_ncols=True, disable=None)
+    # The output of a notebook is no terminal, so tqdm would show no bar unless it is told to.
+    bar = tqdm(total=of, unit=unit, dynamic_ncols=True, disable=False if in_notebook() else None)
     return None if bar.disable else bar

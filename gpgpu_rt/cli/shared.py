@@ -6,13 +6,14 @@ import json
 import math
 import re
 import sys
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
 from typing import Any
 
 from ..errors import OptionError
 from ..methods import find_method, methods
-from ..options import TRACER_OPTIONS, TRUTH, Option, spell
+from ..options import TRACER_OPTIONS, TRUTH, Option
 from ..scene.scene import Scene
+from .help import OwnedOptions, Variants, escaped, help_of, variants
 from .parser import Parser
 
 # A function that declares a command, given its name, the function that runs it, and its help text.
@@ -22,29 +23,26 @@ Command = Callable[[str, Callable[[argparse.Namespace], None], str], Parser]
 _WORD = re.compile(r"--[a-z-]+")
 _PLACE = re.compile(r"-[\d.][^,]*,.*")     # a list of numbers that begins with a minus sign
 
-# For each name, the options that have this name, each with the names of its owners.
-Variants = dict[str, dict[Option, list[str]]]
 
-
-def variants(owners: Iterable[tuple[str, Sequence[Option]]]) -> Variants:
-    """Return the options of each name with their owners, in the order of ``owners``."""
-    found: Variants = {}
-    for owner, options in owners:
-        for option in options:
-            found.setdefault(option.name, {}).setdefault(option, []).append(owner)
-    return found
+def all_owners() -> list[tuple[str, Sequence[Option]]]:
+    """Return the tracer and every method, each with its options."""
+    return [("the tracer", TRACER_OPTIONS), *((row.name, row.options) for row in methods())]
 
 
 def all_options() -> Variants:
     """Return every option of the tracer and of every method, by name."""
-    return variants([("the tracer", TRACER_OPTIONS),
-                     *((row.name, row.options) for row in methods())])
+    return variants(all_owners())
 
 
-def add_options(sub: Parser) -> None:
-    """Declare a ``--word`` for every option of the tracer and of the methods."""
+def add_options(sub: Parser, words: tuple[str, ...] = ("-m", "--method", "--methods"),
+                unowned: tuple[str, ...] = ()) -> None:
+    """Declare a ``--word`` for every option of the tracer and of the methods.
+
+    ``words`` and ``unowned`` are as in `OwnedOptions`.
+    """
     group = sub.add_argument_group("options of the tracer and its methods")
-    add_variants(sub, group, all_options(), "option_")
+    add_variants(sub, group, OwnedOptions("method", all_owners(), words, "the tracer", unowned),
+                 "option_")
 
 
 def names(text: str) -> list[str]:
@@ -98,63 +96,30 @@ def word_of(name: str) -> str:
     return "--" + name.replace("_", "-")
 
 
-def add_variants(sub: Parser, group: argparse._ArgumentGroup, table: Variants,
+def add_variants(sub: Parser, group: argparse._ArgumentGroup, options: OwnedOptions,
                  prefix: str) -> None:
-    """Declare a ``--word`` for each option of ``table`` in a group of a command's parser.
+    """Declare a ``--word`` for each of the options in a group of a command's parser.
 
     The parsed arguments hold the text after the word as their attribute ``prefix`` + name.
     """
-    for name, kinds in table.items():
+    sub.own(options)
+    for name, kinds in options.table.items():
         bare = {"nargs": "?", "const": "true"} if _is_switch(kinds) else {}
         sub.switches.update([word_of(name)] if bare else [])
         try:
-            group.add_argument(word_of(name), dest=prefix + name,
-                               metavar="true|false" if bare else "VALUE",
-                               help=_help(kinds).replace("%", "%%"), **bare)
+            action = group.add_argument(word_of(name), dest=prefix + name,
+                                        metavar="true|false" if bare else "VALUE",
+                                        help=escaped(help_of(kinds)), **bare)
         except argparse.ArgumentError:      # a method from a foreign folder has this option
             owner = [owner for owners in kinds.values() for owner in owners][-1]
             raise OptionError(f"{find_method(owner).glsl}: method {owner} has an option {name}, "
                               f"but the commands use {word_of(name)} themselves; give the option "
                               "another name") from None
+        options.actions[action] = name
 
 
 def _is_switch(kinds: Iterable[Option]) -> bool:
     return any(option.kind is bool for option in kinds)
-
-
-def described(option: Option) -> str:
-    """Return the help text of an option with its choices, which come before "; default:"."""
-    text, *default = option.help.partition("; default:")
-    choices = f" ({', '.join(map(spell, option.choices))})" if option.choices else ""
-    return text + choices + "".join(default)
-
-
-def _help(kinds: Mapping[Option, Sequence[str]]) -> str:
-    """Return the help text of a word, which options of several methods may share.
-
-    Options with the same text share it. If there are several texts, each text begins with the
-    names of its methods. If the options of a text have several defaults, each default is followed
-    by its methods: "default 10 for lbvh, 2 for hybrid".
-    """
-    texts: dict[str, dict[str, list[str]]] = {}
-    for option, owners in kinds.items():
-        default = spell(option.default)
-        if option.kind is bool or option.default is None:
-            default = "" if "default:" in option.help else default.lower()
-        defaults = texts.setdefault(described(option), {})
-        defaults.setdefault(default, []).extend(owners)
-    sentences = []
-    for text, defaults in texts.items():
-        whose = _listed([owner for owners in defaults.values() for owner in owners])
-        ends = [default + (f" for {_listed(owners)}" if len(defaults) > 1 else "")
-                for default, owners in defaults.items() if default]
-        sentences.append((f"{whose}: " if len(texts) > 1 else "") + text
-                         + (f"; default {', '.join(ends)}" if ends else ""))
-    return ". ".join(sentences)
-
-
-def _listed(owners: Sequence[str]) -> str:
-    return ", ".join(owners) if len(owners) < 4 else f"{owners[0]} and {len(owners) - 1} others"
 
 
 def spelled_out(arguments: Sequence[str], switches: Collection[str]) -> list[str]:

@@ -41,20 +41,21 @@ def add_commands(command: Command) -> None:
                      help="the file to write")
     sub.add_argument("--size", type=size_word, default=(512, 512), metavar="WIDTHxHEIGHT",
                      help="size of the picture in pixels; default 512x512")
-    sub.add_argument("--first-hits", choices=FIRST_HITS, default=FIRST_HITS[0],
-                     help="how to find the hits of eye rays. traced: by the method. rasterised: "
-                     "by the rasteriser, with proof that each hit equals the traced hit to the "
-                     "bit. verified: by the rasteriser, with a check that each hit is a hit of "
-                     "its ray, but not that it is the nearest; default %(default)s")
-    sub.add_argument("--timings", action="store_true", help="print where the time goes, from the "
-                     "start of the process to the written file; the first pass of a program "
-                     "includes its compilation")
+    sub.rare.add_argument("--first-hits", choices=FIRST_HITS, default=FIRST_HITS[0],
+                          help="how to find the hits of eye rays. traced: by the method. "
+                          "rasterised: by the rasteriser, with proof that each hit equals the "
+                          "traced hit to the bit. verified: by the rasteriser, with a check that "
+                          "each hit is a hit of its ray, but not that it is the nearest; default "
+                          "%(default)s")
+    sub.rare.add_argument("--timings", action="store_true", help="print where the time goes, from "
+                          "the start of the process to the written file; the first pass of a "
+                          "program includes its compilation")
     add_camera(sub)
     add_picture(sub)
     add_floor(sub)
     add_frames(sub)
     add_scheduler(sub, "the picture's tiles, or the frames,")
-    add_options(sub)
+    add_options(sub, unowned=(AUTO,))
     sub = command("trace", _trace, "trace the rays of a file and write their hits to a file")
     sub.add_argument("scene", help="a scene's name or a mesh file")
     sub.add_argument("rays", metavar="RAYS.npz", help="arrays origins and directions, (n, 3) "
@@ -66,16 +67,16 @@ def add_commands(command: Command) -> None:
                      help="treat a ray with NaN, infinity or a zero direction as an error, or as "
                      "a miss; default %(default)s")
     add_scheduler(sub, "the rays")
-    add_options(sub)
+    add_options(sub, unowned=(AUTO,))
 
 
 def _add_choice(sub: Parser) -> None:
-    add_method(sub, "a method's name, or auto: the settings that `tune` saved for this scene, "
-               f"else a safe default; default {DEFAULT_METHOD}")
-    sub.add_argument("--settings", metavar="FILE", help="read method and options from a file "
-                     "that `tune` wrote")
-    sub.add_argument("--force", action="store_true", help="use the settings even if they were "
-                     "made for another scene or renderer")
+    add_method(sub, "a method's name, or auto (what `tune` saved for this scene, else a safe "
+               f"default); default {DEFAULT_METHOD}")
+    sub.rare.add_argument("--settings", metavar="FILE", help="read method and options from a file "
+                          "that `tune` wrote")
+    sub.rare.add_argument("--force", action="store_true", help="use the settings even if they "
+                          "were made for another scene or renderer")
 
 
 def _render(chosen: argparse.Namespace) -> None:

@@ -1,9 +1,11 @@
-"""Gpu: an OpenGL context from EGL, OSMesa, ANGLE or a window. Only this file makes contexts."""
+"""Gpu: an OpenGL context from EGL, OSMesa, the system, ANGLE or a window. Only this file makes
+contexts."""
 from __future__ import annotations
 
 import functools
 import os
 import re
+import sys
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
@@ -17,12 +19,30 @@ from .angle import ES_VERSION, MOST_TARGETS, AngleLoader
 from .observation import HostQuery, Observer, Observers
 from .osmesa import HINT, OsMesaLoader
 
-AUTOMATIC = ("egl", "osmesa")      # backends that "auto" tries
-BACKENDS = (*AUTOMATIC, "angle")
+# Backends that "auto" tries, by ``sys.platform``. Windows and macOS have neither EGL nor OSMesa of
+# their own. There, moderngl itself makes a context without a window, by WGL or CGL.
+AUTOMATIC = {"win32": ("native",), "darwin": ("native",)}
+ELSEWHERE = ("egl", "osmesa")
 GL_VERSION = 330
 # renderers that run on the processor
 SOFTWARE = ("llvmpipe", "softpipe", "swrast", "swiftshader")
 THREADS = {"llvmpipe": r"llvmpipe-\d+", "swiftshader": r"Thread<\d+>"}    # names of threads
+
+
+def automatic() -> tuple[str, ...]:
+    """Return the backends that "auto" tries on this system."""
+    return AUTOMATIC.get(sys.platform, ELSEWHERE)
+
+
+def backends() -> tuple[str, ...]:
+    """Return all backends of this system."""
+    return (*automatic(), "angle")
+
+
+def hint() -> str:
+    """Return what to do if this system has no context."""
+    return HINT if automatic() == ELSEWHERE else (
+        "install the driver of the graphics card, then try `gpgpu-rt info`")
 
 
 def is_software(renderer: str) -> bool:
@@ -60,7 +80,7 @@ class Gpu:
     Parameters
     ----------
     context : moderngl.Context
-    backend : str, "egl", "osmesa", "angle" or "window"
+    backend : str, "egl", "osmesa", "native", "angle" or "window"
 
     Attributes
     ----------
@@ -182,8 +202,9 @@ def _create_egl() -> Gpu:
         context = moderngl.create_context(standalone=True, backend="egl", require=GL_VERSION,
                                           **settings)
     except Exception as failure:   # moderngl raises bare Exception for everything
-        hint = HINT if device is None else "set GPGPU_RT_EGL_DEVICE to another index, or unset it"
-        raise ContextError(f"EGL gives no OpenGL 3.3 context ({failure}); {hint}") from failure
+        advice = HINT if device is None else (
+            "set GPGPU_RT_EGL_DEVICE to another index, or unset it")
+        raise ContextError(f"EGL gives no OpenGL 3.3 context ({failure}); {advice}") from failure
     return Gpu(context, "egl")
 
 
@@ -192,6 +213,15 @@ def _create_osmesa() -> Gpu:
     if os.environ.get("GALLIUM_DRIVER") == "zink":
         raise ContextError("OSMesa has no driver zink; unset GALLIUM_DRIVER, or choose egl")
     return Gpu(moderngl.create_context(require=GL_VERSION, context=OsMesaLoader()), "osmesa")
+
+
+def _create_native() -> Gpu:
+    try:
+        context = moderngl.create_context(standalone=True, require=GL_VERSION)
+    except Exception as failure:   # moderngl raises bare Exception for everything
+        raise ContextError(f"{sys.platform} gives no OpenGL 3.3 context ({failure}); {hint()}"
+                           ) from failure
+    return Gpu(context, "native")
 
 
 def _create_angle() -> Gpu:
@@ -214,7 +244,8 @@ def _shared(backend: str) -> Gpu:
 
 @functools.lru_cache(maxsize=None)
 def _made(backend: str) -> Gpu:
-    gpu = {"egl": _create_egl, "osmesa": _create_osmesa, "angle": _create_angle}[backend]()
+    gpu = {"egl": _create_egl, "osmesa": _create_osmesa, "native": _create_native,
+           "angle": _create_angle}[backend]()
     # A new context is current in this thread. Leave it, so that other threads can use it.
     gpu.context.__exit__(None, None, None)
     return gpu
@@ -225,9 +256,9 @@ def open_gpu(context: str | moderngl.Context | Gpu | None = None) -> Gpu:
 
     Parameters
     ----------
-    context : "auto", "egl", "osmesa", "angle", a moderngl.Context (such as a window's), a Gpu, or
-        None. None reads the environment variable ``GPGPU_RT_CONTEXT``; if it is unset, None means
-        "auto": EGL, then OSMesa.
+    context : "auto", one of `backends`, a moderngl.Context (such as a window's), a Gpu, or None.
+        None reads the environment variable ``GPGPU_RT_CONTEXT``; if it is unset, None means
+        "auto": EGL, then OSMesa; on Windows and macOS, the system's own context.
 
     Raises
     ------
@@ -239,28 +270,28 @@ def open_gpu(context: str | moderngl.Context | Gpu | None = None) -> Gpu:
     if isinstance(context, moderngl.Context):
         return context.extra if isinstance(context.extra, Gpu) else Gpu(context, "window")
     if not isinstance(context, str | None):
-        raise OptionError(f"context is {context!r}; give auto, {', '.join(BACKENDS)}, a "
+        raise OptionError(f"context is {context!r}; give auto, {', '.join(backends())}, a "
                           "moderngl.Context, a Gpu or None")
     choice = context or os.environ.get("GPGPU_RT_CONTEXT") or "auto"
-    if choice in BACKENDS:
+    if choice in backends():
         return _shared(choice)
     if choice != "auto":
-        raise OptionError(f"context {choice!r} is none of auto, {', '.join(BACKENDS)}"
-                          + did_you_mean(choice, ("auto", *BACKENDS)))
+        raise OptionError(f"context {choice!r} is none of auto, {', '.join(backends())}"
+                          + did_you_mean(choice, ("auto", *backends())))
     failures = []
-    for backend in AUTOMATIC:
+    for backend in automatic():
         try:
             return _shared(backend)
         except ContextError as failure:
             if backend == "egl" and "GPGPU_RT_EGL_DEVICE" in os.environ:
                 raise      # a user who names a device wants no other device
             failures.append(f"{backend}: {failure}".split(";")[0])
-    raise ContextError(f"no OpenGL context ({'; '.join(failures)}); {HINT}")
+    raise ContextError(f"no OpenGL context ({'; '.join(failures)}); {hint()}")
 
 
 def probe() -> Iterator[tuple[str, Gpu | ContextError]]:
     """Yield each backend with its Gpu, or with the error that prevents it."""
-    for backend in BACKENDS:
+    for backend in backends():
         try:
             yield backend, _shared(backend)
         except ContextError as failure:

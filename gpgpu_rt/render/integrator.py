@@ -36,6 +36,7 @@ from ..traversal.packet_hits import PacketHits
 from .needs import CUTOFF, Asked, SceneNeeds
 from .picture_streams import PictureStreams, PixelStream, held
 from .scene_textures import SceneTextures
+from .tone_map import EXPOSURE, TONE_MAP, is_plain, shown
 
 Hits = Target | PacketHits
 Trace = Callable[..., Hits]     # (rays, any_hit=False) -> hits
@@ -81,7 +82,8 @@ LIGHT_SAMPLES = Option("light_samples", 16, "shadow rays from each visible point
                        "triangles; each bounce halves the number", int, minimum=1,
                        maximum=1 << 16)     # the host makes a list of this length for each depth
 SAMPLES = Option("samples", 1, "samples per pixel, whose light is averaged; 1: a single ray "
-                 "through the centre of the pixel", int, minimum=1, maximum=EXACT_INTEGER)
+                 "through the centre of the pixel", int, minimum=1, maximum=EXACT_INTEGER,
+                 common=True)
 
 
 class Integrator:
@@ -100,7 +102,8 @@ class Integrator:
     rays = COHERENT    # the kind of most rays that the integrator traces
     centred = True     # eye rays go through pixel centres, so first hits can be rasterised
     passes: tuple[PicturePass, ...]
-    options: tuple[Option, ...] = (ALL_FEATURES, BOUNCES, LIGHT_SAMPLES, SAMPLES)
+    options: tuple[Option, ...] = (ALL_FEATURES, BOUNCES, LIGHT_SAMPLES, SAMPLES,
+                                   EXPOSURE, TONE_MAP)
 
     def __init__(self, gpu: Gpu, scene: Scene, needs: SceneNeeds, intersection: str) -> None:
         self.gpu, self.needs, self.intersection = gpu, needs, intersection
@@ -117,6 +120,7 @@ class Integrator:
         self.radiance: np.ndarray | None = None     # linear, if the integrator computes it
         self.samples_done = 0                       # samples per pixel so far
         self.noise: float | None = None             # relative noise, if there are enough samples
+        self.given: dict[str, Any] = {}             # the value of each option
         # Called with the samples done, the samples in total, and the noise so far.
         self.progress: Callable[[int, int, float], None] | None = None
         self.take(scene)
@@ -151,6 +155,7 @@ class Integrator:
 
         ``options`` are the integrator's options; most of them are already part of the needs.
         """
+        self.given = resolve_options(options, self.options, f"integrator {self.name}")
         self.region = region
         self._make_room(region.size)
         self.drawn.clear()
@@ -160,6 +165,16 @@ class Integrator:
             # everything. Such a renderer does not know whether triangles moved, so it writes the
             # tables again.
             self.textures.take(self.scene)
+
+    @property
+    def is_plain(self) -> bool:
+        """Whether the picture shows its light without exposure and curve."""
+        return is_plain(self.given["exposure"], self.given["tone_map"])
+
+    def show(self, light: np.ndarray) -> np.ndarray:
+        """Return linear light, (height, width, 3) float64, as uint8 sRGB, by the options
+        ``exposure`` and ``tone_map``."""
+        return shown(light, self.given["exposure"], self.given["tone_map"])
 
     def _make_room(self, size: tuple[int, int]) -> None:
         """Allocate streams of (width, height) texels. Reuse the streams of the last picture if

@@ -37,6 +37,7 @@ from .needs import Asked, SceneNeeds
 from .packed_paths import COMPACT, PACKED, PACKING, PackedPaths, PathTextures, share_of
 from .picture_streams import PictureStreams, PixelStream
 from .records import CAME_FROM, DIRECT, LIT, RADIANCE, SUMS, WALK
+from .tone_map import EXPOSURE, TONE_MAP
 
 WAVE = 1 << 18      # most paths in a wave, unless the picture has more pixels
 FEWEST = 16         # fewest samples for an estimate of the noise from their variance
@@ -60,7 +61,7 @@ class Path(Integrator):
         Option("bounces", _DEFAULTS.bounces, "largest number of bounces of a path", int,
                minimum=0),
         Option("samples", 64, "largest number of paths per pixel", int, minimum=1,
-               maximum=EXACT_INTEGER),
+               maximum=EXACT_INTEGER, common=True),
         Option("noise", None, "stop when the standard error of the pixels is at most this share "
                "of their luminance, both averaged over the picture", float, minimum=0),
         Option("roulette", _DEFAULTS.roulette, "path vertex from which Russian roulette may end a "
@@ -69,7 +70,7 @@ class Path(Integrator):
         Option("sampler", _DEFAULTS.sampler, "sample numbers: sobol spreads them evenly over the "
                "samples of a pixel, which gives less noise; random draws them independently",
                choices=SAMPLERS),
-        COMPACT)
+        COMPACT, EXPOSURE, TONE_MAP)
     passes = (
         PicturePass("path start", "render/path_start.frag", (), (),
                     (("rays", RAY_TEXELS), ("walk", WALK))),
@@ -117,7 +118,6 @@ class Path(Integrator):
 
     def start(self, region: Region, options: Mapping[str, Any] = {}) -> None:
         given = resolve_options(options, self.options, f"integrator {self.name}")
-        self._given = given
         self.samples, self.noise_target = given["samples"], given["noise"]
         self.settings = _settings(given)
         super().start(region, options)
@@ -134,7 +134,7 @@ class Path(Integrator):
             self._sums = PictureStreams(self.gpu, size, self.precision,
                                         [PixelStream("sums 0", SUMS), PixelStream("sums 1", SUMS)])
         self._level = self._level or PathTextures(self.gpu, self.room)
-        share = share_of(self._given, self.size[0] * self.size[1])
+        share = share_of(self.given, self.size[0] * self.size[1])
         if self._packed is None or self._packed.share != share:
             release(self._packed)
             self._packed = PackedPaths(self, self.size, self.precision, share)
@@ -160,7 +160,7 @@ class Path(Integrator):
                 self.progress, self.samples = None, self.samples_done
                 self._finished(f"sums {side}")
             raise
-        return shown(self.mean)
+        return self.show(self.mean)
 
     def _take_samples(self, trace: Trace, rays: RayTextures, camera: Camera, side: int) -> None:
         """Trace a wave and add its samples to the sums. The stream ``sums SIDE`` has the sums so
@@ -275,13 +275,6 @@ class Path(Integrator):
         super()._release_room()
         release(self._sums, self._level, self._packed)
         self._sums = self._level = self._packed = None
-
-
-def shown(light: np.ndarray) -> np.ndarray:
-    """Convert linear radiance to uint8 sRGB. Radiance above 1 is clipped to white."""
-    light = np.clip(light, 0, 1)
-    srgb = np.where(light < 0.0031308, 12.92 * light, 1.055 * light ** (1 / 2.4) - 0.055)
-    return (srgb * 255 + 0.5).astype(np.uint8)
 
 
 def _settings(given: Mapping[str, Any]) -> PathSettings:

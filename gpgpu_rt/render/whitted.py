@@ -119,9 +119,10 @@ class Whitted(Integrator):
         if "radiance" in self.room:
             source.update(self.room.samplers("radiance", "radiance"))
             shared["sample_share"] = 1 / samples
-        self.run("picture", self.room.target("screen"), source, **shared)
-        return (read_texture(self.room.textures("screen")[0])[:, :, :3] * 255 + 0.5).astype(
-            np.uint8)
+        self.run("picture", self.room.target("screen"), source, linear=not self.is_plain, **shared)
+        found = read_texture(self.room.textures("screen")[0])[:, :, :3]
+        return ((found * 255 + 0.5).astype(np.uint8) if self.is_plain
+                else self.show(found.astype(np.float64)))
 
     def _wave(self, trace: Trace, wave: Wave) -> Hits:
         """Trace the rays of a branch, add the light they find, and trace its child branches.

@@ -9,15 +9,17 @@ from typing import Any
 
 import numpy as np
 
+from .. import views
 from ..disk.arrays import read_npz
 from ..errors import SceneError, did_you_mean, memory_limited
-from ..text_format import printable
+from ..text_format import counted, printable
 from . import catalogue, mesh_file
 from .aff.animated import read_moving
 from .camera import Camera
 from .loading import load_scene, scene_of
 from .procedural.animations import MOTIONS
 from .scene import Scene
+from .sketch import sketch
 
 
 @dataclass(frozen=True)
@@ -37,6 +39,18 @@ class Animation:
     vertices: Callable[[int], np.ndarray]
     frames: int | None = None
     camera: Callable[[int], Camera] | None = None
+
+    def __repr__(self) -> str:
+        return views.line("Animation", self._facts())
+
+    def _repr_html_(self) -> str:
+        return views.table("Animation", self._facts(), sketch(
+            self.scene.triangles, self.scene.colours, self.scene.camera))
+
+    def _facts(self) -> views.Facts:
+        return [("scene", self.scene.title), ("size", counted(len(self.scene), "triangle")),
+                ("frames", "no end" if self.frames is None else counted(self.frames, "frame")),
+                ("camera", "moving camera" if self.camera is not None else "")]
 
     def drawing(self, frame: int, given: Mapping[str, Any]) -> dict[str, Any]:
         """Return arguments of ``Tracer.render`` for a frame: those of ``given``, and a moving

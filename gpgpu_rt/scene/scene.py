@@ -8,15 +8,17 @@ from typing import Any
 import numpy as np
 import trimesh
 
+from .. import views
 from ..accel.image_cells import cell_faces
 from ..errors import SceneError, memory_limited
-from ..text_format import titled
+from ..text_format import counted, titled
 from . import mesh_file
 from .attributes import corner_values, material_rows, smooth_normals
 from .camera import Camera
 from .framing import beside, framed
 from .light import BACKDROP, Environment, PointLight
 from .material import Material
+from .sketch import sketch
 
 
 @dataclass(eq=False)
@@ -95,6 +97,19 @@ class Scene:
 
     def __len__(self) -> int:
         return len(self.triangles)
+
+    def __repr__(self) -> str:
+        return views.line("Scene", self._facts())
+
+    def _repr_html_(self) -> str:
+        return views.table("Scene", [*self._facts(), ("source", self.source)],
+                           sketch(self.triangles, self.colours, self.camera))
+
+    def _facts(self) -> views.Facts:
+        return [("name", self.title), ("size", counted(len(self), "triangle")),
+                ("materials", counted(len(self.materials), "material")),
+                ("lights", counted(len(self.lights), "point light")),
+                ("moving", "moving" if self.moving else "")]
 
     @property
     def title(self) -> str:

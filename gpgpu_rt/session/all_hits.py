@@ -18,6 +18,7 @@ from ..errors import Error, OptionError
 from ..hits import TRACED
 from ..rays.batch import ROW, RayBatch
 from ..rays.records import NO_RAY, NO_TRIANGLE, RAY_AFTER_HIT
+from ..text_format import counted
 from ..traversal.method import Method
 
 
@@ -48,6 +49,9 @@ class AllHits:
 
     def __len__(self) -> int:
         return len(self.t)
+
+    def __repr__(self) -> str:
+        return f"AllHits({counted(len(self.status), 'ray')}: {counted(len(self), 'hit')})"
 
     @property
     def count(self) -> np.ndarray:

@@ -17,7 +17,6 @@ from ..rays.eye_rays import EyeRays
 from ..rays.records import HIT
 from ..render.integrators import Integrator, find_integrator
 from ..render.needs import SceneNeeds
-from ..render.path import shown
 from ..render.plan import Plan
 from ..render.waves import Waves
 from ..scene.camera import Camera
@@ -73,8 +72,9 @@ class Pictures:
 
     def unfinished(self) -> Image.Image | None:
         """Return the unfinished picture of an interrupted "path", or None."""
-        found = self.integrator.radiance if self.integrator is not None else None
-        return None if found is None else Image.fromarray(shown(found.astype(np.float64)))
+        if self.integrator is None or self.integrator.radiance is None:
+            return None
+        return Image.fromarray(self.integrator.show(self.integrator.radiance.astype(np.float64)))
 
     def eye_hits(self, session: Session, camera: Camera | None, size: tuple[int, int],
                  first_hits: str) -> Hits:

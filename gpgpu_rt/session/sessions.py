@@ -1,8 +1,10 @@
 """Sessions: the sessions of a tracer. Only one thread at a time can use them."""
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -11,12 +13,14 @@ from ..errors import Error, OptionError
 from ..gl.context import open_gpu
 from ..gl.pass_log import PassLog, logged
 from ..gl.textures import release
-from ..methods import Method
+from ..methods import Method, find_method
 from ..methods.choices import COHERENT, INCOHERENT, Choices
 from ..rays.batch import RayBatch
 from ..rays.coherence import coherence
 from ..scene.scene import Scene
 from ..statistics import Statistics
+from ..text_format import counted
+from ..views import Facts
 from .pictures import Pictures
 from .session import Session
 
@@ -69,6 +73,31 @@ class Sessions:
     def any_packets(self) -> bool:
         """Whether a session traces packets, which need rays in tiles."""
         return any(method.packet for method, _ in self.rows.values())
+
+    def remade(self) -> Choices:
+        """Return choices from which another process makes equal sessions. A context that is an
+        object cannot be sent there, so the other process finds a context of its own."""
+        context = self.present.options["context"]
+        context = context if isinstance(context, str) else None
+        return Choices(*(replace(self.choices.of(rays), options={**options, "context": context})
+                         for rays, (_, options) in self.rows.items()))
+
+    def facts(self) -> Facts:
+        """Return what a tracer shows of itself: the scene, the methods with the options that
+        differ from their defaults, and the renderer."""
+        scene = self.present.scene
+        found = [("scene", scene.title), ("size", counted(len(scene), "triangle"))]
+        for rays, (method, options) in self.rows.items():
+            if rays == COHERENT or self.choices.differ:
+                defaults = find_method(method.name).resolved({})
+                own = ", ".join(f"{name}={value!r}" for name, value in options.items()
+                                if name not in ("schedule", "context")
+                                and value != defaults.get(name, value))
+                found += [("method", method.name
+                           + (f" for {rays} rays" if self.choices.differ else "")),
+                          ("schedule", str(options["schedule"])), ("options", own)]
+        renderer = re.split(r"[ /]*[(/]", self.gpu.renderer)[0] or self.gpu.renderer
+        return [*found, ("renderer", renderer), ("state", "released" if self._released else "")]
 
     # Turns ----------------------------------------------------------------------------------
 

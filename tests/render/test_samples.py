@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import gpgpu_rt as rt
-from gpgpu_rt.render.path import shown
+from gpgpu_rt.render.tone_map import shown
 from gpgpu_rt.render.whitted import places_in_pixel
 
 

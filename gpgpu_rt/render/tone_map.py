@@ -1,0 +1,49 @@
+"""Tone map: turn linear light into the 8 bits of a picture, after an exposure and by a curve.
+
+The curve decides how light above white is shown. "linear" clips the light. "reinhard" compresses
+luminance by L / (1 + L), which is equation 3 of Reinhard et al. 2002; the exposure takes the place
+of the paper's key value. "aces" is the curve that Narkowicz 2015 fitted to the film-like curve of
+the Academy Color Encoding System, applied to each channel.
+"""
+from __future__ import annotations
+
+import numpy as np
+
+from ..options import Option
+from ..scene.luminance import LUMINANCE
+
+TONE_MAPS = ("linear", "reinhard", "aces")
+EXPOSURE = Option("exposure", 0.0, "exposure in stops: multiply the light by 2^EXPOSURE", float,
+                  minimum=-32, maximum=32, common=True)
+TONE_MAP = Option("tone_map", TONE_MAPS[0], "curve that shows bright light", choices=TONE_MAPS,
+                  common=True)
+_BRIGHTEST = 1e30   # light is cut here, because a curve divides two numbers that grow with it
+
+
+def is_plain(exposure: float, tone_map: str) -> bool:
+    """Return whether a picture shows its light without exposure and curve."""
+    return exposure == EXPOSURE.default and tone_map == TONE_MAP.default
+
+
+def shown(light: np.ndarray, exposure: float = 0.0, tone_map: str = "linear") -> np.ndarray:
+    """Return linear light as uint8 sRGB.
+
+    Parameters
+    ----------
+    light : (..., 3) float64, linear radiance; 1 is white
+    exposure : stops; the light is multiplied by 2^exposure
+    tone_map : one of ``TONE_MAPS``
+    """
+    if not is_plain(exposure, tone_map):
+        light = _mapped(np.minimum(light * 2.0 ** exposure, _BRIGHTEST), tone_map)
+    light = np.clip(light, 0, 1)
+    srgb = np.where(light < 0.0031308, 12.92 * light, 1.055 * light ** (1 / 2.4) - 0.055)
+    return (srgb * 255 + 0.5).astype(np.uint8)
+
+
+def _mapped(light: np.ndarray, tone_map: str) -> np.ndarray:
+    if tone_map == "reinhard":
+        return light / (1 + light @ LUMINANCE)[..., None]
+    if tone_map == "aces":
+        return light * (2.51 * light + 0.03) / (light * (2.43 * light + 0.59) + 0.14)
+    return light
