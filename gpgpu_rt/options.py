@@ -9,6 +9,8 @@ from typing import Any
 from .errors import OptionError, did_you_mean, nearest_names
 from .gl.precision import PRECISIONS, ROUNDINGS
 
+AUTOMATIC, OFF = "automatic", "off"     # the meanings of None; see `Option.unset`
+
 
 @dataclass(frozen=True)
 class Option:
@@ -34,6 +36,10 @@ class Option:
     schedules : The schedules that allow a value other than the default. Empty for all schedules.
     goes_with : The name of another option, and the values of that option for which this option
         has a meaning.
+    label : A few plain words for a control, as the viewer shows them. Empty if ``name`` with
+        spaces for underscores is plain enough; see ``title``.
+    unset : The meaning of None in a word: "automatic" if something else decides the value, or
+        "off" if a feature is then absent.
     """
 
     name: str
@@ -50,6 +56,13 @@ class Option:
     excludes: tuple[str, ...] = ()
     schedules: tuple[str, ...] = ()
     goes_with: tuple[str, tuple[Any, ...]] | None = None
+    label: str = ""
+    unset: str = AUTOMATIC
+
+    @property
+    def title(self) -> str:
+        """Return the words that name the option beside a control."""
+        return self.label or self.name.replace("_", " ")
 
     def glsl_define(self, value: Any) -> tuple[str, object]:
         """Return the name of the define for a value, and the value of the define."""
@@ -153,37 +166,43 @@ TRACER_OPTIONS: tuple[Option, ...] = (
            "one kernel per pass, no integers, the chip's number format", choices=tuple(ERAS),
            optional=True,
            excludes=("statistics", "sort_rays", "rasterised_bounds", "entry_points",
-                     "quantise_nodes", "step_cap", "steps_per_pass")),
+                     "quantise_nodes", "step_cap", "steps_per_pass"), label="card of the papers",
+           unset=OFF),
     Option("schedule", "loop", "how traversal kernels are run: a pass for each kernel, a pass for "
            "each step, or all steps in one pass", choices=("kernels", "step", "loop")),
     Option("steps_per_pass", 1, "kernel runs per pass under the step schedule", int, minimum=1,
            schedules=("step",)),
     Option("mask_interval", None, "passes between two counts of the live rays; under kernels, odd "
            "values are rounded down and the minimum is 2; default: set by the schedule", int,
-           minimum=1, schedules=("kernels", "step")),
+           minimum=1, schedules=("kernels", "step"), label="passes between counts"),
     Option("step_cap", None, "kernel runs after which a ray is stopped and marked as unfinished; "
-           "default: a bound computed from the size of the accelerator", int, minimum=1),
-    Option("statistics", False, "count the nodes, leaves and triangles of each ray", bool),
+           "default: a bound computed from the size of the accelerator", int, minimum=1,
+           label="step limit of a ray"),
+    Option("statistics", False, "count the nodes, leaves and triangles of each ray", bool,
+           label="count nodes, triangles"),
     Option("sort_rays", False, "sort the rays on the GPU before tracing, by their start and end "
-           "points", bool, excludes=("presort",)),
+           "points", bool, excludes=("presort",), label="sort rays on the GPU"),
     Option("presort", False, "sort ray arrays on the host before the upload, by direction and "
-           "origin; the eye rays of a picture are not sorted", bool),
+           "origin; the eye rays of a picture are not sorted", bool,
+           label="sort rays on the host"),
     Option("rasterised_bounds", None, "side in pixels of the tiles for which rasterisation "
            "computes bounds on the hit distance, so that eye rays search a shorter interval; "
-           "default: no bounds", int, choices=(4, 8, 16), optional=True),
+           "default: no bounds", int, choices=(4, 8, 16), optional=True, unset=OFF),
     Option("intersection", "woop-watertight", "ray-triangle test",
-           choices=("woop-watertight", "moller-trumbore", "plucker", "kensler-shirley")),
+           choices=("woop-watertight", "moller-trumbore", "plucker", "kensler-shirley"),
+           label="triangle test"),
     Option("precision", None, "number format of both storage and arithmetic; default: fp32",
-           choices=PRECISIONS, optional=True),
+           choices=PRECISIONS, optional=True, label="number format"),
     Option("storage", None, "number format of geometric values in textures; default: the value "
-           "of precision", choices=PRECISIONS, optional=True),
+           "of precision", choices=PRECISIONS, optional=True, label="format in textures"),
     Option("arithmetic", None, "number format to which each result in a kernel is rounded; "
-           "default: the value of precision", choices=PRECISIONS, optional=True),
+           "default: the value of precision", choices=PRECISIONS, optional=True,
+           label="format in kernels"),
     Option("rounding", "nearest", "rounding of fp24 and fp16: to nearest, towards zero, or "
            "towards plus infinity", choices=ROUNDINGS),
     Option("context", None, "OpenGL context: auto, egl, osmesa, angle, or (in Python) an "
            "existing context; default: the environment variable GPGPU_RT_CONTEXT, or auto",
-           object),
+           object, label="OpenGL context"),
 )
 
 
