@@ -38,6 +38,7 @@ class Option:
         has a meaning.
     label : A few plain words for a control, as the viewer shows them. Empty if ``name`` with
         spaces for underscores is plain enough; see ``title``.
+    meanings : (choice, a few words) for choices whose spelling does not explain itself.
     unset : The meaning of None in a word: "automatic" if something else decides the value, or
         "off" if a feature is then absent.
     """
@@ -57,12 +58,20 @@ class Option:
     schedules: tuple[str, ...] = ()
     goes_with: tuple[str, tuple[Any, ...]] | None = None
     label: str = ""
+    meanings: tuple[tuple[Any, str], ...] = ()
     unset: str = AUTOMATIC
 
     @property
     def title(self) -> str:
         """Return the words that name the option beside a control."""
         return self.label or self.name.replace("_", " ")
+
+    def choice_words(self, choice: Any) -> str:
+        """Return a choice as a list shows it: its spelling, and its meaning if it has one."""
+        if choice is None:
+            return self.unset
+        meaning = dict(self.meanings).get(choice)
+        return f"{spell(choice)}: {meaning}" if meaning else spell(choice)
 
     def glsl_define(self, value: Any) -> tuple[str, object]:
         """Return the name of the define for a value, and the value of the define."""
@@ -169,7 +178,9 @@ TRACER_OPTIONS: tuple[Option, ...] = (
                      "quantise_nodes", "step_cap", "steps_per_pass"), label="card of the papers",
            unset=OFF),
     Option("schedule", "loop", "how traversal kernels are run: a pass for each kernel, a pass for "
-           "each step, or all steps in one pass", choices=("kernels", "step", "loop")),
+           "each step, or all steps in one pass", choices=("kernels", "step", "loop"), meanings=(
+               ("kernels", "a pass for each kernel"), ("step", "a pass for each step"),
+               ("loop", "all steps in one pass"))),
     Option("steps_per_pass", 1, "kernel runs per pass under the step schedule", int, minimum=1,
            schedules=("step",)),
     Option("mask_interval", None, "passes between two counts of the live rays; under kernels, odd "
