@@ -43,6 +43,7 @@ class RayPath:
     Attributes
     ----------
     pixel : (x, y) of the picture, row 0 at the top
+    size : (width, height) of the picture in pixels
     columns, rows : a table with a row for each pass: the pass, the kernel that ran, the kernel
         that the ray waits for, and the fields of the ray's state
     origin : (3,) start of the ray
@@ -53,9 +54,11 @@ class RayPath:
     hit : the triangle, or -1
     count : the number of the first pass and of all later passes that changed the ray. Passes that
         do not count have no row. Only the first MOST_ROWS of the counted passes have rows
+    row : the index of the row that the user chose, or None
     """
 
     pixel: tuple[int, int]
+    size: tuple[int, int]
     columns: tuple[str, ...]
     rows: list[tuple[str, ...]]
     origin: np.ndarray
@@ -64,13 +67,25 @@ class RayPath:
     places: list[Place | None]
     hit: int
     count: int
+    row: int | None = None
+
+    @property
+    def place(self) -> Place | None:
+        """The node or cell of the chosen row, or None."""
+        return None if self.row is None else self.places[self.row]
+
+    def go(self, by: int) -> None:
+        """Choose the row that is ``by`` rows below the chosen row, or the first row."""
+        at = 0 if self.row is None else self.row + by
+        self.row = min(max(at, 0), len(self.rows) - 1)
 
     def title(self) -> str:
         """Return a line with the pixel, the number of passes and the hit."""
         rows = counted(self.count, "pass")
         if self.count > len(self.rows):
             rows = f"the first {len(self.rows):,} of {rows}"
-        return (f"the ray of pixel {self.pixel[0]}, {self.pixel[1]}: {rows}, "
+        (x, y), (width, height) = self.pixel, self.size
+        return (f"The ray of pixel {x}, {y} of {width} x {height}: {rows}, "
                 + (f"hits triangle {self.hit}" if self.hit >= 0 else "hits nothing"))
 
     def edges(self) -> np.ndarray:
@@ -125,7 +140,7 @@ def follow(tracer: Tracer, camera: Camera, size: tuple[int, int],
     lo, hi = tracer.scene.bounds
     far = float(np.linalg.norm(np.maximum(np.abs(lo - origin), np.abs(hi - origin))))
     t = float(hits.t[0]) if hits.hit[0] else far
-    return RayPath(pixel, ("pass", "ran", "waits for", *fields, "hit t", "hit triangle"), rows,
+    return RayPath(pixel, size, ("pass", "ran", "waits for", *fields, "hit t", "hit triangle"), rows,
                    origin, origin + t * direction, _boxes(places, at[at >= 0]),
                    _places(places, at, passes), int(hits.triangle[0]), count)
 
