@@ -16,7 +16,7 @@ from ..scene.camera import Camera
 
 # Rounding moves the picture of a point by less than this share of a pixel. The promise holds for
 # points between NEAREST and 1 times the target's distance, along the view.
-PIXEL_SHARE = 0.05
+PIXEL_SHARE = 0.1
 NEAREST = 0.25
 # Each part of the camera may use this share of PIXEL_SHARE, together with the parts before it.
 _BUDGETS = (("fov", 0.1), ("up", 0.3), ("eye", 0.6), ("target", 1.0))

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 LOW = 66                # height of the bottom panel
-PANEL, HELP, TABLE = 330, 330, 220      # first widths of left panel and help; height of the table
-LEAST_PANEL = 120       # smallest width of the left panel in a window that is wide enough
+PANEL, HELP, TABLE = 340, 330, 220      # first widths of left panel and help; height of the table
+LEAST_PANEL = 220       # smallest width of the left panel in a window that is wide enough
 # The left panel and the help each get at most this share of the width that is left. The table of a
 # ray gets at most this share of the height that is left.
 MOST_SHARE = 0.5

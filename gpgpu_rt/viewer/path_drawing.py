@@ -8,7 +8,7 @@ from ..scene.camera import Camera
 from .layout import Rect
 from .overlay import projected
 from .ray_path import RayPath, edges_of
-from .style import BOX, CHOSEN_BOX, LAST_BOX, RAY
+from .style import BOX, CHOSEN_BOX, LAST_BOX, OUTLINE, RAY
 
 MOST_BOXES = 80         # of the boxes along a path, only this many last boxes are drawn
 
@@ -25,7 +25,8 @@ def draw_path(path: RayPath, camera: Camera, rect: Rect) -> None:
     edges = path.edges()[-MOST_BOXES:]
     parts = [(edges[:-1], BOX, 1.0), (edges[-1:], LAST_BOX, 2.0)]
     if path.place is not None:
-        parts = [(edges, BOX, 1.0), (edges_of(path.place.box[None]), CHOSEN_BOX, 3.0)]
+        chosen = edges_of(path.place.box[None])
+        parts = [(edges, BOX, 1.0), (chosen, OUTLINE, 5.0), (chosen, CHOSEN_BOX, 3.0)]
     for segments, colour, thickness in (*parts, (np.array([[path.origin, path.end]]), RAY, 2.0)):
         at = projected(camera, rect.size, segments) + (rect.x, rect.y)
         for (x0, y0), (x1, y1) in at.tolist():

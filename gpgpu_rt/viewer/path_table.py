@@ -4,7 +4,7 @@ from __future__ import annotations
 from imgui_bundle import imgui
 
 from .layout import Rect
-from .ray_path import RayPath
+from .ray_path import Place, RayPath
 from .style import FIXED_SIZE, Fonts
 from .widgets import FIXED, quiet, tip
 
@@ -105,10 +105,23 @@ class PathTable:
         elif path.place is None:
             quiet("In this row the ray is at no node or cell that has a box.")
         else:
-            imgui.text_unformatted(path.place.title)
-            for name, text in path.place.record:
-                if text:
-                    imgui.text_unformatted(f"  {name:7} {text}")
-                else:
-                    quiet(f"record {name}")
+            PathTable._fields(path.place)
         imgui.end_child()
+
+    @staticmethod
+    def _fields(place: Place) -> None:
+        imgui.text_unformatted(place.title)
+        if not imgui.begin_table("fields", 2, imgui.TableFlags_.sizing_stretch_prop.value):
+            return
+        imgui.table_setup_column("name", imgui.TableColumnFlags_.width_fixed.value)
+        imgui.table_setup_column("value", imgui.TableColumnFlags_.width_stretch.value)
+        for name, text in place.record:
+            imgui.table_next_row()
+            imgui.table_next_column()
+            if not text:
+                imgui.text_disabled(name)
+                continue
+            imgui.text_unformatted(name)
+            imgui.table_next_column()
+            imgui.text_wrapped(text)
+        imgui.end_table()

@@ -140,9 +140,10 @@ def follow(tracer: Tracer, camera: Camera, size: tuple[int, int],
     lo, hi = tracer.scene.bounds
     far = float(np.linalg.norm(np.maximum(np.abs(lo - origin), np.abs(hi - origin))))
     t = float(hits.t[0]) if hits.hit[0] else far
-    return RayPath(pixel, size, ("pass", "ran", "waits for", *fields, "hit t", "hit triangle"), rows,
-                   origin, origin + t * direction, _boxes(places, at[at >= 0]),
-                   _places(places, at, passes), int(hits.triangle[0]), count)
+    columns = ("pass", "ran", "waits for", *fields, "hit t", "hit triangle")
+    return RayPath(pixel, size, columns, rows, origin, origin + t * direction,
+                   _boxes(places, at[at >= 0]), _places(places, at, passes),
+                   int(hits.triangle[0]), count)
 
 
 def _boxes(places: Places, at: np.ndarray) -> np.ndarray:

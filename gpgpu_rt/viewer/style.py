@@ -12,7 +12,8 @@ _FONTS = Path(imgui_bundle.__file__).parent / "assets" / "fonts"
 QUIET_TEXT = imgui.ImVec4(0.66, 0.68, 0.72, 1.0)
 NOTICE = imgui.ImVec4(1.0, 0.86, 0.55, 1.0)
 RAY, BOX, LAST_BOX, CHOSEN_BOX = (imgui.IM_COL32(*rgba) for rgba in (
-    (255, 60, 60, 255), (90, 200, 255, 110), (255, 230, 80, 255), (255, 150, 40, 255)))
+    (255, 60, 60, 255), (90, 200, 255, 110), (255, 230, 80, 255), (255, 240, 40, 255)))
+OUTLINE = imgui.IM_COL32(0, 0, 0, 255)      # around the chosen box, on bright and dark pictures
 
 
 class Fonts:

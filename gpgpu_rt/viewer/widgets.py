@@ -13,7 +13,7 @@ from .layout import Rect
 FIXED = (imgui.WindowFlags_.no_move.value | imgui.WindowFlags_.no_collapse.value
          | imgui.WindowFlags_.no_title_bar.value | imgui.WindowFlags_.no_saved_settings.value
          | imgui.WindowFlags_.no_bring_to_front_on_focus.value)
-LABELS, OPTION_LABELS = 74, 168     # widths of the labels of controls, and of options
+LABELS, OPTION_LABELS = 74, 162     # widths of the labels of controls, and of options
 TIP = 360               # width at which a tooltip's text wraps
 ENTER = imgui.InputTextFlags_.enter_returns_true.value
 
