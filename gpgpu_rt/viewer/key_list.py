@@ -34,9 +34,9 @@ KEYS = (
 def draw_keys(rect: Rect) -> bool:
     """Draw the list in a rectangle. Return whether the user closed it."""
     place("keys", rect)
-    imgui.text_unformatted("Mouse and keys")
-    imgui.same_line(max(imgui.get_window_width() - 74, 100))
     closed = imgui.small_button("close##keys")
+    imgui.same_line()
+    imgui.text_unformatted("Mouse and keys")
     imgui.separator()
     quiet(ABOUT)
     imgui.spacing()

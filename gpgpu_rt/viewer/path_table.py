@@ -42,9 +42,9 @@ class PathTable:
         imgui.begin("path", None, FIXED)
         if round(imgui.get_window_height()) != max(rect.height, 80):
             self.height = round(imgui.get_window_height())
-        imgui.text_unformatted(path.title())
-        imgui.same_line(max(imgui.get_window_width() - 64, 100))
         closed = imgui.small_button("close##path")
+        imgui.same_line()
+        imgui.text_unformatted(path.title())
         wide = imgui.get_content_region_avail().x
         side = min(RECORD, wide / 2)
         imgui.push_font(self._fonts.fixed, FIXED_SIZE)
