@@ -11,6 +11,8 @@ from typing import Any
 from .errors import OptionError, did_you_mean, nearest_names
 from .gl.precision import PRECISIONS, ROUNDINGS
 
+AUTOMATIC, OFF = "automatic", "off"     # the meanings of None; see `Option.unset`
+
 
 @dataclass(frozen=True)
 class Option:
@@ -37,6 +39,11 @@ class Option:
     goes_with : The name of another option, and the values of that option for which this option
         has a meaning.
     common : Whether many users need the option: the short help of a command lists it.
+    label : A few plain words for a control, as the viewer shows them. Empty if ``name`` with
+        spaces for underscores is plain enough; see ``title``.
+    meanings : (choice, a few words) for choices whose spelling does not explain itself.
+    unset : The meaning of None in a word: "automatic" if something else decides the value, or
+        "off" if a feature is then absent.
     """
 
     name: str
@@ -54,6 +61,21 @@ class Option:
     schedules: tuple[str, ...] = ()
     goes_with: tuple[str, tuple[Any, ...]] | None = None
     common: bool = False
+    label: str = ""
+    meanings: tuple[tuple[Any, str], ...] = ()
+    unset: str = AUTOMATIC
+
+    @property
+    def title(self) -> str:
+        """Return the words that name the option beside a control."""
+        return self.label or self.name.replace("_", " ")
+
+    def choice_words(self, choice: Any) -> str:
+        """Return a choice as a list shows it: its spelling, and its meaning if it has one."""
+        if choice is None:
+            return self.unset
+        meaning = dict(self.meanings).get(choice)
+        return f"{spell(choice)}: {meaning}" if meaning else spell(choice)
 
     def glsl_define(self, value: Any) -> tuple[str, object]:
         """Return the name of the define for a value, and the value of the define."""
@@ -164,39 +186,45 @@ TRACER_OPTIONS: tuple[Option, ...] = (
            "one kernel per pass, no integers, the chip's number format", choices=tuple(ERAS),
            optional=True,
            excludes=("statistics", "sort_rays", "rasterised_bounds", "entry_points",
-                     "quantise_nodes", "step_cap", "steps_per_pass")),
+                     "quantise_nodes", "step_cap", "steps_per_pass"), label="card of the papers",
+           unset=OFF),
     Option("schedule", "loop", "how traversal kernels are run: a pass for each kernel, a pass for "
-           "each step, or all steps in one pass", choices=("kernels", "step", "loop"),
-           common=True),
+           "each step, or all steps in one pass", choices=("kernels", "step", "loop"), meanings=(
+               ("kernels", "a pass for each kernel"), ("step", "a pass for each step"),
+               ("loop", "all steps in one pass")), common=True),
     Option("steps_per_pass", 1, "kernel runs per pass under the step schedule", int, minimum=1,
            schedules=("step",)),
     Option("mask_interval", None, "passes between two counts of the live rays; under kernels, odd "
            "values are rounded down and the minimum is 2; default: set by the schedule", int,
-           minimum=1, schedules=("kernels", "step")),
+           minimum=1, schedules=("kernels", "step"), label="passes between counts"),
     Option("step_cap", None, "kernel runs after which a ray is stopped and marked as unfinished; "
-           "default: a bound computed from the size of the accelerator", int, minimum=1),
+           "default: a bound computed from the size of the accelerator", int, minimum=1,
+           label="step limit of a ray"),
     Option("statistics", False, "count the nodes, leaves and triangles of each ray", bool,
-           common=True),
+           common=True, label="count nodes, triangles"),
     Option("sort_rays", False, "sort the rays on the GPU before tracing, by their start and end "
-           "points", bool, excludes=("presort",)),
+           "points", bool, excludes=("presort",), label="sort rays on the GPU"),
     Option("presort", False, "sort ray arrays on the host before the upload, by direction and "
-           "origin; the eye rays of a picture are not sorted", bool),
+           "origin; the eye rays of a picture are not sorted", bool,
+           label="sort rays on the host"),
     Option("rasterised_bounds", None, "side in pixels of the tiles for which rasterisation "
            "computes bounds on the hit distance, so that eye rays search a shorter interval; "
-           "default: no bounds", int, choices=(4, 8, 16), optional=True),
+           "default: no bounds", int, choices=(4, 8, 16), optional=True, unset=OFF),
     Option("intersection", "woop-watertight", "ray-triangle test",
-           choices=("woop-watertight", "moller-trumbore", "plucker", "kensler-shirley")),
+           choices=("woop-watertight", "moller-trumbore", "plucker", "kensler-shirley"),
+           label="triangle test"),
     Option("precision", None, "number format of both storage and arithmetic; default: fp32",
-           choices=PRECISIONS, optional=True),
+           choices=PRECISIONS, optional=True, label="number format"),
     Option("storage", None, "number format of geometric values in textures; default: the value "
-           "of precision", choices=PRECISIONS, optional=True),
+           "of precision", choices=PRECISIONS, optional=True, label="format in textures"),
     Option("arithmetic", None, "number format to which each result in a kernel is rounded; "
-           "default: the value of precision", choices=PRECISIONS, optional=True),
+           "default: the value of precision", choices=PRECISIONS, optional=True,
+           label="format in kernels"),
     Option("rounding", "nearest", "rounding of fp24 and fp16: to nearest, towards zero, or "
            "towards plus infinity", choices=ROUNDINGS),
     Option("context", None, "OpenGL context: auto, egl, osmesa, angle, native (on Windows and "
            "macOS), or (in Python) an existing context; default: the environment variable "
-           "GPGPU_RT_CONTEXT, or auto", object),
+           "GPGPU_RT_CONTEXT, or auto", object, label="OpenGL context"),
 )
 
 

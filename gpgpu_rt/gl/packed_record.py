@@ -62,6 +62,12 @@ class PackedRecord:
             packed[:, channel] |= (values << shift).astype(np.uint32)
         return packed.reshape(len(packed), self.texels, self.channels // self.texels)
 
+    def unpack(self, texels: np.ndarray) -> dict[str, np.ndarray]:
+        """Return arrays by field name from texels, (..., texels, 4) uint32."""
+        channels = texels.reshape(*texels.shape[:-2], -1).astype(np.int64)
+        return {name: channels[..., channel] >> shift & (1 << bits) - 1
+                for name, channel, shift, bits in self.fields}
+
     @property
     def planes(self) -> tuple[Plane, ...]:
         """The planes, as of a Record: a single texture of integers."""

@@ -137,6 +137,25 @@ def read_texture(texture: moderngl.Texture) -> np.ndarray:
     return values.astype(np.float32, copy=False)
 
 
+def read_texels(texture: moderngl.Texture, first: int, count: int) -> np.ndarray:
+    """Read back texels of a table's texture, (count, components), float32 or uint32.
+
+    Parameters
+    ----------
+    first : number of the first texel; a row has TABLE_WIDTH texels
+    """
+    kind = np.uint32 if texture.dtype == "u4" else np.float32
+    found = np.empty((count, texture.components), kind)
+    window = texture.ctx.framebuffer([texture])
+    for k in range(count):      # consecutive texels may lie in two rows
+        y, x = divmod(first + k, TABLE_WIDTH)
+        found[k] = np.frombuffer(window.read((x, y, 1, 1), texture.components,
+                                             dtype="u4" if kind is np.uint32 else "f4"), kind)
+    window.release()
+    note_moved(texture, down=found.nbytes)
+    return found
+
+
 def write_texture(texture: moderngl.Texture, values: np.ndarray,
                   viewport: tuple[int, int, int, int] | None = None) -> None:
     """Upload texels into a whole texture, or into (x, y, width, height) of the texture."""

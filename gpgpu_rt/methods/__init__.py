@@ -24,6 +24,7 @@ from .tree_unit import rows as tree_unit
 
 _TABLE: dict[str, Method] = {}
 _FILES: dict[str, Path] = {}    # the Python file of each row
+_FAMILY: dict[str, str] = {}    # the family of each row of the project
 _LOADED: set[Path] = set()      # folders whose methods are in the table
 
 
@@ -43,6 +44,11 @@ def register(method: Method, file: Path | None = None) -> Method:
 def file_of(name: str) -> Path | None:
     """The Python file that defines a method's row; None if a program registered the row itself."""
     return _FILES.get(find_method(name).name)
+
+
+def family_of(name: str) -> str:
+    """The family of a method in plain words, such as "kd-tree"; "own method" for users' rows."""
+    return _FAMILY.get(find_method(name).name, "own method")
 
 
 def load_methods(folder: str | os.PathLike[str]) -> list[Method]:
@@ -148,3 +154,4 @@ _FAMILIES = (brute_force, ray_engine, grid, kdtree, bvh, geometry_image, bih, ra
 for _family in _FAMILIES:
     for _row in _family.ROWS:
         register(_row, Path(_family.__file__))
+        _FAMILY[_row.name] = _family.FAMILY

@@ -71,19 +71,20 @@ class PicturePass:
 
 ALL_FEATURES = Option(
     "all_features", False, "build the programs, textures and passes of every feature, even those "
-    "that the scene does not require; the picture is the same", bool)
+    "that the scene does not require; the picture is the same", bool, label="build every feature")
 # The default is 8 bounces because each depth of refraction needs textures of its own and doubles
 # the number of branches. Light usually leaves solid glass after one or two inner reflections. A
 # picture with 8 bounces takes a third of the time of a picture with 12 bounces. The two differ by
 # at most one grey level on average.
 BOUNCES = Option("bounces", 8, "largest number of successive reflections and refractions",
-                 int, minimum=0, maximum=64)
+                 int, minimum=0, maximum=64, label="most bounces")
 LIGHT_SAMPLES = Option("light_samples", 16, "shadow rays from each visible point towards emitting "
                        "triangles; each bounce halves the number", int, minimum=1,
-                       maximum=1 << 16)     # the host makes a list of this length for each depth
+                       maximum=1 << 16,     # the host makes a list of this length for each depth
+                       label="shadow rays per light")
 SAMPLES = Option("samples", 1, "samples per pixel, whose light is averaged; 1: a single ray "
                  "through the centre of the pixel", int, minimum=1, maximum=EXACT_INTEGER,
-                 common=True)
+                 common=True, label="samples per pixel")
 
 
 class Integrator:

@@ -49,7 +49,7 @@ AUTO = 1 << 15      # packing pays for waves of at least this many texels: docs/
 COMPACT = Option("compact", "auto", "pack the remaining paths into smaller textures: on, off, "
                  "auto (in large waves), or the largest share of live texels at which to pack",
                  float,
-                 words=tuple(SHARES), minimum=0)
+                 words=tuple(SHARES), minimum=0, label="pack live paths")
 
 _WRITES = (("rays", RAY_TEXELS), ("walk", WALK), ("radiance", RADIANCE), ("came_from", CAME_FROM))
 PACKING = (

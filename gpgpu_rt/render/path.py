@@ -22,7 +22,7 @@ from ..gl.precision import Precision
 from ..gl.record import EXACT_INTEGER
 from ..gl.textures import read_texture, release
 from ..methods.choices import INCOHERENT
-from ..options import Option, resolve_options
+from ..options import OFF, Option, resolve_options
 from ..rays.eye_rays import eye_uniforms, share_eye
 from ..rays.records import HIT, RAY_TEXELS
 from ..rays.textures import RayTextures
@@ -59,17 +59,19 @@ class Path(Integrator):
     options = (
         ALL_FEATURES,
         Option("bounces", _DEFAULTS.bounces, "largest number of bounces of a path", int,
-               minimum=0),
+               minimum=0, label="most bounces"),
         Option("samples", 64, "largest number of paths per pixel", int, minimum=1,
-               maximum=EXACT_INTEGER, common=True),
+               maximum=EXACT_INTEGER, common=True, label="samples per pixel"),
         Option("noise", None, "stop when the standard error of the pixels is at most this share "
-               "of their luminance, both averaged over the picture", float, minimum=0),
+               "of their luminance, both averaged over the picture", float, minimum=0,
+               label="stop at noise", unset=OFF),
         Option("roulette", _DEFAULTS.roulette, "path vertex from which Russian roulette may end a "
-               "path", int, minimum=1),
-        Option("seed", _DEFAULTS.seed, "seed of the random numbers", int, minimum=0),
+               "path", int, minimum=1, label="roulette from bounce"),
+        Option("seed", _DEFAULTS.seed, "seed of the random numbers", int, minimum=0,
+               label="random seed"),
         Option("sampler", _DEFAULTS.sampler, "sample numbers: sobol spreads them evenly over the "
                "samples of a pixel, which gives less noise; random draws them independently",
-               choices=SAMPLERS),
+               choices=SAMPLERS, label="sample numbers"),
         COMPACT, EXPOSURE, TONE_MAP)
     passes = (
         PicturePass("path start", "render/path_start.frag", (), (),

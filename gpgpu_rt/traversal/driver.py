@@ -27,6 +27,7 @@ AnyPass = TypeVar("AnyPass", bound=FragmentPass)
 Part = TypeVar("Part")
 
 DONE, UNFINISHED, OVERFLOWN = 0, -1, -2   # phases of ended rays, as in core/phase.glsl
+QUERY_INTERVAL = 16     # steps between two counts of the live rays, if the user gives no interval
 DRAWN = 0.5     # depth at which passes over rays are drawn; a masked ray has depth 0
 
 
@@ -95,6 +96,12 @@ class DriverBase:
         self.statistics_on = bool(options["statistics"])
         self.programs: dict[Hashable, FragmentPass] = {}
         self.kept: dict[str, Any] = {}
+
+    @property
+    def mask_interval(self) -> int:
+        """Passes between two counts of the live rays: the option, or else an automatic number."""
+        steps = self.options["steps_per_pass"] if self.options["schedule"] == "step" else 1
+        return self.options["mask_interval"] or max(2, QUERY_INTERVAL // steps)
 
     def uniforms(self) -> Mapping[str, Any]:
         """Return the uniforms that each new program gets."""

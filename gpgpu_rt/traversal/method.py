@@ -14,25 +14,27 @@ from ..gl.context import Gpu
 from ..gl.lazy_field import Column
 from ..gl.packed_record import PackedRecord
 from ..gl.record import Record
-from ..options import ERA_TARGETS, TRACER_OPTIONS, Option, resolve_options, spell, with_era
+from ..options import ERA_TARGETS, OFF, TRACER_OPTIONS, Option, resolve_options, spell, with_era
 from ..rays.records import HIT
 from .era_packet_form import EraPackets
 
 Tables = tuple[Record | PackedRecord, ...]
 SCHEDULES = ("kernels", "step", "loop")
 PACKET = Option("packet", (2, 2), "rays per fragment", tuple,
-                choices=((1, 1), (2, 1), (2, 2), (4, 2), (4, 4)))
+                choices=((1, 1), (2, 1), (2, 2), (4, 2), (4, 4)), label="rays per packet")
 VERTEX_CULLING = Option("vertex_culling", False, "skip triangles of a leaf that lie outside the "
-                        "frustum around the packet's rays", bool, schedules=("loop",))
+                        "frustum around the packet's rays", bool, schedules=("loop",),
+                        label="cull by packet frustum")
 
 ENTRY_POINTS = Option(
     "entry_points", None, "start rays at the nodes that a beam around their 4x4 tile found; with "
     "16, beams around 16x16 tiles search first, and beams around 4x4 tiles refine the result", int,
-    choices=(16, 4), optional=True)
+    choices=(16, 4), optional=True, label="start below the root", unset=OFF)
 PACKET_ENTRIES = Option(
     "entry_points", None, "side in rays of the tiles that get a beam; a packet whose rays all lie "
     "in a beam of its tile starts at the node where the beam enters the tree", int,
-    choices=(8, 16, 32), optional=True, schedules=("loop",))
+    choices=(8, 16, 32), optional=True, schedules=("loop",), label="start below the root",
+    unset=OFF)
 
 
 # The array of a stack has a multiple of this number of levels, so trees of similar depth share
@@ -79,6 +81,7 @@ class Accelerator:
     kept : Data that the builder keeps for the row's ``refit``.
     boxes : Returns the lower and the upper corners, (k, 3) each, of the nodes' boxes. The state's
         field ``node`` is an index into these arrays.
+    automatic : Option -> value. The values that the builder uses for options that are None.
     """
 
     tables: dict[str, dict[str, np.ndarray | Column]]
@@ -91,6 +94,7 @@ class Accelerator:
     shown: np.ndarray | None = None
     kept: Any = None
     boxes: Callable[[], tuple[np.ndarray, np.ndarray]] | None = None
+    automatic: Mapping[str, Any] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -216,6 +220,12 @@ class Method:
     dynamic: bool = False
     fixed_defines: Mapping[str, object] = field(default_factory=dict)
     no_era_form: str = ""
+
+    @property
+    def year(self) -> str:
+        """The year of the paper: the end of the citation, or "" if it does not end in a year."""
+        year = self.citation[-4:]
+        return year if year.isdecimal() else ""
 
     def why_no_era_form(self) -> str:
         """Return why the row, with its default options, cannot run as on the cards of 2002-2006

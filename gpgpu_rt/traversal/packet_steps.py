@@ -20,8 +20,6 @@ from .packets import packet_defines, packet_of
 from .schedules import kernel_defines, method_texts
 from .stack_atlas import StackAtlas
 
-QUERY_INTERVAL = 16   # steps between two counts of the finished packets
-
 
 class PacketSteps(MethodDriver):
     """A packet method under the schedule ``step``; see ``Traversal``.
@@ -51,7 +49,7 @@ class PacketSteps(MethodDriver):
         self._visit(rays, room, None, None, room.side(now), any_hit, statistics)
         self._intersect(rays, room.side(now), None, buffers.side(now), any_hit, statistics)
         while self._live(room, room.side(now), statistics):
-            for _ in range(self.options["mask_interval"] or QUERY_INTERVAL):
+            for _ in range(self.mask_interval):
                 hits = buffers.side(then)
                 self._intersect(rays, room.side(now), buffers.side(now), hits, any_hit,
                                 statistics)

@@ -137,7 +137,7 @@ class Traversal(MethodDriver):
     def _run_step(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
                   any_hit: bool) -> tuple[Target, int]:
         steps = self.options["steps_per_pass"]
-        interval = self.options["mask_interval"] or max(2, 16 // steps)
+        interval = self.mask_interval
         program = self._traverse(rays, any_hit, steps)
         mask = self.state_program("mask", self.method.state)
         before, now = buffers.side(1), buffers.side(0)
@@ -167,7 +167,6 @@ class Traversal(MethodDriver):
         # Passes are drawn in pairs, from ``now`` to ``scratch`` and back. Between pairs, ``now``
         # therefore holds every ray's present state. ``scratch`` only needs the states of the rays
         # that the pair works on.
-        interval = self.options["mask_interval"] or 16
         now, scratch = buffers.side(0), buffers.side(1)
         tiles = self._tiles_for(buffers)
         context.enable_only(moderngl.NOTHING)
@@ -180,7 +179,7 @@ class Traversal(MethodDriver):
                 return now, self.count_stopped(now, buffers, statistics)
             name = self.method.kernels[kernel - 1]
             program = self._traverse(rays, any_hit, 1, kernel=kernel)
-            pairs = max(1, interval // 2)
+            pairs = max(1, self.mask_interval // 2)
             tiles.choose(kernel)
             if name == "push":
                 self._push(now, tiles, statistics)

@@ -141,6 +141,12 @@ class Journey:
         return (f"pass {one.number:,} of {len(self._live) - 1:,}, kernel {kernel}; advanced rays: "
                 f"{served}; live rays: {one.live:,} of {self.size[0] * self.size[1]:,}")
 
+    def ray_at(self, pixel: tuple[int, int], size: tuple[int, int]) -> int:
+        """Return the number of the ray at a pixel of a picture of ``size`` = (width, height)."""
+        column, row = (int(np.clip(at * mine // of, 0, mine - 1))
+                       for at, mine, of in zip(pixel, self.size, size))
+        return row * self.size[0] + column
+
     def state_of(self, index: int, ray: int) -> list[tuple[str, str]]:
         """Return every field of a ray after the pass ``kept[index]``, as (name, text)."""
         one = self.kept[index]

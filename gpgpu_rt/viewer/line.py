@@ -18,7 +18,8 @@ def line_of(viewer: Viewer) -> tuple[str, str]:
     Also return a note about the command's result, or the reason why there is no command.
     """
     if viewer.mode == "picture":
-        return (viewer.selection.line(viewer.camera, viewer.size, f"{viewer.scene.name}.png"),
+        return (viewer.selection.line(viewer.view, viewer.size, f"{viewer.scene.name}.png",
+                                      viewer.scene.camera),
                 "draws the same picture, to the bit")
     return _heat(viewer) if viewer.mode == "heat" else _passes(viewer)
 
@@ -32,7 +33,7 @@ def _heat(viewer: Viewer) -> tuple[str, str]:
     width, height = view.size_of_one(viewer.size)
     words = ["heat", chosen.scene, *(f"--method={name}" for name, _ in rows),
              f"--what={view.what}", *_option_words(chosen.method, rows[0][1]),
-             f"--size={width}x{height}", *camera_words(viewer.camera),
+             f"--size={width}x{height}", *camera_words(viewer.view, viewer.scene.camera),
              f"--output={viewer.scene.name}-heat.png"]
     return (shlex.join(["gpgpu-rt", *words]),
             "makes the same counts on the same scale, as whole maps side by side with titles")
@@ -45,7 +46,7 @@ def _passes(viewer: Viewer) -> tuple[str, str]:
     width, height = viewer.journey_size
     words = ["passes", chosen.scene, f"--method={chosen.method}",
              *_option_words(chosen.method, _in_passes(viewer)),
-             f"--size={width}x{height}", *camera_words(viewer.camera),
+             f"--size={width}x{height}", *camera_words(viewer.view, viewer.scene.camera),
              f"--output={viewer.scene.name}-passes"]
     return (shlex.join(["gpgpu-rt", *words]),
             "writes every pass over the same rays to a folder, as pictures in another layout")
@@ -67,7 +68,7 @@ def settings_of(viewer: Viewer) -> dict[str, Any]:
     found = {"scene": chosen.scene, "triangles": len(viewer.scene), "method": chosen.method,
              "options": {k: v for k, v in viewer.tracer.options.items() if k != "context"},
              "integrator": chosen.integrator, "light": dict(chosen.light),
-             "camera": viewer.camera.to_dict(), "size": list(viewer.size), "mode": viewer.mode,
+             "camera": viewer.view.to_dict(), "size": list(viewer.size), "mode": viewer.mode,
              "gpu": viewer.gpu.info(), "command": command or None, "command_note": note}
     if viewer.mode == "heat":
         view = viewer.heat

@@ -22,7 +22,7 @@ from ..gl.shader import compile_program
 
 BUTTONS = {1: 0, 2: 1, 3: 2}    # ImGui's numbers of the window's left, right and middle buttons
 KEYS = ("TAB", "LEFT", "RIGHT", "UP", "DOWN", "PAGE_UP", "PAGE_DOWN", "HOME", "END", "DELETE",
-        "BACKSPACE", "ENTER", "ESCAPE", "SPACE", *"ACDEHMPQRSVWXYZ",
+        "BACKSPACE", "ENTER", "ESCAPE", "SPACE", *"ABCDEFGHIJKLMNOPQRSTUVWXYZ",
         "NUMBER_1", "NUMBER_2", "NUMBER_3")
 NAMES = {"LEFT": "left_arrow", "RIGHT": "right_arrow", "UP": "up_arrow", "DOWN": "down_arrow",
          **{f"NUMBER_{k}": f"_{k}" for k in (1, 2, 3)}}
@@ -72,6 +72,10 @@ class Link:
         mode = moderngl.LINEAR if smooth else moderngl.NEAREST
         texture.filter = mode, mode
         return imgui.ImTextureRef(texture.glo)
+
+    def show(self, name: str, pixels: np.ndarray) -> None:
+        """Draw (h, w, 3) uint8 pixels as a widget of the present panel."""
+        imgui.image(self.picture(name, pixels, smooth=False), imgui.ImVec2(*pixels.shape[1::-1]))
 
     def begin(self, seconds: float) -> None:
         """Begin a frame."""

@@ -17,7 +17,6 @@ from typing import Any
 
 import moderngl
 import numpy as np
-from PIL import Image
 
 from ..errors import Error
 from ..gl.context import Gpu, open_gpu
@@ -26,12 +25,14 @@ from ..scene.camera import Camera
 from ..scene.loading import load_scene
 from ..tracer import Tracer
 from .drawn import Drawn
+from .drawn_camera import fitted, rounded
+from .failure import line_of_failure
 from .heat_view import HeatView
 from .journey import Journey
 from .line import line_of, settings_of
 from .pace import PATIENCE, Pace
 from .ray_path import RayPath, follow
-from .saving import free_name, write
+from .saving import name_for, picture_of, write
 from .selection import Selection
 from .tracers import Tracers
 
@@ -93,6 +94,7 @@ class Viewer:
         self.scene = load_scene(selection.scene)
         self.tracers = Tracers(self.gpu, self.scene)
         self._camera = self._home = camera or self.scene.camera
+        self._view: tuple[object, Camera] = None, self._camera
         self.tracer = self.tracers.pinned = self._make(self.tracers, selection)
 
     def _make(self, tracers: Tracers, selection: Selection) -> Tracer:
@@ -113,6 +115,14 @@ class Viewer:
         self._camera, self._moved_at, self._moved = camera, self.clock(), True
         self._outdated()
 
+    @property
+    def view(self) -> Camera:
+        """The camera that draws: ``camera`` fitted to the picture's shape, with short numbers."""
+        asked = self._camera, self.size, self.scene.camera
+        if self._view[0] != asked:
+            self._view = asked, rounded(fitted(self._camera, self.size), *asked[1:])
+        return self._view[1]
+
     def reset_camera(self) -> None:
         """Restore the first camera of the scene."""
         self.camera = self._home
@@ -128,9 +138,10 @@ class Viewer:
         self.choose(replace(self.selection, scene=os.fspath(source)))
 
     def resize(self, size: tuple[int, int]) -> None:
-        """Change the size of pictures in pixels. The size of a minimised window is ignored."""
+        """Change the size of pictures in pixels. The size of a minimised window is ignored.
+        Pictures are coarse until the size has stayed the same for SETTLED seconds."""
         if min(size) > 0 and size != self.size:
-            self.size = size
+            self.size, self._moved_at = size, self.clock()
             self._outdated()
 
     def look_at(self, mode: str) -> None:
@@ -273,10 +284,10 @@ class Viewer:
         if journeying:
             self._travel()
         elif self.mode == "heat":
-            costs = self.heat.measure(counting, self.camera, size)
+            costs = self.heat.measure(counting, self.view, size)
             pixels = self.heat.pixels()
         else:
-            picture = self.tracer.render(self.camera, size, self.selection.integrator,
+            picture = self.tracer.render(self.view, size, self.selection.integrator,
                                          **self.selection.light)
             pixels, costs = np.asarray(picture), [self.tracer.statistics]
         seconds = self.clock() - began
@@ -304,7 +315,7 @@ class Viewer:
     def _travel(self) -> None:
         """Record a journey: the states of the rays after all passes."""
         tracer = self.tracers.in_passes(self.selection.method, self.selection.options)
-        self.journey = Journey(tracer, self.camera, self.journey_size)
+        self.journey = Journey(tracer, self.view, self.journey_size)
         self.message = self.journey.note
         self.divisor = 1
         # Open in the middle: after the first pass, no ray has done anything yet.
@@ -316,7 +327,7 @@ class Viewer:
             x, y = (int(np.clip(p, 0, s - 1)) for p, s in zip(pixel, self.size))
             tracer = self.tracers.in_passes(self.selection.method, self.selection.options,
                                             single=True)
-            self.path = follow(tracer, self.camera, self.size, (x, y))
+            self.path = follow(tracer, self.view, self.size, (x, y))
 
     def _outdated(self) -> None:
         """Mark the shown picture as out of date."""
@@ -329,8 +340,7 @@ class Viewer:
 
     @contextmanager
     def _guarded(self) -> Iterator[list[bool]]:
-        """Return a context that reports an error in ``message`` instead of raising it, because a
-        broken file or method must not end the program."""
+        """Report an error in ``message``, because a broken file must not end the program."""
         try:
             with self.gpu:
                 yield []
@@ -342,9 +352,7 @@ class Viewer:
         """Report an error in ``message``. With GPGPU_RT_TRACEBACK set, raise it instead."""
         if os.environ.get("GPGPU_RT_TRACEBACK"):
             raise failure
-        text = " ".join(str(failure).split()) or "no details are known"
-        known = isinstance(failure, (Error, ValueError, OSError))
-        self.message = text if known else f"{type(failure).__name__}: {text}"
+        self.message = line_of_failure(failure)
 
     # Results --------------------------------------------------------------------------------
 
@@ -365,10 +373,7 @@ class Viewer:
         is empty outside the mode "passes"."""
         if self.journey is None:
             return []
-        (width, height), (x, y) = self.journey.size, pixel
-        column = int(np.clip(x * width // self.size[0], 0, width - 1))
-        row = int(np.clip(y * height // self.size[1], 0, height - 1))
-        return self.journey.state_of(self.index, row * width + column)
+        return self.journey.state_of(self.index, self.journey.ray_at(pixel, self.size))
 
     def settings(self) -> dict[str, Any]:
         """Return all settings of the shown picture, and the command that makes it, if any."""
@@ -378,18 +383,13 @@ class Viewer:
         """Write the picture with all its pixels as a PNG, and return its path. The PNG and a JSON
         file beside it contain the settings. After an error, return None and set ``message``."""
         with self._guarded():
-            path = free_name(Path(folder), f"{self.scene.name}-{self.selection.method}"
-                             + (f"-{self.mode}" if self.mode != MODES[0] else ""))
+            path = name_for(self, Path(folder))     # report a folder that cannot be written first
             if self.mode == "passes":
                 if self.journey is None:
                     self._travel()
             elif self.divisor != 1:
                 self._draw(1)
-            assert self.image is not None
-            image = Image.fromarray(self.image)
-            if self.mode == "heat":
-                image = self.heat.with_scale(image)
-            write(path, image, self.settings())
+            write(path, picture_of(self), self.settings())
             self.message = f"wrote {path}"
             return path
         return None

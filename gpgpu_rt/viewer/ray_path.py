@@ -5,9 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..inspect.pass_pictures import PLACES
-from ..inspect.time_travel import Pass, phase_names, travel
-from ..methods.grid.cells import Grid
+from ..inspect.places import Places
+from ..inspect.time_travel import Fields, Pass, phase_names, travel
 from ..scene.camera import Camera
 from ..text_format import counted
 from ..tracer import Tracer
@@ -21,45 +20,84 @@ _EDGES = np.array([(a, a | 1 << axis) for a in range(8) for axis in range(3)
 
 
 @dataclass
+class Place:
+    """A node or a cell that a ray visits.
+
+    Attributes
+    ----------
+    title : its name, such as "node 12"
+    box : (2, 3) lower and upper corner
+    record : (name, text) of each field of its records, as the textures hold them. A line with the
+        name of a record and "" precedes the record's fields
+    """
+
+    title: str
+    box: np.ndarray
+    record: list[tuple[str, str]]
+
+
+@dataclass
 class RayPath:
     """The path of the ray through a pixel.
 
     Attributes
     ----------
     pixel : (x, y) of the picture, row 0 at the top
+    size : (width, height) of the picture in pixels
     columns, rows : a table with a row for each pass: the pass, the kernel that ran, the kernel
         that the ray waits for, and the fields of the ray's state
     origin : (3,) start of the ray
     end : (3,) the ray's hit, or a point outside the scene if the ray misses
     boxes : (k, 2, 3) lower and upper corners of the visited nodes or cells, in order; empty if the
         method's structure has no boxes
+    places : the node or cell of each row; None if the ray has no node or cell after this pass
     hit : the triangle, or -1
     count : the number of the first pass and of all later passes that changed the ray. Passes that
         do not count have no row. Only the first MOST_ROWS of the counted passes have rows
+    row : the index of the row that the user chose, or None
     """
 
     pixel: tuple[int, int]
+    size: tuple[int, int]
     columns: tuple[str, ...]
     rows: list[tuple[str, ...]]
     origin: np.ndarray
     end: np.ndarray
     boxes: np.ndarray
+    places: list[Place | None]
     hit: int
     count: int
+    row: int | None = None
+
+    @property
+    def place(self) -> Place | None:
+        """The node or cell of the chosen row, or None."""
+        return None if self.row is None else self.places[self.row]
+
+    def go(self, by: int) -> None:
+        """Choose the row that is ``by`` rows below the chosen row, or the first row."""
+        at = 0 if self.row is None else self.row + by
+        self.row = min(max(at, 0), len(self.rows) - 1)
 
     def title(self) -> str:
         """Return a line with the pixel, the number of passes and the hit."""
         rows = counted(self.count, "pass")
         if self.count > len(self.rows):
             rows = f"the first {len(self.rows):,} of {rows}"
-        return (f"the ray of pixel {self.pixel[0]}, {self.pixel[1]}: {rows}, "
+        (x, y), (width, height) = self.pixel, self.size
+        return (f"The ray of pixel {x}, {y} of {width} x {height}: {rows}, "
                 + (f"hits triangle {self.hit}" if self.hit >= 0 else "hits nothing"))
 
     def edges(self) -> np.ndarray:
         """Return the edges of the boxes for drawing, (k, 12, 2, 3)."""
-        bits = (np.arange(8)[:, None] >> np.arange(3)) & 1                # (8, 3)
-        corners = np.where(bits[None] == 1, self.boxes[:, 1:], self.boxes[:, :1])
-        return corners[:, _EDGES]
+        return edges_of(self.boxes)
+
+
+def edges_of(boxes: np.ndarray) -> np.ndarray:
+    """Return the edges of boxes, (k, 2, 3), as segments, (k, 12, 2, 3)."""
+    bits = (np.arange(8)[:, None] >> np.arange(3)) & 1                # (8, 3)
+    corners = np.where(bits[None] == 1, boxes[:, 1:], boxes[:, :1])
+    return corners[:, _EDGES]
 
 
 def follow(tracer: Tracer, camera: Camera, size: tuple[int, int],
@@ -95,32 +133,44 @@ def follow(tracer: Tracer, camera: Camera, size: tuple[int, int],
                      names.get(phase, str(phase)),
                      *(word_of(one.state[name][0]) for name in fields),
                      *(hit_words(one, 0)[name] for name in ("t", "triangle"))))
+    places = Places(tracer, passes[0].state)
+    at = places.numbers({name: np.concatenate([one.state[name] for one in passes])
+                         for name in passes[0].state})
     origin, direction = origins[0, 0].astype(np.float64), directions[0, 0].astype(np.float64)
     lo, hi = tracer.scene.bounds
     far = float(np.linalg.norm(np.maximum(np.abs(lo - origin), np.abs(hi - origin))))
     t = float(hits.t[0]) if hits.hit[0] else far
-    return RayPath(pixel, ("pass", "ran", "waits for", *fields, "hit t", "hit triangle"), rows,
-                   origin, origin + t * direction, _boxes(tracer, passes), int(hits.triangle[0]),
-                   count)
+    columns = ("pass", "ran", "waits for", *fields, "hit t", "hit triangle")
+    return RayPath(pixel, size, columns, rows, origin, origin + t * direction,
+                   _boxes(places, at[at >= 0]), _places(places, at, passes),
+                   int(hits.triangle[0]), count)
 
 
-def _boxes(tracer: Tracer, passes: list[Pass]) -> np.ndarray:
-    """Return the boxes of the visited nodes or cells, (k, 2, 3), without consecutive repeats."""
-    accelerator = tracer.accelerator
-    place = next((name for name in PLACES if name in passes[0].state), "")
-    at = np.array([one.state[place][0] for one in passes
-                   if place and int(one.state["phase"][0]) > 0], np.int64)
+def _boxes(places: Places, at: np.ndarray) -> np.ndarray:
+    """Return the boxes of places in their order, (k, 2, 3), without consecutive repeats."""
     if not len(at):
         return np.zeros((0, 2, 3))
-    if place == "node" and accelerator.boxes is not None:
-        boxes = np.stack(accelerator.boxes(), axis=1).astype(np.float64)
-        boxes = boxes[at[(at >= 0) & (at < len(boxes))]]
-    elif place == "cell" and isinstance(accelerator.structure, Grid):
-        grid = accelerator.structure
-        lo = grid.lo + at[((at >= 0) & (at < grid.resolution)).all(axis=1)] * grid.cell_size
-        boxes = np.stack([lo, lo + grid.cell_size], axis=1)
-    else:
-        return np.zeros((0, 2, 3))
-    if len(boxes) > 1:
-        boxes = boxes[np.append(True, (boxes[1:] != boxes[:-1]).any(axis=(1, 2)))]
-    return boxes
+    boxes = places.boxes(at)
+    return boxes[np.append(True, (boxes[1:] != boxes[:-1]).any(axis=(1, 2)))]
+
+
+def _places(places: Places, at: np.ndarray, passes: list[Pass]) -> list[Place | None]:
+    """Return the place of each pass, or None. Each place is decoded once."""
+    known: dict[int, Place] = {}
+    for number, one in zip(at.tolist(), passes):
+        if number >= 0 and number not in known:
+            known[number] = Place(_title(places.kind, one.state),
+                                  places.boxes(np.array([number]))[0],
+                                  _record_words(places, number))
+    return [known.get(number) for number in at.tolist()]
+
+
+def _title(kind: str, state: Fields) -> str:
+    return f"{kind} {word_of(state[kind][0])}"
+
+
+def _record_words(places: Places, number: int) -> list[tuple[str, str]]:
+    words = []
+    for record, fields in places.records(number).items():
+        words += [(record, ""), *((name, word_of(value)) for name, value in fields.items())]
+    return words

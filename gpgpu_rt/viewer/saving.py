@@ -4,11 +4,14 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from PIL import Image, PngImagePlugin
 
 from ..disk.files import check_writable, replacing
+
+if TYPE_CHECKING:
+    from .model import Viewer
 
 KEY = "gpgpu-rt"    # the key of the settings in the PNG's text
 
@@ -20,6 +23,19 @@ def free_name(folder: Path, stem: str) -> Path:
     while (folder / f"{stem}-{number}.png").exists():
         number += 1
     return check_writable(folder / f"{stem}-{number}.png")
+
+
+def name_for(viewer: Viewer, folder: Path) -> Path:
+    """Return a free name for the viewer's picture. Raise Error if the folder cannot be written."""
+    mode = "" if viewer.mode == "picture" else f"-{viewer.mode}"
+    return free_name(folder, f"{viewer.scene.name}-{viewer.selection.method}{mode}")
+
+
+def picture_of(viewer: Viewer) -> Image.Image:
+    """Return the viewer's picture. A heat map has its scale below it."""
+    assert viewer.image is not None
+    image = Image.fromarray(viewer.image)
+    return viewer.heat.with_scale(image) if viewer.mode == "heat" else image
 
 
 def write(path: Path, image: Image.Image, settings: Mapping[str, Any]) -> None:

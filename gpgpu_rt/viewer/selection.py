@@ -41,12 +41,21 @@ def option_words(options: Mapping[str, Any], known: tuple[Option, ...]) -> list[
     return words
 
 
-def camera_words(camera: Camera) -> list[str]:
-    """Return the words ``--eye=x,y,z`` and so on. The numbers have enough digits to give the same
-    camera to the bit."""
-    vectors = {name: ",".join(map(repr, getattr(camera, name)))
-               for name in ("eye", "target", "up")}
-    return [*(f"--{name}={text}" for name, text in vectors.items()), f"--fov={camera.fov!r}"]
+def camera_words(camera: Camera, own: Camera | None = None) -> list[str]:
+    """Return the words ``--eye=x,y,z`` and so on. The numbers give the same camera to the bit.
+
+    Parts that equal the parts of the scene's ``own`` camera are left out.
+    """
+    parts = {"eye": camera.eye, "target": camera.target, "up": camera.up, "fov": (camera.fov,)}
+    known = {} if own is None else {"eye": own.eye, "target": own.target, "up": own.up,
+                                    "fov": (own.fov,)}
+    return [f"--{name}={','.join(map(_shortest, numbers))}" for name, numbers in parts.items()
+            if numbers != known.get(name)]
+
+
+def _shortest(number: float) -> str:
+    """Return the shortest text from which Python reads the same number."""
+    return repr(number).removesuffix(".0")
 
 
 @dataclass(frozen=True)
@@ -116,19 +125,22 @@ class Selection:
         """Return the selection with a changed option of the integrator."""
         return replace(self, light=_set(self.light, self.light_options(), name, value))
 
-    def words(self, camera: Camera, size: tuple[int, int], output: str) -> list[str]:
-        """Return the arguments of `gpgpu-rt` that write the same picture to a file."""
+    def words(self, camera: Camera, size: tuple[int, int], output: str,
+              own: Camera | None = None) -> list[str]:
+        """Return the arguments of `gpgpu-rt` that write the same picture to a file. ``own`` is the
+        scene's own camera."""
         words = ["render", self.scene, f"--method={self.method}"]
         words += option_words(self.options, TRACER_OPTIONS + self.row.options)
         if self.integrator != DEFAULT:
             words.append(f"--integrator={self.integrator}")
         words += option_words(self.light, self.light_options())
-        return [*words, f"--size={size[0]}x{size[1]}", *camera_words(camera),
+        return [*words, f"--size={size[0]}x{size[1]}", *camera_words(camera, own),
                 f"--output={output}"]
 
-    def line(self, camera: Camera, size: tuple[int, int], output: str) -> str:
+    def line(self, camera: Camera, size: tuple[int, int], output: str,
+             own: Camera | None = None) -> str:
         """Return the command that writes the same picture, as a line for a shell."""
-        return shlex.join(["gpgpu-rt", *self.words(camera, size, output)])
+        return shlex.join(["gpgpu-rt", *self.words(camera, size, output, own)])
 
 
 def _set(options: Mapping[str, Any], known: tuple[Option, ...], name: str,

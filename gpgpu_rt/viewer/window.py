@@ -20,8 +20,8 @@ from ..scene.loading import load_scene
 from . import moves
 from .link import Link
 from .model import MODES, Viewer
-from .overlay import projected
 from .panels import Panels
+from .path_drawing import draw_path
 from .press import Press
 from .selection import Selection
 
@@ -30,9 +30,6 @@ FLY = 0.35              # speed of flight in extents of the scene per second
 CLICK = 4               # largest movement of the mouse in pixels during a click
 QUIET = 0.5             # seconds without an event after which the window draws less often
 PAUSE = 0.04            # seconds of sleep between two frames while the window draws less often
-MOST_BOXES = 80         # of the boxes along a path, only this many last boxes are drawn
-RAY_COLOUR, BOX_COLOUR, LAST_COLOUR = (imgui.IM_COL32(*rgba) for rgba in (
-    (255, 60, 60, 255), (90, 200, 255, 110), (255, 230, 80, 255)))
 
 
 def run(selection: Selection, size: tuple[int, int], folder: str = ".",
@@ -114,6 +111,7 @@ class Window(moderngl_window.WindowConfig):
         self.link = Link(self.viewer.gpu, self.wnd)
         self.panels = Panels(self.viewer, self.link, self._save)
         self.panels.help = True
+        self._fit()
         self.flying = False
         self._held: set[int] = set()        # the flight keys that are down
         self._mouse = (0, 0)
@@ -133,6 +131,7 @@ class Window(moderngl_window.WindowConfig):
 
     def on_render(self, time: float, frame_time: float) -> None:    # noqa: A002
         self._frames += 1
+        self._fit()
         changed = self.viewer.step()
         self.panels.program.update(self.viewer)
         self._measure(changed)
@@ -145,11 +144,18 @@ class Window(moderngl_window.WindowConfig):
         self._follow_keys()
         self._fly(min(frame_time, 0.2))
         self._draw_picture()
-        self._draw_path()
+        if self.viewer.path is not None:
+            draw_path(self.viewer.path, self.viewer.view, self.panels.layout.picture)
         self.panels.draw(self._pixel(*self._mouse))
         self.link.end()
         self._entitle()
         self._rest()
+
+    def _fit(self) -> None:
+        """Make the picture as large as the part of the window that no panel covers."""
+        ratio = self.wnd.pixel_ratio
+        width, height = self.panels.layout.picture.size
+        self.viewer.resize((round(ratio * width), round(ratio * height)))
 
     def _entitle(self) -> None:
         """Set the window's title: scene, method, and whether the picture is being refined."""
@@ -168,22 +174,10 @@ class Window(moderngl_window.WindowConfig):
             smooth = self.viewer.mode == MODES[0]
             self._picture = self.link.picture("picture", image, smooth)
             self._shown = self.viewer.version
-        width, height = self.wnd.size
-        imgui.get_background_draw_list().add_image(self._picture, imgui.ImVec2(0, 0),
-                                                   imgui.ImVec2(width, height))
-
-    def _draw_path(self) -> None:
-        path = self.viewer.path
-        if path is None:
-            return
-        # Seen from its own origin, the ray is a point. It becomes visible when the camera moves.
-        pen, camera, size = imgui.get_background_draw_list(), self.viewer.camera, self.wnd.size
-        edges = path.edges()[-MOST_BOXES:]
-        for segments, colour in ((edges[:-1], BOX_COLOUR), (edges[-1:], LAST_COLOUR),
-                                 (np.array([[path.origin, path.end]]), RAY_COLOUR)):
-            for (x0, y0), (x1, y1) in projected(camera, size, segments).tolist():
-                pen.add_line(imgui.ImVec2(x0, y0), imgui.ImVec2(x1, y1), colour,
-                             2.0 if colour != BOX_COLOUR else 1.0)
+        rect = self.panels.layout.picture
+        imgui.get_background_draw_list().add_image(
+            self._picture, imgui.ImVec2(rect.x, rect.y),
+            imgui.ImVec2(rect.x + rect.width, rect.y + rect.height))
 
     def _rest(self) -> None:
         """Sleep for a moment while nothing happens."""
@@ -216,13 +210,13 @@ class Window(moderngl_window.WindowConfig):
 
     def _pixel(self, x: int, y: int) -> tuple[int, int]:
         """Return the pixel of the picture at a position in the window."""
-        return tuple(int(p * b / max(s, 1)) for p, b, s in zip(   # type: ignore[return-value]
-            (x, y), self.wnd.buffer_size, self.wnd.size))
+        rect = self.panels.layout.picture
+        return tuple(int(p * b / s) for p, b, s in zip(     # type: ignore[return-value]
+            (x - rect.x, y - rect.y), self.viewer.size, rect.size))
 
     def on_resize(self, width: int, height: int) -> None:
         if hasattr(self, "viewer"):     # the first event arrives before the viewer is made
             self._event()
-            self.viewer.resize(self.wnd.buffer_size)
 
     def on_iconify(self, iconified: bool) -> None:
         self.link.let_go()
@@ -268,8 +262,6 @@ class Window(moderngl_window.WindowConfig):
             return
         if press.over_panel is None:
             press.over_panel = self.link.has_mouse
-            if not press.over_panel:
-                self.panels.help = False
         if press.released:
             self._press = None
         if press.over_panel:
@@ -283,7 +275,7 @@ class Window(moderngl_window.WindowConfig):
             turn, way = (moves.look, -1) if self.flying else (moves.orbit, 1)
             self.viewer.camera = turn(self.viewer.camera, -TURN * dx, way * TURN * dy)
         else:
-            height = max(self.wnd.size[1], 1)
+            height = self.panels.layout.picture.height
             self.viewer.camera = moves.pan(self.viewer.camera, -dx / height, dy / height)
 
     def on_mouse_scroll_event(self, x_offset: float, y_offset: float) -> None:
@@ -334,6 +326,9 @@ class Window(moderngl_window.WindowConfig):
         for key, way in ((keys.LEFT, -1), (keys.RIGHT, 1)):
             if link.pressed(key, repeat=True):
                 viewer.go_to(viewer.index + (10 if shift else 1) * way)
+        for key, way in ((keys.UP, -1), (keys.DOWN, 1)):
+            if viewer.path is not None and link.pressed(key, repeat=True):
+                viewer.path.go((10 if shift else 1) * way)
 
     # Actions of keys ------------------------------------------------------------------------
 
@@ -352,8 +347,8 @@ class Window(moderngl_window.WindowConfig):
 
     def _change_flight(self) -> None:
         self.flying = not self.flying
-        self.viewer.message = ("free flight: drag to look around, W A S D Q E to fly"
-                               if self.flying else "orbit: drag to turn around the scene")
+        self.viewer.message = ("Flying: drag to look around; W, A, S, D, Q and E move the camera."
+                               if self.flying else "Turning: drag to turn around the scene.")
 
     def _change_help(self) -> None:
         self.panels.help = not self.panels.help

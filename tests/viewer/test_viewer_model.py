@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import shlex
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +15,7 @@ from gpgpu_rt.cli import main
 from gpgpu_rt.methods import find_method
 from gpgpu_rt.scene.camera import Camera
 from gpgpu_rt.viewer import Selection, Viewer, moves
+from gpgpu_rt.viewer.drawn_camera import PIXEL_SHARE, fitted, rounded
 from gpgpu_rt.viewer.overlay import projected
 from gpgpu_rt.viewer.pace import DIVISORS, MOVING, PATIENCE, Pace
 from gpgpu_rt.viewer.selection import camera_words, option_words
@@ -74,6 +76,57 @@ def test_a_camera_survives_the_command_line_to_the_bit() -> None:
     vectors = {name: tuple(map(float, words[name].split(","))) for name in
                ("eye", "target", "up")}
     assert Camera(**vectors, fov=float(words["fov"])) == camera
+
+
+@pytest.mark.parametrize("scale", [1e-3, 1.0, 3e4])
+def test_the_line_has_the_fewest_digits_with_the_same_rays(viewer: Viewer, scale: float) -> None:
+    """The drawn camera has short numbers. Its rays differ from the exact camera's rays by less
+    than PIXEL_SHARE of a pixel, and with a decimal less they would differ by more."""
+    rng, size = np.random.default_rng(7), (640, 480)
+    target = scale * rng.normal(size=3)
+    exact = Camera(tuple(target + scale * rng.normal(size=3)), tuple(target), fov=37.123456789)
+    drawn = rounded(exact, size)
+    origins, directions = exact.rays(size)
+    ahead = directions @ exact.basis(size)[2]
+    distance = np.linalg.norm(np.subtract(exact.target, exact.eye))
+    pixels = np.stack(np.meshgrid(*(np.arange(side) + 0.5 for side in size)), -1)
+
+    def most(camera: Camera) -> float:
+        """Returns the largest shift of a pixel of the exact picture, in pixels."""
+        found = [0.0]
+        for part in (0.25, 1.0):
+            points = exact.eye + directions * (part * distance / ahead)[..., None]
+            at = projected(camera, size, np.stack([points, points], axis=-2).reshape(-1, 2, 3))
+            found.append(np.abs(at[:, 0].reshape(pixels.shape) - pixels).max())
+        return max(found)
+
+    assert most(drawn) < PIXEL_SHARE + 1e-3     # rays are rounded to float32
+    words = camera_words(drawn)
+    assert max(len(number.split(".")[-1]) for number in words[0][6:].split(",")) <= 9
+    assert len(" ".join(words)) < 0.7 * len(" ".join(camera_words(exact)))
+    decimals = max(len(f"{part:.12f}".rstrip("0").split(".")[1]) for part in drawn.target)
+    if decimals:
+        coarser = replace(drawn, target=tuple(round(part, decimals - 1) for part in exact.target))
+        assert most(coarser) > PIXEL_SHARE / 2
+
+
+def test_the_line_leaves_out_the_scene_s_own_camera(viewer: Viewer) -> None:
+    settle(viewer)
+    own = viewer.scene.camera
+    assert viewer.view == own and "--eye" not in viewer.command and "--fov" not in viewer.command
+    viewer.resize((30, 90))      # narrower than high: only the field of view changes
+    assert "--fov=" in viewer.command and "--eye" not in viewer.command
+    viewer.camera = replace(own, eye=(1.0, 2.0, 3.0))
+    assert "--eye=1,2,3 " in viewer.command and "--target" not in viewer.command
+
+
+def test_a_narrow_picture_shows_what_a_square_shows() -> None:
+    camera = Camera((1.0, 2.0, 5.0), (0.2, -0.3, 0.1), fov=50)
+    assert fitted(camera, (80, 80)) == fitted(camera, (90, 80)) == camera
+    edge = camera.rays((9, 9))[1][4, 0]      # the middle of the left edge of a square picture
+    points = np.array([[camera.eye, camera.eye + 3 * edge]])
+    (x, y), = projected(fitted(camera, (45, 90)), (45, 90), points)[:, 1]
+    assert np.isclose(x, 2.5, atol=1e-3) and np.isclose(y, 45, atol=1e-3)
 
 
 # Pace -------------------------------------------------------------------------------------------

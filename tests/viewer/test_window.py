@@ -33,6 +33,9 @@ MISSING = [
 pytestmark = [pytest.mark.full, pytest.mark.once, pytest.mark.skipif(
     bool(MISSING), reason=f"the window is not tested: no {', '.join(MISSING)}")]
 SIZE = (640, 480)
+# Places in the left panel: the list of methods, the heading of the graphs, and, when the graphs are
+# folded, the last heading and the text field under it.
+METHODS, COSTS, LAST, FILE = (150, 44), (150, 198), (150, 302), (200, 328)
 PATIENCE = 240.0  # seconds; generous, because a busy machine is no fault
 CLIENT = Path(__file__).with_name("x_client.py")
 START = "import sys; from gpgpu_rt.cli import main; sys.exit(main(sys.argv[1:]))"
@@ -103,6 +106,12 @@ class Person:
         self.xdotool("mousemove", str(x), str(y))
         time.sleep(0.5)
         self.xdotool("click", "1")
+
+    def open_headings(self) -> None:
+        """Folds the graphs and opens the last heading, which has the text field for a file."""
+        for place in (COSTS, LAST):
+            self.click(*place)
+            self.settled()
 
     def screen(self, size: tuple[int, int] = SIZE) -> np.ndarray:
         """Returns the screen's pixels, (h, w, 3) uint8."""
@@ -215,9 +224,9 @@ def test_the_lists_of_the_panel(person) -> None:
     one = person("cornell")
     one.key("h")
     one.settled()
-    one.click(80, 64)  # open the list of methods; the chosen method is in its middle
+    one.click(*METHODS)
     one.settled()
-    one.click(80, 64 + 40)
+    one.click(METHODS[0], METHODS[1] + 66)      # a row of the open list
     one.settled()
     found = one.quit()
     assert found["settings"]["method"] != "bvh-threaded", "nothing was chosen"
@@ -229,8 +238,9 @@ def test_keys_typed_into_a_busy_window_are_no_shortcuts(person, tmp_path: Path) 
     one = person("cornell")
     one.key("h")
     one.settled()
+    one.open_headings()
     one.process.send_signal(signal.SIGSTOP)
-    one.click(80, 40)  # the text field of the file
+    one.click(*FILE)
     one.xdotool("type", "--delay", "50", "mp3")
     one.process.send_signal(signal.SIGCONT)
     one.settled()
@@ -245,7 +255,7 @@ def test_keys_are_a_list_s_while_it_is_open(person) -> None:
     one.key("h")
     one.xdotool("mousemove", "500", "300")
     closed = one.settled()
-    one.click(80, 64)  # the list of methods
+    one.click(*METHODS)
     assert (one.settled() != closed).any()
     one.key("m", "3", "h", "Tab")
     one.settled()
@@ -286,7 +296,8 @@ def test_a_mesh_is_dropped_and_a_path_typed(person, tmp_path: Path) -> None:
     assert (dropped != before).any(axis=2).mean() > 0.3
     one.key("Tab")
     one.settled()
-    one.click(80, 40)
+    one.open_headings()
+    one.click(*FILE)
     one.settled()
     one.xdotool("type", "--delay", "100", "cornell")
     one.settled()

@@ -37,6 +37,7 @@ def _prepare(triangles: np.ndarray, options: Mapping[str, Any]) -> Accelerator:
     return Accelerator(tables, uniforms, bound, bih, boxes=bih.boxes)
 
 
+FAMILY = "BIH"
 ROWS = (Method(
     name="bih",
     summary="traverses a tree with two planes per node, the end of the left and the start of the "
@@ -48,10 +49,11 @@ ROWS = (Method(
     tables=(TRIANGLE, BIH_NODE, BIH_BOUNDS),
     prepare=_prepare,
     options=(
-        Option("max_leaf", 4, "largest number of triangles in a leaf", int, minimum=1),
+        Option("max_leaf", 4, "largest number of triangles in a leaf", int, minimum=1,
+               label="triangles per leaf"),
         Option("stack_size", 0, "number of stack entries, in a local array that is lost at the "
                "end of a pass; 0: no stack, only links to parents", int, choices=(0, 4, 16),
-               define="STACK_SIZE"),
+               define="STACK_SIZE", label="stack entries"),
     ),
     own_array=lambda options: options["stack_size"] > 0,
     fixed_defines={"ROOT": ROOT},

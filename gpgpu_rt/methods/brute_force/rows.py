@@ -17,6 +17,7 @@ def _prepare(triangles: np.ndarray, options: Mapping[str, Any]) -> Accelerator:
                        step_bound=len(triangles))
 
 
+FAMILY = "no structure"
 ROWS = (Method(
     name="brute-force",
     summary="tests every ray against every triangle",

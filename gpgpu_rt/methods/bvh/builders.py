@@ -12,20 +12,29 @@ from ...gl.context import open_gpu
 from ...options import Option
 from .build import MOST_ROUNDS, build_bvh
 from .gpu_build.build import GPU_BUILDS, build_bvh_by_passes
+from .hybrid import CLUSTER_BITS
+from .lbvh import AXIS_BITS
 from .tree import Bvh
 
 BUILD_OPTIONS = (
     Option("build", "sah", "builder of the tree",
-           choices=("sah", "kay-kajiya", "goldsmith-salmon", "lbvh", "hybrid")),
+           choices=("sah", "kay-kajiya", "goldsmith-salmon", "lbvh", "hybrid"),
+           label="tree builder"),
     Option("build_device", "cpu", "build with numpy on the host, or with fragment passes (not "
-           "kay-kajiya or goldsmith-salmon)", choices=("cpu", "gpu")),
+           "kay-kajiya or goldsmith-salmon)", choices=("cpu", "gpu"), label="build on"),
     Option("morton_bits", None, "bits per axis of the Morton codes of the builds lbvh and hybrid; "
            "default: 10 for lbvh, 2 for hybrid", int, minimum=1,
-           goes_with=("build", ("lbvh", "hybrid"))),
+           goes_with=("build", ("lbvh", "hybrid")), label="Morton code bits"),
     Option("reinsertion", 0, "rounds of optimisation after the build, in which subtrees move to "
            "the place in the tree where they cost least", int, minimum=0, maximum=MOST_ROUNDS,
-           goes_with=("build_device", ("cpu",))),
+           goes_with=("build_device", ("cpu",)), label="optimisation rounds"),
 )
+
+
+def automatic_values(options: Mapping[str, Any]) -> dict[str, int]:
+    """Return the values that `built_bvh` uses for build options that are None, by option."""
+    bits = {"lbvh": AXIS_BITS, "hybrid": CLUSTER_BITS}.get(options["build"])
+    return {} if bits is None else {"morton_bits": bits}
 
 
 def built_bvh(triangles: np.ndarray, options: Mapping[str, Any], **limit: int) -> Bvh:

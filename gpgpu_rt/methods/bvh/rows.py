@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from ...gl.record import EXACT_INTEGER
-from ...options import Option
+from ...options import OFF, Option
 from ...traversal.method import (
     CULLING, ENTRY_POINTS, PACKET, PACKET_ENTRIES, TRIANGLE_TESTS, VERTEX_CULLING, Accelerator,
     Method, Part, Stepwise, check_culling, stack_defines, with_entries
@@ -20,7 +20,7 @@ from ...traversal.packets import PacketTraversal
 from ...traversal.records import BVH_ENTERING, PACKET_STATE, STACK_ENTRY, STATE, TREE_STATE
 from ...traversal.triangle_table import TRIANGLE, triangle_table
 from .build import node_limit
-from .builders import BUILD_OPTIONS, built_bvh
+from .builders import BUILD_OPTIONS, automatic_values, built_bvh
 from .octant_copies import OctantCopies, times_stored
 from .ray_streams import RayStreams
 from .records import BVH_NODE, BVH_PAIR, PACKET_SHARED_STATE, PACKET_STACK_STATE, SHARED_WAY_OUT
@@ -74,7 +74,8 @@ def _accelerator(bvh: Bvh, kept: _Kept, triangles: np.ndarray,
         # A packet needs at most as many steps as its rays would need one after another.
         step_bound=(len(bvh.escape) + len(bvh.order) + ends) * width * height, structure=bvh,
         defines=stack_defines(layout.stack_levels) if layout.stack_levels else {},
-        stack_levels=layout.stack_levels, kept=kept, boxes=partial(layout.boxes, bvh))
+        stack_levels=layout.stack_levels, kept=kept, boxes=partial(layout.boxes, bvh),
+        automatic=automatic_values(options))
 
 
 def _family(layout_of: LayoutOf) -> dict[str, Any]:
@@ -100,26 +101,28 @@ def _family(layout_of: LayoutOf) -> dict[str, Any]:
 
 
 _OCTANTS = Option("octants", False, "store eight copies of the tree, each threaded front to back "
-                  "for a direction octant", bool, define="OCTANTS")
+                  "for a direction octant", bool, define="OCTANTS", label="copy per octant")
 _SHARED = Option("shared_subtrees", None, "with octants: store a subtree of at most this many "
                  "nodes once for all eight copies; 64 halves the memory at 0.8 to 0.95 of the "
                  "speed", int,
                  minimum=3, maximum=EXACT_INTEGER, optional=True, define="SHARED_SUBTREES",
-                 goes_with=("octants", (True,)))
+                 goes_with=("octants", (True,)), label="shared subtree size", unset=OFF)
 _QUANTISE = Option("quantise_nodes", None, "bits per bound of a box, rounded outward: smaller "
                    "nodes with the same hits; default: no quantisation", int, choices=(8, 16),
-                   optional=True, define="QUANTISED_NODES")
+                   optional=True, define="QUANTISED_NODES", label="bits per box bound", unset=OFF)
 _INTERVAL_TEST = Option("interval_test", False, "test a box once for all rays of a packet, by "
-                        "interval arithmetic", bool, define="INTERVAL_TEST")
+                        "interval arithmetic", bool, define="INTERVAL_TEST",
+                        label="test boxes by interval")
 _STREAMS = Option("streams", False, "trace a stream of (ray, node) pairs that passes filter, "
                   "instead of packets; schedule kernels only", bool, excludes=(
-                      "packet", "octants", "interval_test", "vertex_culling", "entry_points"))
+                      "packet", "octants", "interval_test", "vertex_culling", "entry_points"),
+                  label="streams, not packets")
 _STREAM_SIZE = Option("stream_size", 1 << 15, "with streams: largest number of stream elements "
                       "in a pass; a smaller number follows the order of nodes more closely", int,
-                      minimum=1, goes_with=("streams", (True,)))
+                      minimum=1, goes_with=("streams", (True,)), label="pairs per pass")
 _REBUILD = Option("rebuild_ratio", REBUILD_RATIO, "rebuild the tree of moved triangles when the "
                   "SAH cost of the refitted tree is this many times the cost of the last build; "
-                  "0: always rebuild", float, minimum=0)
+                  "0: always rebuild", float, minimum=0, label="rebuild at cost ratio")
 
 # The files that options choose. The walk of a packet itself is in the file ``glsl`` of the row.
 _SUBTREES = Part("subtrees", "shared_subtrees", "methods/bvh/own_subtrees.glsl",
@@ -193,6 +196,7 @@ def _packet_form(packets: Method, options: Options) -> Method:
     return replace(packets, entry_walk="methods/bvh/packet_entry_pairs.glsl")
 
 
+FAMILY = "BVH"
 ROWS = (
     Method(
         name="bvh-threaded",

@@ -75,6 +75,7 @@ def _with_positions(accelerator: Accelerator, triangles: np.ndarray, level: int)
 
 _TABLES = (POSITION, IMAGE_CELL, MIN_PYRAMID, MAX_PYRAMID, PYRAMID_SOURCE)
 
+FAMILY = "geometry image"
 ROWS = (Method(
     name="geometry-image",
     summary="traverses min and max pyramids, made by passes, over an image of positions; for "
@@ -88,9 +89,9 @@ ROWS = (Method(
     refit=_refit,
     options=(
         Option("level", 0, "level of detail of a geometry image, whose quads then have 2^level x "
-               "2^level cells", int, minimum=0),
+               "2^level cells", int, minimum=0, label="level of detail"),
         Option("octants", False, "precompute the links in front-to-back order, once per direction "
-               "octant", bool, define="FRONT_TO_BACK"),
+               "octant", bool, define="FRONT_TO_BACK", label="copy per octant"),
     ),
     choose_tables=lambda options: _TABLES + ((PYRAMID_LINK,) if options["octants"] else ()),
     dynamic=True,

@@ -40,14 +40,15 @@ def _prepare(triangles: np.ndarray, options: Mapping[str, Any], proximity: bool)
     # A ray enters a new cell at each plane of the grid at most once, and reads each list at most
     # once.
     bound = int(grid.resolution.sum()) + len(references) + 3
-    return Accelerator(tables, uniforms, bound, grid)
+    return Accelerator(tables, uniforms, bound, grid,
+                       automatic={"resolution": tuple(int(r) for r in grid.resolution)})
 
 
 _GRID_OPTIONS = (
     Option("resolution", None, "cells per axis: a number or x,y,z; default: set by density",
-           object, excludes=("density",)),
+           object, excludes=("density",), label="cells per axis"),
     Option("density", 5.0, "target number of cells per triangle, if no resolution is given", float,
-           minimum=1e-6),
+           minimum=1e-6, label="cells per triangle"),
 )
 
 
@@ -91,6 +92,7 @@ def _form(single: Method, options: Mapping[str, Any]) -> Method:
         single="grid")
 
 
+FAMILY = "grid"
 ROWS = (
     _row("grid", "traverses a uniform grid, a cell or a list entry per step, or by packets, slice "
          "by slice",

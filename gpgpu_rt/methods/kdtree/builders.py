@@ -13,31 +13,44 @@ from ...gl.context import open_gpu
 from ...options import Option
 from .build import build_kdtree
 from .gpu_build.build import GPU_KD_BUILDS, build_kdtree_by_passes
+from .hybrid import MORTON_BITS
 from .sah import Costs
-from .tree import KdTree
+from .tree import KdTree, depth_cap
 
 BUILD_OPTIONS = (
     Option("build", "sah", "builder of the tree: sah uses the surface area heuristic for all "
            "nodes, zhou splits large nodes in the middle, hybrid builds the upper levels from "
            "Morton codes",
-           choices=("sah", "zhou", "hybrid")),
+           choices=("sah", "zhou", "hybrid"), label="tree builder"),
     Option("build_device", "cpu", "build with numpy on the host, or with fragment passes (builds "
-           "zhou and hybrid only)", choices=("cpu", "gpu")),
+           "zhou and hybrid only)", choices=("cpu", "gpu"), label="build on"),
     Option("split", "binned", "candidate split planes of the builds sah and hybrid",
-           choices=("binned", "exact"), goes_with=("build", ("sah", "hybrid"))),
+           choices=("binned", "exact"), goes_with=("build", ("sah", "hybrid")),
+           label="split planes"),
     Option("morton_bits", None, "bits per axis of the Morton codes of the build hybrid; default: "
-           "2", int, minimum=1, goes_with=("build", ("hybrid",))),
+           "2", int, minimum=1, goes_with=("build", ("hybrid",)), label="Morton code bits"),
     Option("workers", 1, "number of processes of the build sah", int, minimum=1,
-           goes_with=("build", ("sah",))),
+           goes_with=("build", ("sah",)), label="build processes"),
     Option("traversal_cost", Costs.traversal, "cost of a node in the surface area heuristic",
-           float, minimum=0),
+           float, minimum=0, label="cost of a node"),
     Option("intersection_cost", Costs.intersection, "cost of a triangle in the surface area "
-           "heuristic, in the same unit", float, minimum=1e-6),
+           "heuristic, in the same unit", float, minimum=1e-6, label="cost of a triangle"),
     Option("empty_bonus", Costs.empty_bonus, "share by which the cost of a split is reduced if "
-           "the split cuts off empty space of a fifth or more", float, minimum=0),
+           "the split cuts off empty space of a fifth or more", float, minimum=0,
+           label="bonus for empty space"),
     Option("max_depth", None, "largest depth of a leaf; default: 8 + 1.3 log2 of the number of "
-           "triangles", int, minimum=0),
+           "triangles", int, minimum=0, label="deepest level"),
 )
+
+
+def automatic_values(triangles: np.ndarray, options: Mapping[str, Any]) -> dict[str, int]:
+    """Return the values that `built_kdtree` uses for build options that are None, by option.
+
+    The build zhou has two depth limits, so it has no value for ``max_depth``.
+    """
+    if options["build"] == "zhou":
+        return {}
+    return {"max_depth": depth_cap(triangles, None), "morton_bits": MORTON_BITS}
 
 
 def built_kdtree(triangles: np.ndarray, options: Mapping[str, Any]) -> KdTree:

@@ -19,7 +19,7 @@ from ...traversal.packet_steps import PacketSteps
 from ...traversal.packets import PacketTraversal
 from ...traversal.records import ENTRIES, KD_ENTERING, STACK_ENTRY, STATE
 from ...traversal.triangle_table import REFERENCE, TRIANGLE, triangle_table
-from .builders import BUILD_OPTIONS, built_kdtree
+from .builders import BUILD_OPTIONS, automatic_values, built_kdtree
 from .records import (
     KD_BOUNDS, KD_LEAF, KD_NODE, KD_PACKET_ERA_STATE, KD_PACKET_RAY_STATE,
     KD_PACKET_STACK_RAY_STATE, KD_PACKET_STACK_STATE, KD_PACKET_STATE, KD_PUSH_DOWN_STATE,
@@ -36,9 +36,10 @@ _NOT_EXACT = ("strict", "nudge-relative", "nudge-absolute")
 _OPTIONS = (*BUILD_OPTIONS, Option(
     "interval", "exact", "start of a ray's next interval after a leaf: exactly the end of the "
     "last interval, or as other implementations choose it, which may lose hits",
-    choices=("exact", *_NOT_EXACT), relaxed=_NOT_EXACT))
+    choices=("exact", *_NOT_EXACT), relaxed=_NOT_EXACT, label="start after a leaf"))
 _PUSH_DOWN = Option("push_down", True, "restart at the last node that contains the whole rest of "
-                    "the interval, instead of the root", bool, define="PUSH_DOWN")
+                    "the interval, instead of the root", bool, define="PUSH_DOWN",
+                    label="restart below the root")
 _SKIP_EMPTY_LEAVES = Option("skip_empty_leaves", True, "pass leaves without triangles without "
                             "visiting them, by marks in their parent", bool,
                             define="SKIP_EMPTY_LEAVES")
@@ -52,7 +53,7 @@ _SHORT_STACK = (Part("short_stack", "stack_size", "methods/kdtree/packet_short_s
                 Part("stack_steps", "stack_size", "methods/kdtree/packet_short_stack_steps.glsl",
                      {0: "methods/kdtree/packet_restart_steps.glsl"}))
 _PACKET_STACK = Option("stack_size", 3, "number of stack entries; 0: only restarts", int,
-                       choices=(0, 1, 2, 3, 4), define="STACK_SIZE")
+                       choices=(0, 1, 2, 3, 4), define="STACK_SIZE", label="stack entries")
 SIBLINGS, PUSHED = "siblings", "pushed"
 
 
@@ -60,11 +61,11 @@ def _ropes(default: str) -> Option:
     return Option(
         "ropes", default, "target of a leaf's ropes: the root of the sibling subtree, where the "
         "rays of a packet meet again, or the smallest node that contains the whole face",
-        choices=(SIBLINGS, PUSHED))
+        choices=(SIBLINGS, PUSHED), label="ropes lead to")
 
 
 _FULL_STACK = Option("stack_size", None, "number of stack entries; default: the depth of the "
-                     "tree, which always suffices", int, minimum=1)
+                     "tree, which always suffices", int, minimum=1, label="stack entries")
 
 
 def _prepare(triangles: np.ndarray, options: Mapping[str, Any]) -> Accelerator:
@@ -85,7 +86,8 @@ def _prepare(triangles: np.ndarray, options: Mapping[str, Any]) -> Accelerator:
     # A ray enters each leaf at most once. Between two leaves, it climbs at most to the root and
     # descends again.
     bound = int(leaf.sum()) * (2 * tree.depth + 3) + len(tree.references)
-    return Accelerator(tables, uniforms, bound, tree, boxes=tree.boxes)
+    return Accelerator(tables, uniforms, bound, tree, boxes=tree.boxes,
+                       automatic=automatic_values(triangles, options))
 
 
 def _prepare_bounds(triangles: np.ndarray, options: Mapping[str, Any]) -> Accelerator:
@@ -119,6 +121,7 @@ def _prepare_stack(triangles: np.ndarray, options: Mapping[str, Any]) -> Acceler
     prepared = _prepare(triangles, options)
     asked, depth = options["stack_size"], max(1, prepared.structure.depth)
     prepared.stack_levels = asked or depth
+    prepared.automatic = {**prepared.automatic, "stack_size": depth}
     prepared.defines = {"STACK_SIZE": asked} if asked else stack_defines(depth)
     # A ray pushes and pops each node below the root at most once.
     prepared.step_bound += 2 * len(prepared.structure.axis)
@@ -235,6 +238,7 @@ def _entering_row(name: str, summary: str, citation: str, state: Record = KD_STA
                 **{"form": with_entries(KD_ENTERING), **more})
 
 
+FAMILY = "kd-tree"
 ROWS = (
     _entering_row("kd-restart", "traverses a kd-tree and restarts at the root after each leaf",
                   "Foley and Sugerman 2005"),
@@ -247,7 +251,8 @@ ROWS = (
         "kd-short-stack", "works as kd-push-down, with a stack of a few far children",
         "Horn et al. 2007", state=KD_SHORT_STACK_STATE,
         options=(Option("stack_size", 3, "number of stack entries", int, choices=(1, 2, 3, 4),
-                        define="STACK_SIZE"), _PUSH_DOWN), form=_short_stack, stack=True),
+                        define="STACK_SIZE",
+                        label="stack entries"), _PUSH_DOWN), form=_short_stack, stack=True),
     _entering_row("kd-stack", "traverses a kd-tree with a full stack per ray, in a local array",
                   "Budge et al. 2008", options=(_FULL_STACK,), prepare=_prepare_stack,
                   schedules=("loop",), stack=True, own_array=lambda options: True),

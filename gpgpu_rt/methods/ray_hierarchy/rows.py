@@ -31,6 +31,7 @@ def unit_of(triangles: np.ndarray) -> float:
     return float(np.ldexp(1.0, -exponent))
 
 
+FAMILY = "hierarchy of rays"
 ROWS = (Method(
     name="ray-hierarchy",
     summary="builds cones over the rays and reduces a stream of pairs of triangle and cone, level "
@@ -44,11 +45,12 @@ ROWS = (Method(
     refit=nothing_kept(_prepare),
     options=(
         Option("stream_size", 1 << 16, "number of pairs of a triangle and a node that are tested "
-               "together", int, minimum=1),
+               "together", int, minimum=1, label="pairs per pass"),
         Option("first_batch", 64, "number of triangles tested before the hierarchy is first "
-               "rebuilt; each further batch is four times as large", int, minimum=1),
+               "rebuilt; each further batch is four times as large", int, minimum=1,
+               label="first triangles tested"),
         Option("top_nodes", 4, "largest number of nodes in the level where the stream begins", int,
-               minimum=1)),
+               minimum=1, label="nodes at the top")),
     schedules=("kernels",),
     drivers={"kernels": RayHierarchy},
     dynamic=True,

@@ -52,11 +52,13 @@ def _prepare_field(triangles: np.ndarray, options: Mapping[str, Any]) -> Acceler
                 "directions": field.directions, "tiles": field.tiles,
                 "beam_count": len(start) - 1 - AXES, "scene_centre": tuple(space.centre),
                 "half_size": tuple(half_size(space)), "far_origin": space.far}
-    return Accelerator(tables, uniforms, len(triangles) + SEARCH_STEPS, field)
+    return Accelerator(tables, uniforms, len(triangles) + SEARCH_STEPS, field,
+                       automatic={"directions": field.directions, "tiles": field.tiles})
 
 
 SEARCH_STEPS = 32   # upper bound on the steps of a ray's binary search
 
+FAMILY = "ray space"
 ROWS = (
     Method(
         name="ray-classification",
@@ -70,13 +72,15 @@ ROWS = (
         prepare=_prepare_boxes,
         options=(
             Option("origin_cells", 8, "number of origin boxes per axis at the finest level, a "
-                   "power of two", int, minimum=1),
+                   "power of two", int, minimum=1, label="origin boxes per axis"),
             Option("direction_cells", 16, "number of direction boxes along a side of a face of "
-                   "the direction cube at the finest level, a power of two", int, minimum=1),
+                   "the direction cube at the finest level, a power of two", int, minimum=1,
+                   label="direction boxes per side"),
             Option("min_rays", 1, "smallest number of rays of a call for which a box gets a "
-                   "candidate list", int, minimum=1),
+                   "candidate list", int, minimum=1, label="fewest rays per list"),
             Option("budget", 128.0, "memory for all candidate lists, in MiB; rays whose "
-                   "list does not fit use larger boxes with longer lists", float, minimum=0.0),
+                   "list does not fit use larger boxes with longer lists", float, minimum=0.0,
+                   label="memory (MiB)"),
         ),
         drivers=dict.fromkeys(SCHEDULES, RayClasses),
     ),
@@ -92,11 +96,13 @@ ROWS = (
         prepare=_prepare_field,
         options=(
             Option("directions", None, "number of direction cells along a side of a face of the "
-                   "direction cube; default: set by the budget", int, minimum=1),
+                   "direction cube; default: set by the budget", int, minimum=1,
+                   label="directions per side"),
             Option("tiles", None, "number of tiles along a side of a direction cell's plane of "
-                   "beams; default: set by the budget", int, minimum=1),
+                   "beams; default: set by the budget", int, minimum=1, label="beams per side"),
             Option("budget", 64.0, "memory for all beams and their lists, in MiB; a "
-                   "smaller budget gives fewer and thicker beams", float, minimum=0.0),
+                   "smaller budget gives fewer and thicker beams", float, minimum=0.0,
+                   label="memory (MiB)"),
         ),
         no_era_form="it needs a ray's dominant axis, which the era form does not compute",
     ),

@@ -35,6 +35,7 @@ def _prepare(triangles: np.ndarray, options: Mapping[str, Any]) -> Accelerator:
                        structure=parts)
 
 
+FAMILY = "tiles of rays"
 ROWS = (Method(
     name="ray-tiles",
     summary="draws each triangle over the tiles of rays whose cone it meets; builds no structure "
@@ -47,9 +48,11 @@ ROWS = (Method(
     prepare=_prepare,
     refit=nothing_kept(_prepare),
     options=(
-        Option("tile", 8, "side of a tile, in rays", int, choices=(8, 4, 16)),
+        Option("tile", 8, "side of a tile, in rays", int, choices=(8, 4, 16),
+               label="rays along a tile"),
         Option("pairs", "points", "primitive that is drawn over a tile for a triangle: a point as "
-               "large as the tile, or a quad", choices=("points", "quads"))),
+               "large as the tile, or a quad", choices=("points", "quads"),
+               label="primitive per tile")),
     schedules=("kernels",),
     drivers={"kernels": RayTiles},
     dynamic=True,

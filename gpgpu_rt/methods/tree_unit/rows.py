@@ -49,6 +49,7 @@ def _prepare(triangles: np.ndarray, options: Mapping[str, Any]) -> Accelerator:
                        boxes=tree.boxes)
 
 
+FAMILY = "kd-tree or BVH"
 ROWS = (Method(
     name="tree-unit",
     summary="traverses a kd-tree or a BVH by the same kernels; an option exchanges the criterion "
@@ -62,7 +63,7 @@ ROWS = (Method(
     options=(Option(
         "criterion", INTERVAL, "choice of a node's children: interval cuts the ray's interval at "
         "the split plane of a kd-tree, box tests the children's boxes of a BVH",
-        choices=(INTERVAL, BOX)),),
+        choices=(INTERVAL, BOX), label="choose children by"),),
     parts=(Part("criterion", "criterion", "methods/tree_unit/interval.glsl",
                 {BOX: "methods/tree_unit/box.glsl"}),),
     fixed_defines={"ROOT": ROOT},

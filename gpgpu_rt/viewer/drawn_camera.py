@@ -1,0 +1,99 @@
+"""The camera that the viewer draws with: fitted to the picture's shape, with short numbers.
+
+The viewer keeps the exact camera, which the mouse moves. It draws each picture with the camera of
+this module. So a command with these short numbers draws the same picture to the bit.
+"""
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from ..errors import SceneError
+from ..scene.camera import Camera
+
+# Rounding moves the picture of a point by less than this share of a pixel. The promise holds for
+# points between NEAREST and 1 times the target's distance, along the view.
+PIXEL_SHARE = 0.1
+NEAREST = 0.25
+# Each part of the camera may use this share of PIXEL_SHARE, together with the parts before it.
+_BUDGETS = (("fov", 0.1), ("up", 0.3), ("eye", 0.6), ("target", 1.0))
+
+
+def fitted(camera: Camera, size: tuple[int, int]) -> Camera:
+    """Return the camera with a wider field of view if the picture is narrower than high.
+
+    The field of view is vertical. In a narrow picture it would cut off the sides of an object. The
+    fitted camera shows all that a square picture of the given camera shows.
+    """
+    width, height = size
+    if width >= height:
+        return camera
+    half = np.tan(np.radians(camera.fov) / 2) * height / width
+    return replace(camera, fov=float(2 * np.degrees(np.arctan(half))))
+
+
+def shift(exact: Camera, other: Camera, size: tuple[int, int]) -> float:
+    """Return by how many pixels the picture differs between two cameras, at most.
+
+    The points are on the rays of ``exact`` through the corners, the middles of the edges and the
+    centre of the picture, at NEAREST times and 1 times the distance of the target.
+    """
+    right, up, forward = exact.basis(size)
+    places = np.stack(np.meshgrid([-1.0, 0.0, 1.0], [-1.0, 0.0, 1.0]), axis=-1).reshape(-1, 2)
+    directions = forward + places[:, :1] * right + places[:, 1:] * up
+    distance = np.linalg.norm(np.subtract(exact.target, exact.eye))
+    moved = np.subtract(exact.eye, other.eye)
+    right, up, forward = other.basis(size)
+    most = 0.0
+    for depth in (NEAREST * distance, distance):
+        seen = moved + depth * directions
+        ahead = seen @ forward
+        if (ahead <= 0).any():
+            return np.inf
+        found = np.stack([seen @ right / (right @ right), seen @ up / (up @ up)]) / ahead
+        pixels = (found.T - places) * np.asarray(size) / 2
+        most = max(most, float(np.linalg.norm(pixels, axis=1).max()))
+    return most
+
+
+def rounded(camera: Camera, size: tuple[int, int], own: Camera | None = None) -> Camera:
+    """Return the camera with the fewest decimals that keep `shift` below PIXEL_SHARE.
+
+    Parameters
+    ----------
+    camera : the exact camera
+    size : (width, height) of the picture in pixels
+    own : the scene's own camera. Parts that equal its parts are not rounded, because a command
+        leaves them out
+    """
+    found = camera
+    for name, share in _BUDGETS:
+        if own is not None and getattr(camera, name) == getattr(own, name):
+            continue
+        for one in _candidates(found, name):
+            if shift(camera, one, size) < share * PIXEL_SHARE:
+                found = one
+                break
+    return found
+
+
+def _candidates(camera: Camera, name: str) -> Iterator[Camera]:
+    """Yield cameras with a part rounded to more and more decimals, and the camera itself last."""
+    value: Any = getattr(camera, name)
+    largest = np.abs(value).max()
+    first = -int(np.floor(np.log10(largest))) if largest > 0 else 0     # one significant digit
+    for decimals in range(first, first + 17):
+        try:
+            yield replace(camera, **{name: _cut(value, decimals)})
+        except SceneError:      # so few digits do not give a camera
+            continue
+    yield camera
+
+
+def _cut(value: Any, decimals: int) -> Any:
+    if isinstance(value, tuple):
+        return tuple(_cut(part, decimals) for part in value)
+    return round(value, decimals) + 0.0     # -0.0 + 0.0 is 0.0
