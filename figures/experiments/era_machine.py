@@ -59,14 +59,15 @@ def parts(found: Sequence[PredictedRow]) -> dict[str, tuple[int, float]]:
 
 def orders(found: Sequence[PredictedRow], assumed: Assumptions = ASSUMED) -> dict[
         tuple[str, str], float]:
-    """Return tau-b of each figure and panel with at least two scored methods."""
+    """Return tau-b of each figure and panel whose scored methods the published times order."""
     groups: dict[tuple[str, str], list[PredictedRow]] = {}
     for row in found:
         if row.scored:
             groups.setdefault(row.group, []).append(row)
-    return {group: tau_b([row.nanoseconds(assumed) for row in some],
-                         [row.published for row in some])
-            for group, some in groups.items() if len(some) > 1}
+    taus = {group: tau_b([row.nanoseconds(assumed) for row in some],
+                         [row.published for row in some]) for group, some in groups.items()}
+    # Tau-b is not a number if all published times tie, or if there is a single method.
+    return {group: tau for group, tau in taus.items() if not math.isnan(tau)}
 
 
 def draw(data: Path, out: Path, full: bool) -> None:

@@ -31,20 +31,20 @@ fitted. A ratio is the predicted time divided by the published time. Figures 12,
 hold the same predictions beside the times measured here.
 
 The model leaves out the misses of the texture cache, latency that too few fragments in flight
-expose, shading, transfers, the set-up of rays, and the passes that a card's limit on loop
-iterations adds. The vendors' compilers may have needed fewer instructions than Mesa's; on NV40,
-Mesa takes three for a selection. NV40's instructions are the clocks in which the two units of a
-pipe issue the operations that Mesa lists. A kernel in a loop was compiled as a program of its own,
-so the moves of the state to the program's outputs count. Kernels of packets of 2x2 rays write only
-the fields that they change, so fewer moves count: about one instruction of 30. Published numbers
-do not separate these causes. If a prediction misses a bar (a target below), the page cannot say
-which cause is to blame.
+expose, shading, transfers, passes that make rays or set them up, and the passes that a card's
+limit on loop iterations adds. The vendors' compilers may have needed fewer instructions than
+Mesa's; on NV40, Mesa takes three for a selection. NV40's instructions are the clocks in which the
+two units of a pipe issue the operations that Mesa lists. A kernel in a loop was compiled as a
+program of its own, so the moves of the state to the program's outputs count. Kernels of packets of
+2x2 rays write only the fields that they change, so fewer moves count: about one instruction of 30.
+Published numbers do not separate these causes. If a prediction misses a bar (a target below), the
+page cannot say which cause is to blame.
 
 A figure's first form is scored. Most papers do not publish the order of their loops, so the choice
 of the form is an assumption too; the other forms stand in the table. In `step` the program is a
 loop, and an iteration runs one step of each ray. In `while-while` the loop has an inner loop for
 each kernel. In `step, 256 pixels` fewer pixels branch together on NV40: as many as on its
-successor. NV40 has fewer pixels in flight if a program needs many registers. In `while-while,
+successor. If a program needs many registers, fewer pixels are probably in flight. In `while-while,
 uncoalesced` each lane of G80 loads nodes and triangles from memory, past the texture cache, in a
 transaction of its own. In `passes` each pass runs one kernel, and the early depth test rejects
 each quad of pixels without a waiting ray. In `passes, blocks` it rejects only whole blocks of 8x8

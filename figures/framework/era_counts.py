@@ -33,8 +33,9 @@ PASSES, BLOCKS, PACKETS = "passes", "passes, blocks", "packets"
 # The form WHILE_WHILE on WARPS, if each lane loads nodes and triangles from memory by itself.
 UNCOALESCED = "while-while, uncoalesced"
 # The form STEP, if only as many pixels branch together as on the 7800 GTX, the next card of NV40's
-# family: about 256 (AnandTech's G80 article, p. 7). Fewer pixels are in flight if a program needs
-# many registers (GPU Gems 2, section 30.5.4), and no source says how many then branch together.
+# family: about 256 (AnandTech's G80 article, p. 7). More than four registers slow a program down
+# (GPU Gems 2, section 30.5.4), probably because fewer pixels are in flight. No source says how
+# many then branch together.
 SMALLER = "step, 256 pixels"
 SMALLER_GROUPS = {"NV40": (16, 16)}
 BLOCK = (8, 8)   # the (h, w) of the pixels that early depth rejects together under BLOCKS

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 from gpgpu_rt.bench.workloads import EYE, SHADOW
 from gpgpu_rt.hardware.cards import Card, find_card
 from gpgpu_rt.hardware.issue import KernelIssues
+from gpgpu_rt.hardware.loop_costs import setup_slots
 from gpgpu_rt.hardware.machine_model import (
     ASSUMED, Assumptions, CardTime, issue_slots, stream_fetches, time_of_loop, time_of_passes
 )
@@ -205,8 +206,9 @@ def time_of_image(card: Card, method: str, form: str, counts: Mapping[str, Any],
     # A warp loads a node or a triangle of its packet once, into memory that its lanes share
     # (Günther et al. 2007; section 4.1 of the survey).
     sharing = LANES if form == PACKETS else 1
+    setup = setup_slots(card.chip.lower(), kernels_from(method, form), any_hit, **dict(options))
     return time_of_loop(card, issued, costs, streams, counts["pixels"], assumed, sharing,
-                        form == UNCOALESCED)
+                        form == UNCOALESCED, setup)
 
 
 @functools.cache

@@ -20,6 +20,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
 from typing import Any
 
+from ..rays.records import RAY_TEXELS
 from .cards import Card
 from .issue import KernelIssues
 from .nv40_pairing import arithmetic_of, clocks
@@ -133,7 +134,7 @@ def time_of_passes(card: Card, issued: KernelIssues, costs: Mapping[str, StaticC
 
 def time_of_loop(card: Card, issued: KernelIssues, costs: Mapping[str, StaticCost],
                  streams: Mapping[str, int], pixels: int, assumed: Assumptions = ASSUMED,
-                 sharing: int = 1, uncoalesced: bool = False) -> CardTime:
+                 sharing: int = 1, uncoalesced: bool = False, setup: float = 0) -> CardTime:
     """Predict the time of a single pass with a loop, which keeps ray, state and hit in registers.
 
     Parameters
@@ -145,10 +146,13 @@ def time_of_loop(card: Card, issued: KernelIssues, costs: Mapping[str, StaticCos
     sharing : number of lanes that load a table's texel together, once for all of them
     uncoalesced : whether each run loads the tables' texels from memory by itself, past the texture
         units and their cache
+    setup : instruction slots per pixel before the loop and behind it (`loop_costs.setup_slots`)
     """
     branch = 0.0 if card.branch_unit else assumed.branch_instructions
     total = _kernel_time(card, branch, 0, 0, issued.iterations, issued.iterations)
-    total += _kernel_time(card, 0, 0, 3 * assumed.texel_bytes, pixels, pixels)
+    # Each pixel reads its ray and writes its hit.
+    total += _kernel_time(card, setup, card.stream_fetch * RAY_TEXELS.texels,
+                          (RAY_TEXELS.texels + 1) * assumed.texel_bytes, pixels, pixels)
     total += _parts(passes=assumed.draw_seconds)
     for runs, lanes, kernel in zip(issued.runs, issued.lanes, issued.kernels):
         cost = costs[kernel]

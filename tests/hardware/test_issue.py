@@ -212,6 +212,11 @@ def test_lanes_of_a_warp_load_a_texel_together() -> None:
                        for sharing in (1, 32))
     assert alone.seconds - ASSUMED.draw_seconds == pytest.approx(2000 * 32 / card.texel_rate)
     assert together.seconds - ASSUMED.draw_seconds == pytest.approx(2000 / card.texel_rate)
+    # A pixel's instructions beside the loop run while the texels of its ray are fetched.
+    short, long = (time_of_loop(card, issued, costs, streams, 1000, setup=setup).seconds
+                   - alone.seconds for setup in (1, 1000))
+    assert short == pytest.approx(1000 * 2 * card.stream_fetch / card.texel_rate)
+    assert long == pytest.approx(1000 * 1000 / card.issue_rate)
     # Past the texture units, each run loads its own bytes, and waiting lanes load none.
     past = time_of_loop(card, issued, costs, streams, 0, uncoalesced=True)
     assert past.seconds - ASSUMED.draw_seconds == pytest.approx(
