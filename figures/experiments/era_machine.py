@@ -34,23 +34,40 @@ def rows(data: Path, full: bool) -> list[PredictedRow]:
     return [row for figure in ON_CARDS for row in predicted_times.rows(figure, data, full)]
 
 
+def scored(found: Sequence[PredictedRow]) -> list[PredictedRow]:
+    """Return the rows that the median counts."""
+    return [row for row in found
+            if row.scored and (row.figure.name, row.column.label) != REPEATED]
+
+
 def median_miss(found: Sequence[PredictedRow], assumed: Assumptions = ASSUMED) -> float:
     """Return the median of |log2(predicted / published)| over scored rows."""
-    logs = [abs(math.log2(row.ratio(assumed))) for row in found
-            if row.scored and (row.figure.name, row.column.label) != REPEATED]
+    logs = [abs(math.log2(row.ratio(assumed))) for row in scored(found)]
     return statistics.median(logs) if logs else math.nan
+
+
+def parts(found: Sequence[PredictedRow]) -> dict[str, tuple[int, float]]:
+    """Return the number of scored rows and their median miss, for parts of the rows."""
+    some = {"eye rays of a view that the scene's data set publishes":
+            [row for row in found if row.published_view],
+            "rays whose view or light is chosen here":
+            [row for row in found if not row.published_view],
+            "without the published times that are too short for the tests":
+            [row for row in found if not row.ruled_out]}
+    return {name: (len(scored(rows)), median_miss(rows)) for name, rows in some.items()}
 
 
 def orders(found: Sequence[PredictedRow], assumed: Assumptions = ASSUMED) -> dict[
         tuple[str, str], float]:
-    """Return tau-b of each figure and panel with at least two scored methods."""
+    """Return tau-b of each figure and panel whose scored methods the published times order."""
     groups: dict[tuple[str, str], list[PredictedRow]] = {}
     for row in found:
         if row.scored:
             groups.setdefault(row.group, []).append(row)
-    return {group: tau_b([row.nanoseconds(assumed) for row in some],
-                         [row.published for row in some])
-            for group, some in groups.items() if len(some) > 1}
+    taus = {group: tau_b([row.nanoseconds(assumed) for row in some],
+                         [row.published for row in some]) for group, some in groups.items()}
+    # Tau-b is not a number if all published times tie, or if there is a single method.
+    return {group: tau for group, tau in taus.items() if not math.isnan(tau)}
 
 
 def draw(data: Path, out: Path, full: bool) -> None:
@@ -60,4 +77,4 @@ def draw(data: Path, out: Path, full: bool) -> None:
     for name, (half, double) in ASSUMED.varied().items():
         misses |= {f"{name} halved": median_miss(found, half),
                    f"{name} doubled": median_miss(found, double)}
-    write_page(found, misses, orders(found), out)
+    write_page(found, misses, orders(found), parts(found), out)

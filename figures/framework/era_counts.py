@@ -16,10 +16,11 @@ import gpgpu_rt as rt
 from gpgpu_rt.bench.workloads import Workload
 from gpgpu_rt.hardware import packet_trace
 from gpgpu_rt.hardware.issue import (
-    GROUPS, ORDERS, QUAD, WITHIN, KernelIssues, issued_in_loop, issued_in_passes
+    GROUPS, ORDERS, QUAD, STEP, WHILE_WHILE, WITHIN, KernelIssues, issued_in_loop, issued_in_passes
 )
 from gpgpu_rt.hardware.static_costs import era_methods, packet_methods
 from gpgpu_rt.hardware.trace import KernelTrace, record_trace
+from gpgpu_rt.hardware.warp_packets import growth
 from gpgpu_rt.methods import find_method
 from gpgpu_rt.traversal.packets import packet_of
 
@@ -29,29 +30,46 @@ WORK, ON = "issues of ", " on "
 TILE, TILES = 96, 2
 SPARSE = 128     # the image is also sampled by this many pixels a side, evenly spread
 PASSES, BLOCKS, PACKETS = "passes", "passes, blocks", "packets"
+# The form WHILE_WHILE on WARPS, if each lane loads nodes and triangles from memory by itself.
+UNCOALESCED = "while-while, uncoalesced"
+# The form STEP, if only as many pixels branch together as on the 7800 GTX, the next card of NV40's
+# family: about 256 (AnandTech's G80 article, p. 7). More than four registers slow a program down
+# (GPU Gems 2, section 30.5.4), probably because fewer pixels are in flight. No source says how
+# many then branch together.
+SMALLER = "step, 256 pixels"
+SMALLER_GROUPS = {"NV40": (16, 16)}
 BLOCK = (8, 8)   # the (h, w) of the pixels that early depth rejects together under BLOCKS
 # For a trace, a pass must run one step of every ray. The triangle test is that of the era form.
 STEPWISE = {"schedule": "step", "steps_per_pass": 1, "intersection": "moller-trumbore"}
 # A method without an era form -> the method whose kernels it runs. kd-stack has the kernels of
-# kd-texture-stack, in a loop. On WARPS the rays of a packet are lanes of a warp: each lane runs
-# the kernels of a single ray at the node that the packet visits. Voting and kd-packet's short
+# kd-texture-stack, in a loop. On WARPS the 32 rays of a packet are the lanes of a warp: each lane
+# runs the kernels of a single ray at the node that the packet visits. Voting and kd-packet's short
 # stack are left out there. On other cards a fragment traces a packet.
 SAME_WALK = {"kd-stack": "kd-texture-stack"}
 SINGLE_RAYS = {"kd-packet": "kd-push-down", "kd-ropes-packet": "kd-ropes",
                "bvh-packet": "bvh-threaded"}
 WARPS = "G80"    # the chip whose warps run packets
-WARP_PACKET = (4, 4)    # Two packets make a warp. A larger packet does not exist here.
+# The largest packet here. Two of these packets make the packet of a warp (warp_packets.py).
+WARP_PACKET = (4, 4)
 # Kernel -> the counter of packets that says how often each lane runs the kernel, and the runs for
 # each count. bvh-packet tests the boxes of two children at a node. A packet's tests are the sum
 # over its rays.
 RUNS = {"down": ("nodes_visited", 1.0), "traverse": ("nodes_visited", 2.0),
         "follow_rope": ("leaves_visited", 1.0),
         "intersect": ("triangles_tested", 1 / math.prod(WARP_PACKET))}
+# Kernel -> the kernel of a packet's step that visits the same places, and the field of the place.
+PLACES = {"down": ("traverse", "node"), "traverse": ("traverse", "node"),
+          "follow_rope": ("leave", "node"), "intersect": ("intersect", "cursor")}
 
 
 def kernels_from(method: str, form: str) -> str:
     """Return the method whose compiled kernels stand for those of a method in a form."""
     return (SINGLE_RAYS if form == PACKETS else SAME_WALK).get(method, method)
+
+
+def counted_as(form: str) -> str:
+    """Return the form whose issues are those of a form."""
+    return WHILE_WHILE if form == UNCOALESCED else form
 
 
 def packets_in_loop(method: str, chip: str) -> bool:
@@ -109,20 +127,35 @@ def measure(scene: rt.Scene, rays: Workload, method: str, options: dict[str, Any
     if group is not None:
         found |= {order: _scaled(issued_in_loop(tiles, group, order, WITHIN), image, pixels)
                   for order in ORDERS}
+    if chip in SMALLER_GROUPS:
+        found[SMALLER] = _scaled(issued_in_loop(tiles, SMALLER_GROUPS[chip], STEP, WITHIN), image,
+                                 pixels)
     return {"pixels": pixels, "rays": live * pixels, "issued": _plain(found)}
 
 
 def _issued_of_packets(scene: rt.Scene, rays: Workload, method: str,
                        options: dict[str, Any]) -> KernelIssues:
-    """Return the issues of packets in warps, from the counters of all rays of the image."""
+    """Return the issues of packets in warps.
+
+    The counters of all rays of the image give the runs of WARP_PACKET. The tiles give how many
+    more lanes the packet of a warp occupies.
+    """
     chosen = {**options, "intersection": "moller-trumbore", "packet": WARP_PACKET}
     with rt.Tracer(scene, method, **chosen) as tracer, tracer.counting():
         rays.trace(tracer)
         means = tracer.statistics.counters
     kernels = tuple(name for name in find_method(SINGLE_RAYS[method]).kernels if name in RUNS)
-    lanes = tuple(round(means[counter] * times * rays.size ** 2)
-                  for counter, times in map(RUNS.__getitem__, kernels))
-    return KernelIssues(kernels, lanes, lanes, round(means["steps"] * rays.size ** 2),
+    places = dict(PLACES[name] for name in kernels)
+    with rt.Tracer(scene, method, **{**chosen, "schedule": "step"}) as tracer:
+        part = rays.part(tile_pixels(rays.size))
+        assert part.shape is not None
+        more = growth(record_trace(tracer, part.shape, lambda: part.trace(tracer),
+                                   sorted(set(places.values()))), WARP_PACKET, places)
+    runs = [means[counter] * times * rays.size ** 2
+            for counter, times in map(RUNS.__getitem__, kernels)]
+    lanes = [count * more[PLACES[name][0]] for name, count in zip(kernels, runs)]
+    steps = means["steps"] * rays.size ** 2 * sum(lanes) / max(sum(runs), 1)
+    return KernelIssues(kernels, tuple(map(round, runs)), tuple(map(round, lanes)), round(steps),
                         (0,) * len(kernels))
 
 

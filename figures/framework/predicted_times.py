@@ -14,15 +14,21 @@ from typing import TYPE_CHECKING, Any
 from gpgpu_rt.bench.workloads import EYE, SHADOW
 from gpgpu_rt.hardware.cards import Card, find_card
 from gpgpu_rt.hardware.issue import KernelIssues
+from gpgpu_rt.hardware.loop_costs import setup_slots
 from gpgpu_rt.hardware.machine_model import (
     ASSUMED, Assumptions, CardTime, issue_slots, stream_fetches, time_of_loop, time_of_passes
 )
 from gpgpu_rt.hardware.static_costs import StaticCost, static_cost
+from gpgpu_rt.hardware.warp_packets import LANES
 from gpgpu_rt.scene.catalogue import mesh_path
 
 from .cell import Cell
-from .era_counts import BLOCKS, ON, PASSES, WORK, forms_of, kernels_from, packets_in_loop
+from .era_counts import (
+    BLOCKS, ON, PACKETS, PASSES, UNCOALESCED, WORK, counted_as, forms_of, kernels_from,
+    packets_in_loop
+)
 from .published_numbers import nanoseconds
+from .published_views import VIEWS
 from .results import read
 from .trace_times import PICTURE
 
@@ -30,6 +36,9 @@ if TYPE_CHECKING:
     from .comparison import Comparison, MethodColumn, Panel
 
 BUILT_IN = ("cornell", "tenk")     # scenes that need no mesh
+# Least instructions of a triangle test: t, u and v are a dot product each, even if all else is
+# known for the triangle (as for rays with a common origin). A pipe issues one a clock.
+LEAST_TEST = 3
 Options = tuple[tuple[str, Any], ...]
 
 
@@ -95,6 +104,16 @@ class PredictedRow:
         return self.judged and not self.stand_in
 
     @property
+    def published_view(self) -> bool:
+        """Whether the rays are the eye rays of a view that the scene's data set publishes."""
+        return self.panel.scene in VIEWS and list(self.counts) == [EYE]
+
+    @property
+    def ruled_out(self) -> bool:
+        """Whether the published time is too short for the tests that the method makes."""
+        return self.column.method == "brute-force" and self.allowed < LEAST_TEST
+
+    @property
     def group(self) -> tuple[str, str]:
         """The figure and the panel, within which methods are ordered."""
         return self.figure.name, self.panel.label
@@ -148,7 +167,7 @@ class PredictedRow:
         """Return the sum of runs or lanes over the kernels, weighted by each kernel's cost."""
         total = 0.0
         for kind, counts in self.counts.items():
-            issued = counts["issued"][self.form]
+            issued = counts["issued"][counted_as(self.form)]
             costs, _ = _compiled(self.paper_card.chip.lower(),
                                  kernels_from(self.column.method, self.form),
                                  tuple(issued["kernels"]), kind == SHADOW,
@@ -178,13 +197,18 @@ def time_of_image(card: Card, method: str, form: str, counts: Mapping[str, Any],
     options : of `compiled_options`
     """
     found = {name: tuple(value) if isinstance(value, list) else value
-             for name, value in counts["issued"][form].items()}
+             for name, value in counts["issued"][counted_as(form)].items()}
     issued = KernelIssues(**found)
     costs, streams = _compiled(card.chip.lower(), kernels_from(method, form), issued.kernels,
                                any_hit, form not in (PASSES, BLOCKS), options)
     if form in (PASSES, BLOCKS):
         return time_of_passes(card, issued, costs, streams, counts["pixels"], assumed)
-    return time_of_loop(card, issued, costs, streams, counts["pixels"], assumed)
+    # A warp loads a node or a triangle of its packet once, into memory that its lanes share
+    # (Günther et al. 2007; section 4.1 of the survey).
+    sharing = LANES if form == PACKETS else 1
+    setup = setup_slots(card.chip.lower(), kernels_from(method, form), any_hit, **dict(options))
+    return time_of_loop(card, issued, costs, streams, counts["pixels"], assumed, sharing,
+                        form == UNCOALESCED, setup)
 
 
 @functools.cache
@@ -230,7 +254,8 @@ def rows(figure: Comparison, data: Path, full: bool) -> list[PredictedRow]:
         counts = {kind: result["counts"] for kind, result in results.items()}
         stand_in = any(result["scene"]["stand_in"] for result in results.values())
         found += [PredictedRow(figure, panel, column, form, published, counts, stand_in)
-                  for form in figure.paper_card.forms_of(column.method)]
+                  for form in figure.paper_card.forms_of(column.method)
+                  if all(counted_as(form) in one["issued"] for one in counts.values())]
     return found
 
 

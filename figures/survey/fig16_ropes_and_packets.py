@@ -7,6 +7,7 @@ from gpgpu_rt.hardware.issue import STEP, WHILE_WHILE
 
 from ..framework.cell import ON_CPU, Cell, timed_runs
 from ..framework.comparison import Comparison, MethodColumn, Panel, Results
+from ..framework.era_counts import UNCOALESCED
 from ..framework.output import number
 from ..framework.predicted_times import PaperCard
 from ..framework.published_numbers import published
@@ -84,4 +85,4 @@ FIGURE = Comparison(
      "twice as far apart as at 1024x1024, so packets share less.", LEFT_OUT),
     _remarks, full_only=STAND_IN,
     # The paper does not publish the order of its loop.
-    paper_card=PaperCard("G80", 1024, (WHILE_WHILE, STEP)))
+    paper_card=PaperCard("G80", 1024, (WHILE_WHILE, STEP, UNCOALESCED)))

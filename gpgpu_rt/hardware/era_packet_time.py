@@ -19,6 +19,7 @@ from ..traversal.packets import packet_of
 from . import packet_trace
 from .cards import Card
 from .issue import GROUPS, WHILE_WHILE, WITHIN, issued_in_loop
+from .loop_costs import setup_slots
 from .machine_model import CardTime, host_time, stream_fetches, time_of_loop
 from .static_costs import static_cost
 from .trace import record_trace
@@ -108,4 +109,5 @@ def _time_of(card: Card, tracer: Tracer, one: _Traced, own: dict[str, Any]) -> C
                                **own) for name in issued.kernels}
     streams = {name: stream_fetches(tracer.method.name, name, one.any_hit, **own)
                for name in issued.kernels}
-    return time_of_loop(card, whole, costs, streams, one.pixels)
+    setup = setup_slots(card.chip.lower(), tracer.method.name, one.any_hit, **own)
+    return time_of_loop(card, whole, costs, streams, one.pixels, setup=setup)

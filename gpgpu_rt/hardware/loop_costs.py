@@ -4,9 +4,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from .machine_model import stream_fetches
-from .static_costs import era_programs, static_cost
+from ..traversal.era_packets import LOOP
+from .machine_model import issue_slots, stream_fetches
+from .static_costs import era_programs, packet_methods, static_cost
 
+PACKET_RAYS = 4     # rays of a packet in the era form (traversal/era_packets.py)
 ON_CHIP = ("push", "pop")     # kernels that access a stack, which lies in on-chip memory here
 
 
@@ -43,3 +45,24 @@ def loop_costs(card: str, method: str, **options: Any) -> dict[str, LoopCost]:
         found[program.kernel] = LoopCost(cost.arithmetic, fetches,
                                          cost.levels - 1 if fetches else 0)
     return found
+
+
+def setup_slots(card: str, method: str, any_hit: bool = False, **options: Any) -> float:
+    """Return the instruction slots of a ray before the loop and behind it.
+
+    They are the slots of the kernel `init`. A program that traces a packet in a loop was compiled
+    as a whole, and takes more slots than its kernels together. The rays of the packet share these
+    slots.
+
+    Parameters
+    ----------
+    card : the compiler, one of `static_costs.COMPILERS`
+    options : the options of packets. Other methods have their defaults
+    """
+    if method not in packet_methods():
+        return issue_slots(static_cost(card, method, "init", any_hit))
+    whole, *kernels = (
+        issue_slots(static_cost(card, method, name, any_hit, True, **options))
+        for name in (LOOP, *(one.kernel for one in era_programs(method, any_hit, True, **options)
+                             if one.kernel != LOOP)))
+    return max(whole - sum(kernels), 0) / PACKET_RAYS

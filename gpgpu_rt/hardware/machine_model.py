@@ -20,12 +20,17 @@ from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
 from typing import Any
 
+from ..rays.records import RAY_TEXELS
 from .cards import Card
 from .issue import KernelIssues
 from .nv40_pairing import arithmetic_of, clocks
 from .static_costs import StaticCost, static_cost
 
 _LISTED, _OWN_FETCH = "nv40", re.compile(r"TEX \S+, IN\[")
+# On the 8800 GTX, an uncoalesced load of CUDA takes the time of this many bytes. Such loads of 16,
+# 8 and 4 bytes reach about a half, a quarter and a tenth of the memory's peak (CUDA Programming
+# Guide 1.0, section 6.1.2.1, from memory).
+UNCOALESCED_BYTES = 32.0
 SHARES = ("arithmetic", "texture", "bandwidth", "waiting lanes", "passes", "queries")
 
 
@@ -128,8 +133,8 @@ def time_of_passes(card: Card, issued: KernelIssues, costs: Mapping[str, StaticC
 
 
 def time_of_loop(card: Card, issued: KernelIssues, costs: Mapping[str, StaticCost],
-                 streams: Mapping[str, int], pixels: int,
-                 assumed: Assumptions = ASSUMED) -> CardTime:
+                 streams: Mapping[str, int], pixels: int, assumed: Assumptions = ASSUMED,
+                 sharing: int = 1, uncoalesced: bool = False, setup: float = 0) -> CardTime:
     """Predict the time of a single pass with a loop, which keeps ray, state and hit in registers.
 
     Parameters
@@ -138,30 +143,41 @@ def time_of_loop(card: Card, issued: KernelIssues, costs: Mapping[str, StaticCos
     costs : the cost of each kernel in a loop
     streams : fetches of each kernel that a loop does not make (`stream_fetches`)
     pixels : number of pixels of the image, all of which the pass covers
+    sharing : number of lanes that load a table's texel together, once for all of them
+    uncoalesced : whether each run loads the tables' texels from memory by itself, past the texture
+        units and their cache
+    setup : instruction slots per pixel before the loop and behind it (`loop_costs.setup_slots`)
     """
     branch = 0.0 if card.branch_unit else assumed.branch_instructions
     total = _kernel_time(card, branch, 0, 0, issued.iterations, issued.iterations)
-    total += _kernel_time(card, 0, 0, 3 * assumed.texel_bytes, pixels, pixels)
+    # Each pixel reads its ray and writes its hit.
+    total += _kernel_time(card, setup, card.stream_fetch * RAY_TEXELS.texels,
+                          (RAY_TEXELS.texels + 1) * assumed.texel_bytes, pixels, pixels)
     total += _parts(passes=assumed.draw_seconds)
     for runs, lanes, kernel in zip(issued.runs, issued.lanes, issued.kernels):
         cost = costs[kernel]
-        total += _kernel_time(card, issue_slots(cost) + branch, cost.fetches - streams[kernel],
-                              0, runs, lanes)
+        fetches, moved = (cost.fetches - streams[kernel]) / sharing, 0.0
+        if uncoalesced:
+            # Waiting lanes load nothing.
+            fetches, moved = 0.0, fetches * UNCOALESCED_BYTES * runs / max(lanes, 1)
+        total += _kernel_time(card, issue_slots(cost) + branch, fetches, moved, runs, lanes)
     return total
 
 
 def host_time(card: Card, queries: int, passes: int = 0, pixels: int = 0,
               assumed: Assumptions = ASSUMED) -> CardTime:
-    """Predict the host's time for passes and occlusion queries over an image of ``pixels``, and
-    the time in which early depth rejects pixels.
+    """Predict the host's time for passes and occlusion queries over an image of ``pixels``, the
+    time in which early depth rejects pixels, and the time in which queries count rays.
 
-    The depth test asks for equal depths (traversal/schedules.py), which hierarchical depth buffers
-    do not support. So the card tests each pixel.
+    The depth test of a pass asks for equal depths (traversal/schedules.py), which hierarchical
+    depth buffers do not support. So the card tests each pixel. The pass of a query fetches the
+    state of each pixel and marks the rays that wait for a kernel by their depths
+    (drivers/classify.frag). Early depth rejects none of its pixels, because its program discards.
     """
-    draws = passes + queries
-    rejected = draws * pixels / card.depth_rate
-    return _parts(passes=assumed.draw_seconds * draws + rejected,
-                  queries=assumed.query_seconds * queries)
+    rejected = passes * pixels / card.depth_rate
+    marked = queries * pixels * card.stream_fetch / card.texel_rate
+    return _parts(passes=assumed.draw_seconds * (passes + queries) + rejected,
+                  queries=assumed.query_seconds * queries + marked)
 
 
 def _kernel_time(card: Card, instructions: float, fetches: float, moved: float, runs: float,

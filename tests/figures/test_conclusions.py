@@ -123,7 +123,7 @@ def test_figure_26_and_table_1_hold_what_the_data_say(tmp_path: Path) -> None:
     at = [entry.label for entry in surveyed.entries()].index("kd-restart")
     each = max((cost.arithmetic + ASSUMED.branch_instructions) / card.issue_rate,
                (cost.fetches - stream_fetches("kd-restart", "intersect")) / card.texel_rate)
-    streams = 3 * ASSUMED.texel_bytes / card.bandwidth
+    streams = 2 * card.stream_fetch / card.texel_rate     # the two texels of the ray
     seconds = (10_000 + 1000 * at) * each + streams + ASSUMED.draw_seconds / 480
     assert float(rows["kd-restart"]["predicted_ns"]) == pytest.approx(1e9 * seconds)
     ours, engine = (float(rows[name]["predicted_ns"]) for name in ("kd-restart", "ray-engine"))

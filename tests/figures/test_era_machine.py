@@ -3,6 +3,9 @@ also names the accuracy targets ("bars") that the model misses."""
 from __future__ import annotations
 
 import csv
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
@@ -11,9 +14,13 @@ from faked_cells import write_cell
 import gpgpu_rt as rt
 from gpgpu_rt.bench.workloads import EYE, workload
 from gpgpu_rt.figures.experiments import era_machine
-from gpgpu_rt.figures.experiments.era_machine_page import bars, far_off
+from gpgpu_rt.figures.experiments.era_machine_page import bars, by_method, far_off
 from gpgpu_rt.figures.framework import era_counts, predicted_times
+from gpgpu_rt.figures.framework.output import number
+from gpgpu_rt.figures.survey import fig12_eye_rays as fig12
 from gpgpu_rt.figures.survey import fig13_horn_improvements as fig13
+from gpgpu_rt.figures.survey import fig16_ropes_and_packets as fig16
+from gpgpu_rt.figures.survey import fig20_whole_images as fig20
 from gpgpu_rt.hardware.cards import find_card
 from gpgpu_rt.hardware.issue import STEP, WHILE_WHILE
 from gpgpu_rt.hardware.machine_model import ASSUMED
@@ -23,8 +30,8 @@ from gpgpu_rt.scene.loading import load_scene
 PIXELS, RUNS = 1000, 400_000
 
 
-def _counts() -> dict:
-    issued = {"kernels": ["down", "intersect"], "runs": [RUNS, 0], "lanes": [2 * RUNS, 0],
+def _counts(kernels: Sequence[str] = ("down", "intersect")) -> dict:
+    issued = {"kernels": list(kernels), "runs": [RUNS, 0], "lanes": [2 * RUNS, 0],
               "iterations": 0, "passes": [0, 0], "queries": 0}
     return {"pixels": PIXELS, "rays": PIXELS / 2, "issued": {
         form: issued for form in (WHILE_WHILE, STEP, era_counts.PASSES)}}
@@ -46,8 +53,12 @@ def test_the_table_holds_what_the_counts_say(tmp_path: Path) -> None:
     # A run in the loop fetches only a node. A pass also fetches the ray, its state and its hit. A
     # unit of its own executes the branches.
     each = max(cost.arithmetic / card.issue_rate, 1 / card.texel_rate)
-    written = 3 * ASSUMED.texel_bytes / card.bandwidth
-    seconds = 2 * RUNS * each + PIXELS * written + ASSUMED.draw_seconds
+    # The two texels of the ray take longer than the instructions of `init`, and longer than
+    # writing the hit.
+    ray = 2 * card.stream_fetch / card.texel_rate
+    assert ray > max(static_cost("r580", "kd-restart", "init").arithmetic / card.issue_rate,
+                     3 * ASSUMED.texel_bytes / card.bandwidth)
+    seconds = 2 * RUNS * each + PIXELS * ray + ASSUMED.draw_seconds
     primary, shadow = (next(row for (scene, form), row in rows.items()
                             if rays in scene and form == WHILE_WHILE)
                        for rays in ("primary", "shadow"))
@@ -76,6 +87,74 @@ def test_a_prediction_that_is_far_off_names_its_instructions(tmp_path: Path) -> 
             in said[0])
 
 
+def test_parts_of_the_rows_have_medians_of_their_own(tmp_path: Path) -> None:
+    _write(tmp_path)
+    rows = era_machine.rows(tmp_path, False)
+    primary, shadow = (row for row in rows if row.scored)
+    # Cornell's data publish a view, but no light for the shadow rays.
+    assert primary.published_view and not shadow.published_view
+    published, chosen, possible = era_machine.parts(rows).values()
+    assert published == (1, pytest.approx(abs(math.log2(primary.ratio()))))
+    assert chosen == (1, pytest.approx(abs(math.log2(shadow.ratio()))))
+    assert possible == (2, pytest.approx(era_machine.median_miss(rows)))
+    (group,) = by_method(rows)
+    logs = sorted(math.log2(row.ratio()) for row in (primary, shadow))
+    assert group == ("fig13", "R580", "kd-restart", WHILE_WHILE, 2,
+                     *map(number, (sum(logs) / 2, *logs)))
+
+
+@dataclass(frozen=True)
+class _Row:
+    """A scored row of the figure's panel."""
+
+    group: tuple[str, str]
+    published: float
+    predicted: float
+    scored: bool = True
+
+    def nanoseconds(self, assumed: object) -> float:
+        return self.predicted
+
+
+def test_scenes_without_a_published_order_have_no_tau() -> None:
+    rows = [_Row(("a", "x"), 1, 1), _Row(("a", "x"), 2, 3),     # in order
+            _Row(("a", "y"), 57, 1), _Row(("a", "y"), 59, 2),   # published times that tie
+            _Row(("b", "x"), 1, 1)]
+    assert era_machine.orders(rows) == {("a", "x"): 1.0}
+
+
+def test_a_time_of_less_than_three_instructions_a_test_is_ruled_out(tmp_path: Path) -> None:
+    """The published time leaves 2.1 instructions for each test of a triangle of the bunny, and 23
+    for each test of a triangle of cornell."""
+    triangles = {"cornell": 32, "bunny": 69_451}
+    for panel, column, cells in predicted_times.pairs(fig12.FIGURE, False):
+        if column.method == "brute-force" and panel.scene in triangles:
+            (cell,) = cells.values()
+            tests = PIXELS * triangles[panel.scene]
+            write_cell(cell, tmp_path, counts={
+                "pixels": PIXELS, "rays": PIXELS, "issued": {era_counts.PASSES: {
+                    "kernels": ["intersect"], "runs": [tests], "lanes": [tests],
+                    "iterations": 0, "passes": [1], "queries": 0}}})
+    found = {row.panel.scene: row.ruled_out for row in era_machine.rows(tmp_path, False)}
+    assert found == {"cornell": False, "bunny": True}
+
+
+def test_a_form_that_was_not_counted_has_no_row(tmp_path: Path) -> None:
+    for figure in (fig16.FIGURE, fig20.FIGURE):
+        for panel, column, cells in predicted_times.pairs(figure, False):
+            if (panel.scene, column.method) in (("bunny", "kd-ropes"), ("cornell", "grid")):
+                for cell in cells.values():
+                    write_cell(cell, tmp_path, counts=_counts(
+                        ["down", "follow_rope"] if figure is fig16.FIGURE else
+                        ["traverse", "intersect"]))
+    forms: dict[str, dict[str, float]] = {}
+    for row in era_machine.rows(tmp_path, False):
+        forms.setdefault(row.column.method, {})[row.form] = row.nanoseconds()
+    assert set(forms["grid"]) == {STEP, WHILE_WHILE, era_counts.PASSES}
+    assert set(forms["kd-ropes"]) == {WHILE_WHILE, STEP, era_counts.UNCOALESCED}
+    assert forms["kd-ropes"][WHILE_WHILE] == forms["kd-ropes"][STEP]
+
+
 def test_a_missed_bar_is_named_with_its_distance() -> None:
     said = bars({"as stated": 0.5, "a halved": 0.4, "a doubled": 0.55},
                 {("fig20", "robots"): 0.2, ("fig20", "bunny"): 1.0})
@@ -96,7 +175,7 @@ def test_counts_of_an_image_keep_the_runs_of_each_ray() -> None:
 
 def test_lanes_of_a_warp_run_what_their_packet_visits() -> None:
     """A packet's counters say how often each of its lanes runs a kernel."""
-    scene, size = load_scene("cornell"), 64
+    scene, size = load_scene("cornell"), 192     # the tiles cover the image
     found = era_counts.measure(scene, workload("cornell", EYE, size), "bvh-packet", {}, "G80")
     issued = found["issued"][era_counts.PACKETS]
     with rt.Tracer(scene, "bvh-packet", statistics=True, packet=era_counts.WARP_PACKET,
@@ -104,7 +183,10 @@ def test_lanes_of_a_warp_run_what_their_packet_visits() -> None:
         hits = tracer.trace(*scene.camera.rays((size, size)))
     # Each ray of a packet stores the packet's counts. A node has two boxes.
     assert issued["kernels"] == ("traverse", "intersect")
-    assert issued["lanes"] == (2 * hits.nodes_visited.sum(), hits.triangles_tested.sum() / 16)
+    assert issued["runs"] == (2 * hits.nodes_visited.sum(), hits.triangles_tested.sum() / 16)
+    # The two packets of a warp have places in common, but not all places.
+    for runs, lanes in zip(issued["runs"], issued["lanes"]):
+        assert runs < lanes < 1.9 * runs
     assert era_counts.forms_of("bvh-packet", "R580", (STEP,)) == ()
 
 

@@ -129,7 +129,7 @@ def test_a_picture_is_its_eye_rays_and_its_shadow_rays(tmp_path: Path) -> None:
                                            "issued": dict.fromkeys(forms, issued)})
     rows = predicted_times.rows(fig20.FIGURE, tmp_path, False)
     assert [row.form for row in rows] == list(forms)
-    assert [row.judged for row in rows] == [True, False, False]
+    assert [row.judged for row in rows] == [True, False, False, False]
     row = rows[0]
     parts = [predicted_times.time_of_image(row.paper_card.card, "grid", row.form, counts, any_hit)
              for any_hit, counts in zip((False, True), row.counts.values())]

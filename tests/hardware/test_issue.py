@@ -13,7 +13,7 @@ from gpgpu_rt.hardware.issue import (
     ORDERS, STEP, WHILE_WHILE, KernelIssues, in_groups, issued_in_loop, issued_in_passes
 )
 from gpgpu_rt.hardware.machine_model import (
-    ASSUMED, CardTime, stream_fetches, time_of_loop, time_of_passes
+    ASSUMED, UNCOALESCED_BYTES, CardTime, stream_fetches, time_of_loop, time_of_passes
 )
 from gpgpu_rt.hardware.static_costs import StaticCost
 from gpgpu_rt.hardware.trace import KernelTrace, record_trace
@@ -184,9 +184,12 @@ def test_passes_and_queries_cost_the_host_time() -> None:
     card = find_card("NV40")
     issued = KernelIssues(("down",), (0,), (0,), passes=(90,), queries=10)
     found = time_of_passes(card, issued, _cost(), STREAMS, 512 * 512)
-    assert found.parts["queries"] == pytest.approx(10 * ASSUMED.query_seconds)
+    # The pass of a query fetches the state of each pixel. Early depth rejects pixels only in the
+    # passes of kernels.
+    counted = card.stream_fetch * 512 * 512 / card.texel_rate
+    assert found.parts["queries"] == pytest.approx(10 * (ASSUMED.query_seconds + counted))
     assert found.parts["passes"] == pytest.approx(
-        100 * (ASSUMED.draw_seconds + 512 * 512 / card.depth_rate))
+        100 * ASSUMED.draw_seconds + 90 * 512 * 512 / card.depth_rate)
 
 
 def test_a_loop_keeps_the_ray_in_registers() -> None:
@@ -200,6 +203,24 @@ def test_a_loop_keeps_the_ray_in_registers() -> None:
     found = time_of_loop(card, issued, costs, streams, 0)
     branch = 1 / card.texel_rate + ASSUMED.branch_instructions / card.issue_rate
     assert found.seconds == pytest.approx(1000 * branch + ASSUMED.draw_seconds)
+
+
+def test_lanes_of_a_warp_load_a_texel_together() -> None:
+    card, streams = find_card("G80"), {"down": 5}
+    issued, costs = KernelIssues(("down",), (1000,), (2000,)), _cost(fetches=37)
+    alone, together = (time_of_loop(card, issued, costs, streams, 0, sharing=sharing)
+                       for sharing in (1, 32))
+    assert alone.seconds - ASSUMED.draw_seconds == pytest.approx(2000 * 32 / card.texel_rate)
+    assert together.seconds - ASSUMED.draw_seconds == pytest.approx(2000 / card.texel_rate)
+    # A pixel's instructions beside the loop run while the texels of its ray are fetched.
+    short, long = (time_of_loop(card, issued, costs, streams, 1000, setup=setup).seconds
+                   - alone.seconds for setup in (1, 1000))
+    assert short == pytest.approx(1000 * 2 * card.stream_fetch / card.texel_rate)
+    assert long == pytest.approx(1000 * 1000 / card.issue_rate)
+    # Past the texture units, each run loads its own bytes, and waiting lanes load none.
+    past = time_of_loop(card, issued, costs, streams, 0, uncoalesced=True)
+    assert past.seconds - ASSUMED.draw_seconds == pytest.approx(
+        1000 * 32 * UNCOALESCED_BYTES / card.bandwidth)
 
 
 def test_each_assumption_is_halved_and_doubled() -> None:

@@ -1,0 +1,9 @@
+"""Published views: scenes whose data set publishes the camera that our images use.
+
+The survey does not state the views of the papers' images. If a data set publishes a view, the
+paper probably used this view. The lights are chosen here, so the shadow rays of all scenes are.
+"""
+from __future__ import annotations
+
+VIEWS = {"cornell": "Cornell University's published data", "kitchen": "BART's camera at t = 0",
+         "robots": "BART's camera at t = 0"}

@@ -1,0 +1,57 @@
+"""Warp packets: the walk of a warp's packet of 32 rays, from the traces of smaller packets.
+
+Packets of this project have at most 4x4 rays, but Günther et al. 2007 and Popov et al. 2007 traced
+a packet by each warp of 32 rays. A packet visits a node if any of its rays needs the node, so the
+larger packet visits the union of the nodes that its parts visit. A node that a part visits several
+times counts as often. The order of the larger packet's visits is unknown, and with it the visits
+that a later hit would have spared: the union is the least number of visits.
+"""
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from .issue import in_groups
+from .trace import KernelTrace
+
+WARP = (8, 4)     # width and height of a warp's packet in rays
+LANES = WARP[0] * WARP[1]
+
+
+def growth(trace: KernelTrace, packet: tuple[int, int],
+           places: Mapping[str, str]) -> dict[str, float]:
+    """Return for each kernel how many more lanes a warp's packet occupies than its parts do.
+
+    The result is 1 if the parts of each warp visit the same places, and the number of parts if
+    they have no place in common.
+
+    Parameters
+    ----------
+    trace : of packets of a BVH or kd-tree under the schedule ``step``, with the fields of
+        ``places``
+    packet : (width, height) of these packets in rays
+    places : kernel -> the field that names the node, or the position in a list of triangles, that
+        a run of the kernel visits
+    """
+    group = WARP[1] // packet[1], WARP[0] // packet[0]
+    steps = in_groups(trace.steps, group)
+    fields = {name: in_groups(trace.fields[name], group) for name in set(places.values())}
+    found = {}
+    for kernel, field in places.items():
+        runs = steps == trace.kernels.index(kernel) + 1
+        _, warp, part = np.nonzero(runs)
+        found[kernel] = _growth(warp, part, fields[field][runs], group[0] * group[1])
+    return found
+
+
+def _growth(warp: np.ndarray, part: np.ndarray, place: np.ndarray, parts: int) -> float:
+    """Return the growth of a kernel, each of whose runs has a warp, a part of the warp, and a
+    place."""
+    if not len(place):
+        return 1.0
+    ordered = (warp.astype(np.int64) << 32 | place) * parts + part
+    visits, count = np.unique(ordered, return_counts=True)
+    # A place counts as often as the part that visits it most often.
+    _, first = np.unique(visits // parts, return_index=True)
+    return float(np.maximum.reduceat(count, first).sum() * parts / len(place))

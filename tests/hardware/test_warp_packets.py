@@ -1,0 +1,56 @@
+"""The packet of a warp visits the union of the places that its parts visit."""
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import gpgpu_rt as rt
+from gpgpu_rt.hardware.trace import KernelTrace, record_trace
+from gpgpu_rt.hardware.warp_packets import growth
+
+PLACES = {"traverse": "node", "intersect": "cursor"}
+
+
+def _trace(parts: list[list[tuple[int, int]]]) -> KernelTrace:
+    """Return the trace of a row of packets of 4x4, each with a list of (kernel, place)."""
+    count = max(map(len, parts))
+    steps, places = np.zeros((count, 1, len(parts)), np.uint8), np.zeros(
+        (count, 1, len(parts)), np.int32)
+    for part, runs in enumerate(parts):
+        for at, (kernel, place) in enumerate(runs):
+            steps[at, 0, part], places[at, 0, part] = kernel, place
+    return KernelTrace(("traverse", "intersect"), steps, {"node": places, "cursor": places})
+
+
+@pytest.mark.parametrize("parts, traverse, intersect", [
+    # Parts that visit the same places in another order make one packet that visits them once.
+    ([[(1, 7), (1, 5), (2, 7)], [(1, 5), (2, 7), (1, 7)]], 1, 1),
+    ([[(1, 7), (2, 3)], [(1, 5), (2, 4)]], 2, 2),
+    # A part of a warp beyond the image, or with nothing to visit, leaves the lanes to the other.
+    ([[(1, 7), (2, 3)], []], 2, 2),
+    # Three of four visits are common. A repeated visit is a visit more.
+    ([[(1, 1), (1, 2), (1, 1)], [(1, 1), (1, 2), (1, 1), (1, 3)]], 2 * 4 / 7, 1),
+    # The places of two warps are apart.
+    ([[(1, 1)], [(1, 2)], [(1, 2)], [(1, 2)]], 2 * 3 / 4, 1)])
+def test_common_places_are_visited_once(parts: list[list[tuple[int, int]]], traverse: float,
+                                        intersect: float) -> None:
+    found = growth(_trace(parts), (4, 4), PLACES)
+    assert found == pytest.approx({"traverse": traverse, "intersect": intersect})
+
+
+@pytest.mark.parametrize("method", ["bvh-packet", "kd-ropes-packet"])
+def test_the_packet_of_a_warp_is_the_packet_that_is_traced(method: str) -> None:
+    """Packets of 4x2 visit about the union of the places that their parts of 2x2 visit."""
+    scene, size = rt.load_scene("cornell"), (32, 32)
+    found = {}
+    for packet in ((4, 2), (2, 2)):
+        with rt.Tracer(scene, method, schedule="step", packet=packet) as tracer:
+            found[packet] = record_trace(
+                tracer, size, lambda: tracer.trace(*scene.camera.rays(size)), ("cursor", "node"))
+    parts = found[2, 2]
+    # Parts of 2x2 of a packet of 4x2 are as parts of 4x4 of a packet of 8x4.
+    more = growth(parts, (4, 4), PLACES)
+    for kernel in PLACES:
+        union = more[kernel] * parts.totals()[kernel] / 2
+        assert found[4, 2].totals()[kernel] == pytest.approx(union, rel=0.05)
+        assert union < parts.totals()[kernel]
