@@ -1,8 +1,10 @@
-"""The texts of programs for a context of ANGLE: `es_text`, and three additions.
+"""The texts of programs for a context of ANGLE: `es_text`, and four additions.
 
 * A fragment program writes 1 to the render target by which ``FragmentCounter`` counts fragments.
 * Points have the size 1, as in OpenGL. ES leaves their size undefined.
 * Loops are written as `without_do` writes them, because SwiftShader compiles some loops wrongly.
+* Selections are written as `without_branches` writes them, because SwiftShader's time to compile a
+  loop doubles with each branch of the loop.
 """
 from __future__ import annotations
 
@@ -11,6 +13,7 @@ import re
 from .es import HEADER, es_text
 from .fragment_counter import COUNTING_TARGET
 from .loops import without_do
+from .selections import FUNCTIONS, without_branches
 
 _LONE_OUTPUT = re.compile(r"^out (\w+ \w+;)", re.M)
 _MAIN = "shader_main"
@@ -43,5 +46,7 @@ def angle_texts(vertex: str, fragment: str) -> tuple[str, str]:
 
 def _with_end(text: str, end: str) -> str:
     """Call the program's ``main`` from a new ``main``."""
-    header = HEADER.rstrip("\n") + f"\n#define main {_MAIN}\n"
-    return without_do(header + es_text(text).removeprefix(HEADER)) + end
+    # The functions need a line that is no directive.
+    header = HEADER.rstrip("\n").replace("\n#define", f" {FUNCTIONS}\n#define", 1)
+    body = without_branches(without_do(es_text(text).removeprefix(HEADER)))
+    return f"{header}\n#define main {_MAIN}\n{body}{end}"

@@ -198,6 +198,22 @@ def test_points_of_one_texel_are_counted(angle: Gpu, tmp_path: Path) -> None:
     assert read_texture(drawn).sum() == 2        # three points fall into each of two texels
 
 
+def test_the_context_names_its_largest_point(angle: Gpu, tmp_path: Path) -> None:
+    smallest, largest = angle.context.info["GL_POINT_SIZE_RANGE"]
+    assert smallest == 1 and largest >= 64
+    (tmp_path / "large.vert").write_text(
+        "#version 330 core\nvoid main() {\n    gl_PointSize = 65.0;\n"
+        "    gl_Position = vec4(0.0, 0.0, 0.0, 1.0);\n}\n")
+    (tmp_path / "large.frag").write_text("#version 330 core\nout float one;\n"
+                                         "void main() { one = 1.0; }\n")
+    point = PrimitivePass(angle, str(tmp_path / "large.frag"), str(tmp_path / "large.vert"))
+    drawn = make_texture(angle, (75, 75), 1, "drawn")
+    target = angle.context.framebuffer([drawn])
+    target.clear()
+    point.draw(target, {}, moderngl.POINTS, 1)
+    assert read_texture(drawn).sum() == 65 ** 2
+
+
 def test_masks_of_single_targets_and_readbacks(angle: Gpu) -> None:
     for components, dtype in ((1, "f4"), (2, "f4"), (4, "f4"), (3, "f4"), (4, "u4"), (4, "f2")):
         values = np.arange(SIZE[0] * SIZE[1] * components).reshape(SIZE[1], SIZE[0], components)

@@ -1,0 +1,269 @@
+"""Selections: writes the operators that choose a value as calls, so that ANGLE makes no branch.
+
+ANGLE translates `a ? b : c`, `a && b` and `a || b` into a branch, unless b and c are plain names
+or constants. SwiftShader compiles a loop in a time and memory that double with each branch of the
+loop: while it searches the loop's back edges (`Spirv::Function::ExistsPath`), it enters a block
+into its queue again for each path that leads there. A loop with 36 selections took more than 8
+GiB. The arguments of a function are plain names inside it, so `picked_value(a, b, c)` is no
+branch.
+
+A selection is rewritten only if both values can be computed in any case: they assign nothing, call
+no function that could have an effect or a loop, and read no element of an array.
+"""
+from __future__ import annotations
+
+import functools
+import re
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+_VALUES = ("float", "int", "uint", "bool")
+TYPES = (*_VALUES, *(f"{kind}vec{size}" for kind in ("", "i", "u", "b") for size in (2, 3, 4)))
+# These functions are in a single line, so that lines keep their numbers.
+FUNCTIONS = " ".join(
+    [f"{kind} picked_value(bool a, {kind} b, {kind} c) {{ return a ? b : c; }}" for kind in TYPES]
+    + ["bool both_hold(bool a, bool b) { return a && b; }",
+       "bool either_holds(bool a, bool b) { return a || b; }"])
+BUILT_IN = frozenset((*TYPES, *"""
+    abs sign floor ceil fract trunc round roundEven mod min max clamp mix step sqrt inversesqrt pow
+    exp exp2 log log2 sin cos tan asin acos atan dot cross length distance normalize any all not
+    lessThan lessThanEqual greaterThan greaterThanEqual equal notEqual isnan isinf floatBitsToInt
+    floatBitsToUint intBitsToFloat uintBitsToFloat textureSize""".split()))
+
+_TOKEN = re.compile(r"^[ \t]*#(?:\\\n|[^\n])*|\n|[ \t\r]+|//[^\n]*|"
+                    r"\w[\w.]*|\+\+|--|&&|\|\||\^\^|<<=|>>=|<<|>>|[-+*/%&|^=!<>]=|.", re.M | re.S)
+_CLOSING = {"(": ")", "[": "]", "{": "}"}
+_ASSIGNING = {"=", "+=", "-=", "*=", "/=", "%=", "&=", "|=", "^=", "<<=", ">>="}
+_ENDS = {";", ",", "return", "else", *_ASSIGNING}
+_CHANGING = {"++", "--", *_ASSIGNING}
+_LASTING = {"for", "while", "do", "discard"}
+_NAME = re.compile(r"[A-Za-z_]")
+_CONDITIONAL = re.compile(r"[ \t]*#[ \t]*(if|el|endif)")
+_MACRO = re.compile(r"^[ \t]*#define (\w+)\([^()]*\) (.*)$", re.M)
+
+
+@dataclass(frozen=True)
+class Group:
+    """Tokens in brackets. A bracket that both branches of an ``#if`` open is closed once, so the
+    group of the first branch has no closing bracket."""
+
+    opening: str
+    items: tuple[Item, ...]
+    closing: str
+
+
+Item = str | Group
+
+
+def without_branches(text: str) -> str:
+    """Write selections in functions as calls of ``FUNCTIONS``. Lines keep their numbers."""
+    items = _grouped(text)
+    return _Writer(harmless_functions(text, items)).written(items, False)
+
+
+def _grouped(text: str) -> tuple[Item, ...]:
+    open_groups: list[tuple[str, list[Item]]] = [("", [])]
+    conditionals: list[int] = []    # the number of open groups at each open ``#if``
+
+    def close(closing: str) -> None:
+        opening, items = open_groups.pop()
+        open_groups[-1][1].append(Group(opening, tuple(items), closing))
+
+    for token in (found[0] for found in _TOKEN.finditer(text)):
+        word = _CONDITIONAL.match(token)
+        if word and word[1] == "if":
+            conditionals.append(len(open_groups))
+        elif word and conditionals:
+            while len(open_groups) > conditionals[-1] and word[1] == "el":
+                close("")
+            if word[1] == "endif":
+                conditionals.pop()
+        if token in _CLOSING:
+            open_groups.append((token, []))
+        elif token == _CLOSING.get(open_groups[-1][0]):
+            close(token)
+        else:
+            open_groups[-1][1].append(token)
+    while len(open_groups) > 1:
+        close("")
+    return tuple(open_groups[0][1])
+
+
+def _plain(item: Item) -> str:
+    """Return the text of an item as it stands."""
+    if isinstance(item, str):
+        return item
+    return item.opening + "".join(map(_plain, item.items)) + item.closing
+
+
+def _is_blank(item: Item) -> bool:
+    return isinstance(item, str) and (item.isspace() or item.startswith("//"))
+
+
+def _is_directive(item: Item) -> bool:
+    return isinstance(item, str) and item.lstrip().startswith("#")
+
+
+# Which calls have no effect ---------------------------------------------------------------------
+
+
+def _flat(items: Iterable[Item]) -> Iterable[Item]:
+    """Yield all items without blanks, and each group before its own items."""
+    for item in items:
+        if not _is_blank(item):
+            yield item
+        if isinstance(item, Group):
+            yield from _flat(item.items)
+
+
+def _calls(items: Sequence[Item]) -> set[str]:
+    """Return the names in front of round brackets."""
+    found = set()
+    inside = [item for item in items if not _is_blank(item)]
+    for before, item in zip(["", *inside], inside):
+        if isinstance(item, Group):
+            found |= _calls(item.items)
+            if item.opening == "(" and isinstance(before, str) and _NAME.match(before):
+                found.add(before)
+    return found - {"return", "if"}
+
+
+def harmless_functions(text: str, items: Sequence[Item]) -> frozenset[str]:
+    """Return the names of functions and macros that may be called although their value is not
+    needed."""
+    bodies: dict[str, list[tuple[Item, ...]]] = {}
+    changing: set[str] = set()      # names of variables that are no function's own
+    statement: list[Item] = []
+    for item in items:
+        if _is_blank(item) or _is_directive(item):
+            continue
+        statement.append(item)
+        if item == ";":
+            changing |= _declared(statement)
+        if item == ";" or (isinstance(item, Group) and item.opening == "{"):
+            if item != ";":
+                _note(statement, bodies)
+            statement = []
+    for name, body in _MACRO.findall(text):
+        bodies.setdefault(name, []).append(_grouped(body))
+    found = set(BUILT_IN)
+    while True:
+        more = {name for name, texts in bodies.items() if name not in found
+                and all(_keeps(body, changing, found | {name}) for body in texts)}
+        if not more:
+            return frozenset(found)
+        found |= more
+
+
+def _declared(statement: Sequence[Item]) -> set[str]:
+    """Return the names that a global statement declares and that programs may change."""
+    if statement[0] in ("uniform", "const", "in", "flat", "precision", "struct"):
+        return set()
+    return {item for item in statement[1:] if isinstance(item, str) and _NAME.match(item)}
+
+
+def _note(statement: Sequence[Item], bodies: dict[str, list[tuple[Item, ...]]]) -> None:
+    """Add the body of a function. A function of an unknown type or with results in its arguments
+    gets a body that is not harmless."""
+    if len(statement) != 4 or not isinstance(statement[2], Group):
+        return
+    kind, name, arguments, body = statement
+    given = {item for item in _flat(arguments.items) if isinstance(item, str)}
+    is_plain = kind in TYPES and not given & {"out", "inout"}
+    bodies.setdefault(str(name), []).append(
+        body.items if is_plain and isinstance(body, Group) else ("discard",))
+
+
+def _keeps(body: Sequence[Item], changing: set[str], harmless: set[str]) -> bool:
+    """Return whether a body uses no changing variable, loop or sampler."""
+    words = {item.partition(".")[0] for item in _flat(body) if isinstance(item, str)}
+    return not words & (changing | _LASTING) and _calls(body) <= harmless
+
+
+# Writing ----------------------------------------------------------------------------------------
+
+
+class _Writer:
+    def __init__(self, harmless: frozenset[str]) -> None:
+        self._harmless = harmless
+
+    def written(self, items: Sequence[Item], in_function: bool) -> str:
+        """Return the text of statements or of a list of arguments."""
+        parts, segment, is_constant = [], [], False
+        for item in (*items, ""):
+            if item == "" or item in _ENDS or _is_directive(item) or (
+                    isinstance(item, Group) and item.opening == "{"):
+                is_constant = is_constant or "const" in segment
+                change = in_function and not is_constant
+                parts.append((self._expression if change else self._copied)(segment))
+                segment = []
+                parts.append(self._group(item) if isinstance(item, Group) else item)
+                is_constant = is_constant and item != ";"
+            else:
+                segment.append(item)
+        return "".join(parts)
+
+    def _group(self, group: Group, in_function: bool = True) -> str:
+        return group.opening + self.written(group.items, in_function) + group.closing
+
+    def _copied(self, items: Sequence[Item]) -> str:
+        return "".join(map(_plain, items))
+
+    def _expression(self, items: Sequence[Item]) -> str:
+        if "?" in items:
+            return self._picked(items)
+        for operator, function in (("||", "either_holds"), ("&&", "both_hold")):
+            if operator in items:
+                return self._folded(_split(items, operator), operator, function)
+        return "".join(item if isinstance(item, str) else self._group(item) for item in items)
+
+    def _picked(self, items: Sequence[Item]) -> str:
+        first = items.index("?")
+        depth = 0
+        for at in range(first + 1, len(items)):
+            depth += (items[at] == "?") - (items[at] == ":")
+            if depth < 0:
+                break
+        three = items[:first], items[first + 1:at], items[at + 1:]
+        texts = [self._expression(part) for part in three]
+        if self._keeps(three[0]) and all(map(self._is_harmless, three[1:])) and not all(map(_is_name, three[1:])):
+            return _called("picked_value", texts)
+        return f"{texts[0]}?{texts[1]}:{texts[2]}"
+
+    def _folded(self, parts: list[Sequence[Item]], operator: str, function: str) -> str:
+        """Write `a && b && c` from the left to the right."""
+        text, is_harmless = self._expression(parts[0]), self._keeps(parts[0])
+        for part in parts[1:]:
+            other = self._expression(part)
+            is_harmless = is_harmless and self._is_harmless(part)
+            text = _called(function, [text, other]) if is_harmless else (
+                f"{text}{operator}{other}")
+        return text
+
+    def _keeps(self, items: Sequence[Item]) -> bool:
+        """Return whether a value that is needed in any case changes nothing."""
+        words = [item for item in _flat(items) if isinstance(item, str)]
+        return _calls(items) <= self._harmless and not any(
+            word in _CHANGING or _is_directive(word) for word in words)
+
+    def _is_harmless(self, items: Sequence[Item]) -> bool:
+        return self._keeps(items) and not any(
+            item.opening == "[" for item in _flat(items) if isinstance(item, Group))
+
+
+def _split(items: Sequence[Item], operator: str) -> list[Sequence[Item]]:
+    ends = [-1, *(at for at, item in enumerate(items) if item == operator), len(items)]
+    return [items[before + 1:end] for before, end in zip(ends, ends[1:])]
+
+
+def _is_name(items: Sequence[Item]) -> bool:
+    """Return whether ANGLE makes no branch for this value."""
+    return len([item for item in items if not _is_blank(item)]) == 1 and not any(
+        isinstance(item, Group) for item in items)
+
+
+def _called(name: str, values: list[str]) -> str:
+    # The blank in front of the first value stays in front of the call.
+    first = values[0]
+    blank = first[:len(first) - len(first.lstrip())]
+    return f"{blank}{name}({', '.join([first[len(blank):], *values[1:]])})"
