@@ -1,6 +1,7 @@
 """The texts of programs for a context of ANGLE: `es_text`, and four additions.
 
-* A fragment program writes 1 to the render target by which ``FragmentCounter`` counts fragments.
+* A fragment program writes 1 to the render target by which ``FragmentCounter`` counts fragments,
+  unless the program needs this target itself.
 * Points have the size 1, as in OpenGL. ES leaves their size undefined.
 * Loops are written as `without_do` writes them, because SwiftShader compiles some loops wrongly.
 * Selections are written as `without_branches` writes them, because SwiftShader's time to compile a
@@ -15,6 +16,7 @@ from .fragment_counter import COUNTING_TARGET
 from .loops import without_do
 from .selections import FUNCTIONS, without_branches
 
+_LAST_OUTPUT = f"layout(location = {COUNTING_TARGET}) out "
 _LONE_OUTPUT = re.compile(r"^out (\w+ \w+;)", re.M)
 _MAIN = "shader_main"
 _VERTEX_END = f"""#undef main
@@ -23,8 +25,13 @@ void main() {{
     {_MAIN}();
 }}
 """
+_UNCOUNTED_END = f"""#undef main
+void main() {{
+    {_MAIN}();
+}}
+"""
 _FRAGMENT_END = f"""#undef main
-layout(location = {COUNTING_TARGET}) out float counted_fragment;
+{_LAST_OUTPUT}float counted_fragment;
 void main() {{
     {_MAIN}();
     counted_fragment = 1.0;
@@ -40,8 +47,9 @@ def angle_texts(vertex: str, fragment: str) -> tuple[str, str]:
     ShaderError
         as `es_text`
     """
+    end = _FRAGMENT_END if _LAST_OUTPUT not in fragment else _UNCOUNTED_END
     return (_with_end(vertex, _VERTEX_END),
-            _LONE_OUTPUT.sub(r"layout(location = 0) out \1", _with_end(fragment, _FRAGMENT_END)))
+            _LONE_OUTPUT.sub(r"layout(location = 0) out \1", _with_end(fragment, end)))
 
 
 def _with_end(text: str, end: str) -> str:

@@ -33,9 +33,10 @@ class FragmentCounter:
     Parameters
     ----------
     es : (name, type of the result, types of the arguments) -> a function of ES
+    refuse : is called when a draw inside a query needs the target in which fragments are counted
     """
 
-    def __init__(self, es: Callable[..., Callable[..., Any]]) -> None:
+    def __init__(self, es: Callable[..., Callable[..., Any]], refuse: Callable[[], None]) -> None:
         def function(name: str, *arguments: Any) -> Callable[..., Any]:
             return es(name, None, *arguments)
 
@@ -58,6 +59,7 @@ class FragmentCounter:
         self._enable = function("glEnablei", UINT, UINT)
         self._blend_equation = function("glBlendEquationi", UINT, UINT)
         self._blend_function = function("glBlendFunci", UINT, UINT, UINT)
+        self._refuse = refuse
         self._open: dict[int, int] = {}       # target -> query that is running
         self._results: dict[int, int] = {}    # query -> result
         self._texture, self._size = UINT(0), (0, 0)
@@ -115,9 +117,13 @@ class FragmentCounter:
         if GL_SAMPLES_PASSED not in self._open:
             draw()
             return
-        self._prepare()
         present = (UINT * TARGETS)(*(self._integers(GL_DRAW_BUFFER0 + at)[0]
                                      for at in range(TARGETS)))
+        if present[COUNTING_TARGET]:
+            self._refuse()
+            draw()
+            return
+        self._prepare()
         counting = (UINT * TARGETS)(*present)
         counting[COUNTING_TARGET] = GL_COLOR_ATTACHMENT0 + COUNTING_TARGET
         self._attach_to_counting_target(self._texture.value)

@@ -12,7 +12,6 @@ no function that could have an effect or a loop, and read no element of an array
 """
 from __future__ import annotations
 
-import functools
 import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -145,11 +144,13 @@ def harmless_functions(text: str, items: Sequence[Item]) -> frozenset[str]:
                 _note(statement, bodies)
             statement = []
     for name, body in _MACRO.findall(text):
-        bodies.setdefault(name, []).append(_grouped(body))
+        macro = _grouped(body)
+        bodies.setdefault(name, []).append(
+            ("discard",) if _CHANGING & set(map(str, _flat(macro))) else macro)
     found = set(BUILT_IN)
     while True:
         more = {name for name, texts in bodies.items() if name not in found
-                and all(_keeps(body, changing, found | {name}) for body in texts)}
+                and all(_is_harmless_body(body, changing, found | {name}) for body in texts)}
         if not more:
             return frozenset(found)
         found |= more
@@ -165,19 +166,23 @@ def _declared(statement: Sequence[Item]) -> set[str]:
 def _note(statement: Sequence[Item], bodies: dict[str, list[tuple[Item, ...]]]) -> None:
     """Add the body of a function. A function of an unknown type or with results in its arguments
     gets a body that is not harmless."""
-    if len(statement) != 4 or not isinstance(statement[2], Group):
+    if len(statement) != 4:
         return
     kind, name, arguments, body = statement
-    given = {item for item in _flat(arguments.items) if isinstance(item, str)}
-    is_plain = kind in TYPES and not given & {"out", "inout"}
-    bodies.setdefault(str(name), []).append(
-        body.items if is_plain and isinstance(body, Group) else ("discard",))
+    if isinstance(arguments, Group) and isinstance(body, Group):
+        is_plain = kind in TYPES and not {"out", "inout"} & set(map(str, _flat(arguments.items)))
+        bodies.setdefault(str(name), []).append(body.items if is_plain else ("discard",))
 
 
-def _keeps(body: Sequence[Item], changing: set[str], harmless: set[str]) -> bool:
-    """Return whether a body uses no changing variable, loop or sampler."""
+def _is_harmless_body(body: Sequence[Item], changing: set[str], harmless: set[str]) -> bool:
+    """Return whether a body uses no changing variable, loop, sampler or element of an array."""
     words = {item.partition(".")[0] for item in _flat(body) if isinstance(item, str)}
-    return not words & (changing | _LASTING) and _calls(body) <= harmless
+    return (not words & (changing | _LASTING) and _calls(body) <= harmless
+            and not _reads_element(body))
+
+
+def _reads_element(items: Sequence[Item]) -> bool:
+    return any(isinstance(item, Group) and item.opening == "[" for item in _flat(items))
 
 
 # Writing ----------------------------------------------------------------------------------------
@@ -191,7 +196,7 @@ class _Writer:
         """Return the text of statements or of a list of arguments."""
         parts, segment, is_constant = [], [], False
         for item in (*items, ""):
-            if item == "" or item in _ENDS or _is_directive(item) or (
+            if item == "" or item in _ENDS or (
                     isinstance(item, Group) and item.opening == "{"):
                 is_constant = is_constant or "const" in segment
                 change = in_function and not is_constant
@@ -210,11 +215,12 @@ class _Writer:
         return "".join(map(_plain, items))
 
     def _expression(self, items: Sequence[Item]) -> str:
-        if "?" in items:
-            return self._picked(items)
-        for operator, function in (("||", "either_holds"), ("&&", "both_hold")):
-            if operator in items:
-                return self._folded(_split(items, operator), operator, function)
+        if not any(map(_is_directive, items)):
+            if "?" in items:
+                return self._picked(items)
+            for operator, function in (("||", "either_holds"), ("&&", "both_hold")):
+                if operator in items:
+                    return self._folded(_split(items, operator), operator, function)
         return "".join(item if isinstance(item, str) else self._group(item) for item in items)
 
     def _picked(self, items: Sequence[Item]) -> str:
@@ -226,13 +232,14 @@ class _Writer:
                 break
         three = items[:first], items[first + 1:at], items[at + 1:]
         texts = [self._expression(part) for part in three]
-        if self._keeps(three[0]) and all(map(self._is_harmless, three[1:])) and not all(map(_is_name, three[1:])):
-            return _called("picked_value", texts)
-        return f"{texts[0]}?{texts[1]}:{texts[2]}"
+        if all(map(_is_name, three[1:])) or not (
+                self._changes_nothing(three[0]) and all(map(self._is_harmless, three[1:]))):
+            return f"{texts[0]}?{texts[1]}:{texts[2]}"
+        return _called("picked_value", texts)
 
     def _folded(self, parts: list[Sequence[Item]], operator: str, function: str) -> str:
         """Write `a && b && c` from the left to the right."""
-        text, is_harmless = self._expression(parts[0]), self._keeps(parts[0])
+        text, is_harmless = self._expression(parts[0]), self._changes_nothing(parts[0])
         for part in parts[1:]:
             other = self._expression(part)
             is_harmless = is_harmless and self._is_harmless(part)
@@ -240,15 +247,15 @@ class _Writer:
                 f"{text}{operator}{other}")
         return text
 
-    def _keeps(self, items: Sequence[Item]) -> bool:
+    def _changes_nothing(self, items: Sequence[Item]) -> bool:
         """Return whether a value that is needed in any case changes nothing."""
         words = [item for item in _flat(items) if isinstance(item, str)]
         return _calls(items) <= self._harmless and not any(
             word in _CHANGING or _is_directive(word) for word in words)
 
     def _is_harmless(self, items: Sequence[Item]) -> bool:
-        return self._keeps(items) and not any(
-            item.opening == "[" for item in _flat(items) if isinstance(item, Group))
+        """Return whether a value may be computed although it is not needed."""
+        return self._changes_nothing(items) and not _reads_element(items)
 
 
 def _split(items: Sequence[Item], operator: str) -> list[Sequence[Item]]:
@@ -263,7 +270,8 @@ def _is_name(items: Sequence[Item]) -> bool:
 
 
 def _called(name: str, values: list[str]) -> str:
-    # The blank in front of the first value stays in front of the call.
-    first = values[0]
-    blank = first[:len(first) - len(first.lstrip())]
-    return f"{blank}{name}({', '.join([first[len(blank):], *values[1:]])})"
+    """Write a call. Blanks around the selection stay around the call."""
+    joined = ", ".join(value.strip(" ") for value in values)
+    before, after = (value[:len(value) - len(value.lstrip(" "))]
+                     for value in (values[0], values[-1][::-1]))
+    return f"{before}{name}({joined}){after}"
