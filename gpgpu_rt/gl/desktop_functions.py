@@ -11,8 +11,8 @@ from typing import Any
 from .fragment_counter import FragmentCounter
 
 # ES 3.1 has these functions as an extension. The functions without a suffix are errors there.
-INDEXED = ("ColorMaski", "Enablei", "Disablei", "BlendEquationi", "BlendEquationSeparatei",
-           "BlendFunci", "BlendFuncSeparatei")
+INDEXED = ("ColorMaski", "Enablei", "Disablei", "IsEnabledi", "BlendEquationi",
+           "BlendEquationSeparatei", "BlendFunci", "BlendFuncSeparatei")
 RENAMED = {**{f"gl{name}": f"gl{name}OES" for name in INDEXED},
            "glGetTexImage": "glGetTexImageANGLE", "glPolygonMode": "glPolygonModeANGLE",
            "glProvokingVertex": "glProvokingVertexANGLE"}

@@ -56,7 +56,9 @@ class FragmentCounter:
         self._attach = function("glFramebufferTexture2D", UINT, UINT, UINT, UINT, INT)
         self._draw_buffers = function("glDrawBuffers", INT, POINTER)
         self._mask = function("glColorMaski", UINT, *[ctypes.c_ubyte] * 4)
+        self._is_enabled = es("glIsEnabledi", ctypes.c_ubyte, UINT, UINT)
         self._enable = function("glEnablei", UINT, UINT)
+        self._disable = function("glDisablei", UINT, UINT)
         self._blend_equation = function("glBlendEquationi", UINT, UINT)
         self._blend_function = function("glBlendFunci", UINT, UINT, UINT)
         self._refuse = refuse
@@ -129,10 +131,13 @@ class FragmentCounter:
         self._attach_to_counting_target(self._texture.value)
         self._draw_buffers(TARGETS, counting)
         self._mask(COUNTING_TARGET, 1, 1, 1, 1)
+        is_blended = self._is_enabled(GL_BLEND, COUNTING_TARGET)
         self._enable(GL_BLEND, COUNTING_TARGET)
         self._blend_equation(COUNTING_TARGET, GL_FUNC_ADD)
         self._blend_function(COUNTING_TARGET, GL_ONE, GL_ONE)
         draw()
+        if not is_blended:      # a program may have the target itself
+            self._disable(GL_BLEND, COUNTING_TARGET)
         self._attach_to_counting_target(0)
         self._draw_buffers(TARGETS, present)
 
