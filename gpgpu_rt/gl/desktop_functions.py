@@ -33,8 +33,7 @@ UINT, INT, POINTER, FLOAT, DOUBLE = (
 class DesktopFunctions:
     """Addresses of functions. The object must live as long as the context.
 
-    A call of a function that ES lacks does nothing but set the error GL_INVALID_OPERATION. So does
-    a query of the fragments of a draw into 8 render targets; it leaves this draw out.
+    A call of a function that ES lacks does nothing but set the error GL_INVALID_OPERATION.
 
     Parameters
     ----------
@@ -65,7 +64,7 @@ class DesktopFunctions:
         self._replace("glDrawBuffer", draw_buffer, UINT)
         self._replace("glGetFloatv", floats, UINT, POINTER)
         self._kept["glGetError"] = ctypes.CFUNCTYPE(UINT)(self._error)
-        counter = FragmentCounter(self._es, self._note_missing)
+        counter = FragmentCounter(self._es)
         self._replace("glBeginQuery", counter.begin, UINT, UINT)
         self._replace("glEndQuery", counter.end, UINT)
         self._replace("glGetQueryObjectuiv", counter.result, UINT, UINT, POINTER)

@@ -3,7 +3,9 @@
 An occlusion query of ES says only whether a fragment passed. Here a draw inside a query therefore
 also adds 1 to a texel of an extra render target, for each fragment that is drawn there. The depth
 test and `discard` act on this target too, so the sum of the texels is the count of OpenGL 3.3.
-`angle_text.py` adds the output to each fragment program.
+`angle_text.py` adds the output to each fragment program. A draw into 8 render targets leaves none
+for the count. Such a draw counts as many fragments as the viewport has pixels, because the
+programs of 8 targets are full-screen passes that discard nothing.
 """
 from __future__ import annotations
 
@@ -33,10 +35,9 @@ class FragmentCounter:
     Parameters
     ----------
     es : (name, type of the result, types of the arguments) -> a function of ES
-    refuse : is called when a draw inside a query needs the target in which fragments are counted
     """
 
-    def __init__(self, es: Callable[..., Callable[..., Any]], refuse: Callable[[], None]) -> None:
+    def __init__(self, es: Callable[..., Callable[..., Any]]) -> None:
         def function(name: str, *arguments: Any) -> Callable[..., Any]:
             return es(name, None, *arguments)
 
@@ -61,7 +62,6 @@ class FragmentCounter:
         self._disable = function("glDisablei", UINT, UINT)
         self._blend_equation = function("glBlendEquationi", UINT, UINT)
         self._blend_function = function("glBlendFunci", UINT, UINT, UINT)
-        self._refuse = refuse
         self._open: dict[int, int] = {}       # target -> query that is running
         self._results: dict[int, int] = {}    # query -> result
         self._texture, self._size = UINT(0), (0, 0)
@@ -122,8 +122,9 @@ class FragmentCounter:
         present = (UINT * TARGETS)(*(self._integers(GL_DRAW_BUFFER0 + at)[0]
                                      for at in range(TARGETS)))
         if present[COUNTING_TARGET]:
-            self._refuse()
             draw()
+            _, _, width, height = self._integers(GL_VIEWPORT, 4)
+            self._counted += width * height
             return
         self._prepare()
         counting = (UINT * TARGETS)(*present)
