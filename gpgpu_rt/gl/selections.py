@@ -35,7 +35,6 @@ _CLOSING = {"(": ")", "[": "]", "{": "}"}
 _ASSIGNING = {"=", "+=", "-=", "*=", "/=", "%=", "&=", "|=", "^=", "<<=", ">>="}
 _ENDS = {";", ",", "return", "else", *_ASSIGNING}
 _CHANGING = {"++", "--", *_ASSIGNING}
-_LASTING = {"for", "while", "do", "discard"}
 _NAME = re.compile(r"[A-Za-z_]")
 _CONDITIONAL = re.compile(r"[ \t]*#[ \t]*(if|el|endif)")
 _MACRO = re.compile(r"^[ \t]*#define (\w+)\([^()]*\) (.*)$", re.M)
@@ -175,9 +174,10 @@ def _note(statement: Sequence[Item], bodies: dict[str, list[tuple[Item, ...]]]) 
 
 
 def _is_harmless_body(body: Sequence[Item], changing: set[str], harmless: set[str]) -> bool:
-    """Return whether a body uses no changing variable, loop, sampler or element of an array."""
+    """Return whether a body uses no changing variable, loop, sampler or element of an array. `for (`
+    and `while (` look like calls of functions, which are not harmless."""
     words = {item.partition(".")[0] for item in _flat(body) if isinstance(item, str)}
-    return (not words & (changing | _LASTING) and _calls(body) <= harmless
+    return (not words & (changing | {"discard"}) and _calls(body) <= harmless
             and not _reads_element(body))
 
 
@@ -215,12 +215,11 @@ class _Writer:
         return "".join(map(_plain, items))
 
     def _expression(self, items: Sequence[Item]) -> str:
-        if not any(map(_is_directive, items)):
-            if "?" in items:
-                return self._picked(items)
-            for operator, function in (("||", "either_holds"), ("&&", "both_hold")):
-                if operator in items:
-                    return self._folded(_split(items, operator), operator, function)
+        if "?" in items:
+            return self._picked(items)
+        for operator, function in (("||", "either_holds"), ("&&", "both_hold")):
+            if operator in items:
+                return self._folded(_split(items, operator), operator, function)
         return "".join(item if isinstance(item, str) else self._group(item) for item in items)
 
     def _picked(self, items: Sequence[Item]) -> str:

@@ -18,8 +18,20 @@ float stepped(float x) {{
     kept = x;
     return x;
 }}
-void split(float x, out float whole) {{
+float split(float x, out float whole) {{
     whole = floor(x);
+    return x - whole;
+}}
+float least(float x) {{
+    do {{
+        x -= 1.0;
+    }}
+    while (x > 1.0);
+    return x;
+}}
+float dropped(float x) {{
+    discard;
+    return x;
 }}
 float summed(float x) {{
     float sum = 0.0;
@@ -61,8 +73,10 @@ def test_selections_become_calls(line: str, written: str) -> None:
     "y = c ? s[i] : b + b;",                       # the index may be outside the array
     "y = c ? stepped(a) : b;", "y = c && stepped(a) > 0.0;", "y = stepped(a) > 0.0 && c;",
     "y = c ? NEXT(a) : b;", "y = c ? a++ : b;", "y = (a = b) > 0.0 && c;",
-    "y = c ? summed(a) : b;",                      # a loop
-    "split(a, y);", "y = c ? unknown(a) : b;", "y = c ? Pair(a, b) : p;",
+    "y = c ? summed(a) : b;", "y = c ? least(a) : b;",         # loops
+    "y = stepped(a) > 0.0 ? a + b : b;", "y = c ? split(a, b) : b;",
+    "y = c ? dropped(a) : b;",
+    "y = c ? unknown(a) : b;", "y = c ? Pair(a, b) : p;",
     "y = c ? texture(t, a) : b;",
     "const int y = 1 > 0 ? 1 + 1 : 2;",            # constants call no functions
     "y = c\n#ifdef D\n        ? a + b : b;\n#else\n        ? a - b : b;\n#endif"])
