@@ -41,7 +41,7 @@ _MACRO = re.compile(r"^[ \t]*#define (\w+)\([^()]*\) (.*)$", re.M)
 
 
 @dataclass(frozen=True)
-class Group:
+class Bracketed:
     """Tokens in brackets. A bracket that both branches of an ``#if`` open is closed once, so the
     group of the first branch has no closing bracket."""
 
@@ -50,7 +50,7 @@ class Group:
     closing: str
 
 
-Item = str | Group
+Item = str | Bracketed
 
 
 def without_branches(text: str) -> str:
@@ -65,7 +65,7 @@ def _grouped(text: str) -> tuple[Item, ...]:
 
     def close(closing: str) -> None:
         opening, items = open_groups.pop()
-        open_groups[-1][1].append(Group(opening, tuple(items), closing))
+        open_groups[-1][1].append(Bracketed(opening, tuple(items), closing))
 
     for token in (found[0] for found in _TOKEN.finditer(text)):
         word = _CONDITIONAL.match(token)
@@ -110,7 +110,7 @@ def _flat(items: Iterable[Item]) -> Iterable[Item]:
     for item in items:
         if not _is_blank(item):
             yield item
-        if isinstance(item, Group):
+        if isinstance(item, Bracketed):
             yield from _flat(item.items)
 
 
@@ -119,7 +119,7 @@ def _calls(items: Sequence[Item]) -> set[str]:
     found = set()
     inside = [item for item in items if not _is_blank(item)]
     for before, item in zip(["", *inside], inside):
-        if isinstance(item, Group):
+        if isinstance(item, Bracketed):
             found |= _calls(item.items)
             if item.opening == "(" and isinstance(before, str) and _NAME.match(before):
                 found.add(before)
@@ -138,7 +138,7 @@ def harmless_functions(text: str, items: Sequence[Item]) -> frozenset[str]:
         statement.append(item)
         if item == ";":
             changing |= _declared(statement)
-        if item == ";" or (isinstance(item, Group) and item.opening == "{"):
+        if item == ";" or (isinstance(item, Bracketed) and item.opening == "{"):
             if item != ";":
                 _note(statement, bodies)
             statement = []
@@ -168,21 +168,23 @@ def _note(statement: Sequence[Item], bodies: dict[str, list[tuple[Item, ...]]]) 
     if len(statement) != 4:
         return
     kind, name, arguments, body = statement
-    if isinstance(arguments, Group) and isinstance(body, Group):
+    if isinstance(arguments, Bracketed) and isinstance(body, Bracketed):
         is_plain = kind in TYPES and not {"out", "inout"} & set(map(str, _flat(arguments.items)))
         bodies.setdefault(str(name), []).append(body.items if is_plain else ("discard",))
 
 
 def _is_harmless_body(body: Sequence[Item], changing: set[str], harmless: set[str]) -> bool:
-    """Return whether a body uses no changing variable, loop, sampler or element of an array. `for (`
-    and `while (` look like calls of functions, which are not harmless."""
+    """Return whether a body uses no changing variable, loop, sampler or element of an array.
+
+    `for (` and `while (` look like calls of functions, which are not harmless.
+    """
     words = {item.partition(".")[0] for item in _flat(body) if isinstance(item, str)}
     return (not words & (changing | {"discard"}) and _calls(body) <= harmless
             and not _reads_element(body))
 
 
 def _reads_element(items: Sequence[Item]) -> bool:
-    return any(isinstance(item, Group) and item.opening == "[" for item in _flat(items))
+    return any(isinstance(item, Bracketed) and item.opening == "[" for item in _flat(items))
 
 
 # Writing ----------------------------------------------------------------------------------------
@@ -197,18 +199,18 @@ class _Writer:
         parts, segment, is_constant = [], [], False
         for item in (*items, ""):
             if item == "" or item in _ENDS or (
-                    isinstance(item, Group) and item.opening == "{"):
+                    isinstance(item, Bracketed) and item.opening == "{"):
                 is_constant = is_constant or "const" in segment
                 change = in_function and not is_constant
                 parts.append((self._expression if change else self._copied)(segment))
                 segment = []
-                parts.append(self._group(item) if isinstance(item, Group) else item)
+                parts.append(self._group(item) if isinstance(item, Bracketed) else item)
                 is_constant = is_constant and item != ";"
             else:
                 segment.append(item)
         return "".join(parts)
 
-    def _group(self, group: Group, in_function: bool = True) -> str:
+    def _group(self, group: Bracketed, in_function: bool = True) -> str:
         return group.opening + self.written(group.items, in_function) + group.closing
 
     def _copied(self, items: Sequence[Item]) -> str:
@@ -265,7 +267,7 @@ def _split(items: Sequence[Item], operator: str) -> list[Sequence[Item]]:
 def _is_name(items: Sequence[Item]) -> bool:
     """Return whether ANGLE makes no branch for this value."""
     return len([item for item in items if not _is_blank(item)]) == 1 and not any(
-        isinstance(item, Group) for item in items)
+        isinstance(item, Bracketed) for item in items)
 
 
 def _called(name: str, values: list[str]) -> str:
