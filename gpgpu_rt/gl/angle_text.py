@@ -4,8 +4,8 @@
   A program that needs this target itself is not counted in this way.
 * Points have the size 1, as in OpenGL. ES leaves their size undefined.
 * Loops are written as `without_do` writes them, because SwiftShader compiles some loops wrongly.
-* Selections are written as `without_branches` writes them, because SwiftShader's time to compile a
-  loop doubles with each branch of the loop.
+* Selections are written as `without_branches` writes them, because SwiftShader compiles branches
+  slowly.
 """
 from __future__ import annotations
 
