@@ -7,8 +7,10 @@ into its queue again for each path that leads there. A loop with 36 selections t
 GiB. The arguments of a function are plain names inside it, so `picked_value(a, b, c)` is no
 branch.
 
-A selection is rewritten only if both values can be computed in any case: they assign nothing, call
-no function that could have an effect or a loop, and read no element of an array.
+A selection is rewritten only if both values can be computed in any case. They assign nothing, and
+call no function that could have an effect or a loop. If they read an element of an array, its
+index is a parameter of a function: programs hand over only numbers of rays and axes, which are
+inside the array.
 """
 from __future__ import annotations
 
@@ -27,7 +29,7 @@ BUILT_IN = frozenset((*TYPES, *"""
     abs sign floor ceil fract trunc round roundEven mod min max clamp mix step sqrt inversesqrt pow
     exp exp2 log log2 sin cos tan asin acos atan dot cross length distance normalize any all not
     lessThan lessThanEqual greaterThan greaterThanEqual equal notEqual isnan isinf floatBitsToInt
-    floatBitsToUint intBitsToFloat uintBitsToFloat textureSize""".split()))
+    floatBitsToUint intBitsToFloat uintBitsToFloat textureSize texture texelFetch""".split()))
 
 _TOKEN = re.compile(r"^[ \t]*#(?:\\\n|[^\n])*|\n|[ \t\r]+|//[^\n]*|"
                     r"\w[\w.]*|\+\+|--|&&|\|\||\^\^|<<=|>>=|<<|>>|[-+*/%&|^=!<>]=|.", re.M | re.S)
@@ -35,6 +37,7 @@ _CLOSING = {"(": ")", "[": "]", "{": "}"}
 _ASSIGNING = {"=", "+=", "-=", "*=", "/=", "%=", "&=", "|=", "^=", "<<=", ">>="}
 _ENDS = {";", ",", "return", "else", *_ASSIGNING}
 _CHANGING = {"++", "--", *_ASSIGNING}
+_FIXED = {"uniform", "const", "in", "flat", "precision", "struct"}
 _NAME = re.compile(r"[A-Za-z_]")
 _CONDITIONAL = re.compile(r"[ \t]*#[ \t]*(if|el|endif)")
 _MACRO = re.compile(r"^[ \t]*#define (\w+)\([^()]*\) (.*)$", re.M)
@@ -56,7 +59,10 @@ Item = str | Bracketed
 def without_branches(text: str) -> str:
     """Write selections in functions as calls of ``FUNCTIONS``. Lines keep their numbers."""
     items = _grouped(text)
-    return _Writer(harmless_functions(text, items)).written(items, False)
+    functions = _functions(items)
+    parameters = frozenset(item for _, _, arguments, _ in functions
+                           for item in _flat(arguments.items) if isinstance(item, str))
+    return _Writer(harmless_functions(text, items, parameters), parameters).written(items, False)
 
 
 def _grouped(text: str) -> tuple[Item, ...]:
@@ -126,73 +132,72 @@ def _calls(items: Sequence[Item]) -> set[str]:
     return found - {"return", "if"}
 
 
-def harmless_functions(text: str, items: Sequence[Item]) -> frozenset[str]:
-    """Return the names of functions and macros that may be called although their value is not
-    needed."""
-    bodies: dict[str, list[tuple[Item, ...]]] = {}
-    changing: set[str] = set()      # names of variables that are no function's own
+def _statements(items: Sequence[Item]) -> Iterable[list[Item]]:
+    """Yield the statements outside of functions, and the functions."""
     statement: list[Item] = []
     for item in items:
-        if _is_blank(item) or _is_directive(item):
-            continue
-        statement.append(item)
-        if item == ";":
-            changing |= _declared(statement)
-        if item == ";" or (isinstance(item, Bracketed) and item.opening == "{"):
-            if item != ";":
-                _note(statement, bodies)
-            statement = []
+        if not _is_blank(item) and not _is_directive(item):
+            statement.append(item)
+            if item == ";" or (isinstance(item, Bracketed) and item.opening == "{"):
+                yield statement
+                statement = []
+
+
+def _functions(items: Sequence[Item]) -> list[tuple[str, str, Bracketed, Bracketed]]:
+    """Return the (type, name, arguments, body) of each function."""
+    return [(str(one[0]), str(one[1]), one[2], one[3]) for one in _statements(items)
+            if len(one) == 4 and isinstance(one[2], Bracketed) and isinstance(one[3], Bracketed)]
+
+
+def harmless_functions(text: str, items: Sequence[Item], parameters: frozenset[str]
+                       ) -> frozenset[str]:
+    """Return the names of functions and macros that may be called although their value is not
+    needed."""
+    bodies: dict[str, list[Sequence[Item]]] = {}
+    # the names of variables that are no function's own
+    changing = set().union(*map(_declared, _statements(items)))
+    for kind, name, arguments, body in _functions(items):
+        is_plain = kind in TYPES and not {"out", "inout"} & set(map(str, _flat(arguments.items)))
+        bodies.setdefault(name, []).append(body.items if is_plain else ("discard",))
     for name, body in _MACRO.findall(text):
         macro = _grouped(body)
         bodies.setdefault(name, []).append(
             ("discard",) if _CHANGING & set(map(str, _flat(macro))) else macro)
+
+    def is_harmless(body: Sequence[Item], harmless: set[str]) -> bool:
+        # `for (` and `while (` look like calls of functions, which are not harmless.
+        words = {item.partition(".")[0] for item in _flat(body) if isinstance(item, str)}
+        return (not words & (changing | {"discard"}) and _calls(body) <= harmless
+                and not _reads_element(body, parameters))
+
     found = set(BUILT_IN)
     while True:
         more = {name for name, texts in bodies.items() if name not in found
-                and all(_is_harmless_body(body, changing, found | {name}) for body in texts)}
+                and all(is_harmless(body, found | {name}) for body in texts)}
         if not more:
             return frozenset(found)
         found |= more
 
 
 def _declared(statement: Sequence[Item]) -> set[str]:
-    """Return the names that a global statement declares and that programs may change."""
-    if statement[0] in ("uniform", "const", "in", "flat", "precision", "struct"):
+    """Return the variables that a statement outside of functions declares."""
+    if statement[-1] != ";" or statement[0] in _FIXED:
         return set()
     return {item for item in statement[1:] if isinstance(item, str) and _NAME.match(item)}
 
 
-def _note(statement: Sequence[Item], bodies: dict[str, list[tuple[Item, ...]]]) -> None:
-    """Add the body of a function. A function of an unknown type or with results in its arguments
-    gets a body that is not harmless."""
-    if len(statement) != 4:
-        return
-    kind, name, arguments, body = statement
-    if isinstance(arguments, Bracketed) and isinstance(body, Bracketed):
-        is_plain = kind in TYPES and not {"out", "inout"} & set(map(str, _flat(arguments.items)))
-        bodies.setdefault(str(name), []).append(body.items if is_plain else ("discard",))
-
-
-def _is_harmless_body(body: Sequence[Item], changing: set[str], harmless: set[str]) -> bool:
-    """Return whether a body uses no changing variable, loop, sampler or element of an array.
-
-    `for (` and `while (` look like calls of functions, which are not harmless.
-    """
-    words = {item.partition(".")[0] for item in _flat(body) if isinstance(item, str)}
-    return (not words & (changing | {"discard"}) and _calls(body) <= harmless
-            and not _reads_element(body))
-
-
-def _reads_element(items: Sequence[Item]) -> bool:
-    return any(isinstance(item, Bracketed) and item.opening == "[" for item in _flat(items))
+def _reads_element(items: Sequence[Item], parameters: frozenset[str]) -> bool:
+    """Return whether a value is an element of an array whose index may be outside of the array."""
+    return any(isinstance(item, Bracketed) and item.opening == "["
+               and _plain(item)[1:-1].strip() not in parameters for item in _flat(items))
 
 
 # Writing ----------------------------------------------------------------------------------------
 
 
 class _Writer:
-    def __init__(self, harmless: frozenset[str]) -> None:
-        self._harmless = harmless
+    def __init__(self, harmless: frozenset[str], parameters: frozenset[str]) -> None:
+        self._harmless, self._parameters = harmless, parameters
 
     def written(self, items: Sequence[Item], in_function: bool) -> str:
         """Return the text of statements or of a list of arguments."""
@@ -256,7 +261,7 @@ class _Writer:
 
     def _is_harmless(self, items: Sequence[Item]) -> bool:
         """Return whether a value may be computed although it is not needed."""
-        return self._changes_nothing(items) and not _reads_element(items)
+        return self._changes_nothing(items) and not _reads_element(items, self._parameters)
 
 
 def _split(items: Sequence[Item], operator: str) -> list[Sequence[Item]]:

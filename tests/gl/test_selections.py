@@ -14,6 +14,9 @@ struct Pair {{ float a; float b; }};
 float halved(float x) {{
     return 0.5 * TWICE(x);
 }}
+float fetched(int x) {{
+    return texelFetch(t, ivec2(x, 0), 0).x * s[x];
+}}
 float stepped(float x) {{
     kept = x;
     return x;
@@ -28,6 +31,9 @@ float least(float x) {{
     }}
     while (x > 1.0);
     return x;
+}}
+float element(int x) {{
+    return s[x + 1];
 }}
 float dropped(float x) {{
     discard;
@@ -58,6 +64,9 @@ void main() {{
      "for (; both_hold(on, i < 3); ++i) { y += picked_value(either_holds(d, e), max(a, b), b); }"),
     # harmless functions and macros
     ("y = c ? halved(a) : TWICE(b);", "y = picked_value(c, halved(a), TWICE(b));"),
+    ("y = c ? texture(t, a).x : fetched(i);", "y = picked_value(c, texture(t, a).x, fetched(i));"),
+    # `x` is a parameter of functions.
+    ("y = c ? s[x] : b;", "y = picked_value(c, s[x], b);"),
     # The first value is needed in any case, so it may be an element of an array.
     ("y = s[i] > 0 && c;", "y = both_hold(s[i] > 0, c);"),
     ("y = s[i] > 0 ? a : -b;", "y = picked_value(s[i] > 0, a, -b);"),
@@ -75,9 +84,8 @@ def test_selections_become_calls(line: str, written: str) -> None:
     "y = c ? NEXT(a) : b;", "y = c ? a++ : b;", "y = (a = b) > 0.0 && c;",
     "y = c ? summed(a) : b;", "y = c ? least(a) : b;",         # loops
     "y = stepped(a) > 0.0 ? a + b : b;", "y = c ? split(a, b) : b;",
-    "y = c ? dropped(a) : b;",
+    "y = c ? dropped(a) : b;", "y = c ? s[x + 1] : b;", "y = c ? element(i) : b;",
     "y = c ? unknown(a) : b;", "y = c ? Pair(a, b) : p;",
-    "y = c ? texture(t, a) : b;",
     "const int y = 1 > 0 ? 1 + 1 : 2;",            # constants call no functions
     "y = c\n#ifdef D\n        ? a + b : b;\n#else\n        ? a - b : b;\n#endif"])
 def test_the_text_stays(line: str) -> None:
