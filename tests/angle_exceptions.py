@@ -1,39 +1,26 @@
-"""Tests that are skipped on ANGLE over SwiftShader, by the programs that they need."""
+"""Tests that are skipped on ANGLE over SwiftShader, with their reasons."""
 from __future__ import annotations
 
-import math
-import re
-from collections.abc import Callable
+from collections.abc import Iterable
 
 import pytest
 
-from gpgpu_rt.gl import shader
-
-MOST_RAYS = 7      # most rays of a packet whose program under `loop` compiles in seconds
-_SIDE = re.compile(r"^#define PACKET_(?:WIDTH|HEIGHT) (\d+)", re.M)
-
-
-def _large_packet(fragment: str) -> bool:
-    """Return whether a program traces packets of many rays in a single pass."""
-    rays = math.prod(map(int, _SIDE.findall(fragment)))
-    return rays > MOST_RAYS and "step_packet()" in fragment and "packet_target[" in fragment
-
-
-# (whether a fragment program is meant, why no test compiles it)
-EXCEPTIONS: tuple[tuple[Callable[[str], bool], str], ...] = (
-    (_large_packet, "SwiftShader compiles the program of a packet of 8 or more rays under `loop` "
-                    "for minutes"),
-)
+# Half of 1/16 pixel is the largest error of a vertex. The tests below draw 48 to 96 pixels across
+# and bound errors at about 1/100 of a pixel.
+COARSE_VERTICES = ("SwiftShader moves vertices to a grid of 1/16 pixel (GL_SUBPIXEL_BITS is 4; Mesa "
+                   "has 8), so interpolated values are less exact and neighbouring patches overlap")
+# part of a test's name -> why the test is skipped. None of these tests compares hits.
+EXCEPTIONS: dict[str, str] = {
+    "test_refraction.py::test_a_slab_changes_no_direction": COARSE_VERTICES,
+    "test_ray_bundles.py::test_a_furnace[0.8-6]": COARSE_VERTICES,
+    "test_ray_bundles.py::test_form_factor_of_squares[0.5-0.41525]": COARSE_VERTICES,
+    "test_ray_bundles.py::test_form_factor_of_squares[1.0-0.19982]": COARSE_VERTICES,
+}
 
 
-def skip_exceptions() -> None:
-    """From now on, skip a test when it compiles a program in ``EXCEPTIONS`` on ANGLE."""
-    texts = shader.angle_texts
-
-    def checked(vertex: str, fragment: str) -> tuple[str, str]:
-        for is_meant, reason in EXCEPTIONS:
-            if is_meant(fragment):
-                pytest.skip(reason)
-        return texts(vertex, fragment)
-
-    shader.angle_texts = checked
+def skip_exceptions(items: Iterable[pytest.Item]) -> None:
+    """Mark the tests in ``EXCEPTIONS`` as skipped."""
+    for item in items:
+        for name, reason in EXCEPTIONS.items():
+            if name in item.nodeid:
+                item.add_marker(pytest.mark.skip(reason=reason))

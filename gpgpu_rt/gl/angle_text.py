@@ -1,8 +1,11 @@
-"""The texts of programs for a context of ANGLE: `es_text`, and three additions.
+"""The texts of programs for a context of ANGLE: `es_text`, and four additions.
 
 * A fragment program writes 1 to the render target by which ``FragmentCounter`` counts fragments.
+  A program that needs this target itself is not counted in this way.
 * Points have the size 1, as in OpenGL. ES leaves their size undefined.
 * Loops are written as `without_do` writes them, because SwiftShader compiles some loops wrongly.
+* Selections are written as `without_branches` writes them, because SwiftShader compiles branches
+  slowly.
 """
 from __future__ import annotations
 
@@ -11,7 +14,9 @@ import re
 from .es import HEADER, es_text
 from .fragment_counter import COUNTING_TARGET
 from .loops import without_do
+from .selections import FUNCTIONS, without_branches
 
+_LAST_OUTPUT = f"layout(location = {COUNTING_TARGET}) out "
 _LONE_OUTPUT = re.compile(r"^out (\w+ \w+;)", re.M)
 _MAIN = "shader_main"
 _VERTEX_END = f"""#undef main
@@ -20,8 +25,13 @@ void main() {{
     {_MAIN}();
 }}
 """
+_UNCOUNTED_END = f"""#undef main
+void main() {{
+    {_MAIN}();
+}}
+"""
 _FRAGMENT_END = f"""#undef main
-layout(location = {COUNTING_TARGET}) out float counted_fragment;
+{_LAST_OUTPUT}float counted_fragment;
 void main() {{
     {_MAIN}();
     counted_fragment = 1.0;
@@ -37,11 +47,14 @@ def angle_texts(vertex: str, fragment: str) -> tuple[str, str]:
     ShaderError
         as `es_text`
     """
+    end = _FRAGMENT_END if _LAST_OUTPUT not in fragment else _UNCOUNTED_END
     return (_with_end(vertex, _VERTEX_END),
-            _LONE_OUTPUT.sub(r"layout(location = 0) out \1", _with_end(fragment, _FRAGMENT_END)))
+            _LONE_OUTPUT.sub(r"layout(location = 0) out \1", _with_end(fragment, end)))
 
 
 def _with_end(text: str, end: str) -> str:
     """Call the program's ``main`` from a new ``main``."""
-    header = HEADER.rstrip("\n") + f"\n#define main {_MAIN}\n"
-    return without_do(header + es_text(text).removeprefix(HEADER)) + end
+    # The functions need a line that is no directive.
+    header = HEADER.rstrip("\n").replace("\n#define", f" {FUNCTIONS}\n#define", 1)
+    body = without_branches(without_do(es_text(text).removeprefix(HEADER)))
+    return f"{header}\n#define main {_MAIN}\n{body}{end}"

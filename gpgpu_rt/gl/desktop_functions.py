@@ -11,14 +11,16 @@ from typing import Any
 from .fragment_counter import FragmentCounter
 
 # ES 3.1 has these functions as an extension. The functions without a suffix are errors there.
-INDEXED = ("ColorMaski", "Enablei", "Disablei", "BlendEquationi", "BlendEquationSeparatei",
-           "BlendFunci", "BlendFuncSeparatei")
+INDEXED = ("ColorMaski", "Enablei", "Disablei", "IsEnabledi", "BlendEquationi",
+           "BlendEquationSeparatei", "BlendFunci", "BlendFuncSeparatei")
 RENAMED = {**{f"gl{name}": f"gl{name}OES" for name in INDEXED},
            "glGetTexImage": "glGetTexImageANGLE", "glPolygonMode": "glPolygonModeANGLE",
            "glProvokingVertex": "glProvokingVertexANGLE"}
 # ES always behaves as if these capabilities were enabled, and knows no names for them:
 # PROGRAM_POINT_SIZE, TEXTURE_CUBE_MAP_SEAMLESS, PRIMITIVE_RESTART, MULTISAMPLE.
 NO_CAPABILITIES = (0x8642, 0x884F, 0x8F9D, 0x809D)
+# The range of the sizes of points: ES has it for points that are not smoothed, by another name.
+GL_POINT_SIZE_RANGE, GL_ALIASED_POINT_SIZE_RANGE = 0x0B12, 0x846D
 # Floats that are read from a float framebuffer are never clamped in ES.
 WITHOUT_EFFECT = ("glClampColor",)
 # moderngl asks whether a context has these functions, and has another way without them.
@@ -46,16 +48,21 @@ class DesktopFunctions:
         clear_depth = self._es("glClearDepthf", None, FLOAT)
         depth_range = self._es("glDepthRangef", None, FLOAT, FLOAT)
         draw_buffers = self._es("glDrawBuffers", None, INT, POINTER)
+        get_floats = self._es("glGetFloatv", None, UINT, POINTER)
         self._get_error = self._es("glGetError", UINT)
 
         def draw_buffer(buffer: int) -> None:
             draw_buffers(1, ctypes.byref(UINT(buffer)))
+
+        def floats(name: int, into: int) -> None:
+            get_floats(GL_ALIASED_POINT_SIZE_RANGE if name == GL_POINT_SIZE_RANGE else name, into)
 
         self._replace("glEnable", lambda one: one in NO_CAPABILITIES or enable(one), UINT)
         self._replace("glDisable", lambda one: one in NO_CAPABILITIES or disable(one), UINT)
         self._replace("glClearDepth", clear_depth, DOUBLE)
         self._replace("glDepthRange", depth_range, DOUBLE, DOUBLE)
         self._replace("glDrawBuffer", draw_buffer, UINT)
+        self._replace("glGetFloatv", floats, UINT, POINTER)
         self._kept["glGetError"] = ctypes.CFUNCTYPE(UINT)(self._error)
         counter = FragmentCounter(self._es)
         self._replace("glBeginQuery", counter.begin, UINT, UINT)

@@ -3,7 +3,9 @@
 An occlusion query of ES says only whether a fragment passed. Here a draw inside a query therefore
 also adds 1 to a texel of an extra render target, for each fragment that is drawn there. The depth
 test and `discard` act on this target too, so the sum of the texels is the count of OpenGL 3.3.
-`angle_text.py` adds the output to each fragment program.
+`angle_text.py` adds the output to each fragment program. A draw into 8 render targets leaves none
+for the count. Such a draw counts as many fragments as the viewport has pixels, because the
+programs of 8 targets are full-screen passes that discard nothing.
 """
 from __future__ import annotations
 
@@ -55,7 +57,9 @@ class FragmentCounter:
         self._attach = function("glFramebufferTexture2D", UINT, UINT, UINT, UINT, INT)
         self._draw_buffers = function("glDrawBuffers", INT, POINTER)
         self._mask = function("glColorMaski", UINT, *[ctypes.c_ubyte] * 4)
+        self._is_enabled = es("glIsEnabledi", ctypes.c_ubyte, UINT, UINT)
         self._enable = function("glEnablei", UINT, UINT)
+        self._disable = function("glDisablei", UINT, UINT)
         self._blend_equation = function("glBlendEquationi", UINT, UINT)
         self._blend_function = function("glBlendFunci", UINT, UINT, UINT)
         self._open: dict[int, int] = {}       # target -> query that is running
@@ -115,18 +119,26 @@ class FragmentCounter:
         if GL_SAMPLES_PASSED not in self._open:
             draw()
             return
-        self._prepare()
         present = (UINT * TARGETS)(*(self._integers(GL_DRAW_BUFFER0 + at)[0]
                                      for at in range(TARGETS)))
+        if present[COUNTING_TARGET]:
+            draw()
+            _, _, width, height = self._integers(GL_VIEWPORT, 4)
+            self._counted += width * height
+            return
+        self._prepare()
         counting = (UINT * TARGETS)(*present)
         counting[COUNTING_TARGET] = GL_COLOR_ATTACHMENT0 + COUNTING_TARGET
         self._attach_to_counting_target(self._texture.value)
         self._draw_buffers(TARGETS, counting)
         self._mask(COUNTING_TARGET, 1, 1, 1, 1)
+        is_blended = self._is_enabled(GL_BLEND, COUNTING_TARGET)
         self._enable(GL_BLEND, COUNTING_TARGET)
         self._blend_equation(COUNTING_TARGET, GL_FUNC_ADD)
         self._blend_function(COUNTING_TARGET, GL_ONE, GL_ONE)
         draw()
+        if not is_blended:      # a program may have the target itself
+            self._disable(GL_BLEND, COUNTING_TARGET)
         self._attach_to_counting_target(0)
         self._draw_buffers(TARGETS, present)
 

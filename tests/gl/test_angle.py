@@ -198,6 +198,42 @@ def test_points_of_one_texel_are_counted(angle: Gpu, tmp_path: Path) -> None:
     assert read_texture(drawn).sum() == 2        # three points fall into each of two texels
 
 
+def test_the_context_names_its_largest_point(angle: Gpu, tmp_path: Path) -> None:
+    smallest, largest = angle.context.info["GL_POINT_SIZE_RANGE"]
+    assert smallest == 1 and largest >= 64
+    (tmp_path / "large.vert").write_text(
+        "#version 330 core\nvoid main() {\n    gl_PointSize = 65.0;\n"
+        "    gl_Position = vec4(0.0, 0.0, 0.0, 1.0);\n}\n")
+    (tmp_path / "large.frag").write_text("#version 330 core\nout float one;\n"
+                                         "void main() { one = 1.0; }\n")
+    point = PrimitivePass(angle, str(tmp_path / "large.frag"), str(tmp_path / "large.vert"))
+    drawn = make_texture(angle, (75, 75), 1, "drawn")
+    target = angle.context.framebuffer([drawn])
+    target.clear()
+    point.draw(target, {}, moderngl.POINTS, 1)
+    assert read_texture(drawn).sum() == 65 ** 2
+
+
+def test_eight_targets(angle: Gpu, counted: FullScreenPass, tmp_path: Path) -> None:
+    """A program may use the target in which fragments are counted. Its draws count as the whole
+    viewport, and the counts before and after are not mixed into this target."""
+    outputs = "".join(f"layout(location = {at}) out float out_{at};\n" for at in range(8))
+    values = "".join(f"out_{at} = {at}.5; " for at in range(8))
+    (tmp_path / "eight.frag").write_text(
+        f"#version 330 core\n{outputs}void main() {{ {values}}}\n")
+    eight = FullScreenPass(angle, str(tmp_path / "eight.frag"))
+    drawn = [make_texture(angle, SIZE, 1, "drawn") for _ in range(8)]
+    target = angle.context.framebuffer(drawn)
+    counted.set(most=2)
+    with (query := angle.query()):
+        counted.draw(angle.context.framebuffer([make_texture(angle, (4, 3), 4, "one")]), {})
+        eight.draw(target, {})
+        eight.draw(target, {})
+    assert query.samples == 4 * 3 + 2 * SIZE[0] * SIZE[1]
+    eight.draw(target, {})
+    assert [float(read_texture(one).max()) for one in drawn] == [at + 0.5 for at in range(8)]
+
+
 def test_masks_of_single_targets_and_readbacks(angle: Gpu) -> None:
     for components, dtype in ((1, "f4"), (2, "f4"), (4, "f4"), (3, "f4"), (4, "u4"), (4, "f2")):
         values = np.arange(SIZE[0] * SIZE[1] * components).reshape(SIZE[1], SIZE[0], components)
