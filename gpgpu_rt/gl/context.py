@@ -17,6 +17,7 @@ import moderngl
 from ..errors import ContextError, LimitError, OptionError, did_you_mean
 from .angle import ES_VERSION, MOST_TARGETS, AngleLoader
 from .observation import HostQuery, Observer, Observers
+from .occlusion_query import OcclusionQuery
 from .osmesa import HINT, OsMesaLoader
 
 # Backends that "auto" tries, by ``sys.platform``. Windows and macOS have neither EGL nor OSMesa of
@@ -109,6 +110,7 @@ class Gpu:
         self.observers = Observers()
         self.whole = False    # whether passes also draw texels that they know to be empty
         self.keeps_own_arrays: bool | None = None   # set by traversal/own_arrays.py
+        self._queries: list[moderngl.Query] = []
         self._rest: moderngl.Framebuffer | None = None
         self._entered = 0
         self._turn = threading.RLock()
@@ -155,7 +157,7 @@ class Gpu:
 
     def query(self) -> Any:
         """Return a new occlusion query: draw in a ``with`` block, then read ``samples``."""
-        query = self.context.query(samples=True)
+        query = OcclusionQuery(self.context, self._queries)
         return HostQuery(self.observers, query) if self.observers else query
 
     def check_size(self, width: int, height: int, what: str) -> None:

@@ -16,6 +16,7 @@ import numpy as np
 if TYPE_CHECKING:
     from .context import Gpu
     from .fragment_pass import FragmentPass
+    from .occlusion_query import OcclusionQuery
     from .target import Drawable
 
 Look = Callable[["ObservedPass"], object]
@@ -152,7 +153,7 @@ class Observers:
         for observer in self.all:
             observer.queried()
 
-    def end_query(self, query: moderngl.Query) -> None:
+    def end_query(self, query: OcclusionQuery) -> None:
         """End an occlusion query of the host. The last pass inside the query gets the query's
         fragment count."""
         waiting, self._waiting = self._waiting or [], None
@@ -166,7 +167,7 @@ class HostQuery:
     """An occlusion query by which the host counts rays, while passes are observed. Its result is
     also the fragment count of the pass inside, because OpenGL cannot nest occlusion queries."""
 
-    def __init__(self, observers: Observers, query: moderngl.Query) -> None:
+    def __init__(self, observers: Observers, query: OcclusionQuery) -> None:
         self._observers, self._query = observers, query
 
     def __enter__(self) -> HostQuery:
@@ -181,7 +182,7 @@ class HostQuery:
     @property
     def samples(self) -> int:
         """The number of fragments that passed the depth test."""
-        return int(self._query.samples)
+        return self._query.samples
 
 
 class _Count:
@@ -191,7 +192,7 @@ class _Count:
         self._query: moderngl.Query | None = query
         # ``within``: the pass is inside a query of the host, which counts the fragments instead.
         self._within, self._free = within, free
-        self.of_host: moderngl.Query | None = None
+        self.of_host: OcclusionQuery | None = None
         self._found = 0, 0
 
     def _read(self) -> tuple[int, int]:

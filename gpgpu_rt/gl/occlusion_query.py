@@ -1,0 +1,39 @@
+"""Occlusion query: counts the fragments of draws that pass the depth test."""
+from __future__ import annotations
+
+import moderngl
+
+
+class OcclusionQuery:
+    """An occlusion query for one use: draw in a ``with`` block, then read ``samples``.
+
+    moderngl cannot delete a query of OpenGL. A schedule with millions of passes would therefore
+    fill the memory, so queries of OpenGL are used again.
+
+    Parameters
+    ----------
+    free : the context's queries that no `OcclusionQuery` uses. The query returns to this list when
+        its result is read
+    """
+
+    def __init__(self, context: moderngl.Context, free: list[moderngl.Query]) -> None:
+        self._query: moderngl.Query | None = free.pop() if free else context.query(samples=True)
+        self._free, self._samples = free, 0
+
+    def __enter__(self) -> OcclusionQuery:
+        assert self._query is not None      # an `OcclusionQuery` serves once
+        self._query.__enter__()
+        return self
+
+    def __exit__(self, *exception: object) -> None:
+        assert self._query is not None
+        self._query.__exit__(*exception)
+
+    @property
+    def samples(self) -> int:
+        """The number of fragments that passed the depth test."""
+        if self._query is not None:
+            self._samples = int(self._query.samples)
+            self._free.append(self._query)
+            self._query = None
+        return self._samples
