@@ -264,6 +264,8 @@ def test_a_compile_error_names_the_line(angle: Gpu, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("method, settings", [
     ("kd-restart", {"schedule": "kernels"}), ("kd-packet", {"schedule": "loop"}),
+    ("kd-ropes-packet", {"schedule": "loop", "packet": (4, 4)}),
+    ("bvh-packet", {"schedule": "loop", "entry_points": 8}), ("kd-restart", {"entry_points": 4}),
     ("bvh-packet", {"schedule": "step"}), ("bvh-packet", {"schedule": "step", "packet": (4, 2)}),
     ("geometry-image", {}), ("ray-engine", {}), ("ray-tiles", {}), ("ray-classification", {})])
 def test_hits_have_the_bits_of_mesa(angle: Gpu, method: str, settings: dict) -> None:
