@@ -22,7 +22,7 @@ HINT = ("set GPGPU_RT_ANGLE to a folder with ANGLE's libEGL.so, libGLESv2.so and
 MOST_TARGETS = TARGETS - 1
 ES_VERSION = 310
 EXTENSIONS = ("GL_EXT_color_buffer_float", "GL_EXT_float_blend", "GL_OES_draw_buffers_indexed",
-              "GL_EXT_clear_texture", "GL_ANGLE_get_image")
+              "GL_ANGLE_get_image")
 # With framebuffer fetch, ANGLE offers 6 render targets on SwiftShader; without it 8, as OpenGL 3.3
 # promises.
 DISABLED = ("supportsShaderFramebufferFetch", "supportsShaderFramebufferFetchNonCoherent",

@@ -33,7 +33,8 @@ UINT, INT, POINTER, FLOAT, DOUBLE = (
 class DesktopFunctions:
     """Addresses of functions. The object must live as long as the context.
 
-    A call of a function that ES lacks does nothing but set the error GL_INVALID_OPERATION.
+    A call of a function that ES lacks does nothing but set the error GL_INVALID_OPERATION. So does
+    an exception in a function of this class.
 
     Parameters
     ----------
@@ -42,7 +43,7 @@ class DesktopFunctions:
 
     def __init__(self, address_of: Callable[[str], int]) -> None:
         self._address_of = address_of
-        self._missing = False
+        self._failed = False
         self._kept: dict[str, Any] = {}     # callbacks by name; ctypes would free them
         enable, disable = (self._es(name, None, UINT) for name in ("glEnable", "glDisable"))
         clear_depth = self._es("glClearDepthf", None, FLOAT)
@@ -87,18 +88,22 @@ class DesktopFunctions:
 
     def _replace(self, name: str, call: Callable[..., object], *arguments: Any) -> None:
         def void(*values: Any) -> None:
-            call(*values)
+            try:
+                call(*values)
+            except Exception:       # ctypes only prints it
+                self._failed = True
+                raise
 
         self._kept[name] = ctypes.CFUNCTYPE(None, *arguments)(void)
 
     def _note_missing(self) -> None:
-        self._missing = True
+        self._failed = True
 
     def _error(self) -> int:
         found = self._get_error()
-        if found == GL_NO_ERROR and self._missing:
+        if found == GL_NO_ERROR and self._failed:
             found = GL_INVALID_OPERATION
-        self._missing = False
+        self._failed = False
         return int(found)
 
 

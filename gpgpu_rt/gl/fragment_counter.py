@@ -24,7 +24,7 @@ GL_COLOR_ATTACHMENT0, GL_DRAW_BUFFER0, GL_VIEWPORT = 0x8CE0, 0x8825, 0x0BA2
 GL_TEXTURE_2D, GL_TEXTURE_BINDING_2D = 0x0DE1, 0x8069
 GL_R32F, GL_RED, GL_FLOAT = 0x822E, 0x1903, 0x1406
 GL_BLEND, GL_FUNC_ADD, GL_ONE = 0x0BE2, 0x8006, 1
-GL_PACK_ALIGNMENT = 0x0D05
+GL_PACK_ALIGNMENT, GL_UNPACK_ALIGNMENT = 0x0D05, 0x0CF5
 GL_LINES, GL_LINE_STRIP, GL_TRIANGLES, GL_TRIANGLE_STRIP, GL_TRIANGLE_FAN = 1, 3, 4, 5, 6
 UINT, INT, POINTER = ctypes.c_uint, ctypes.c_int, ctypes.c_void_p
 
@@ -51,7 +51,7 @@ class FragmentCounter:
         self._delete = function("glDeleteTextures", INT, POINTER)
         self._bind = function("glBindTexture", UINT, UINT)
         self._storage = function("glTexStorage2D", UINT, INT, UINT, INT, INT)
-        self._clear = function("glClearTexImageEXT", UINT, INT, UINT, UINT, POINTER)
+        self._write = function("glTexSubImage2D", UINT, *[INT] * 5, UINT, UINT, POINTER)
         self._read = function("glGetTexImage", UINT, INT, UINT, UINT, POINTER)
         self._pack = function("glPixelStorei", UINT, INT)
         self._attach = function("glFramebufferTexture2D", UINT, UINT, UINT, UINT, INT)
@@ -157,7 +157,12 @@ class FragmentCounter:
             self._size, self._is_clear = wanted, False
             self._with_texture(lambda: self._storage(GL_TEXTURE_2D, 1, GL_R32F, *wanted))
         if not self._is_clear:
-            self._clear(self._texture, 0, GL_RED, GL_FLOAT, None)
+            # ANGLE delays glClearTexImage until a draw, and then clears only the part of the
+            # texture that is as large as the smallest render target.
+            none = np.zeros(wanted, np.float32)
+            self._pack(GL_UNPACK_ALIGNMENT, 4)
+            self._with_texture(lambda: self._write(GL_TEXTURE_2D, 0, 0, 0, *wanted, GL_RED,
+                                                   GL_FLOAT, none.ctypes.data))
             self._is_clear = True
 
     def _add_up(self) -> None:

@@ -184,6 +184,23 @@ def test_a_query_counts_several_draws_of_any_size(angle: Gpu, counted: FullScree
     assert (query.samples, none.samples) == (16 + 18 + 16, 0)
 
 
+def test_counts_begin_at_0_in_memory_that_held_other_values(
+        angle: Gpu, counted: FullScreenPass) -> None:
+    """The render target is smaller than the viewport."""
+    size = 4096, 2
+    counted.set(most=2)
+    for _ in range(3):
+        used = [make_texture(angle, size, 1, "infinite", np.full((*size[::-1], 1), np.inf))
+                for _ in range(20)]
+        for one in used:
+            read_texture(one)
+            one.release()
+        angle.finish()
+        drawn = angle.context.framebuffer([make_texture(angle, (10, 6), 4, "drawn")])
+        drawn.viewport = 0, 0, *size
+        assert counted.count(drawn, {}, Statistics()) == 20
+
+
 def test_points_of_one_texel_are_counted(angle: Gpu, tmp_path: Path) -> None:
     (tmp_path / "points.vert").write_text(POINTS)
     (tmp_path / "points.frag").write_text("#version 330 core\nout float one;\n"
@@ -264,6 +281,8 @@ def test_a_compile_error_names_the_line(angle: Gpu, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("method, settings", [
     ("kd-restart", {"schedule": "kernels"}), ("kd-packet", {"schedule": "loop"}),
+    ("kd-ropes-packet", {"schedule": "loop", "packet": (4, 4)}),
+    ("bvh-packet", {"schedule": "loop", "entry_points": 8}), ("kd-restart", {"entry_points": 4}),
     ("bvh-packet", {"schedule": "step"}), ("bvh-packet", {"schedule": "step", "packet": (4, 2)}),
     ("geometry-image", {}), ("ray-engine", {}), ("ray-tiles", {}), ("ray-classification", {})])
 def test_hits_have_the_bits_of_mesa(angle: Gpu, method: str, settings: dict) -> None:
