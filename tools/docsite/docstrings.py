@@ -26,7 +26,7 @@ def to_rst(lines: Sequence[str]) -> list[str]:
             found += ["", f".. rubric:: {title}", ""]
         elif title in ("Parameters", "Attributes") and _ENTRY.fullmatch(line):
             names, meaning = _ENTRY.fullmatch(line).groups()
-            found += [f":{_escaped(names)}:", f"    {_escaped(meaning)}"]
+            found += [f"``{names}``", f"    {_escaped(meaning)}"]
         else:
             if _begins_list(line, found[-1] if found else ""):
                 found.append("")
