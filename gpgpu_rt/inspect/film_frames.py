@@ -49,12 +49,15 @@ class EvenLoss:
 def even_loss(live: Sequence[int], frames: int) -> list[int]:
     """Return the indices of at most ``frames`` passes with an even loss of live rays between them.
 
-    The first and the last pass are among them.
+    The first and the last pass are among them. If there are at most ``frames`` passes, all are
+    chosen: a short film also shows passes in which no ray ends.
 
     Parameters
     ----------
     live : the live rays of each pass
     """
+    if len(live) <= frames:
+        return list(range(len(live)))
     chooser = EvenLoss(frames)
     chosen = [at for at, count in enumerate(live) if chooser.takes(count)]
     last = len(live) - 1
