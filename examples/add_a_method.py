@@ -1,4 +1,4 @@
-"""Load a method from a folder of your own and check it: see methods/ and ../docs/how-to/add-a-method.md."""
+"""Load a method from a folder of your own and check it: see ../docs/how-to/add-a-method.md."""
 from __future__ import annotations
 
 import sys

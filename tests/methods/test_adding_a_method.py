@@ -1,5 +1,5 @@
-"""The instructions of docs/how-to/add-a-method.md work: every command and every test finds a method in a
-user's own folder."""
+"""The instructions of docs/how-to/add-a-method.md work: every command and every test finds a
+method in a user's own folder."""
 from __future__ import annotations
 
 import os
