@@ -3,6 +3,7 @@ from __future__ import annotations
 
 import difflib
 import functools
+import os
 from collections.abc import Callable, Iterable
 from typing import ParamSpec, TypeVar
 
@@ -75,9 +76,12 @@ def memory_limited(function: Callable[Given, Made]) -> Callable[Given, Made]:
 def how_to_install(extra: str) -> str:
     """Return the command that installs an extra of setup.cfg.
 
-    No package index serves this package, so the command runs in the folder of the checkout.
+    No package index serves this package. The command therefore runs in the folder of the checkout,
+    or names the wheel from which the package was installed.
     """
-    return f"in the checkout's folder, pip install -e '.[{extra}]'"
+    if os.path.exists(os.path.join(os.path.dirname(__file__), os.pardir, "setup.cfg")):
+        return f"in the checkout's folder, pip install -e '.[{extra}]'"
+    return f"pip install 'WHEEL[{extra}]', where WHEEL is the file of this package's wheel"
 
 
 def nearest_names(name: str, known: Iterable[str]) -> str:

@@ -1,4 +1,4 @@
-"""Names: the names of the methods, for editors; `tools/method_names.py` writes this file."""
+"""Names: the names of all methods, for editors. `tools/method_names.py` writes them."""
 from typing import Literal
 
 MethodName = Literal[
