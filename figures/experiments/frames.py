@@ -147,8 +147,11 @@ def _overlap(rows: list[dict[str, Any]]) -> list[str]:
 
 def _chart(rows: list[dict[str, Any]], out: Path) -> None:
     scenes = list(dict.fromkeys(row["scene"] for row in rows))
-    figure, axes = plt.subplots(1, len(scenes), squeeze=False, figsize=(4.6 * len(scenes), 4.4))
-    for axis, scene in zip(axes[0], scenes):
+    lines = -(-len(scenes) // 2)
+    figure, axes = plt.subplots(lines, 2, squeeze=False, figsize=(10, 0.5 + 4 * lines))
+    for axis in axes.flat[len(scenes):]:
+        axis.remove()
+    for axis, scene in zip(axes.flat, scenes):
         some = [row for row in rows if row["scene"] == scene][::-1]
         for at, row in enumerate(some):
             axis.barh(at, row["update_ms"], color=COLOURS[4], label=None if at else "update")
@@ -162,7 +165,7 @@ def _chart(rows: list[dict[str, Any]], out: Path) -> None:
         axis.spines[["top", "right"]].set_visible(False)
     figure.legend(*axes[0, 0].get_legend_handles_labels(), frameon=False, fontsize=8, ncols=2,
                   loc="upper left")
-    figure.tight_layout(rect=(0, 0.04, 1, 0.95))
+    figure.tight_layout(rect=(0, 0.03, 1, 0.97))
     save_chart(figure, out / "frames.png", "Medians over frames; frames a second count them all.",
                "Bars show the milliseconds of a frame by method, divided into the update of "
                "the structure and the tracing of eye rays")

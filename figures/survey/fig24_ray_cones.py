@@ -63,8 +63,8 @@ def draw(data: Path, out: Path, full: bool) -> None:
     save_chart(figure, out / "fig24.png", "The spheres and cones are those that the passes wrote. "
                "Grey: the rays, which all lie in the plane shown. A cone is drawn from its "
                "sphere's rim.",
-               "Plans of rays with the cones around them: single rays, pairs of cones, and the "
-               "cone that encloses four cones")
+               "Four plans of the same rays: the rays alone, and with the cones of 16 nodes, of "
+               "four nodes and of the root around them")
 
 
 def cones(axis: Any, level: ConeLevel) -> None:

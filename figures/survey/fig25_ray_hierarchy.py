@@ -80,8 +80,8 @@ def draw(data: Path, out: Path, full: bool) -> None:
     figure.tight_layout(rect=(0, 0.04, 1, 0.99), h_pad=0.4)
     save_chart(figure, out / "fig25.png", "Colours are triangles, numbers are nodes; "
                "white slots are empty. All values were read from the passes' own textures.",
-               "Strips of the stream of pairs of a triangle and a node, before and after the "
-               "reduction at each level of the hierarchy")
+               "Strips for each level of the hierarchy: the pairs of a triangle and a node, and "
+               "their children in four targets, most of whose slots are empty")
 
 
 def stream(axis: Any, one: Round) -> None:

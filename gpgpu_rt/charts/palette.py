@@ -1,4 +1,4 @@
-"""Palette: colours and markers of series, after Okabe and Ito 2008.
+"""Palette: colours and markers of series. The colours are those of Okabe and Ito.
 
 Readers with any kind of colour blindness can tell these colours apart. Each colour has a marker
 of its own, so that a print in grey remains readable.

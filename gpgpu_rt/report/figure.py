@@ -12,7 +12,7 @@ from urllib.parse import unquote
 
 from ..errors import Error, how_to_install
 from ..inspect.data_uris import description_of, image_tag, png_uri
-from .verdict_badges import Judged, judged, verdict_line
+from .verdict_badges import JudgedFigure, judged_figure, verdict_line
 
 SHORT = 3000     # a figure's text of at most this many characters is shown expanded
 # Attributes of a box that scrolls sideways, also by the keyboard.
@@ -47,9 +47,9 @@ class Figure:
         return first[2:].strip() if first.startswith("# ") else self.name
 
     @cached_property
-    def judged(self) -> Judged | None:
+    def judged(self) -> JudgedFigure | None:
         """The verdict, or None for a figure without a verdict."""
-        return judged(self.name, self.title, self.folder)
+        return judged_figure(self.name, self.title, self.folder)
 
     def section(self, width: int, known: Collection[str]) -> str:
         """Return HTML with the title, the verdict, the chart, and the text with its tables.

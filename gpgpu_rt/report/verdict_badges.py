@@ -16,7 +16,7 @@ BADGE_STYLE = (".badge { display: inline-block; padding: .05rem .55rem; border-r
 
 
 @dataclass(frozen=True)
-class Judged:
+class JudgedFigure:
     """A figure of the survey with its verdict.
 
     Attributes
@@ -41,13 +41,14 @@ class Judged:
             f'by stand-ins it would be "{aside["word"]}" ({score(aside)})' if aside else "")))
 
 
-def judged(name: str, title: str, folder: Path) -> Judged | None:
+def judged_figure(name: str, title: str, folder: Path) -> JudgedFigure | None:
     """Return a figure with its verdict from the file NAME.json; None if there is no verdict."""
     try:
-        found = Judged(name, title, read_json(folder / f"{name}.json")["verdict"])
+        found = JudgedFigure(name, title, read_json(folder / f"{name}.json")["verdict"])
         found.says()
+        badge(found.verdict["word"])
         return found
-    except (OSError, ValueError, KeyError, TypeError):
+    except (OSError, ValueError, KeyError, TypeError, AttributeError):
         return None     # no page has this file, or another version wrote it
 
 
@@ -58,14 +59,14 @@ def badge(word: str, text: str | None = None) -> str:
             f"{html.escape(text or word)}</span>")
 
 
-def verdict_line(one: Judged) -> str:
+def verdict_line(one: JudgedFigure) -> str:
     """Return the badge of a figure, and its reason in numbers."""
     says = one.says()
     return (f'<p class="verdict">{badge(one.verdict["word"])}'
             + (f" {html.escape(says)}" if says else "") + "</p>")
 
 
-def overview(figures: Iterable[Judged]) -> str:
+def overview(figures: Iterable[JudgedFigure]) -> str:
     """Return the section that says how many figures are confirmed, contradicted and so on, with
     a link to each figure."""
     every = list(figures)
@@ -87,7 +88,7 @@ def overview(figures: Iterable[Judged]) -> str:
             f"{' '.join(counts)}</p>{''.join(parts)}</section>")
 
 
-def _item(one: Judged) -> str:
+def _item(one: JudgedFigure) -> str:
     says = one.says()
     words = one.verdict["word"] if one.verdict["word"] != one.outcome.name else ""
     aside = html.escape("; ".join(filter(None, (words, says))))

@@ -12,6 +12,7 @@ from PIL import Image
 import gpgpu_rt as rt
 from gpgpu_rt.cli import main
 from gpgpu_rt.inspect import false_colours as colours
+from gpgpu_rt.inspect.film_frames import even_loss
 from gpgpu_rt.inspect.heat import KINDS, draw_heat, heat
 from gpgpu_rt.inspect.pass_pictures import write_passes
 from gpgpu_rt.inspect.time_travel import Pass, decode, phase_names, travel
@@ -161,7 +162,7 @@ def test_passes_are_written(tmp_path, method: str, schedule: str) -> None:
         film.seek(film.n_frames // 2)
         shown_now = {tuple(c) for c in np.asarray(film.convert("RGB")).reshape(-1, 3).tolist()}
         assert {colours.PAPER, colours.INK, colours.category(1)} <= shown_now
-        assert film.n_frames == len(shown)
+        assert film.n_frames == len(even_loss([row["live"] for row in shown], 150))
     sizes = {Image.open(folder / row["picture"]).size for row in shown}
     assert len(sizes) == 1
     with np.load(folder / shown[-1]["states"]) as file:

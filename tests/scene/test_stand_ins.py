@@ -89,7 +89,7 @@ def test_pictures_tell(words, monkeypatch) -> None:
     assert cli.main(words("web")) == 0
     assert f"<title>{TITLE} in WebGL 2</title>" in Path("OUT.html").read_text()
     assert TITLE in film(rt.load_scene(SCENE), "kd-restart", (8, 8))
-    assert TITLE in heat_maps(rt.load_scene(SCENE), ["kd-restart"], (8, 8), 64)
+    assert TITLE in heat_maps(rt.load_scene(SCENE), ["kd-restart"], (8, 8))
 
 
 def test_titles_tell(words) -> None:
