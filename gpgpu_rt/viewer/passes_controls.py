@@ -7,7 +7,7 @@ from imgui_bundle import imgui
 from ..inspect import false_colours as colours
 from .link import Link
 from .model import Viewer
-from .widgets import chosen_from, label, quiet, room, tip
+from .widgets import capital, chosen_from, label, quiet, room, tip
 
 
 def draw_pass(viewer: Viewer, link: Link) -> None:
@@ -15,7 +15,9 @@ def draw_pass(viewer: Viewer, link: Link) -> None:
     journey = viewer.journey
     label("Pass")
     if journey is None:
-        return imgui.text_wrapped(viewer.failed or "passes are drawn when the camera is at rest")
+        imgui.text_wrapped(capital(viewer.failed)
+                           or "Passes are drawn when the camera is at rest.")
+        return
     step = imgui.get_frame_height()
     imgui.set_next_item_width(-2 * (step + imgui.get_style().item_spacing.x))
     # The slider's value is an index and not the number of a pass, so typing is disabled.
@@ -29,7 +31,9 @@ def draw_pass(viewer: Viewer, link: Link) -> None:
         imgui.same_line()
         if imgui.button(f"{word}##pass", imgui.ImVec2(step, 0)):
             viewer.go_to(viewer.index + by)
-    quiet(journey.caption(viewer.index))
+    quiet(capital(journey.caption(viewer.index)) + ".")
+    if viewer.tracer.options["schedule"] == "loop":
+        quiet("Traced under another schedule, because loop has a single pass.")
     if viewer.field == "phase":
         link.show("phases", np.asarray(colours.swatches(
             [(name, colours.category(phase)) for phase, name in journey.names.items()], room())))

@@ -285,7 +285,7 @@ def test_a_picture_is_saved_with_its_settings(viewer: Viewer, tmp_path: Path) ->
         held = json.loads(image.text["gpgpu-rt"])
         pixels = np.asarray(image)
     assert held == json.loads(first.with_suffix(".json").read_text())
-    assert held["camera"] == viewer.camera.to_dict() and held["method"] == "bvh-threaded"
+    assert held["camera"] == viewer.view.to_dict() and held["method"] == "bvh-threaded"
     again = tmp_path / "again.png"
     assert main([*shlex.split(held["command"])[1:-1], f"--output={again}"]) == 0
     assert (np.asarray(Image.open(again)) == pixels).all()
@@ -343,7 +343,7 @@ def test_without_a_display_one_line_says_so(monkeypatch, capsys) -> None:
     monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
     assert main(["view", "cornell"]) == 1
     said = capsys.readouterr().err
-    assert said.count("\n") == 1 and ("no window" in said or ".[view]" in said)
+    assert said.count("\n") == 1 and ("cannot open a window" in said or ".[view]" in said)
 
 
 @pytest.mark.parametrize("words, said", [

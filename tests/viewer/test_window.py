@@ -33,8 +33,8 @@ MISSING = [
 pytestmark = [pytest.mark.full, pytest.mark.once, pytest.mark.skipif(
     bool(MISSING), reason=f"the window is not tested: no {', '.join(MISSING)}")]
 SIZE = (640, 480)
-# Places in the left panel: the list of methods, the heading of the graphs, and, when the graphs are
-# folded, the last heading and the text field under it.
+# Places in the left panel: the list of methods, the heading of the graphs, and, if that is folded,
+# the last heading and the text field under it.
 METHODS, COSTS, LAST, FILE = (150, 44), (150, 198), (150, 302), (200, 328)
 PATIENCE = 240.0  # seconds; generous, because a busy machine is no fault
 CLIENT = Path(__file__).with_name("x_client.py")
