@@ -34,7 +34,7 @@ PASSES, BLOCKS, PACKETS = "passes", "passes, blocks", "packets"
 UNCOALESCED = "while-while, uncoalesced"
 # The form STEP, if only as many pixels branch together as on the 7800 GTX, the next card of NV40's
 # family: about 256 (AnandTech's G80 article, p. 7). More than four registers slow a program down
-# (GPU Gems 2, section 30.5.4), probably because fewer pixels are in flight. No source says how
+# (GPU Gems 2, chapter 30), probably because fewer pixels are in flight. No source says how
 # many then branch together.
 SMALLER = "step, 256 pixels"
 SMALLER_GROUPS = {"NV40": (16, 16)}

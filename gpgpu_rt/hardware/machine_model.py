@@ -29,7 +29,7 @@ from .static_costs import StaticCost, static_cost
 _LISTED, _OWN_FETCH = "nv40", re.compile(r"TEX \S+, IN\[")
 # On the 8800 GTX, an uncoalesced load of CUDA takes the time of this many bytes. Such loads of 16,
 # 8 and 4 bytes reach about a half, a quarter and a tenth of the memory's peak (CUDA Programming
-# Guide 1.0, section 6.1.2.1, from memory).
+# Guide 1.0, performance guidelines, from memory).
 UNCOALESCED_BYTES = 32.0
 SHARES = ("arithmetic", "texture", "bandwidth", "waiting lanes", "passes", "queries")
 

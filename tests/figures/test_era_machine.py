@@ -145,14 +145,17 @@ def test_a_form_that_was_not_counted_has_no_row(tmp_path: Path) -> None:
             if (panel.scene, column.method) in (("bunny", "kd-ropes"), ("cornell", "grid")):
                 for cell in cells.values():
                     write_cell(cell, tmp_path, counts=_counts(
-                        ["down", "follow_rope"] if figure is fig16.FIGURE else
+                        ["follow_rope", "down"] if figure is fig16.FIGURE else
                         ["traverse", "intersect"]))
     forms: dict[str, dict[str, float]] = {}
     for row in era_machine.rows(tmp_path, False):
         forms.setdefault(row.column.method, {})[row.form] = row.nanoseconds()
     assert set(forms["grid"]) == {STEP, WHILE_WHILE, era_counts.PASSES}
     assert set(forms["kd-ropes"]) == {WHILE_WHILE, STEP, era_counts.UNCOALESCED}
-    assert forms["kd-ropes"][WHILE_WHILE] == forms["kd-ropes"][STEP]
+    cached, alike, past = (forms["kd-ropes"][name] for name in (
+        WHILE_WHILE, STEP, era_counts.UNCOALESCED))
+    # Half of the lanes wait here, and load nothing past the texture units.
+    assert cached == alike and past < 0.9 * cached
 
 
 def test_a_missed_bar_is_named_with_its_distance() -> None:

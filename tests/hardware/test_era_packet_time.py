@@ -9,6 +9,7 @@ from gpgpu_rt.hardware import era_packet_time, packet_trace
 from gpgpu_rt.hardware.cards import find_card
 from gpgpu_rt.hardware.era_time import era_timed
 from gpgpu_rt.hardware.issue import GROUPS, WHILE_WHILE, WITHIN, issued_in_loop
+from gpgpu_rt.hardware.loop_costs import setup_slots
 from gpgpu_rt.hardware.machine_model import time_of_loop
 from gpgpu_rt.hardware.static_costs import static_cost
 from gpgpu_rt.hardware.trace import record_trace
@@ -44,7 +45,7 @@ def _from_trace(scene: rt.Scene, call: str) -> float:
     # The program as a whole, less its kernels, is shared by the four rays of a packet.
     whole = static_cost("r580", "kd-packet", "loop", any_hit, True, **HORN).arithmetic
     setup = (whole - sum(cost.arithmetic for cost in costs.values())) / 4
-    assert 20 < setup < 25
+    assert setup_slots("r580", "kd-packet", any_hit, **HORN) == setup > 20
     return time_of_loop(card, issued, costs, streams, SIZE[0] * SIZE[1], setup=setup).seconds
 
 
