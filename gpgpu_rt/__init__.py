@@ -69,6 +69,8 @@ _HOMES = {
     "GeometryImage": "scene.surfaces.geometry_image", "remesh": "scene.surfaces.parametrise",
     "Tracer": "tracer"}
 
+__version__ = "0.1.0"
+
 __all__ = [
     "Animation", "Camera", "Choice", "Choices", "ContextError", "Deformation", "Environment",
     "Error", "GeometryImage", "Hits", "LimitError", "Material", "Method", "MethodError",

@@ -1,17 +1,6 @@
 """Text format: how messages and tables write numbers, counts and names."""
 from __future__ import annotations
 
-import importlib.metadata
-
-
-def named_version(package: str) -> str:
-    """Return the name of a Python package with its installed version; the name alone if the
-    package is not installed."""
-    try:
-        return f"{package} {importlib.metadata.version(package)}"
-    except importlib.metadata.PackageNotFoundError:
-        return package
-
 
 def counted(number: int, thing: str) -> str:
     """Return a count with its noun: ``1 pass``, ``1,281 passes``, ``2 rays``."""

@@ -4,10 +4,9 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import AbstractContextManager
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
-import trimesh
 from PIL import Image
 
 from . import views
@@ -25,6 +24,7 @@ from .rays.batch import RayBatch
 from .render.integrators import find_integrator
 from .render.plan import Plan
 from .scene.camera import Camera, check_camera, image_size
+from .scene.lazy_trimesh import trimesh
 from .scene.loading import load_scene
 from .scene.region import Region
 from .scene.scene import Scene
@@ -34,7 +34,7 @@ from .session.session import Session
 from .session.sessions import Sessions
 
 DEFAULT_METHOD, AUTO = "bvh-threaded", "auto"
-Source = Scene | trimesh.Trimesh | str | os.PathLike[str]    # what `load_scene` accepts
+Source: TypeAlias = "Scene | trimesh.Trimesh | str | os.PathLike[str]"    # for `load_scene`
 
 
 @lists(TRACER_OPTIONS)

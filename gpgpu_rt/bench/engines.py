@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import functools
 import importlib
+import importlib.metadata
 import importlib.util
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
@@ -16,7 +17,7 @@ import numpy as np
 import trimesh
 
 from ..scene.scene import Scene
-from ..text_format import counted, named_version
+from ..text_format import counted
 from ..threads import cores
 from . import embree_in_c
 from .workloads import Workload
@@ -160,7 +161,16 @@ def _mitsuba(threads: int) -> Callable[[Scene, Workload], Run]:
     return prepare
 
 
-_NAMES = [named_version(package) for package in ("embreex", "trimesh", "open3d", "mitsuba")]
+def _named_version(package: str) -> str:
+    """Return the name of a Python package with its installed version; the name alone if the
+    package is not installed."""
+    try:
+        return f"{package} {importlib.metadata.version(package)}"
+    except importlib.metadata.PackageNotFoundError:
+        return package
+
+
+_NAMES = [_named_version(package) for package in ("embreex", "trimesh", "open3d", "mitsuba")]
 EMBREE = f"{_NAMES[0]}, one thread"     # the baseline of all ratios
 OWN = f"{_NAMES[1]}'s own"
 _EMBREEX = ("embreex.rtcore_scene", "embreex.mesh_construction")

@@ -2,7 +2,6 @@
 from __future__ import annotations
 
 import argparse
-import importlib.metadata
 import os
 import sys
 import warnings
@@ -10,6 +9,7 @@ from collections.abc import Callable, Sequence
 from importlib import import_module
 from typing import Any
 
+from .. import __version__
 from ..disk.files import FULL
 from ..errors import Error
 from ..interrupts import STATUS
@@ -109,7 +109,7 @@ def command_parser(only: str | None = None) -> Parser:
                     "graphics hardware of 2002-2007.")
     _add_methods_from(parser)
     parser.add_argument("--version", action="version",
-                        version=f"gpgpu-rt {importlib.metadata.version('gpgpu_rt')}")
+                        version=f"gpgpu-rt {__version__}")
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
 
     def command(name: str, run: Callable[[argparse.Namespace], None],

@@ -3,7 +3,6 @@ from __future__ import annotations
 
 import contextlib
 import hashlib
-import importlib.metadata
 import json
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
@@ -11,6 +10,7 @@ from typing import Any
 
 from PIL import Image
 
+from .. import __version__
 from ..disk.budget import check_texels
 from ..disk.files import WRITING, is_file, open_input, read_input, read_json, replacing
 from ..errors import Error, LimitError, OptionError, SceneError
@@ -56,7 +56,7 @@ class Unfinished:
         self._record = self.folder / RECORD
         self.file = files or (lambda part: self.folder / f"{part:05d}.png")
         self._settings = json.loads(json.dumps({
-            **settings, "version": importlib.metadata.version("gpgpu_rt")}, default=str))
+            **settings, "version": __version__}, default=str))
         self._done: dict[str, str] = {}
         self._lock = FolderLock(self.folder, output)
         try:

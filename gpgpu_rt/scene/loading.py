@@ -7,12 +7,11 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import trimesh
-
 from ..errors import SceneError, memory_limited
 from ..text_format import printable
 from . import catalogue, mesh_file
 from .framing import beside, inside
+from .lazy_trimesh import trimesh
 from .light import PointLight
 from .mesh import Mesh
 from .scene import Scene, check_vertices
@@ -40,9 +39,9 @@ def load_scene(source: str | os.PathLike | trimesh.Trimesh | trimesh.Scene | Sce
     """
     if isinstance(source, Scene):
         return source
-    if isinstance(source, (trimesh.Trimesh, trimesh.Scene)):
-        return Scene.from_trimesh(source)
     if not isinstance(source, (str, os.PathLike)):
+        if isinstance(source, (trimesh.Trimesh, trimesh.Scene)):
+            return Scene.from_trimesh(source)
         raise SceneError(f"cannot load a scene from {type(source).__name__}; give a name, a mesh "
                          "file, a trimesh object or a Scene")
     if not os.fspath(source):

@@ -12,13 +12,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import trimesh
 
 from ..disk.budget import check_triangles
 from ..disk.files import open_input
 from ..errors import LimitError, SceneError
 from .aff.mesh import read_aff
 from .declared import check_declared, ply_faces, ply_header, whole_text
+from .lazy_trimesh import trimesh
 from .material import Material
 from .mesh import Mesh, fill_normals, filled, unlike
 from .mesh_material import Resolver, Textures, material_of

@@ -7,18 +7,17 @@ from typing import Any
 from urllib.parse import unquote
 
 import numpy as np
-import trimesh
 from PIL import Image
 
 from ..disk.budget import check_texels
 from ..disk.files import is_file, open_input, read_input
 from ..errors import SceneError
+from .lazy_trimesh import trimesh
 from .material import LEAST_ROUGHNESS, Material
 from .texture import Texture, quietly
 from .values import LARGEST
 
 SMOOTHEST = 0.05    # a glTF metal with at most this roughness becomes a mirror
-GREY = trimesh.visual.color.DEFAULT_COLOR   # trimesh's colour for a file that declares no colour
 
 
 class Textures:
@@ -72,7 +71,7 @@ def material_of(visual: Any, textures: Textures) -> Material | None:
     image, main = said.get("image"), np.asarray(material.main_color)
     # trimesh's default grey would darken the texture of a material without a colour by more than
     # half.
-    plain = np.ones(3) if image is not None and np.array_equal(main, GREY) else main[:3] / 255
+    plain = np.ones(3) if image is not None and np.array_equal(main, _grey()) else main[:3] / 255
     return of_mtl(str(said.get("_name") or "material"), said.get("kwargs") or {}, textures, image,
                   plain)
 
@@ -95,7 +94,7 @@ def of_mtl(name: str, said: Mapping[str, Any], textures: Textures, image: Any = 
     """
     image = " ".join(said.get("map_kd") or ()) or image
     if plain is None:
-        plain = GREY[:3] / 255 if image is None else np.ones(3)
+        plain = _grey()[:3] / 255 if image is None else np.ones(3)
     model = int(_numbers(said.get("illum"), [0])[0])
     diffuse = np.clip(_numbers(said.get("kd"), plain), 0, 1)
     specular = np.clip(_numbers(said.get("ks"), [0, 0, 0]), 0, 1)
@@ -141,7 +140,12 @@ def _of_gltf(name: str, said: Mapping[str, Any], textures: Textures) -> Material
                     texture=textures.of(image, name) if metal < 1 else None)
 
 
-class Resolver(trimesh.resolvers.FilePathResolver):
+def _grey() -> np.ndarray:
+    """Return trimesh's colour for a file that declares no colour, (4,) in [0, 255]."""
+    return np.asarray(trimesh.visual.color.DEFAULT_COLOR)
+
+
+class Resolver:
     """Reads the files that a mesh file names. It accepts only regular files.
 
     Parameters
@@ -151,8 +155,10 @@ class Resolver(trimesh.resolvers.FilePathResolver):
     """
 
     def __init__(self, path: Path, uris: bool = False) -> None:
-        super().__init__(str(path))
         self.folder, self.uris = path.parent, uris
+
+    def __getitem__(self, name: str) -> bytes:
+        return self.get(name)
 
     def get(self, name: str) -> bytes:
         """Return the content of the file of this name. Raise OSError if it cannot be read."""

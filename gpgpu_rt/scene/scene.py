@@ -6,7 +6,6 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
-import trimesh
 
 from .. import views
 from ..accel.image_cells import cell_faces
@@ -16,6 +15,7 @@ from . import mesh_file
 from .attributes import corner_values, material_rows, smooth_normals
 from .camera import Camera
 from .framing import beside, framed
+from .lazy_trimesh import trimesh
 from .light import BACKDROP, Environment, PointLight
 from .material import Material
 from .sketch import sketch

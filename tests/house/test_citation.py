@@ -46,7 +46,7 @@ def test_the_citation_file_is_valid() -> None:
 
 def test_version_licence_and_authors_are_those_of_the_package() -> None:
     held = cff()
-    assert held["version"] == setup()["version"] and held["license"] == setup()["license"]
+    assert held["version"] == rt.__version__ and held["license"] == setup()["license"]
     assert [author["name"] for author in held["authors"]] == [AUTHORS]
     assert AUTHORS in (ROOT / "LICENSE").read_text()
     assert [author["name"] for author in HEAD["authors"]] == [AUTHORS]
