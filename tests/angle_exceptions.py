@@ -7,8 +7,9 @@ import pytest
 
 # Half of 1/16 pixel is the largest error of a vertex. The tests below draw 48 to 96 pixels across
 # and bound errors at about 1/100 of a pixel.
-COARSE_VERTICES = ("SwiftShader moves vertices to a grid of 1/16 pixel (GL_SUBPIXEL_BITS is 4; Mesa "
-                   "has 8), so interpolated values are less exact and neighbouring patches overlap")
+COARSE_VERTICES = ("SwiftShader moves vertices to a grid of 1/16 pixel (GL_SUBPIXEL_BITS is 4; "
+                   "Mesa has 8), so interpolated values are less exact and neighbouring patches "
+                   "overlap")
 # part of a test's name -> why the test is skipped. None of these tests compares hits.
 EXCEPTIONS: dict[str, str] = {
     "test_refraction.py::test_a_slab_changes_no_direction": COARSE_VERTICES,
