@@ -21,7 +21,7 @@ from gpgpu_rt.disk.files import WRITING, open_input, read_json
 from gpgpu_rt.errors import Error
 
 from . import provenance
-from .environment import Environment, environment
+from .environment import RunEnvironment, environment
 from .output import write_text
 
 NAME = "ro-crate-metadata.json"
@@ -103,7 +103,7 @@ def _file(path: Path, out: Path) -> dict[str, Any]:
     return entry
 
 
-def _made_with(found: Environment) -> list[dict[str, Any]]:
+def _made_with(found: RunEnvironment) -> list[dict[str, Any]]:
     """The entities of a run: the action, and its instruments."""
     libraries = [_software(f"#{name}", name, version) for name, version in found.libraries.items()]
     kept = {"@id": "#commit", "@type": "PropertyValue", "name": "commit",

@@ -14,7 +14,7 @@ LIBRARIES = ("moderngl", "numpy", "trimesh", "Pillow", "matplotlib", "distribute
 
 
 @dataclass(frozen=True)
-class Environment:
+class RunEnvironment:
     """What figures are made with.
 
     Parameters
@@ -38,10 +38,10 @@ class Environment:
     system: str
 
 
-def environment() -> Environment:
+def environment() -> RunEnvironment:
     """The environment of this process."""
     gpu, facts = open_gpu(), processors()
-    return Environment(
+    return RunEnvironment(
         importlib.metadata.version("gpgpu_rt"), commit(), platform.python_version(),
         {name: found for name in LIBRARIES if (found := _installed(name))}, gpu.renderer,
         gpu.version, (facts[0].get("model name") if facts else None) or platform.machine(),
