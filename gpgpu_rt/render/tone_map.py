@@ -1,9 +1,9 @@
 """Tone map: turn linear light into the 8 bits of a picture, after an exposure and by a curve.
 
-The curve decides how light above white is shown. "linear" clips the light. "reinhard" compresses
-luminance by L / (1 + L), which is equation 3 of Reinhard et al. 2002; the exposure takes the place
-of the paper's key value. "aces" is the curve that Narkowicz 2015 fitted to the film-like curve of
-the Academy Color Encoding System, applied to each channel.
+The curve decides how light above white is shown. The curve "linear" clips the light. The curve
+"reinhard" compresses luminance by L / (1 + L), which is equation 3 of Reinhard et al. 2002. The
+exposure takes the place of the paper's key value. The curve "aces" is applied to each channel.
+Narkowicz 2015 fitted it to the film-like curve of the Academy Color Encoding System.
 """
 from __future__ import annotations
 
