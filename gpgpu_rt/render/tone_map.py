@@ -13,7 +13,7 @@ from ..options import Option
 from ..scene.luminance import LUMINANCE
 
 TONE_MAPS = ("linear", "reinhard", "aces")
-EXPOSURE = Option("exposure", 0.0, "exposure in stops: multiply the light by 2^EXPOSURE", float,
+EXPOSURE = Option("exposure", 0.0, "stops: the light is multiplied by 2^EXPOSURE", float,
                   minimum=-32, maximum=32, common=True)
 TONE_MAP = Option("tone_map", TONE_MAPS[0], "curve that shows bright light", choices=TONE_MAPS,
                   common=True)
