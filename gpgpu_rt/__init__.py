@@ -9,7 +9,7 @@ programs find the hits of rays. All methods find the same hits, at different cos
     with rt.Tracer(scene, "kd-restart", statistics=True) as tracer:
         origins, directions = scene.camera.rays((512, 512))     # (512, 512, 3) each, world units
         hits = tracer.trace(origins, directions)
-        print(hits)                             # hits.t, hits.triangle, hits.image("t")
+        print(hits)                 # hits.triangle; hits.t, (n,), in units of |direction|
         print(tracer.statistics)                # passes, seconds, nodes per ray
         tracer.render(size=(512, 512)).save("bunny.png")        # a Pillow image
 

@@ -8,7 +8,8 @@ from typing import Any
 from ..scene.camera import Camera, Vector
 from .parser import Parser
 
-PLACES = {"eye": "position of the camera", "target": "point at the centre of the picture",
+PLACES = {"eye": "position of the camera, as in --eye=-1,0,2",
+          "target": "point at the centre of the picture",
           "up": "direction that points up in the picture"}
 
 
@@ -18,7 +19,7 @@ def add_camera(sub: Parser) -> None:
     for name, text in PLACES.items():
         (sub.rare if name == "up" else group).add_argument(
             f"--{name}", type=_vector, metavar="X,Y,Z",
-            help=f"{text}, in world units, as in --{name}=-1,0,2.5")
+            help=f"{text}; world units")
     group.add_argument("--fov", type=float, metavar="DEGREES",
                        help="vertical field of view, from edge to edge")
 

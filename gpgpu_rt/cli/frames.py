@@ -39,9 +39,9 @@ def add_frames(sub: Parser) -> None:
                           "process builds the next frame's structure while a frame renders; every "
                           "frame is rebuilt, also by a method that could refit")
     sub.add_argument("--frames", type=_whole, metavar="N", help="render the first N frames of a "
-                     "moving scene to numbered files if --output is a folder (end a new folder's "
-                     "name in /) or contains %%04d, else to one GIF or APNG. Without an option "
-                     "of the camera, a moving camera is followed")
+                     "moving scene, to numbered files if --output is a folder (ends in /) or "
+                     "contains %%04d, else to one GIF or APNG. A moving camera is followed unless "
+                     "--eye or the like is given")
 
 
 def check_frames(chosen: argparse.Namespace) -> None:

@@ -1,9 +1,9 @@
 """Tone map: turn linear light into the 8 bits of a picture, after an exposure and by a curve.
 
-The curve decides how light above white is shown. "linear" clips the light. "reinhard" compresses
-luminance by L / (1 + L), which is equation 3 of Reinhard et al. 2002; the exposure takes the place
-of the paper's key value. "aces" is the curve that Narkowicz 2015 fitted to the film-like curve of
-the Academy Color Encoding System, applied to each channel.
+The curve decides how light above white is shown. The curve "linear" clips the light. The curve
+"reinhard" compresses luminance by L / (1 + L), which is equation 3 of Reinhard et al. 2002. The
+exposure takes the place of the paper's key value. The curve "aces" is applied to each channel.
+Narkowicz 2015 fitted it to the film-like curve of the Academy Color Encoding System.
 """
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from ..options import Option
 from ..scene.luminance import LUMINANCE
 
 TONE_MAPS = ("linear", "reinhard", "aces")
-EXPOSURE = Option("exposure", 0.0, "exposure in stops: multiply the light by 2^EXPOSURE", float,
+EXPOSURE = Option("exposure", 0.0, "stops: the light is multiplied by 2^EXPOSURE", float,
                   minimum=-32, maximum=32, common=True)
 TONE_MAP = Option("tone_map", TONE_MAPS[0], "curve that shows bright light", choices=TONE_MAPS,
                   common=True)
