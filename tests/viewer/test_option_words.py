@@ -84,3 +84,13 @@ def test_values_that_other_options_imply_are_shown(soup: str) -> None:
     with rt.Tracer(scene, "kd-restart", era="r300") as tracer:
         assert shown(table["intersection"], {"era": "r300"}, tracer).value == "moller-trumbore"
         assert shown(table["schedule"], {"era": "r300"}, tracer).value == "kernels"
+
+
+@pytest.mark.parametrize("options, passes", [
+    ({"schedule": "step"}, 16), ({"schedule": "step", "steps_per_pass": 3}, 5),
+    ({"schedule": "step", "steps_per_pass": 100}, 2), ({"schedule": "kernels"}, 16),
+    ({"schedule": "kernels", "mask_interval": 4}, 4)])
+def test_live_rays_are_counted_after_about_sixteen_steps(soup: str, options: dict,
+                                                         passes: int) -> None:
+    with rt.Tracer(rt.load_scene(soup), "kd-restart", **options) as tracer:
+        assert tracer.session.driver.mask_interval == passes
