@@ -32,8 +32,9 @@ from pathlib import Path
 import gpgpu_rt as rt
 
 ROOT = Path(rt.__file__).parents[1]
-# The pages that are run whole. docs/tour and docs/how-to may be absent.
-PAGES = sorted([ROOT / "README.md", *ROOT.glob("docs/tour/*.md"), *ROOT.glob("docs/how-to/*.md")])
+# The pages that are run whole.
+PAGES = sorted([ROOT / "README.md", ROOT / "docs" / "replication.md",
+                *ROOT.glob("docs/tour/*.md"), *ROOT.glob("docs/how-to/*.md")])
 # A block that begins a line with any other word needs a reason why the block is not run.
 COMMANDS = ("gpgpu-rt", "python", "mkdir", "cd", "cat", "ls", "echo")
 SECONDS = 180       # a block that takes longer is no block for a test

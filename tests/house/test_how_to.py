@@ -1,14 +1,10 @@
-"""The output and the error messages that how-to pages show are those that a reader gets. The same
-holds for the replication guide.
+"""The error messages that how-to pages show are those that a reader gets.
 
-A ``text`` block behind a block that is run shows its output. A ``text`` block that begins with
-``$ COMMAND`` shows the message of a command that fails. "..." stands for words that are left out,
-and lines may be broken elsewhere than on a terminal.
+A ``text`` block that begins with ``$ COMMAND`` shows the message of a command that fails. "..."
+stands for words that are left out, and lines may be broken elsewhere than on a terminal.
 """
 from __future__ import annotations
 
-import contextlib
-import io
 import os
 import subprocess
 import sys
@@ -16,10 +12,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from snippets import PAGES, ROOT, Snippet, commands, mistakes, snippets
+from snippets import PAGES, Snippet, missing, snippets
 
 HOW_TO = [page for page in PAGES if page.parent.name == "how-to"]
-REPLICATION = ROOT / "docs" / "replication.md"
 MOST_LINES = 100
 
 
@@ -33,16 +28,6 @@ def message_of(block: Snippet) -> tuple[str, str] | None:
 
 MESSAGES = [pytest.param(*found, id=block.place) for page in HOW_TO for block in snippets(page)
             if (found := message_of(block))]
-
-
-def missing(shown: str, said: str) -> str | None:
-    """Returns the first part of a shown text that a command did not print in this order."""
-    said = " ".join(said.split())
-    for part in filter(None, (" ".join(part.split()) for part in shown.split("..."))):
-        _, found, said = said.partition(part)
-        if not found:
-            return part
-    return None
 
 
 def shell(command: str, folder: Path) -> subprocess.CompletedProcess[str]:
@@ -66,29 +51,6 @@ def test_a_message_is_as_shown(exact_renderer, tmp_path: Path, command: str,
     assert missing(message, answer.stdout) is None, answer.stdout
 
 
-@pytest.mark.parametrize("page", [REPLICATION, *(
-    pytest.param(page, marks=pytest.mark.full) for page in HOW_TO)], ids=lambda page: page.stem)
-def test_output_is_as_shown(exact_renderer, page: Path, tmp_path: Path, monkeypatch) -> None:
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "examples").symlink_to(ROOT / "examples")
-    assert mistakes(page) == []
-    said, names = None, {"__name__": "page"}
-    for block in snippets(page):
-        if block.marker == "file":
-            (tmp_path / block.value).write_text(block.text)
-        elif block.language == "text" and said is not None and message_of(block) is None:
-            assert missing(block.text, said) is None, f"{block.place}: printed was\n{said}"
-        said = None
-        if block.is_run and block.language == "sh":
-            answer = shell("\n".join(commands(block)), tmp_path)
-            assert answer.returncode == 0, f"{block.place}: {answer.stdout}"
-            said = answer.stdout
-        elif block.is_run:
-            with contextlib.redirect_stdout(io.StringIO()) as printed:
-                exec(compile(block.text, block.place, "exec"), names)
-            said = printed.getvalue()
-
-
 @pytest.mark.parametrize("page", HOW_TO, ids=lambda page: page.stem)
 def test_a_page_has_its_parts_and_is_short(page: Path) -> None:
     text = page.read_text()
@@ -97,9 +59,3 @@ def test_a_page_has_its_parts_and_is_short(page: Path) -> None:
         assert all(part in text for part in ("**Goal**: ", "## What can go wrong\n",
                                              "## Read more\n"))
         assert f"]({page.name})" in (page.parent / "index.md").read_text()
-
-
-def test_left_out_words_must_be_marked() -> None:
-    assert missing("1 of 2\nrays ... ms", "1 of 2 rays hit in 3 ms") is None
-    assert missing("1 of 2 ms", "1 of 2 rays hit in 3 ms") == "1 of 2 ms"
-    assert missing("b ... a", "a b") == "a"
