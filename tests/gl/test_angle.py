@@ -264,6 +264,20 @@ def test_masks_of_single_targets_and_readbacks(angle: Gpu) -> None:
     assert [float(read_texture(one).max()) for one in pair] == [7, 0]
 
 
+def test_infinity_in_a_half_float_target(angle: Gpu, tmp_path: Path) -> None:
+    """SwiftShader's fault, which an entry of tests/angle_exceptions.py names. If this test fails,
+    the fault is repaired, and the entry can go."""
+    (tmp_path / "infinity.frag").write_text(
+        "#version 330 core\nout vec4 a;\nvoid main() { a = vec4(uintBitsToFloat(0x7f800000u)); }\n")
+    drawn = {}
+    for dtype in ("f2", "f4"):
+        texture = angle.context.texture(SIZE, 4, dtype=dtype)
+        FullScreenPass(angle, str(tmp_path / "infinity.frag")).draw(
+            angle.context.framebuffer([texture]), {})
+        drawn[dtype] = float(np.frombuffer(texture.read(), "<" + dtype)[0])
+    assert np.isnan(drawn["f2"]) and drawn["f4"] == np.inf
+
+
 def test_a_missing_function_is_an_error_of_gl(angle: Gpu) -> None:
     angle.context.wireframe = False      # ANGLE has this function under another name
     assert angle.context.error == "GL_NO_ERROR"
