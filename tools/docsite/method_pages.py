@@ -1,7 +1,8 @@
 """The method table, and a section for each method, from the rows of the table."""
 from __future__ import annotations
 
-from gpgpu_rt.cli.shared import described, word_of
+from gpgpu_rt.cli.help import described
+from gpgpu_rt.cli.shared import word_of
 from gpgpu_rt.methods import Method, methods
 from gpgpu_rt.methods.references import reference
 from gpgpu_rt.options import spell
