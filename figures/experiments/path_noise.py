@@ -16,7 +16,8 @@ from .path_errors import cornell_truth
 
 SCENE, METHOD, SIZE, ROULETTE = "cornell-light", "bvh-threaded", 64, 16
 SAMPLERS = {"random": COLOURS[1], "sobol": COLOURS[0]}
-BARS = {"scene": 0.01, "furnace_mean": 0.005}     # the largest mean relative errors aimed at
+# Targets: the mean relative error should not exceed these values.
+BARS = {"scene": 0.01, "furnace_mean": 0.005}
 HEADS = ("sampler", "samples", "Cornell box, mean relative error", "furnace, pixels",
          "furnace, mean")
 
@@ -47,13 +48,12 @@ def draw(data: Path, out: Path, full: bool) -> None:
     note = (f"{SCENE} at {SIZE}x{SIZE}, Russian roulette from vertex {ROULETTE}, by {METHOD}; "
             f"renderer: {result['gpu']['renderer']}.")
     write_text(out / "path_noise.md", (
-        "# Path tracing: the error by number of samples\n\n" + note + " The box is compared with "
-        "a picture by Mitsuba 3 (Jakob et al. 2022; `figures/measured`), in each channel of each "
-        "pixel that is not black. The noise of Mitsuba's picture, "
-        f"{result['errors']['truth_noise']:.2%}, is subtracted under the assumption that both "
-        "errors are independent. The "
-        "furnace is a closed box whose walls emit and reflect evenly, so a formula gives its "
-        "radiance. Its error is shown for single pixels and for the mean of all pixels.\n\n"
+        "# Path tracing: the error by number of samples\n\n" + note + " The picture of the "
+        "Cornell box is compared with a picture by Mitsuba 3 (Jakob et al. 2022; "
+        "`figures/measured`), in each channel of each pixel that is not black. The "
+        f"noise of Mitsuba's picture, {result['errors']['truth_noise']:.2%}, is subtracted under "
+        "the assumption that both errors are independent. The furnace is "
+        "a closed box whose walls emit and reflect evenly, so a formula gives its radiance. Its error is shown for single pixels and for the mean of all pixels.\n\n"
         + markdown_table(HEADS, [[row[0], row[1], *(f"{error:.3%}" for error in row[2:])]
                                  for row in found])))
     figure, (left, right, *pictures) = plt.subplots(

@@ -1,7 +1,7 @@
 """Ray space: whether tables over rays suit graphics hardware (survey, Table 1).
 
-Ray classification and the visibility field are compared with a kd-tree and a BVH, in memory,
-candidates and rate. Candidates are the triangles that a ray tests.
+The experiment compares ray classification and the visibility field with a kd-tree and a BVH. It
+compares memory, candidates and rates. Candidates are the triangles that a ray tests.
 """
 from __future__ import annotations
 
@@ -102,11 +102,11 @@ def findings(rows: list[dict[str, Any]]) -> list[str]:
 def _markdown(rows: list[dict[str, Any]], notes: list[str]) -> str:
     parts = ["# Do tables over rays suit graphics hardware?\n",
              "Ray classification (Arvo and Kirk 1987) and the visibility field (Mortensen et al. "
-             "2007) find a list of everything that a ray may hit by one dependent lookup, and "
-             "walk the list in order. They need no stack, and no branch except the end of the "
-             "list. The price is that every triangle is in many lists. MiB is the memory of all "
-             "tables except the triangles. Candidates are the triangles that a ray tests. The "
-             "rate leaves out building, which has its own column. For ray classification, it "
+             "2007) need one dependent lookup to find the list of all triangles that a ray may "
+             "hit. They then walk the list in order. They need no stack, and no branch except the "
+             "end of the list. The price is that every triangle is in many lists. MiB is "
+             "the memory of all tables except the triangles. Candidates are the triangles that a "
+             "ray tests. The rate leaves out building, which has its own column. For ray classification, it "
              "also leaves out the time for the lists that the first call requests.\n"]
     for scene, work in dict.fromkeys((row["scene"], row["rays"]) for row in rows):
         chosen = [row for row in rows if (row["scene"], row["rays"]) == (scene, work)]
@@ -148,7 +148,7 @@ def _chart(rows: list[dict[str, Any]], notes: list[str], out: Path) -> None:
         points = [(row["tested"], row["rays_per_second"] / 1e6, row["method"]) for row in some]
         named = {row["method"]: point for row, point in zip(some[::-1], points[::-1])}
         direct_labels(axis, list(named.values()), size=7, avoid=[point[:2] for point in points])
-    save_chart(figure, out / "ray_space.png", "A larger mark needs more memory. A name stands "
-               "beside one of the marks in its colour. " + " ".join(notes),
+    save_chart(figure, out / "ray_space.png", "The larger the mark, the more memory the method "
+               "needs. A name stands beside one of the marks in its colour. " + " ".join(notes),
                "Marks show the rays per second of tables over rays and of trees, by the "
                "candidates that a ray tests, for eye, shadow and mirror rays")

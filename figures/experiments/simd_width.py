@@ -1,6 +1,6 @@
 """SIMD width (survey, section 4.3): how long rays that branch together wait for each other.
 
-The waiting is measured by width, with and without packets, and with and without sorting.
+The waiting is measured for each width, with and without packets, and with and without sorting.
 """
 from __future__ import annotations
 
@@ -79,11 +79,12 @@ def draw(data: Path, out: Path, full: bool) -> None:
              if (mine := [row for row in found if row[:3] == (rays, label, order)])]
     write_text(out / "simd_width.md", "# Wide SIMD\n\n" + _paragraph(found) + "\n\n" + note
                + "\n\nA kernel visits a node or tests a triangle. The program has a loop for each "
-               "kernel inside an outer loop, and a group runs a kernel while any of its fragments "
-               "waits for the kernel. The columns with numbers as heads show the percentage of "
-               "the lanes' kernel runs that are not spent waiting, by the number of fragments "
-               "that branch together (the width). A packet is one fragment. The last two columns "
-               f"show kernel runs per ray at widths 1 and {WIDTHS[-1]}, with waiting lanes.\n\n"
+               "kernel inside an outer loop. Fragments that branch together form a group. A group "
+               "runs a kernel while any of its fragments waits for the kernel. The number in a "
+               "column's head is the width: how many fragments branch together. The column shows "
+               "in what share of the kernel runs, in %, a lane does work instead of waiting. A "
+               "packet is one fragment. The last two columns show kernel runs per ray at widths 1 "
+               f"and {WIDTHS[-1]}. They include the runs in which a lane waits.\n\n"
                + markdown_table(
                    ("rays", "method", "order", *map(str, WIDTHS), "runs at 1",
                     f"runs at {WIDTHS[-1]}"),
@@ -135,8 +136,9 @@ def _paragraph(found: list[tuple[Any, ...]]) -> str:
     single, packet = "kd-short-stack", "kd-packet 2x2"
     tree, packed = "bvh-stack", "bvh-packet 2x2"
     return (
-        "The survey says that pixels which must run in lockstep waste time, unlike a CPU, that "
-        "packets help where rays are coherent, and that sorting might help where they are not. If "
+        "The survey makes three statements. Pixels that run in lockstep waste time, which a CPU "
+        "does not. Packets help where rays are coherent. Sorting might help where rays are "
+        "incoherent. If "
         f"{widest} eye rays branch together, {used(eye, single, plain)} of the lanes' kernel runs "
         f"are useful with {single}, and {used(eye, tree, plain)} with {tree}. For rays after two "
         f"diffuse bounces, {used(wild, single, plain)} and {used(wild, tree, plain)} are useful, "
@@ -152,7 +154,8 @@ def _paragraph(found: list[tuple[Any, ...]]) -> str:
         "therefore save fetches if they need fewer runs, and save arithmetic if they need less "
         "than a quarter of the runs.\n\n"
         "At the same width, four times as many rays branch together in packets as without. On "
-        f"{widest // 4} lanes, where packets also have {widest} rays, they need "
+        f"{widest // 4} lanes, packets of four rays hold {widest} rays together, as many as "
+        f"{widest} lanes hold without packets. There, packets need "
         f"{cost(eye, packet, plain, widest // 4)} runs for eye rays and "
         f"{cost(wild, packet, plain, widest // 4)} after the bounces "
         f"(BVH: {cost(eye, packed, plain, widest // 4)} and "

@@ -25,15 +25,15 @@ RULES = (
     f"**{verdicts.CONTRADICTED}**: the order differs, whatever the ratios are; or at most half of "
     "a figure's claims hold. Our machine, cameras and sometimes scenes differ from the papers'; "
     "the figure's page shows the reasons",
-    f"**{verdicts.REFUTED}**: at most half of a figure's claims hold, and they are claims about a "
-    "method itself, which no scene can change: one example decides",
+    f"**{verdicts.REFUTED}**: at most half of a figure's claims hold, and every judged claim is "
+    "about a method itself. No scene can change such a claim, so one example is enough",
     f"**{verdicts.TOO_LITTLE}**: the verdict would rest on fewer than {verdicts.LEAST_SCENES} "
     f"scored scenes, or on fewer than {verdicts.LEAST_PAIRS} pairs of methods in all. A pair "
     "counts if the published numbers of its two methods, for the same scene and kind of rays, "
     "differ by more than 5 %. A claim that compares no methods needs only the scenes. A claim "
-    "about a method itself, which no scene can change, needs neither scenes nor pairs. If two "
-    "times differ by less than the runs of one method differ among themselves, they decide no "
-    "claim",
+    "about a method itself, which no scene can change, needs neither scenes nor pairs. Two "
+    "times decide no claim if their difference is smaller than the spread between runs of one "
+    "method",
     f"**{verdicts.REDRAWN}**: a diagram or a picture, made from this program's own passes and "
     "tables; the survey prints nothing in it that could be scored",
     f"**{verdicts.UNMEASURED}**: the measurements that would decide are missing",

@@ -1,8 +1,8 @@
 """Ray Engine work: what the Ray Engine of Carr et al. 2002 does on a card, and its predicted time.
 
-A cell (framework/cell.py) measures this work if its ``work`` is WORK followed by the name of a
-workload. The card tests every pair of a ray and a triangle; the host collects the pairs and is
-left out.
+A cell (framework/cell.py) measures this work if the cell's field ``work`` begins with the
+constant WORK. The name of a workload follows. The host collects pairs of a ray and a triangle,
+and the card tests each pair. The host's time is not part of the prediction.
 """
 from __future__ import annotations
 
@@ -45,7 +45,8 @@ def predicted_seconds(card: Card, work: Mapping[str, float]) -> tuple[float, str
     method, kernel = KERNEL
     pairs = round(work["pairs"])
     issued = KernelIssues((kernel,), (pairs,), (pairs,), passes=(round(work["draws"]),))
-    # A draw covers only the pairs of one cell, so early depth has no other pixels to reject.
+    # A draw covers only the pairs of one grid cell, so early depth has no other pixels to
+    # reject.
     cost = replace(static_cost(card.chip.lower(), method, kernel), fetches=FETCHES,
                    targets=TARGETS)
     time = time_of_passes(card, issued, {kernel: cost}, {kernel: FETCHES}, pixels=0)

@@ -43,7 +43,7 @@ def within(values: np.ndarray, end: int, least: int = 0) -> bool:
 
 def are_runs(start: np.ndarray, entries: int, count: int) -> bool:
     """Return whether ``start`` holds the starts of ``count`` runs, followed by the end of the last
-    run. The runs together must have this number of entries."""
+    run. The runs together must have ``entries`` entries."""
     return (within(start, entries + 1) and len(start) == count + 1 and start[0] == 0
             and start[-1] == entries and bool((np.diff(start) >= 0).all()))
 
@@ -72,15 +72,15 @@ def is_tree(left: np.ndarray, right: np.ndarray, depth: Any) -> bool:
 
 
 def each_once(order: np.ndarray, triangles: int) -> bool:
-    """Return whether ``order`` contains each of this number of triangles exactly once."""
+    """Return whether ``order`` contains each index from 0 to ``triangles`` - 1 exactly once."""
     return within(order, triangles) and len(order) == triangles and bool(
         (np.bincount(order, minlength=triangles) == 1).all())
 
 
 def are_pairs(axis: np.ndarray, child: np.ndarray, count: np.ndarray, entries: int, depth: Any
               ) -> bool:
-    """Return whether nodes form a single tree of this depth whose right children directly follow
-    the left children, and whose leaves together contain this number of entries."""
+    """Return whether nodes form a single tree of depth ``depth`` whose right children directly
+    follow the left children, and whose leaves together contain ``entries`` entries."""
     inner = axis != LEAF
     nodes = np.flatnonzero(inner)
     left = child[nodes]
@@ -90,7 +90,7 @@ def are_pairs(axis: np.ndarray, child: np.ndarray, count: np.ndarray, entries: i
         return False
     has_parent = np.zeros(len(axis), bool)
     has_parent[left] = has_parent[left + 1] = True
-    if not (len(axis) == 2 * len(nodes) + 1 and has_parent[1:].all()):   # a child has two parents
-        return False
+    if not (len(axis) == 2 * len(nodes) + 1 and has_parent[1:].all()):
+        return False    # some node has no parent, so another node has two
     children = np.where(inner, child, -1)
     return len(tree_order.levels(children, children + 1)) - 1 == depth

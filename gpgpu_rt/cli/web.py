@@ -1,4 +1,4 @@
-"""``gpgpu-rt web``: pages that trace a scene in a browser, by the same programs."""
+"""``gpgpu-rt web``: pages that trace a scene in a browser, by the tracer's GLSL programs."""
 from __future__ import annotations
 
 import argparse
@@ -21,8 +21,8 @@ def add_commands(command: Command) -> None:
                 "browser")
     sub.add_argument("-o", "--output", required=True, metavar="PAGE.html|FOLDER",
                      help="the page to write; or, if the name does not end in .html, a folder for "
-                     "a gallery: an index, a page for each method, and pages beside the survey's "
-                     "figures")
+                     "a gallery: an index, a page for each method, and, for some figures of the "
+                     "survey, a page on which the reader can try the figure's methods")
 
 
 def _web(chosen: argparse.Namespace) -> None:

@@ -22,8 +22,9 @@ class Material:
     Attributes
     ----------
     name : the material's name in errors, scene files and mesh files
-    diffuse : (3,) share of light that is scattered by Lambert's law. The default is white with a
-        texture. Without a texture, it is light grey if no other part is given, else black
+    diffuse : (3,) share of light that is scattered by Lambert's law. The default is white
+        if the material has a texture. Otherwise it is light grey if no other part is given, else
+        black
     mirror : (3,) share that is reflected in the mirror direction
     glossy : (3,) share that is reflected into a lobe around the mirror direction
     roughness : roughness r of the lobe, 0.01 to 1: the lobe is cos^n with n = 2 / r^2 - 2
@@ -62,8 +63,8 @@ class Material:
         if self.ior is not None:
             number(self.ior, where + "ior", 0.1, 10)
             if shares.any():
-                raise SceneError(f"{where}a dielectric reflects or refracts all light; leave out "
-                                 "diffuse, mirror and glossy, or ior")
+                raise SceneError(f"{where}a dielectric reflects or refracts all light; remove "
+                                 "ior, or remove all of diffuse, mirror and glossy")
         if (shares > 1 + 1e-6).any():
             raise SceneError(f"{where}diffuse, mirror and glossy add up to "
                              f"{np.round(shares, 3).tolist()}; no surface reflects more than 1")

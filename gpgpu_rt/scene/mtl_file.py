@@ -12,8 +12,8 @@ _IMAGES = ("map_kd", "map_ke")
 
 
 @dataclass(frozen=True)
-class Library:
-    """An entry of a material library.
+class LibraryMaterial:
+    """A material of a library file, as the file's words.
 
     Attributes
     ----------
@@ -32,7 +32,7 @@ class Library:
         return of_mtl(self.name, self.said, textures)
 
 
-def read_library(path: Path) -> dict[str, Library]:
+def read_library(path: Path) -> dict[str, LibraryMaterial]:
     """Return the materials of a file by name.
 
     In a texture's line, everything after the key is the file name, which may contain spaces.
@@ -44,15 +44,15 @@ def read_library(path: Path) -> dict[str, Library]:
     SceneError
         a texture cannot be read
     """
-    found: dict[str, Library] = {}
-    current: Library | None = None
+    found: dict[str, LibraryMaterial] = {}
+    current: LibraryMaterial | None = None
     for line in decoded(read_input(path)).splitlines():
         words = line.split()
         if len(words) < 2:
             continue
         key = words[0].lower()
         if key == "newmtl":
-            current = found[" ".join(words[1:])] = Library(path, " ".join(words[1:]))
+            current = found[" ".join(words[1:])] = LibraryMaterial(path, " ".join(words[1:]))
         elif current is not None:
             current.said[key] = words[1:]
             if key in _IMAGES:

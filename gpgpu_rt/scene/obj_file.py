@@ -17,7 +17,7 @@ import numpy as np
 from ..disk.files import decoded, is_file, read_input
 from .mesh import Mesh, fans, fill_normals, filled, unlike
 from .mesh_material import Textures
-from .mtl_file import Library, read_library
+from .mtl_file import LibraryMaterial, read_library
 
 UNPAINTED = 0.7     # grey of faces without a colour, in a file that colours other faces
 _AFTER = (32, 9, 10)    # bytes that end a word: space, tab, newline
@@ -83,10 +83,10 @@ def _picked(values: np.ndarray, at: np.ndarray, width: int) -> np.ndarray | None
     return found
 
 
-def _libraries(path: Path, text: _Text) -> dict[str, Library]:
+def _libraries(path: Path, text: _Text) -> dict[str, LibraryMaterial]:
     """Return the materials of all libraries that the file names, by name; warn of each library
     that cannot be read."""
-    found: dict[str, Library] = {}
+    found: dict[str, LibraryMaterial] = {}
     for row in text.rows(b"mtllib"):
         name = text.body(row, b"mtllib")
         library = path.parent / name

@@ -1,4 +1,4 @@
-"""Checks that a renderer keeps the arrays in which each fragment writes at an index of its own.
+"""Checks that a renderer handles local arrays correctly if each fragment uses another index.
 
 Some methods keep a ray's stack in such an array. Mesa's softpipe uses one index for a block of
 2 x 2 fragments, and so mixes up their stacks.
@@ -35,7 +35,7 @@ def check_own_arrays(gpu: Gpu, method: Method, options: Mapping[str, Any]) -> No
 def _kept(gpu: Gpu) -> bool:
     """Return whether each fragment of a small square reads back the numbers that it wrote."""
     with gpu:
-        texture = make_texture(gpu, (SIDE, SIDE), TURNS, "what arrays kept")
+        texture = make_texture(gpu, (SIDE, SIDE), TURNS, "numbers read back from local arrays")
         target = gpu.context.framebuffer([texture])
         try:
             tried = FullScreenPass(gpu, "drivers/own_arrays.frag")

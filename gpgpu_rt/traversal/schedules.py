@@ -3,8 +3,8 @@
 * ``kernels``: A pass runs one kernel. Occlusion queries count the rays that wait for each kernel.
   The host runs the kernel with the most waiting rays, and the early depth test rejects all other
   rays (Purcell et al. 2002; Foley and Sugerman 2005).
-* ``step``: A pass runs, for every live ray, the kernel that the ray's own state asks for,
-  ``steps_per_pass`` times. Every ``mask_interval`` passes, finished rays are masked.
+* ``step``: A pass does ``steps_per_pass`` steps for every live ray. Each step runs the kernel that
+  the ray's state asks for. Every ``mask_interval`` passes, finished rays are masked.
 * ``loop``: One pass runs the whole traversal with the state in registers, and writes only hits
   (Horn et al. 2007). If a ray exceeds the renderer's limit on loop iterations, passes that store
   states trace all rays anew.

@@ -1,4 +1,4 @@
-"""The viewer's window: pass events to the model, and draw the picture and the panels."""
+"""The viewer's window: forwards events to the model, and draws the picture and the panels."""
 from __future__ import annotations
 
 import logging
@@ -45,8 +45,8 @@ def run(selection: Selection, size: tuple[int, int], folder: str = ".",
 
     Returns
     -------
-    measurements of the time that the window was open: pictures while the camera moved, updates per
-    second, and seconds from the last move to full resolution
+    what was measured while the window was open: number of pictures while the camera moved, updates
+    per second, and seconds from the last move to full resolution
     """
     load_scene(selection.scene)       # report a wrong scene before the window opens
 
@@ -197,7 +197,7 @@ class Window(moderngl_window.WindowConfig):
             self._settled.append(self.viewer.settled_after)
 
     def measured(self) -> dict[str, Any]:
-        """Return the measurements of the time that the window was open."""
+        """Return what was measured while the window was open."""
         return {"frames": self._frames, "message": self.viewer.message,
                 "pictures_while_moving": len(self._updates),
                 "updates_per_second": 1 / median(self._updates) if self._updates else None,
@@ -297,8 +297,12 @@ class Window(moderngl_window.WindowConfig):
         self.link.key(key, action != self.wnd.keys.ACTION_RELEASE, modifiers)
 
     def _follow_keys(self) -> None:
-        """Run the actions of keys that do not go to a panel. Call this after the frame has begun:
-        in a slow frame, a click into a field and the typed text arrive together."""
+        """Run the actions of keys that do not go to a panel.
+
+        Call this after the frame has begun. In a slow frame, a click into a text field and the
+        typed text arrive together. ImGui knows only after the frame has begun that the text
+        belongs to the field.
+        """
         keys, link, viewer = self.wnd.keys, self.link, self.viewer
         self._held = set()
         if link.io.key_ctrl:

@@ -1,5 +1,5 @@
-// A ray walks along escape indices through the subtrees in its tile's list (stages/entry_points.frag). A
-// subtree ends at the node that the escape index of the subtree's root names.
+// A ray walks along escape indices through the subtrees in its tile's list (stages/entry_points.frag). The
+// escape index of a subtree's root is the first node after the subtree. The walk of the subtree ends there.
 
 #include "stages/entry_list.glsl"
 

@@ -14,7 +14,9 @@ from ..bvh.tables import last_of_leaves
 from .records import BIH_BOUNDS, BIH_NODE, BIH_STATE
 from .tree import LEAF, build_bih
 
-ROOT = 6    # the side of the root, which has no parent
+# The root's value in the field `side`. Other nodes use 0 to 5: the parent's axis, plus 3 for a
+# right child.
+ROOT = 6
 
 
 def _prepare(triangles: np.ndarray, options: Mapping[str, Any]) -> Accelerator:

@@ -26,8 +26,8 @@ class TriangleLevel:
     order : (3, m) int64, for each axis, the triangles of one node after another; within a node,
         they are sorted by centroid along the axis
     count : (k,) int64, the number of triangles of each node
-    lo, hi, centroid : (3, n) float32, boxes and centroids of all triangles of the scene, in units
-        of about the scene's size
+    lo, hi, centroid : (3, n) float32, boxes and centroids of all triangles, divided by a power
+        of two so that no coordinate exceeds 1
     depth : int
     """
 

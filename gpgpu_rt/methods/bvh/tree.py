@@ -16,7 +16,7 @@ from ...accel.bounds import half_area, triangle_boxes
 from ...accel.runs import expand, owners, run_starts
 from ...accel.sound import alike, are_leaves, each_once, is_tree, named, within
 
-MAX_LEAF = 4        # default for the most triangles of a leaf
+MAX_LEAF = 4        # default for the largest number of triangles in a leaf
 
 
 @dataclass(frozen=True)
@@ -127,7 +127,7 @@ class LooseTree:
         return self._cut(inner, kept)
 
     def _cut(self, inner: list[np.ndarray], kept: np.ndarray) -> LooseTree:
-        """The tree of only the nodes that ``kept``, (n,) bool, marks.
+        """The tree that consists of the kept nodes. ``kept``, (n,) bool, marks these nodes.
 
         A kept node without kept children becomes a leaf of all triangles below it.
         """

@@ -94,8 +94,8 @@ def _form(single: Method, options: Mapping[str, Any]) -> Method:
 
 FAMILY = "grid"
 ROWS = (
-    _row("grid", "traverses a uniform grid, a cell or a list entry per step, or by packets, slice "
-         "by slice",
+    _row("grid", "traverses a uniform grid: a single ray visits a cell or a list entry per step; "
+         "packets go slice by slice",
          "Purcell et al. 2002", False, options=(*_GRID_OPTIONS, _PACKET), form=_form),
     _row("grid-proximity", "traverses a uniform grid with proximity clouds, which skip empty "
          "cells in one jump",

@@ -1,6 +1,6 @@
 """Ray classification: a pass assigns rays to boxes of ray space.
 
-The host then makes the lists of triangles that are missing for these boxes. The method's programs
+If a box has no list of triangles yet, the host makes the list. The method's programs
 trace the rays through the lists of their boxes.
 """
 from __future__ import annotations

@@ -1,9 +1,10 @@
 #version 330 core
 // Finds the inner nodes of the binary tree over the sorted Morton codes (Lauterbach et al. 2009). Each gap
-// between two neighbouring slots is a node, which spans the slots around the gap (radix.glsl). A search
-// with doubling steps and then with halving steps finds the end of the span on each side.
+// between two neighbouring slots is a candidate for an inner node. The node spans the slots around the gap
+// (radix.glsl). A search with doubling steps and then with halving steps finds the end of the span on each
+// side.
 //
-// A gap inside a leaf is no node and is dropped. Without MOST_BITS a gap is kept if its node spans more
+// A gap inside a leaf is dropped. Without MOST_BITS a gap is kept if its node spans more
 // than max_leaf triangles. With MOST_BITS, which makes the clusters of the hybrid build, a gap is kept if
 // its neighbours share fewer than MOST_BITS bits.
 
@@ -13,7 +14,7 @@
 
 uniform int max_leaf;
 
-// The farthest slot in the direction that shares at least `bits` bits with slot i.
+// Go from slot i in `direction`. Return the farthest slot that shares at least `bits` bits with slot i.
 int reach(int i, int direction, int bits) {
     ivec2 code = slot_code(i);
     int width = 1;
