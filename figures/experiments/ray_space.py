@@ -106,8 +106,9 @@ def _markdown(rows: list[dict[str, Any]], notes: list[str]) -> str:
              "hit. They then walk the list in order. They need no stack, and no branch except the "
              "end of the list. The price is that every triangle is in many lists. MiB is "
              "the memory of all tables except the triangles. Candidates are the triangles that a "
-             "ray tests. The rate leaves out building, which has its own column. For ray classification, it "
-             "also leaves out the time for the lists that the first call requests.\n"]
+             "ray tests. The rate leaves out building, which has its own column. For ray "
+             "classification, the rate also leaves out the time for the lists that the first call "
+             "requests.\n"]
     for scene, work in dict.fromkeys((row["scene"], row["rays"]) for row in rows):
         chosen = [row for row in rows if (row["scene"], row["rays"]) == (scene, work)]
         parts.append(f"## {scene}, {chosen[0]['triangles']:,} triangles, {work}\n")
