@@ -1,4 +1,4 @@
-"""Bundle errors: compares ray bundles with the same bundles traced, and with the path tracer."""
+"""Bundle errors: compares ray bundles with traced bundles and with the path tracer."""
 from __future__ import annotations
 
 import time

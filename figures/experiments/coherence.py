@@ -79,7 +79,7 @@ def tiles_of_order(order: np.ndarray) -> np.ndarray:
 def divergence(steps: np.ndarray, tile_of: np.ndarray) -> float:
     """How much longer rays take because each tile waits for its longest ray.
 
-    It is the number of steps with waiting, divided by the number of steps without.
+    Return the number of steps with waiting, divided by the number of steps without waiting.
     """
     longest = np.zeros(tile_of.max() + 1, np.int64)
     np.maximum.at(longest, tile_of, steps)

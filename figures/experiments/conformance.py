@@ -31,11 +31,12 @@ def draw(data: Path, out: Path, full: bool) -> None:
     engines = list(dict.fromkeys(row.engine for row in rows))
     missing = [f"* {name}: {why}." for name, why in installed()[1].items()]
     write_text(out / "conformance.md", "\n".join([
-        "# Conformance of ray tracers\n\nThe rays are aimed at trouble: at edges, at vertices, at "
-        "the limits of float32. The right answers are exact, and a ray that float32 cannot decide "
-        "counts for nobody. docs/conformance.md defines the kinds of errors. The shares say "
-        "nothing about ordinary rays. A wrapper is an engine that calls another engine. The "
-        "wrapper's own errors are those that the other engine does not make.\n",
+        "# Conformance of ray tracers\n\nThe rays are aimed at difficult places: edges, vertices "
+        "and the limits of float32. The right answers are exact. If float32 cannot decide a ray, "
+        "the ray counts neither for nor against an engine. docs/conformance.md defines the kinds "
+        "of errors. The shares say nothing about ordinary rays. A wrapper is an engine that "
+        "calls another engine. The "
+        "wrapper's own errors are the errors that the other engine does not make.\n",
         markdown_table(("engine", "rays", "undecidable", "wrong", *KINDS,
                         "wrapper's own"),
                        [_sums([row for row in rows if row.engine == name]) for name in engines]),

@@ -36,7 +36,7 @@ class EngineColumn:
 
 
 def columns() -> list[EngineColumn]:
-    """Embree on one thread and on all; then fragment programs by packets and by single rays."""
+    """Embree on one thread and on all threads; fragment programs by packets and by single rays."""
     packets = next(column for column in PACKETS.columns if column.label == FAST)
     several = [EngineColumn(embree(CORES).name, ON_CPU, (("threads", CORES),), CORES)]
     return [EngineColumn(EMBREE, ON_CPU, (), 1), *(several if CORES > 1 else []),
@@ -104,8 +104,8 @@ def findings(found: list[dict[str, Any]]) -> list[str]:
     survey = said_by_survey()
     ratio = (survey["gpu"] / survey["gpu_peak"]) / (survey["cpu"] / survey["cpu_peak"])
     scaled = survey["cpu"] * survey["gpu_peak"] / survey["cpu_peak"]
-    lines = [f"The survey, on Soda Hall: {number(survey['cpu'])} Mrays/s on a CPU of "
-             f"{number(survey['cpu_peak'])} GFLOP/s, and {number(survey['gpu'])} Mrays/s on a "
+    lines = [f"On Soda Hall, the survey reports {number(survey['cpu'])} Mrays/s for a CPU of "
+             f"{number(survey['cpu_peak'])} GFLOP/s, and {number(survey['gpu'])} Mrays/s for a "
              f"card of {number(survey['gpu_peak'], 4)} GFLOP/s. For each GFLOP, the CPU traces "
              f"{number(1 / ratio)} times as many rays as the card. If a card's rate were "
              f"proportional to its GFLOP/s, this card would reach {number(scaled, 4)} Mrays/s."]

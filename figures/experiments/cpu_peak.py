@@ -18,8 +18,8 @@ from gpgpu_rt.gl.textures import make_texture
 from ..framework.environment import processors
 
 # Single precision operations per core and clock, by the widest vectors in the processor's flags.
-# A core is assumed to have two vector units. Both multiply and add in one instruction; without
-# fused instructions, one unit multiplies and the other adds.
+# A core is assumed to have two vector units. Each unit multiplies and adds in one instruction;
+# without fused instructions, one unit multiplies and the other unit adds.
 A_CLOCK = (("avx512f", 64), ("fma", 32), ("avx", 16), ("sse2", 8))
 BASE = Path("/sys/devices/system/cpu/cpu0/cpufreq/base_frequency")   # kHz
 MATRIX = 768   # rows of the matrices whose product is timed
@@ -56,8 +56,8 @@ def peak(count: int) -> dict[str, Any]:
 def clock_of(facts: Mapping[str, str], base: Path) -> tuple[float | None, str]:
     """The clock in Hz, and words that say which clock it is.
 
-    It is the base clock, from the file ``base`` or from the model's name. If neither names the
-    base clock, it is the current clock.
+    Return the base clock, from the file ``base`` or from the model's name. If neither source has
+    the base clock, return the current clock.
     """
     try:
         return 1e3 * float(base.read_text()), "the base clock, as cpufreq says"

@@ -114,7 +114,8 @@ def _markdown(rows: list[dict[str, Any]], notes: list[str]) -> str:
              "includes the refit or the build of the structure, on the CPU unless the "
              "name of a build says gpu. (ray-tiles and ray-hierarchy have no structure "
              "over triangles and only write the triangles.) Update and trace are medians over "
-             "frames. Frames a second count all frames, also those that rebuilt a refitted tree.",
+             "frames. Frames a second count all frames, including frames that rebuilt a "
+             "refitted tree.",
              "A frame ahead: as in Budge et al. 2008, another process builds the next frame's "
              "kd-tree while this frame is traced. The picture is then a frame behind the build. "
              "An update is the wait for the build, and the writing of the tables.",
@@ -137,7 +138,7 @@ def _overlap(rows: list[dict[str, Any]]) -> list[str]:
             parts = turn["update_ms"], turn["trace_ms"]
             lines.append(
                 f"{scene}, {BUDGE}: {number(ahead['frames_a_second'])} frames a second with the "
-                f"overlap and {number(turn['frames_a_second'])} in turn, "
+                f"overlap and {number(turn['frames_a_second'])} without overlap, "
                 f"{number(ahead['frames_a_second'] / turn['frames_a_second'])} times as many. "
                 "If the overlap hid the shorter of update and trace completely, it would give "
                 f"{number(sum(parts) / max(parts))} times as many. On a software renderer the "
@@ -166,6 +167,7 @@ def _chart(rows: list[dict[str, Any]], out: Path) -> None:
     figure.legend(*axes[0, 0].get_legend_handles_labels(), frameon=False, fontsize=8, ncols=2,
                   loc="upper left")
     figure.tight_layout(rect=(0, 0.03, 1, 0.97))
-    save_chart(figure, out / "frames.png", "Medians over frames; frames a second count them all.",
+    save_chart(figure, out / "frames.png",
+               "Times are medians over frames; frames a second count all frames.",
                "Bars show the milliseconds of a frame by method, divided into the update of "
                "the structure and the tracing of eye rays")

@@ -34,12 +34,12 @@ WIDTHS = tuple(GROUPS)
 # The side of a traced square of rays, and the number of squares across and down the image. Groups
 # of every width divide a square without remainder, whether of rays or of packets of 2x2 rays.
 SIDE, SPREAD = 48, 2
-# A limit of the static costs, for the pages that use them.
-COMPILED = ("Each kernel was compiled as a separate program. Two errors are known. The "
+# A limit of the static costs, for the pages that use static costs.
+COMPILED = ("Each kernel was compiled as a separate program. Two errors are known. First, the "
             "instructions that move a ray's state to the program's outputs count, although a loop "
-            "would keep the state in registers; so the computed shaders are too slow. The set-up "
-            "of rays and the branches of loops do not count; so the computed shaders are too "
-            "fast.")
+            "would keep the state in registers. This error makes the computed shaders too slow. "
+            "Second, the set-up of rays and the branches of loops do not count. This error makes "
+            "the computed shaders too fast.")
 # Caches: their bytes, the bytes of a transfer, and the number of rays that fetch together.
 STORES, LINES, TOGETHER = (8192, 16384, 131072), (16, 128), (4, 32)
 MISSES = ("kd-restart", "kd-texture-stack", "bvh-threaded")     # methods whose misses are counted

@@ -50,12 +50,12 @@ def draw(data: Path, out: Path, full: bool) -> None:
     write_text(out / "needs.md", f"# What a scene needs\n\nThe scene is {known['scene']['name']}, "
                f"to which each step adds something; {size}x{size} pixels, {METHOD}, "
                f"{LIGHT_SAMPLES} shadow rays to the lamp, {BOUNCES} bounces; renderer: "
-               f"{known['gpu']['renderer']}. Each scene is drawn alternately by the programs, "
-               "textures and passes that are derived from it, and by those with every feature "
-               "forced on. The time ratio is the first time divided by the second, in the median "
-               "over these pairs of pictures. The passes of traversal are not counted; a wave is "
-               "a set of rays that are traced together. The pictures are the same to the "
-               "bit.\n\n" + markdown_table(HEADS, [
+               f"{known['gpu']['renderer']}. Two renderers draw each scene alternately. The "
+               "programs, textures and passes of the first renderer are derived from the scene. "
+               "The second renderer has every feature on. The time ratio is the first time "
+               "divided by the second, in the median over these pairs of pictures. The "
+               "passes of traversal are not counted; a wave is a set of rays that are traced "
+               "together. The pictures are the same to the bit.\n\n" + markdown_table(HEADS, [
                    [number(v) if isinstance(v, float) else v for v in row] for row in rows]))
     figure = plt.figure(figsize=(11, 5.6))
     grid = figure.add_gridspec(2, len(STEPS), height_ratios=(3, 1), hspace=0.35)

@@ -99,7 +99,7 @@ def _page(times: list[tuple], alike: list[tuple[str, dict[str, float]]], note: s
             "`bvh-threaded`'s tree that the rays of a tile need, because they meet the nodes' "
             "boxes before their hits. \"Waiting\" is the number of steps if all rays of a tile "
             "wait for its longest ray, divided by the rays' own steps; it is 1 if no ray waits. "
-            "Idle steps are the steps that rays wait.\n\n"
+            "Idle steps are the steps during which rays wait.\n\n"
             + markdown_table(ALIKE, tiles))
 
 

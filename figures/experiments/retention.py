@@ -123,9 +123,9 @@ def _paragraph(found: list[list[Any]]) -> str:
              "`loop`, which reads each ray and writes each hit once."]
     if shares:
         parts.append(f"But rays are only {100 * min(shares):.0f} to "
-                     f"{100 * max(shares):.0f} % of the bytes that `kernels` moves. The state "
-                     "that a step changes is read and written again as well, and sorting rays, "
-                     "the survey's remedy, saves none of it.")
+                     f"{100 * max(shares):.0f} % of the bytes that `kernels` moves. A step "
+                     "also reads and writes the state that it changes. Sorting rays, the survey's "
+                     "remedy, saves no bytes of the state.")
     if sixteen:
         parts.append("Several steps per pass do save such bytes: with 16 steps, "
                      f"{number(min(sixteen))} to {number(max(sixteen))} times the bytes of "

@@ -10,7 +10,8 @@ import numpy as np
 
 import gpgpu_rt as rt
 
-COUNT, FLOOR = 9, -7.0    # number of sheets; height of the floor below them, where depth ends
+# number of sheets; height of the floor below the sheets, where the range of depth ends
+COUNT, FLOOR = 9, -7.0
 FAR = 1.0 - FLOOR         # distance from the highest rays to the floor, which depth covers
 GAPS = tuple(range(-27, -20))       # the measured gaps are 2 to these exponents, times FAR
 HEADS = ("gap / length", "wrong with MIN blending", "wrong with a depth buffer",

@@ -26,7 +26,7 @@ WARP, CLOCKS = 32, 4      # rays of a warp, and clocks that an instruction of a 
 MEMORIES = range(512, 128 * 1024 + 1, 512)    # on-chip bytes of a multiprocessor
 CHANNEL = 4               # bytes of a channel
 INVERSE = 3 * CHANNEL     # bytes of the inverse of a direction, which a loop computes once
-# The survey's numbers: bytes of stack per ray, and rays that could run at once.
+# The survey's numbers: bytes of stack per ray, and the rays that could run at once.
 SURVEYS = int(published("text", "", "bvh stack", quantity="local stack per ray") or 0)
 AT_ONCE = int(published("text", "", "", quantity="processes in parallel") or 0)
 
@@ -280,7 +280,7 @@ def _paragraph(found: list[list[Any]]) -> str:
     parts = [
         f"The survey computes that stacks of {SURVEYS} bytes a ray leave "
         f"{card.on_chip // SURVEYS} rays in the {card.on_chip // 1024} KiB of the {CARD}, where "
-        f"{AT_ONCE} could run. From this it concludes that stacks gain nothing on this card. But "
+        f"{AT_ONCE} could run. The survey concludes that stacks gain nothing on this card. But "
         f"each multiprocessor has its own {card.on_chip // 1024} KiB. {card.on_chip // SURVEYS} "
         f"such stacks fit into a multiprocessor of {WARP // CLOCKS} lanes, and "
         f"{card.multiprocessors * card.on_chip // SURVEYS} on the card. There are enough rays for "

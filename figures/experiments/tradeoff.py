@@ -77,7 +77,7 @@ def cells(full: bool) -> list[Cell]:
 
 
 def pareto(points: Sequence[tuple[float, float]]) -> list[int]:
-    """Indices of the points (rate, error) that no other point beats in both, in falling rate."""
+    """Indices of the points (rate, error) that no other point beats in both, fastest first."""
     order = sorted(range(len(points)), key=lambda i: (-points[i][0], points[i][1]))
     kept: list[int] = []
     for i in order:

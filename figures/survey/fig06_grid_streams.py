@@ -49,4 +49,4 @@ def draw(data: Path, out: Path, full: bool) -> None:
                "tables, read at computed positions. Vertical lines: streams. A blue dot means "
                "that the kernel writes the stream, a violet dot that it reads the stream.",
                "A diagram: the kernels of ray tracing in a grid below each other, with the "
-               "tables and streams that each reads and writes")
+               "tables and streams that each kernel reads and writes")

@@ -70,11 +70,11 @@ def draw(data: Path, out: Path, full: bool) -> None:
     write_text(out / "fig07.md", "# Figure 7: a picture by the grid with proximity clouds "
                f"(Karlsson and Ljungstedt 2004)\n\n{SCENE} at {size}x{size}, Whitted's ray "
                f"tracing; renderer: {known['gpu']['renderer']}. The thesis's picture shows a "
-               "scene that is not available, and neither is the commercial renderer that it "
-               "compares with. So the survey's seconds and ours are times of different pictures. "
-               "Compare the survey's rows only with each other, and our rows only with each "
-               "other. The last column is the time divided by the time of the first row of the "
-               "same source.\n\n"
+               "scene that is not available. The commercial renderer, which the thesis "
+               "compares with, is not available either. So the survey's seconds and ours are "
+               "times of different pictures. Compare the survey's rows only with each other, and "
+               "our rows only with each other. The last column is the time divided by the time of "
+               "the first row of the same source.\n\n"
                + markdown_table(("picture by", "s", "s / s of the first row"), seconds)
                + "\n" + markdown_table(HEADS, [
                    [number(v) if isinstance(v, float) else v for v in row]

@@ -56,8 +56,8 @@ def draw(data: Path, out: Path, full: bool) -> None:
     least = min(counts, key=lambda name: counts[name])
     text.append(f"\nBoth methods visit the same leaves. Here {least} needs fewer visits, because "
                 "in a tree of so few levels the root is as near as any ancestor. kd-backtrack "
-                "reads each node on its way up, and reads the topmost of them again on its way "
-                "down.\n")
+                "reads each node on its way up, and reads the topmost of these nodes again on its "
+                "way down.\n")
     write_text(out / "fig11.md", "\n".join(text) + "\n" + markdown_table(HEADS, table))
     figure, axes = plt.subplots(1, 3, figsize=(14, 6), width_ratios=(0.75, 1, 1))
     leaves = {node: VISITED for node in walks[0].visited if small.is_leaf(node)}

@@ -48,7 +48,7 @@ FIGURE = Comparison(
           for name in ("brute-force", "grid", "kd-restart", "kd-backtrack")),
     _cell,
     ("The survey does not name the card; the Radeon X800 XT PE is an assumption. The card cannot "
-     "branch, so each kernel is a pass of its own there.",
+     "branch, so each kernel is a separate pass on the card.",
      "Our schedule is `loop`, which runs the whole traversal in one pass. The paper's passes are "
      "those of our schedule `kernels`; schedules.md shows their cost.",
      "At the quick size brute force traces fewer rays, so compare times per ray.",

@@ -19,8 +19,8 @@ SCENES = ("cornell", "robots", "kitchen", "conference")
 SINGLE, PACKET = METHODS = ("kd-short-stack", "kd-packet")
 LOOKS = dict(zip(METHODS, zip(COLOURS, MARKERS)))      # method -> colour and marker
 BOUNCES = range(6)
-# A scene can show the claim only if `parted` is at least this; it is 1 if a packet's rays share
-# all nodes.
+# A scene can show the claim only if `parted` is at least this number. `parted` is 1 if a packet's
+# rays share all nodes.
 PARTED = 1.2
 
 
@@ -62,7 +62,7 @@ def judge(data: Path, full: bool) -> verdicts.Verdict:
 def parted(rows: list[list[float]]) -> float:
     """The nodes that a packet visits after the last bounce, divided by the nodes of one ray.
 
-    It is 1 where the rays of a packet stay together, and 4 where they share nothing.
+    The ratio is 1 where the rays of a packet stay together, and 4 where the rays share no node.
     """
     return rows[-1][10]
 

@@ -55,7 +55,7 @@ def draw(data: Path, out: Path, full: bool) -> None:
     way = ", ".join(f"from {small.name(rope.leaf)} to {small.name(rope.node)} at t = {rope.t:.3f}"
                     for rope in taken)
     write_text(out / "fig15.md", "# Figure 15: a kd-tree with ropes\n\nEach face of a leaf has a "
-               "rope to the smallest node that touches the whole face from outside. This is a "
+               "rope to the smallest node that touches the whole face from outside. The node is a "
                "leaf n if a single neighbour covers the face, and otherwise a split S, from which "
                "the ray descends again. Outer faces have no rope.\n\n"
                + markdown_table(HEADS, table) + f"\nThe ray follows ropes {way}. It visits the "

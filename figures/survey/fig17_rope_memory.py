@@ -103,10 +103,10 @@ def draw(data: Path, out: Path, full: bool) -> None:
         "# Figure 17: what ropes add to a kd-tree (Popov et al. 2007)\n",
         f"Bytes as in the paper's records: {NODE_BYTES} per node, {REFERENCE_BYTES} per "
         "reference, and 48 per leaf for six ropes and a box. The paper's table counts "
-        "\"references\" without saying per what. Its sizes are right if it counts references per "
-        "leaf that is not empty, so this table does the same. The survey says that each node has "
-        "six ropes, but the sizes are right only if inner nodes have none. The paper does not "
-        "print the depths of its trees. "
+        "\"references\" but does not say the references of what. The sizes of "
+        "the table are right if it counts references per leaf that is not empty, so this table "
+        "does the same. The survey says that each node has six ropes, but the sizes are right "
+        "only if inner nodes have none. The paper does not print the depths of its trees. "
         + " ".join(f"For the mesh of {scene} the depth {depth} was chosen so that the tree has "
                    "about as many leaves as the paper's." for scene, depth in DEPTH.items())
         + " The other trees have the default depth. The verdict judges the overhead, and not the "

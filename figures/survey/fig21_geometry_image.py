@@ -45,7 +45,7 @@ def surface() -> Parametrisation:
 
 @lru_cache(maxsize=1)
 def pyramids() -> tuple[ImageTree, np.ndarray, np.ndarray]:
-    """The tree, and the boxes' lower and upper corners, (nodes, 3) each, from passes' textures."""
+    """The tree, and the lower and upper corners of its boxes, (nodes, 3) each, from textures."""
     with rt.Tracer(image().scene(), "geometry-image") as tracer, tracer.gpu:
         tree = tracer.accelerator.structure
         lo, hi = (read_texture(tracer.session.tables[name][f"{name}_table"]).reshape(-1, 4)

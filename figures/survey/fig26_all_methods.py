@@ -34,9 +34,9 @@ COLUMNS = {"published": ("published", PUBLISHED),
            "scaled": ("scaled again, by arithmetic and by bandwidth", (COLOURS[4], MARKERS[4])),
            "predicted": ("predicted", PREDICTED), "measured": ("measured", HERE)}
 NOTES = (
-    "The survey gives one number per paper. It does not say which of the paper's methods the "
-    "number belongs to, nor which scenes it was computed from. The figure has no numbers of its "
-    "own: they are Table 1's.",
+    "The survey gives one number per paper. It does not say which of the paper's "
+    "methods the number belongs to, or from which scenes the number was computed. The figure has "
+    "no numbers of its own: they are Table 1's.",
     "`tenk` has 24 balls on a floor, 10,000 triangles.",
     TESTED_BY,
     "Predicted: the machine model of [era_machine](era_machine.md), with kernels that the card's "

@@ -57,7 +57,7 @@ def at_triangles(points: list[tuple[int, float]], count: int = TRIANGLES) -> flo
     """The rate at ``count`` triangles, interpolated between points (triangles, rate).
 
     The interpolation is linear in the logarithms, between the nearest scenes on both sides. If
-    there is no scene on one side, the rate is the nearest scene's.
+    there is no scene on one side, return the rate of the nearest scene.
     """
     x, y = zip(*sorted((math.log(n), math.log(rate)) for n, rate in points))
     return float(math.exp(np.interp(math.log(count), x, y)))

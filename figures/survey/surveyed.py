@@ -24,7 +24,7 @@ from . import ray_engine_work
 SCENE = "tenk"            # 10,000 triangles, as in Table 1
 BASE = "Carr et al. 2002"    # the Ray Engine: all speeds are relative to it
 CHIP = "G80"              # of the GeForce 8800 GTX, to which the survey scales all rates
-# Pixels per side of the image whose rays the predictions cover. It is the same for every method.
+# Pixels per side of the image whose rays the predictions cover, the same for every method.
 # At this size neighbouring rays are as close as in most of the papers.
 PREDICTED_SIZE = 1024
 Options = tuple[tuple[str, Any], ...]

@@ -1,6 +1,6 @@
 #version 330 core
-// Distributes the results of packets to their rays: writes the state, hit and counters of each ray in the
-// form in which a single-ray method writes them. The file <targets> defines the layout of the hits in the
+// Distributes the results of packets to their rays. For each ray, the pass writes the state, the hit and the
+// counters in the same form as a single-ray method. The file <targets> defines the layout of the hits in the
 // packets' render targets.
 
 #include "core/precision.glsl"

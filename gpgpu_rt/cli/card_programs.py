@@ -1,4 +1,4 @@
-"""``gpgpu-rt program METHOD --card CARD``: the kernels as a card's own compiler left them."""
+"""``gpgpu-rt program METHOD --card CARD``: the kernels as a card's compiler translated them."""
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping

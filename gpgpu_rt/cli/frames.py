@@ -110,7 +110,7 @@ def opened(chosen: argparse.Namespace) -> Animation:
 
 def frame_drawing(chosen: argparse.Namespace, animation: Animation) -> dict[str, Any]:
     """Return the arguments of `Tracer.render` that all frames share. They include a camera unless
-    the animation moves the camera and no option of the command line places it."""
+    the animation moves the camera and no option of the command line places the camera."""
     drawing = drawing_of(chosen, animation.scene)
     if animation.camera is not None and not given_camera(chosen):
         del drawing["camera"]
@@ -192,7 +192,7 @@ def _name(output: str, frame: int) -> Path:
 def write_film(output: str, kept: Unfinished) -> None:
     """Write the finished frames as one film that plays in a loop.
 
-    Does nothing where each frame is a file of its own.
+    Does nothing if each frame is written to a separate file.
     """
     if _is_numbered(output):
         return

@@ -10,7 +10,7 @@ from ..hardware.cards import Card, Refusal, cards
 from ..hardware.methods_on_cards import ERA, era_refusals, era_texels, method_needs, refusals
 from .shared import Command, print_json, print_table, say
 
-SCENE = "cornell"   # the tables depend on the scene; the programs hardly do
+SCENE = "cornell"   # the tables depend on the scene; the programs hardly depend on it
 WIDTH = 100         # columns to which text is wrapped: the table of methods has about this width
 NOTE = ("The rows `era` judge the kernels as the papers had them, by Mesa's compilers for the "
         "cards (docs/era.md). The other rows judge today's programs by their targets, tables, "
@@ -70,8 +70,8 @@ def _print_methods(found: Sequence[Card],
                    refused: Mapping[str, Mapping[tuple[str, str], list[Refusal]]],
                    scene: str) -> None:
     """Print a row per method and schedule: the first limit of the card that the programs exceed.
-    If they exceed none, the word is "yes" for an era form, and "-" for today's programs, whose
-    instructions are not compared."""
+    If the programs exceed no limit, the word is "yes" for an era form, and "-" for today's
+    programs, whose instructions are not compared."""
     def word(card: Card, pair: tuple[str, str]) -> str:
         reasons = refused[card.name][pair]
         return reasons[0].limit if reasons else "yes" if pair[1] == ERA else "-"

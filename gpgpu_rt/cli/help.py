@@ -39,7 +39,7 @@ class OwnedOptions:
     words : the words after which the user names an owner, such as -m; empty if the owner's name is
         an argument of the command
     everywhere : the owner whose options apply to all other owners too; "" if there is none. The
-        user cannot name it
+        user cannot name this owner
     unowned : names that may follow ``words`` although they own no options, such as auto
     table : the options, by name
     actions : the option's name by the parser's action
@@ -122,7 +122,7 @@ def usage_of(actions: Iterable[argparse.Action]) -> str:
 
 def where_to_read_on(owned: Sequence[OwnedOptions], already: bool) -> str:
     """Return the end of a help text, which says how to see the other options. ``already`` says
-    that the text has the options of an owner."""
+    whether the text has the options of an owner."""
     ways = [] if already else [
         f"{' '.join([*options.words[:1], options.kind.upper()])} --help for the options of "
         f"{_article(options.kind)}" for options in owned]
@@ -139,7 +139,7 @@ def described(option: Option) -> str:
 def help_of(kinds: Mapping[Option, Sequence[str]]) -> str:
     """Return the help text of a word, which options of several methods may share.
 
-    Options with the same text share it. If there are several texts, each text begins with the
+    Options with equal texts share the text. If there are several texts, each text begins with the
     names of its methods. If the options of a text have several defaults, each default is followed
     by its methods: "default 10 for lbvh, 2 for hybrid".
     """

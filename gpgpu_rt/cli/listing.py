@@ -1,4 +1,4 @@
-"""``gpgpu-rt info`` and ``methods``: list what there is."""
+"""``gpgpu-rt info`` and ``methods``: list the OpenGL contexts, and the methods."""
 from __future__ import annotations
 
 import argparse

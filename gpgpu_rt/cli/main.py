@@ -19,7 +19,7 @@ from .shared import print_any_name, say, spelled_out
 from .streams import printed
 
 # The module of each command, in the order of the help. Only the module of the command that runs is
-# imported, because all of them together take as long as a small picture.
+# imported, because importing all modules takes as long as drawing a small picture.
 MODULES = {
     "info": "listing", "methods": "listing", "scenes": "scenes", "render": "tracing",
     "trace": "tracing", "remesh": "remeshing", "bench": "benching", "conform": "conforming",
@@ -35,7 +35,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def import_command(arguments: Sequence[str]) -> None:
     """Import the module of the command that the arguments name, or of every command.
 
-    A caller that handles interrupts during imports in another way calls this function first.
+    A caller that has its own way to handle interrupts during imports calls this function first.
     """
     named = next((MODULES[word] for word in arguments if word in MODULES), None)
     for module in MODULES.values() if named is None else [named]:

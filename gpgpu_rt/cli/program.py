@@ -70,7 +70,7 @@ def _program(chosen: argparse.Namespace) -> None:
 
 
 def _card_program(method: str, chosen: argparse.Namespace) -> None:
-    """Print the kernels as a card's compiler left them."""
+    """Print the kernels as a card's compiler translated them."""
     options = options_for(chosen, method)
     of_tracer = {one.name: one.name in options for one in TRACER_OPTIONS}
     check_alone({"list": chosen.list, "all": chosen.all, **of_tracer})
@@ -94,7 +94,7 @@ def files_of_method(name: str) -> list[tuple[str, str]]:
     method table comes first.
 
     Without an OpenGL context, the result has only the files that the row names, not the files that
-    these include.
+    those files include.
     """
     row, file = find_method(name), file_of(name)
     found = [] if file is None else [(_shown(file), "row")]

@@ -214,7 +214,7 @@ def _missing_files(name: str, folder: Path) -> list[SourceFile]:
 
 
 def _convert(name: str, folder: Path, work: Path) -> None:
-    """Write the mesh of a scene, unless a folder has it, and remove files that are not kept."""
+    """Write the mesh of a scene, unless a folder has the mesh. Remove files that are not kept."""
     files, stay = source_files()[name], ORIGINALS[name].keeps_files
     paths = [folder / catalogue.PUBLISHED / file.place if stay else work / file.sha256
              for file in files]

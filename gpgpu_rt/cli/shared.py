@@ -63,7 +63,7 @@ class _Collect(argparse.Action):
 
 
 class _Single(argparse.Action):
-    """Stores one value, and refuses a second."""
+    """Stores one value, and refuses a second value."""
 
     def __call__(self, parser: argparse.ArgumentParser, chosen: argparse.Namespace, value: Any,
                  word: str | None = None) -> None:
@@ -82,7 +82,7 @@ def add_method(sub: argparse.ArgumentParser, text: str, required: bool = False) 
 def add_methods(sub: argparse.ArgumentParser, default: str | None = None) -> None:
     """Declare ``-m`` for several methods; ``chosen.methods`` is their list.
 
-    ``default`` is a text for the help. If it is given, the user may leave out ``-m``;
+    ``default`` is a text for the help. If ``default`` is given, the user need not give ``-m``, and
     ``chosen.methods`` is then None.
     """
     sub.add_argument("-m", "--method", "--methods", required=default is None, action=_Collect,

@@ -31,7 +31,7 @@ class Timings:
             self.parts[name] = self.parts.get(name, 0.0) + time.perf_counter() - began
 
     def split(self, name: str, parts: dict[str, float]) -> None:
-        """Replace a part by smaller parts; the rest of its time keeps its name."""
+        """Replace a part by smaller parts; the rest of the part's time keeps the part's name."""
         whole = self.parts.pop(name)
         self.parts.update(parts)
         self.parts[name] = max(0.0, whole - sum(parts.values()))

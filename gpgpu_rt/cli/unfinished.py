@@ -89,8 +89,8 @@ class Unfinished:
     def until_whole(self) -> Iterator[None]:
         """Return a context in which the caller makes the parts and assembles the output.
 
-        The folder is removed at the end. It stays if the run is interrupted or fails, unless a
-        resumed run would fail in the same way.
+        The folder is removed at the end. The folder stays if the run is interrupted or fails,
+        unless a resumed run would fail in the same way.
         """
         try:
             yield

@@ -38,6 +38,6 @@ def draw(rows: Sequence[Row], path: str) -> None:
     bar = figure.colorbar(image, ax=axis, ticks=range(-4, 1), shrink=0.5)
     bar.ax.set_yticklabels(["none", "0.1 %", "1 %", "10 %", "all"], fontsize=7)
     figure.tight_layout()
-    save(figure, path, "A map with a row for each family of rays that are aimed at trouble and a "
-         "column for each ray tracer; a field has the number of wrong rays, and is dark if many "
-         "are wrong")
+    save(figure, path, "A map with a row for each family of difficult rays and a column for "
+         "each ray tracer; a field has the number of wrong rays, and is dark if many rays are "
+         "wrong")

@@ -50,10 +50,11 @@ def page(rows: Sequence[Row], missing: Mapping[str, str]) -> str:
     return ("<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">"
             "<meta name=\"viewport\" content=\"width=device-width\">"
             f"<title>Conformance of ray tracers</title><style>{_STYLE}</style></head><body>"
-            "<h1>Conformance of ray tracers</h1><p>Each family of rays is aimed at trouble: at "
-            "edges, at vertices, at the limits of float32. The right answers are exact. A ray "
-            "that float32 cannot decide counts for nobody. The shares say nothing about ordinary "
-            f"rays.</p>{''.join(body)}<ul>{listed}</ul></body></html>\n")
+            "<h1>Conformance of ray tracers</h1><p>Each family of rays is aimed at difficult "
+            "places: edges, vertices or the limits of float32. The right answers are exact. If "
+            "float32 cannot decide a ray, the ray counts neither for nor against a tracer. The "
+            "shares say nothing about ordinary rays.</p>"
+            f"{''.join(body)}<ul>{listed}</ul></body></html>\n")
 
 
 def _table(caption: str, heads: Sequence[str], rows: Sequence[Sequence[str]]) -> str:

@@ -120,7 +120,8 @@ is a ray that passes through a closed surface. A *wrong* ray finds another trian
 answer, and its rounding errors do not explain the difference. If n rays show no error, the share
 of wrong rays may still be as large as 3/n.
 
-Ray tracers of today are compared with the same exact answers, on rays that are aimed at trouble.
+Ray tracers of today are compared with the same exact answers, on rays that are aimed at difficult
+places.
 """, ("tradeoff", "extremes", "conformance")),
     Chapter("All of them side by side (survey, section 4)", """
 The survey ends with a table: the structure of each method, the device that builds it, the

@@ -99,7 +99,7 @@ class DriverBase:
 
     @property
     def mask_interval(self) -> int:
-        """Passes between two counts of the live rays: the option, or else an automatic number."""
+        """Number of passes between two counts of the live rays. The option can set this number."""
         steps = self.options["steps_per_pass"] if self.options["schedule"] == "step" else 1
         return self.options["mask_interval"] or max(2, QUERY_INTERVAL // steps)
 
@@ -117,8 +117,8 @@ class DriverBase:
 
     def keep(self, name: str, make: Callable[[], Part],
              fits: Callable[[Part], bool] = lambda part: True) -> Part:
-        """Return the part with this name. If there is none, make it. If it does not fit, release
-        it and make it again."""
+        """Return the part ``name``. If there is no such part, make the part. If the part does not
+        fit, release the part and make a new part."""
         part = self.kept.get(name)
         if part is None or not fits(part):
             self.drop(name)
@@ -126,7 +126,7 @@ class DriverBase:
         return part
 
     def drop(self, name: str) -> None:
-        """Release the part with this name, if there is one."""
+        """Release the part ``name``, if the driver has this part."""
         release(self.kept.pop(name, None))
 
     def draw(self, program: FullScreenPass, target: Drawable, samplers: Samplers,

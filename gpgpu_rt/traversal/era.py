@@ -43,7 +43,7 @@ class EraKernel:
     ----------
     name : the kernel's name; INIT for the pass that sets up states
     defines, virtual : arguments of ``gl.shader.resolve``, for the main file of either dialect
-    writes_hit : whether the kernel writes rays' hits. A kernel that cannot change hits does not
+    writes_hit : whether the kernel writes rays' hits. False if the kernel cannot change hits
     """
 
     name: str

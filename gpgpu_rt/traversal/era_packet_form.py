@@ -1,4 +1,4 @@
-"""Era packet form: what the row of a packet method says of its packets in the era form."""
+"""Era packet form: a field of a packet method's row. It describes the packets in the era form."""
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping

@@ -27,12 +27,12 @@ LOOP = "loop"     # the name of the whole program
 RAYS = Record("packet_rays", " | ".join(
     [f"{field}_{axis}:vec4" for field in ("origin", "direction", "inverse") for axis in "xyz"]
     + ["t_min:vec4", "t_max:vec4"]))
-"""The four rays of a packet. Each vector has a number of each ray."""
+"""The four rays of a packet. Each vector holds one number of each of the four rays."""
 
 HITS = replace(HIT, layout="t:vec4 | u:vec4 | v:vec4 | triangle:ivec4")
 """The hits of the four rays."""
 
-_KEPT = replace(HITS, name="packet")    # a name that the rays' hits do not have
+_KEPT = replace(HITS, name="packet")    # the record of single rays' hits has another name
 
 
 def packet_kernels(method: Method, options: Mapping[str, Any],

@@ -71,10 +71,10 @@ class Accelerator:
     ----------
     tables : Record name -> field name -> array (or Column). The fields are packed into textures.
     uniforms : Uniform name -> value.
-    step_bound : No ray needs more kernel runs. Computed from the structure's size.
+    step_bound : Upper bound on the kernel runs of a ray. Computed from the structure's size.
     structure : The builder's result, or None.
     defines : GLSL defines that follow from the structure.
-    stack_levels : The most levels that the stack of a ray or packet can hold. 0 without a stack.
+    stack_levels : Largest number of levels in the stack of a ray or packet. 0 without a stack.
     finisher : Passes that complete the tables after their upload.
     shown : The triangles that hits lie on, (n, 3, 3) float32, if the method traces a coarser level
         of the scene. None if hits lie on the scene's own triangles.
@@ -186,10 +186,10 @@ class Method:
     single : Name of the method that traces the rays of packets that reach the limit on steps.
     entry_walk : GLSL file of a beam's walk through the tree, for the option ``entry_points``.
     own_array : (options) -> whether fragments write into a GLSL array, at different indices.
-    fixed_defines : GLSL defines of all programs of this method. They tell apart the methods that
-        share a GLSL file.
+    fixed_defines : GLSL defines of all programs of this method. If methods share a GLSL file,
+        these defines tell the methods apart.
     no_era_form : why the kernels do not compile in the era dialect (traversal/era.py). Empty if
-        they do.
+        the kernels compile.
     stack, packet, dynamic : Columns of the survey's Table 1.
     """
 
@@ -244,7 +244,7 @@ class Method:
 
     @property
     def steps_once(self) -> bool:
-        """Whether a pass runs one step at most: a pass of pushes or triangle tests must follow."""
+        """Whether a pass runs one step at most, because pushes or triangle tests must follow."""
         return self.stack_entry is not None or self.packet_state is not None
 
     def tables_for(self, options: Mapping[str, Any]) -> Tables:

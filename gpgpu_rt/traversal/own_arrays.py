@@ -1,7 +1,7 @@
-"""Checks that a renderer handles local arrays correctly if each fragment uses another index.
+"""Checks that a renderer handles local arrays correctly if fragments use different indices.
 
-Some methods keep a ray's stack in such an array. Mesa's softpipe uses one index for a block of
-2 x 2 fragments, and so mixes up their stacks.
+Some methods keep a ray's stack in a local array. Mesa's softpipe uses one index for all fragments
+of a block of 2 x 2 fragments, and so mixes up the stacks of these fragments.
 """
 from __future__ import annotations
 

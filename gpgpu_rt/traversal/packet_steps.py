@@ -110,7 +110,7 @@ class PacketSteps(MethodDriver):
                 writes = [of_packet, *self.counted]
             else:
                 reads, writes = [rays, of_packet, *counters], [*of_ray, *self.counted]
-                options = {**options, "packet": (1, 1)}     # a packet of the ray alone
+                options = {**options, "packet": (1, 1)}     # a packet with a single ray
                 width, height = packet_of(self.options)
                 defines["PACKET_OF_RAY"] = f"ivec2({width}, {height})"
             program = FullScreenPass(

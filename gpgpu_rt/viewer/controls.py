@@ -150,7 +150,8 @@ class Controls:
     def _heading(title: str, key: str, options: Sequence[Option],
                  given: Mapping[str, Any]) -> bool:
         """Draw a heading that says how many options differ from their defaults. Return whether the
-        heading is open. It stays open while its title changes, if its ``key`` stays."""
+        heading is open. The heading stays open while its title changes, if ``key`` does not
+        change."""
         changed = len({option.name for option in options} & set(given))
         note = f" ({changed} changed)" if changed else ""
         return imgui.collapsing_header(f"{title}{note}###{key}")

@@ -18,15 +18,17 @@ from ..scene.camera import Camera
 # points between NEAREST and 1 times the target's distance, along the view.
 PIXEL_SHARE = 0.1
 NEAREST = 0.25
-# Each part of the camera may use this share of PIXEL_SHARE, together with the parts before it.
+# A part of the camera, and all parts before it in this list, together move the picture of a point
+# by less than this share of PIXEL_SHARE.
 _BUDGETS = (("fov", 0.1), ("up", 0.3), ("eye", 0.6), ("target", 1.0))
 
 
 def fitted(camera: Camera, size: tuple[int, int]) -> Camera:
     """Return the camera with a wider field of view if the picture is narrower than high.
 
-    The field of view is vertical. In a narrow picture it would cut off the sides of an object. The
-    fitted camera shows all that a square picture of the given camera shows.
+    The field of view is vertical. In a narrow picture, the given field of view would cut off the
+    sides of an object. The fitted camera shows all that a square picture of the given camera
+    shows.
     """
     width, height = size
     if width >= height:
@@ -36,7 +38,7 @@ def fitted(camera: Camera, size: tuple[int, int]) -> Camera:
 
 
 def shift(exact: Camera, other: Camera, size: tuple[int, int]) -> float:
-    """Return by how many pixels the picture differs between two cameras, at most.
+    """Return the largest distance in pixels between the pictures of a point by two cameras.
 
     The points are on the rays of ``exact`` through the corners, the middles of the edges and the
     centre of the picture, at NEAREST times and 1 times the distance of the target.
@@ -66,8 +68,8 @@ def rounded(camera: Camera, size: tuple[int, int], own: Camera | None = None) ->
     ----------
     camera : the exact camera
     size : (width, height) of the picture in pixels
-    own : the scene's own camera. Parts that equal its parts are not rounded, because a command
-        leaves them out
+    own : the scene's own camera. Parts that equal the parts of ``own`` are not rounded, because a
+        command leaves these parts out
     """
     found = camera
     for name, share in _BUDGETS:
@@ -88,7 +90,7 @@ def _candidates(camera: Camera, name: str) -> Iterator[Camera]:
     for decimals in range(first, first + 17):
         try:
             yield replace(camera, **{name: _cut(value, decimals)})
-        except SceneError:      # so few digits do not give a camera
+        except SceneError:      # so few digits give no valid camera
             continue
     yield camera
 

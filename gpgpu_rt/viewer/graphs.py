@@ -19,8 +19,8 @@ TIPS = {"ms": "milliseconds of the last pictures",
 
 
 def draw_graphs(viewer: Viewer) -> None:
-    """Draw graphs of the last pictures. For a journey, draw only live rays: its times would
-    include the storing of all states."""
+    """Draw graphs of the last pictures. For a journey, draw only live rays: the
+    journey's times would include the storing of all states."""
     history, journey = list(viewer.history), viewer.journey
     if viewer.mode == "passes":
         if journey is not None:

@@ -16,7 +16,7 @@ from ..scene.camera import Camera
 from ..text_format import counted
 from ..tracer import Tracer
 
-MOST_BYTES = 256 << 20      # if all states need more, every second pass is dropped
+MOST_BYTES = 256 << 20      # if all states need more bytes, every second pass is dropped
 MOST_SECONDS = 20.0
 # A t above this number is no place on a ray. For example, t_min is 3e38 for a ray of a packet that
 # waits while the packet walks with rays of other direction signs (drivers/packet_turns.glsl).

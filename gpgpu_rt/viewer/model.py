@@ -76,7 +76,7 @@ class Viewer:
         self.message = self.failed = ""
         self.version = 0
         self.image: np.ndarray | None = None
-        self.divisor: int | None = None     # of the shown picture; None: the picture is outdated
+        self.divisor: int | None = None     # None: the shown picture is outdated
         self.mode = MODES[0]
         self.heat = HeatView()
         self.journey: Journey | None = None
@@ -245,7 +245,7 @@ class Viewer:
 
     @property
     def held_back(self) -> float | None:
-        """The estimated seconds of the finest picture if the user must ask for it; else None."""
+        """The estimated seconds of the finest picture if only the user can start it; else None."""
         if self.mode == "passes" or self.divisor in (None, 1) or not self.finished:
             return None
         estimate = self.pace.estimate(1)
@@ -349,7 +349,7 @@ class Viewer:
             self.gpu.context.error      # clear the error that OpenGL recorded
 
     def tell(self, failure: Exception) -> None:
-        """Report an error in ``message``. With GPGPU_RT_TRACEBACK set, raise it instead."""
+        """Report an error in ``message``. If GPGPU_RT_TRACEBACK is set, raise the error."""
         if os.environ.get("GPGPU_RT_TRACEBACK"):
             raise failure
         self.message = line_of_failure(failure)

@@ -33,7 +33,8 @@ class Pace:
         """Return the estimated time of a picture in seconds, or None without measurements.
 
         The time of the nearest measured divisor is scaled by the number of pixels. For a finer
-        picture, the estimate is too high, because it also scales the fixed cost of a picture.
+        picture, the estimate is too high, because the estimate also scales the fixed cost of a
+        picture.
         """
         if not self._seconds:
             return None
@@ -52,7 +53,7 @@ class Pace:
         """Return the divisor of the next picture, which is finer than ``shown``, or None.
 
         The next picture is the finest whose estimated time is at most ``AT_REST``. If no picture
-        is that fast, it is the next finer picture, provided that its estimated time is at most
+        is that fast, choose the next finer picture, provided that its estimated time is at most
         ``PATIENCE``. Otherwise, and if there is no finer picture, return None.
         """
         finer = [d for d in DIVISORS if shown is None or d < shown]

@@ -10,7 +10,7 @@ from .overlay import projected
 from .ray_path import RayPath, edges_of
 from .style import BOX, CHOSEN_BOX, LAST_BOX, OUTLINE, RAY
 
-MOST_BOXES = 80         # of the boxes along a path, only this many last boxes are drawn
+MOST_BOXES = 80         # number of drawn boxes: the last boxes along the path
 
 
 def draw_path(path: RayPath, camera: Camera, rect: Rect) -> None:

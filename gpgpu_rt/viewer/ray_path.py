@@ -52,8 +52,9 @@ class RayPath:
         method's structure has no boxes
     places : the node or cell of each row; None if the ray has no node or cell after this pass
     hit : the triangle, or -1
-    count : the number of the first pass and of all later passes that changed the ray. Passes that
-        do not count have no row. Only the first MOST_ROWS of the counted passes have rows
+    count : the number of passes that count: the first pass, and each later pass that changed the
+        ray. Passes that do not count have no row. Only the first MOST_ROWS of the counted passes
+        have rows
     row : the index of the row that the user chose, or None
     """
 

@@ -16,8 +16,8 @@ from ..render.integrators import DEFAULT, find_integrator
 from ..scene.camera import Camera
 from ..tracer import DEFAULT_METHOD
 
-# Options that the viewer sets itself. Presort has no effect on eye rays, because they are not
-# given as arrays.
+# Options that the viewer sets itself. Presort has no effect on eye rays, because eye rays
+# are not given as arrays.
 DECIDED = ("context", "statistics", "presort")
 
 
@@ -99,14 +99,14 @@ class Selection:
         return find_integrator(self.integrator).options
 
     def with_method(self, name: str) -> Selection:
-        """Return the selection with another method. Options stay if the method accepts them."""
+        """Return the selection with another method. Keep the options that the method accepts."""
         other = replace(self, method=find_method(name).name, options={})
         known = {option.name: option for option in other.known()}
         kept = {option: value for option, value in self.options.items()
                 if option in known and known[option].accepts(value)}
         if kept.get("schedule") not in (None, *other.row.schedules_for(kept)):
             del kept["schedule"]
-        if other.row.steps_once:    # such a method runs only one step per pass
+        if other.row.steps_once:    # the method runs only one step per pass
             kept.pop("steps_per_pass", None)
         return replace(other, options=kept)
 
@@ -115,7 +115,7 @@ class Selection:
         return replace(self, options=_set(self.options, self.known(), name, value))
 
     def with_integrator(self, name: str) -> Selection:
-        """Return the selection with another integrator. Options stay if it accepts them."""
+        """Return the selection with another integrator. Keep the options that it accepts."""
         known = {option.name: option for option in find_integrator(name).options}
         light = {option: value for option, value in self.light.items()
                  if option in known and known[option].accepts(value)}

@@ -7,7 +7,7 @@ import imgui_bundle
 from imgui_bundle import imgui
 
 SIZE = 15.0         # height of text in pixels
-FIXED_SIZE = 14.0   # the same for tables of numbers and for program text
+FIXED_SIZE = 14.0   # height of numbers in tables, and of program text
 _FONTS = Path(imgui_bundle.__file__).parent / "assets" / "fonts"
 QUIET_TEXT = imgui.ImVec4(0.66, 0.68, 0.72, 1.0)
 NOTICE = imgui.ImVec4(1.0, 0.86, 0.55, 1.0)

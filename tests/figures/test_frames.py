@@ -113,7 +113,7 @@ def test_pages_hold_the_measured_numbers(tmp_path) -> None:
     turn, ahead = (expected["cloth", label] for label in (frames.IN_TURN, frames.OVERLAPPED))
     rates = [3e3 / (2 * ms + 5003) for ms in (ahead, turn)]
     assert (f"cloth, kd-stack: {number(rates[0])} frames a second with the overlap and "
-            f"{number(rates[1])} in turn") in page
+            f"{number(rates[1])} without overlap") in page
     assert f"would give {number((turn + 1) / turn)} times as many" in page
     assert "Budge et al. 2008" in page
     assert (tmp_path / "frames.png").stat().st_size > 10_000

@@ -43,7 +43,7 @@ def _prepare(triangles: np.ndarray, options: Mapping[str, Any]) -> Accelerator:
 
 def _refit(accelerator: Accelerator, triangles: np.ndarray,
            options: Mapping[str, Any]) -> Accelerator:
-    """Write new positions into the same image. Links stay; the finisher recomputes the boxes."""
+    """Write new positions into the image. Links stay valid; the finisher recomputes the boxes."""
     return _with_positions(accelerator, triangles, options["level"])
 
 
@@ -64,7 +64,7 @@ def _with_positions(accelerator: Accelerator, triangles: np.ndarray, level: int)
              "down": tree.down * signs[1], "face": tree.face}
     written = accelerator.tables.get(IMAGE_CELL.name)
     if written and all(np.array_equal(cells[name], written[name]) for name in cells):
-        cells = written     # the same object is not uploaded again
+        cells = written     # the tracer does not upload an unchanged object again
     lo, hi = ([float(pick(at[:, axis])) if len(at) else 0.0 for axis in range(3)]
               for pick in (np.min, np.max))
     return replace(

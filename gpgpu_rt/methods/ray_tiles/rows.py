@@ -38,8 +38,8 @@ def _prepare(triangles: np.ndarray, options: Mapping[str, Any]) -> Accelerator:
 FAMILY = "tiles of rays"
 ROWS = (Method(
     name="ray-tiles",
-    summary="draws each triangle over the tiles of rays whose cone it meets; builds no structure "
-            "over triangles",
+    summary="draws each triangle over the tiles of rays whose cone the triangle meets; builds no "
+            "structure over triangles",
     citation="Szécsi 2006",
     glsl="methods/ray_tiles/cone.glsl",
     kernels=("draw",),

@@ -1,5 +1,5 @@
 """tree-unit: one tree traversal whose criterion an option exchanges, as the survey proposes for
-hardware (survey, section 5). The way back to a node's far child is that of kd-backtrack."""
+hardware (survey, section 5). A ray returns to a node's far child as in kd-backtrack."""
 from __future__ import annotations
 
 from collections.abc import Mapping
