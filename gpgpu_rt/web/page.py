@@ -157,7 +157,7 @@ follow its ray. The address keeps what you chose, so that you can share it.</p>
 <section>
 <canvas id="space" role="img" aria-label="The ray in space" width="720" height="720"></canvas>
 <p id="space-text"></p>
-<pre id="ray">Click a pixel of the picture.</pre>
+<pre id="ray"></pre>
 </section>
 <section class="second">
 <label>program of the pass <select id="kernel"></select></label>

@@ -127,12 +127,13 @@ async function begin() {
     surfaces = await surfaceTexture();
     if (!listens) listen();
     [listens, lost] = [true, false];
-    await choose(...recall());
-    check();
-    drawRamp();
+    const shown = choose(...recall());
     if (!wires) await loadWires();
     check();
     spaceAt();
+    await shown;
+    check();
+    drawRamp();
     const {loop} = chosen.method.schedules;
     if (loop) await trace(loop, chosen.camera, 32, 32, {place: "warm"});     // compiles what a drag needs
     freeTargets("warm");

@@ -279,8 +279,8 @@ def test_four_kernels_have_four_colours(exact_renderer, browser: Browser, tmp_pa
     shown = browser.run("""[1, 2, 3, 4].map((phase) => {
         const one = (...texel) => texture(1, 1, 4, new Float32Array(texel));
         const into = target("colours 0", {outputs: 1}, 1, 1);
-        draw(page.whole, page.show, into, {places: [0, 0], stepwise: 1, most: 0, size: [1, 1],
-                                           kernel_colours: KERNEL_LIGHT},
+        draw(page.own.whole, page.own.show, into, {places: [0, 0], stepwise: 1, most: 0, size: [1, 1],
+                                                   kernel_colours: KERNEL_LIGHT},
              {hits: one(0, 0, 0, NO_TRIANGLE), surfaces: one(0, 0, 0, 0), counts: one(0, 0, 0, 0),
               directions: one(0, 0, 1, 0), phases: one(phase, 0, 0, 0)});
         return [...read(into)].slice(0, 3);
