@@ -14,16 +14,18 @@ import numpy as np
 from ..disk.files import replacing
 from ..errors import LimitError, OptionError
 from ..gl.shader import resolve
+from ..inspect.false_colours import category
 from ..rays.records import NO_TRIANGLE
 from ..scene.scene import Scene
 from ..traversal.live_tiles import TILE
+from .described import MOST_KERNELS
 from .export import WebMethod, export_method
 from .page_data import PageData
 
 HERE = Path(__file__).parent
 # One script in the page, in this order.
 SCRIPTS = ("vectors.js", "unpack.js", "player.js", "passes.js", "selftest.js", "path.js",
-           "space.js", "charts.js", "program.js", "controls.js", "start.js")
+           "visits.js", "space.js", "charts.js", "program.js", "controls.js", "start.js")
 # The page's own programs, which show and count the rays. These and the scripts use CONSTANTS.
 OWN = {"whole": "drivers/full_screen.vert", "show": "web/show.frag", "alive": "web/alive.frag"}
 CONSTANTS = {"NO_TRIANGLE": NO_TRIANGLE, "TILE": TILE}
@@ -76,7 +78,7 @@ def page_text(scene: Scene, methods: list[WebMethod], tables: PageData) -> str:
             "camera": {name: _plain(getattr(scene.camera, name))
                        for name in ("eye", "target", "up", "fov")}}
     script = "\n".join((HERE / name).read_text() for name in SCRIPTS)
-    style = (HERE / "page.css").read_text()
+    style = _kernel_colours() + (HERE / "page.css").read_text()
     policy = (f"default-src 'none'; script-src '{_digest(script)}'; "
               f"style-src '{_digest(style)}'")
     # "<" cannot end the element of the description, nor begin markup.
@@ -85,6 +87,13 @@ def page_text(scene: Scene, methods: list[WebMethod], tables: PageData) -> str:
     return _PAGE.format(policy=policy, title=title, style=style, script=script,
                         description=description, side=SIDE,
                         triangles=f"{len(scene.triangles):,}")
+
+
+def _kernel_colours() -> str:
+    """Return a rule with the colours that films and the viewer give to kernels."""
+    names = [f"--kernel-{phase}: #{bytes(category(phase)).hex()}"
+             for phase in range(1, MOST_KERNELS + 1)]
+    return f":root {{ {'; '.join(names)} }}\n"
 
 
 def _wires(scene: Scene, tables: PageData) -> dict[str, Any]:
