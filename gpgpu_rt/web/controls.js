@@ -163,8 +163,16 @@ function steps() {
     const slider = element("pass"), found = presentSurvey();
     slider.value = chosen.most === null ? slider.max : chosen.most;
     element("step").textContent = found ? `${slider.value} of ${slider.max}` : chosen.most === null ? "" : chosen.most;
-    drawAlive(schedule().repeats ? found : null, chosen.most === null ? Infinity : chosen.most);
+    const end = rayEnd();
+    element("end").disabled = end === null;
+    drawAlive(schedule().repeats ? found : null, chosen.most === null ? Infinity : chosen.most, end);
     spaceAt();
+}
+
+// The step after which the clicked ray has ended; null if it is unknown. Under kernels, a step of the slider runs a
+// kernel for the rays that wait for it, so it is no step of every ray.
+function rayEnd() {
+    return path && path.states && schedule().cycles.length === 1 ? path.states.length - 1 : null;
 }
 
 function rescale(scale) {
@@ -285,10 +293,10 @@ function remember() {
                                          rays: element("size").value});
     if (chosen.most !== null) choices.set("pass", chosen.most);
     if (chosen.heat) choices.set("heat", chosen.scale || 1);
-    if (chosen.ray) choices.set("ray", chosen.ray.map((at) => at.toFixed(4)).join(","));
-    choices.set("eye", chosen.camera.eye.map((x) => x.toPrecision(9)).join(","));
+    if (chosen.ray) choices.set("ray", chosen.ray.map((at) => Number(at.toFixed(4))).join(","));
+    if (chosen.camera !== page.camera) choices.set("eye", chosen.camera.eye.map((x) => Number(x.toPrecision(6))).join(","));
     try {
-        history.replaceState(null, "", `#${choices}`);
+        history.replaceState(null, "", `#${String(choices).replaceAll("%2C", ",")}`);
     } catch {
         // A browser may limit how often the address changes; the next picture writes it.
     }

@@ -49,8 +49,8 @@ function turnSpace(dx, dy) {
     spaceAt();
 }
 
-function scrub() {
-    chosen.most = Number(element("pass").value);
+function goTo(step) {
+    chosen.most = step;
     steps();
     show();
 }
@@ -83,7 +83,8 @@ function listen() {
         showProgram();
         spaceAt();
     });
-    on("pass", "input", scrub);
+    on("pass", "input", () => goTo(Number(element("pass").value)));
+    on("end", "click", () => goTo(rayEnd()));
     on("play", "click", play);
     on("size", "change", () => {
         chosen.side = Number(element("size").value);

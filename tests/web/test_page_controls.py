@@ -46,7 +46,7 @@ def test_a_drag_turns_the_scene(page: Browser) -> None:
     assert differing(before, page.pixels("#picture")) > 0.2
     assert page.run("result.side") == 64        # in full again after the drag
     eye = np.array(choices(page)["eye"].split(","), float)
-    assert np.allclose(eye, page.run("chosen.camera.eye"), rtol=1e-6)
+    assert np.allclose(eye, page.run("chosen.camera.eye"), rtol=1e-5)
     assert not np.allclose(eye, page.run("page.camera.eye"), rtol=0.01)
 
 
@@ -282,8 +282,9 @@ def test_four_kernels_have_four_colours(exact_renderer, browser: Browser, tmp_pa
     shown = browser.run("""[1, 2, 3, 4].map((phase) => {
         const one = (...texel) => texture(1, 1, 4, new Float32Array(texel));
         const into = target("colours 0", {outputs: 1}, 1, 1);
-        draw(page.own.whole, page.own.show, into, {places: [0, 0], stepwise: 1, most: 0, size: [1, 1],
-                                                   kernel_colours: KERNEL_LIGHT},
+        const {whole, show} = page.own;
+        draw(whole, show, into, {places: [0, 0], stepwise: 1, most: 0, size: [1, 1],
+                                 kernel_colours: KERNEL_LIGHT},
              {hits: one(0, 0, 0, NO_TRIANGLE), surfaces: one(0, 0, 0, 0), counts: one(0, 0, 0, 0),
               directions: one(0, 0, 1, 0), phases: one(phase, 0, 0, 0)});
         return [...read(into)].slice(0, 3);

@@ -1,6 +1,7 @@
 """A page that is opened without choices shows a search, with a ray that is on its way."""
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -55,3 +56,53 @@ def test_a_page_opens_in_mid_search(browser: Browser, tmp_path: Path) -> None:
     browser.wait("chosen.method.name === 'kd-restart'")
     settle(browser)
     assert browser.run("[chosen.schedule, chosen.most, result.alive]") == ["step", None, 0]
+
+
+def test_the_table_compares_the_methods() -> None:
+    """Restart takes more steps than a full stack, which runs under loop alone."""
+    rows = dict(re.findall(r'<tr data-method="([\w-]+)">(.*?)</tr>', written(METHODS)))
+    assert tuple(rows) == METHODS
+    scene = rt.load_scene("cornell")
+    for name, row in rows.items():
+        with rt.Tracer(scene, name, statistics=True) as tracer:
+            hits = tracer.trace(*scene.camera.rays((64, 64)))
+        assert re.findall("<td>(.*?)</td>", row) == [
+            text for counts in (hits.steps, hits.nodes_visited)
+            for text in (f"{counts.mean():.1f}", f"{counts.max()}")]
+
+
+@in_browser
+def test_a_button_goes_to_the_end_of_the_ray(browser: Browser, tmp_path: Path) -> None:
+    opened(browser, tmp_path, written(METHODS),
+           "method=kd-restart&schedule=step&rays=64&pass=5&ray=0.2,0.6")
+    end = browser.run("path.states.length - 1")
+    assert 5 < end < browser.run("counted.last")
+    # A dashed mark stands in the chart at the end of the ray.
+    marks = """(() => {
+        const {width, height} = element("alive"), context = element("alive").getContext("2d");
+        const {data} = context.getImageData(0, height - 30, width, 30);
+        return [...Array(width).keys()].filter((x) => [...Array(30).keys()].some((y) =>
+            data[4 * (y * width + x)] < 60 && data[4 * (y * width + x) + 3] > 120));
+    })()"""
+    width, last = browser.run("[element('alive').width, counted.last]")
+    found = browser.run(marks)
+    assert found and all(abs(x - end / last * (width - 1)) < 3 for x in found)
+    browser.click("#end")
+    settle(browser)
+    assert browser.run("chosen.most") == end
+    assert "has ended" in browser.run("element('space-text').textContent")
+    address = browser.run("location.hash")
+    assert address == f"#method=kd-restart&schedule=step&rays=64&pass={end}&ray=0.2,0.6"
+    browser.select("#schedule", "kernels")
+    settle(browser)
+    assert browser.run("element('end').disabled")
+
+
+@in_browser
+def test_texts_are_not_cut(browser: Browser, tmp_path: Path) -> None:
+    browser.resize(1280, 900)
+    opened(browser, tmp_path, written(METHODS))
+    assert browser.run("[...document.querySelectorAll('#ray, #text, #text pre')].filter("
+                       "(one) => one.scrollWidth > one.clientWidth).length") == 0
+    words = browser.run("document.body.innerText")
+    assert words.lower().count("click a pixel") == 1
