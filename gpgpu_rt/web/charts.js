@@ -1,6 +1,6 @@
 // What the passes counted: the rays that are alive after each step, and the scale of the heat map.
 
-// The kernels' colours, which page.css lists, and as light for show.frag. Kernels after the last colour share it.
+// The kernels' colours, which page.py writes into the style, and as light for show.frag. Kernels after the last colour share it.
 const KERNEL_COLOURS = [1, 2, 3, 4].map(
     (k) => getComputedStyle(document.documentElement).getPropertyValue(`--kernel-${k}`).trim());
 const KERNEL_LIGHT = KERNEL_COLOURS.flatMap(
@@ -22,8 +22,8 @@ function survey(schedule, states) {
             percentile: Math.max(1, taken[Math.floor(0.99 * (taken.length - 1))])};
 }
 
-// Draws the curve of live rays, with a mark at the present step.
-function drawAlive(found, step) {
+// Draws the curve of live rays, with marks at the present step and at the end of the clicked ray; null marks no end.
+function drawAlive(found, step, end) {
     const chart = element("alive"), context = chart.getContext("2d"), {width, height} = chart;
     context.clearRect(0, 0, width, height);
     element("alive-text").textContent = "";
@@ -39,6 +39,14 @@ function drawAlive(found, step) {
     context.lineTo(width, height);
     context.fillStyle = "#b9cfe4";
     context.fill();
+    if (end !== null) {
+        context.fillStyle = "#20242b";
+        context.setLineDash([4, 3]);
+        context.strokeRect(Math.min(width - 1, x(end)), -1, 0, height + 2);
+        Object.assign(context, {font: "12px system-ui, sans-serif", textAlign: x(end) < width / 2 ? "left" : "right"});
+        context.fillText(" end of this ray ", x(end), 12);
+        context.setLineDash([]);
+    }
     context.fillStyle = "#c02020";
     context.fillRect(Math.min(width - 2, x(step)), 0, 2, height);
     const count = alive[Math.min(step, alive.length - 1)];

@@ -5,6 +5,8 @@ const chosen = {method: runnable[0], schedule: null, most: null, heat: false, sc
 const ANSWER = 40;          // milliseconds that a picture may take while the camera turns
 const PROGRESS = 250;       // milliseconds between two pictures of an unfinished trace
 const PLAYED = 240;         // most pictures of a played search
+// The schedules by which a method opens, the best first: a schedule without steps shows no search.
+const OPENS = ["step", "kernels", "loop"];
 const SIDES = [512, 384, 256, 192, 128, 96, 64, 48, 32];
 let surfaces = null, result = null, busy = false, wanted = false, playing = false, lost = false;
 let counted = null, path = null;    // the survey of a whole search, and the path of the clicked ray
@@ -39,12 +41,10 @@ async function draws() {
     const began = performance.now(), dragged = dragging, {method, camera, most} = chosen;
     const {name, side} = dragged ? quick() : {name: chosen.schedule, side: chosen.side};
     const drawn = method.schedules[name], stepwise = drawn.repeats, ends = () => wanted && !dragged;
-    if (stepwise && !dragged && most !== null && !presentSurvey() && !playing) {
-        const whole = await trace(drawn, camera, side, side,
-                                  {stopped: ends, seen: progress(began, drawn, camera, side)});
-        if (wanted) return;
-        count(drawn, whole, camera, side);
-    }
+    const counts = stepwise && !dragged && most !== null && !playing;
+    // The heat's first scale comes from a whole search. Otherwise the reader sees the picture first.
+    if (counts && chosen.heat && chosen.scale === null) await countWhole(drawn, camera, side);
+    if (ends()) return;
     const plays = playing && stepwise, from = most === null ? 0 : most;
     const shows = plays ? played(from, drawn, camera, side) : dragged ? () => {} : progress(began, drawn, camera, side);
     const limit = plays || !stepwise || most === null ? MOST_TURNS : most;
@@ -73,6 +73,15 @@ async function draws() {
     freeTargets("picture", true);
     await follow();
     remember();
+    if (counts && !wanted) await countWhole(drawn, camera, side);
+}
+
+// Counts the rays of the whole search of a picture that stops at a step, unless they are known.
+async function countWhole(drawn, camera, side) {
+    if (presentSurvey()) return;
+    const whole = await trace(drawn, camera, side, side, {place: "count", stopped: () => wanted});
+    if (!wanted) count(drawn, whole, camera, side);
+    freeTargets("count");
 }
 
 // Draws a picture of states into the canvas.
@@ -154,8 +163,16 @@ function steps() {
     const slider = element("pass"), found = presentSurvey();
     slider.value = chosen.most === null ? slider.max : chosen.most;
     element("step").textContent = found ? `${slider.value} of ${slider.max}` : chosen.most === null ? "" : chosen.most;
-    drawAlive(schedule().repeats ? found : null, chosen.most === null ? Infinity : chosen.most);
+    const end = rayEnd();
+    element("end").disabled = end === null;
+    drawAlive(schedule().repeats ? found : null, chosen.most === null ? Infinity : chosen.most, end);
     spaceAt();
+}
+
+// The step after which the clicked ray has ended; null if it is unknown. Under kernels, a step of the slider runs a
+// kernel for the rays that wait for it, so it is no step of every ray.
+function rayEnd() {
+    return path && path.states && schedule().cycles.length === 1 ? path.states.length - 1 : null;
 }
 
 function rescale(scale) {
@@ -170,7 +187,7 @@ function rescale(scale) {
 async function follow() {
     if (!chosen.ray) {
         path = null;
-        element("ray").textContent = "Click a pixel of the picture.";
+        element("ray").textContent = "";
         return steps();
     }
     const {side, camera} = result, {method} = chosen;
@@ -190,7 +207,8 @@ function spaceAt() {
     const states = path && path.states;
     if (!path) {
         drawSpace(null, null, 0);
-        element("space-text").textContent = "Click a pixel of the picture to see its ray here.";
+        element("space-text").textContent = chosen.ray ? "The ray is being traced."
+            : "Click a pixel of the picture to follow its ray.";
         return markKernel("", true);
     }
     const {origin, direction, hit} = path, {lo, hi} = page.wires;
@@ -198,7 +216,7 @@ function spaceAt() {
     const hits = hit && hit[3] !== NO_TRIANGLE;
     drawSpace({origin, direction: [...direction.slice(0, 3)], hits,
                end: hits ? hit[0] : far / Math.hypot(...direction.slice(0, 3))}, states, step);
-    element("space-text").textContent = stepLine(states, step);
+    element("space-text").textContent = stepLine(states, step, schedule().structure.boxes);
     markKernel(states ? states[Math.min(step, states.length - 1)].kernel : "", !playing);
 }
 
@@ -228,12 +246,13 @@ function choose(name = element("schedule").value, most = null) {
         list.replaceChildren(...names.map((one) => new Option(one, one)));
         list.dataset.owner = chosen.method.name;
     }
-    chosen.schedule = list.value = names.includes(name) ? name : names[0];
+    chosen.schedule = list.value = [name, ...OPENS].find((one) => names.includes(one));
     chosen.most = schedule().repeats ? most : null;
     chosen.heat = element("heat").checked;
     for (const id of ["pass", "play", "heat", "scale", "percentile"]) element(id).disabled = !schedule().repeats;
     element("steps").hidden = !schedule().repeats;
-    element("pass").max = Math.max(chosen.most || 1, presentSurvey() ? counted.last : 1);
+    element("pass").max = Math.max(chosen.most || 1, presentSurvey() ? counted.last
+        : chosen.method.costs.steps[1]);
     element("summary").textContent = `${chosen.method.citation}: ${chosen.method.summary}.`;
     element("about").replaceChildren(...chosen.method.about.map((text) => {
         const paragraph = document.createElement("p");
@@ -274,16 +293,17 @@ function remember() {
                                          rays: element("size").value});
     if (chosen.most !== null) choices.set("pass", chosen.most);
     if (chosen.heat) choices.set("heat", chosen.scale || 1);
-    if (chosen.ray) choices.set("ray", chosen.ray.map((at) => at.toFixed(4)).join(","));
-    choices.set("eye", chosen.camera.eye.map((x) => x.toPrecision(9)).join(","));
+    if (chosen.ray) choices.set("ray", chosen.ray.map((at) => Number(at.toFixed(4))).join(","));
+    if (chosen.camera !== page.camera) choices.set("eye", chosen.camera.eye.map((x) => Number(x.toPrecision(6))).join(","));
     try {
-        history.replaceState(null, "", `#${choices}`);
+        history.replaceState(null, "", `#${String(choices).replaceAll("%2C", ",")}`);
     } catch {
         // A browser may limit how often the address changes; the next picture writes it.
     }
 }
 
-// Reads the address. Returns the name of the schedule, and the step, or null for the whole search.
+// Reads the address. Returns the name of the schedule, and the step, or null for the whole search. Where the address
+// chooses no schedule, step or ray, the page opens in mid-search, with the ray that takes most steps.
 function recall() {
     const choices = new URLSearchParams(location.hash.slice(1));
     const numbers = (name) => (choices.get(name) || "").split(",").map(Number);
@@ -298,5 +318,10 @@ function recall() {
     const sees = choices.has("eye") && eye.length === 3 && eye.every(Number.isFinite)
         && sideways(eye, page.camera);
     chosen.camera = sees ? {...page.camera, eye} : page.camera;
-    return [choices.get("schedule"), pass[0] >= 1 ? Math.min(Math.floor(pass[0]), MOST_TURNS) : null];
+    if (!["schedule", "pass", "ray"].some((name) => choices.has(name))) {
+        const {ray: longest, step} = runnable.find(({name}) => name === element("method").value).costs;
+        chosen.ray = longest;
+        return [OPENS[0], step];
+    }
+    return [choices.get("schedule") || OPENS[0], pass[0] >= 1 ? Math.min(Math.floor(pass[0]), MOST_TURNS) : null];
 }

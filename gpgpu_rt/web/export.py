@@ -19,6 +19,7 @@ from ..methods import Method, find_method, methods
 from ..scene.scene import Scene
 from ..tracer import Tracer
 from .about import about
+from .costs import ray_costs
 from .described import Described
 from .page_data import NotInBrowser, PageData
 
@@ -38,6 +39,7 @@ class WebMethod:
     schedules : for each schedule that runs in a browser, its passes
     test : the test's rays, and the numbers of the tables of their directions and of their hits,
         which are t, u, v, and the triangle or -1
+    costs : the steps and nodes of the test's rays, and the ray with the most steps
     """
 
     name: str
@@ -46,6 +48,7 @@ class WebMethod:
     about: Sequence[str]
     schedules: Mapping[str, Any]
     test: Mapping[str, Any]
+    costs: Mapping[str, Any]
 
 
 def why_not_in_browser(row: Method) -> str:
@@ -107,7 +110,8 @@ def export_method(scene: Scene, name: str, tables: PageData) -> WebMethod:
                 ]).astype(np.float32))}
     if not schedules:
         raise OptionError(f"{name} does not run in a browser: {why}")
-    return WebMethod(name, row.summary, row.citation, about(row), schedules, test)
+    return WebMethod(name, row.summary, row.citation, about(row), schedules, test,
+                     ray_costs(scene, name, TEST_SIDE))
 
 
 def _hand_back(tracer: Tracer) -> None:

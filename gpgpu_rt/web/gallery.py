@@ -76,7 +76,9 @@ def write_gallery(scene: Scene, names: Sequence[str], folder: str,
     twins = {twin: load_scene(twin.scene) for twin in TWINS}
     for twin, its_scene in twins.items():
         say(f"{twin.figure}: {', '.join(twin.methods)} on {twin.scene}")
-        write_page(its_scene, list(twin.methods), str(path / twin.file))
+        write_page(its_scene, list(twin.methods), str(path / twin.file),
+                   title=f"{_figure_title(twin.figure)}: {its_scene.title} by "
+                         f"{', '.join(twin.methods)}", caption=twin.shows)
     maps = {name: _map(scene, name) for name in shown}
     with replacing(path / INDEX) as file:
         file.write_text(_index(scene, maps, twins, reasons), encoding="utf-8")

@@ -14,16 +14,18 @@ import numpy as np
 from ..disk.files import replacing
 from ..errors import LimitError, OptionError
 from ..gl.shader import resolve
+from ..inspect.false_colours import category
 from ..rays.records import NO_TRIANGLE
 from ..scene.scene import Scene
 from ..traversal.live_tiles import TILE
-from .export import WebMethod, export_method
+from .described import MOST_KERNELS
+from .export import TEST_SIDE, WebMethod, export_method
 from .page_data import PageData
 
 HERE = Path(__file__).parent
 # One script in the page, in this order.
 SCRIPTS = ("vectors.js", "unpack.js", "player.js", "passes.js", "selftest.js", "path.js",
-           "space.js", "charts.js", "program.js", "controls.js", "start.js")
+           "visits.js", "space.js", "charts.js", "program.js", "controls.js", "start.js")
 # The page's own programs, which show and count the rays. These and the scripts use CONSTANTS.
 OWN = {"whole": "drivers/full_screen.vert", "show": "web/show.frag", "alive": "web/alive.frag"}
 CONSTANTS = {"NO_TRIANGLE": NO_TRIANGLE, "TILE": TILE}
@@ -33,13 +35,16 @@ MOST_BYTES = 64 << 20
 
 
 def write_page(scene: Scene, names: list[str], path: str,
-               left_out: dict[str, str] | None = None) -> list[WebMethod]:
+               left_out: dict[str, str] | None = None, title: str = "",
+               caption: str = "") -> list[WebMethod]:
     """Write the page of a scene, and return its methods.
 
     Parameters
     ----------
     left_out : receives, by name, why a method does not run on this scene. The page then leaves the
         method out
+    title, caption : the page's heading, and a sentence below it. The default heading names the
+        scene, and the method if the page has only one
 
     Raises
     ------
@@ -57,7 +62,7 @@ def write_page(scene: Scene, names: list[str], path: str,
             if left_out is None or len(left_out) == len(names) - 1:
                 raise
             left_out[name] = str(reason)
-    text = page_text(scene, methods, tables)
+    text = page_text(scene, methods, tables, title, caption)
     if len(text) > MOST_BYTES:
         raise LimitError(f"the page would have {len(text) >> 20} MiB; take fewer methods or a "
                          f"smaller scene (at most {MOST_BYTES >> 20} MiB)")
@@ -66,8 +71,9 @@ def write_page(scene: Scene, names: list[str], path: str,
     return methods
 
 
-def page_text(scene: Scene, methods: list[WebMethod], tables: PageData) -> str:
-    """Return the text of a page."""
+def page_text(scene: Scene, methods: list[WebMethod], tables: PageData, title: str = "",
+              caption: str = "") -> str:
+    """Return the text of a page; see :func:`write_page`."""
     own = {name: tables.text(resolve(file, CONSTANTS).text) for name, file in OWN.items()}
     wires = _wires(scene, tables)
     told = {"methods": [asdict(one) for one in methods], "texts": tables.texts,
@@ -76,15 +82,31 @@ def page_text(scene: Scene, methods: list[WebMethod], tables: PageData) -> str:
             "camera": {name: _plain(getattr(scene.camera, name))
                        for name in ("eye", "target", "up", "fov")}}
     script = "\n".join((HERE / name).read_text() for name in SCRIPTS)
-    style = (HERE / "page.css").read_text()
+    style = _kernel_colours() + (HERE / "page.css").read_text()
     policy = (f"default-src 'none'; script-src '{_digest(script)}'; "
               f"style-src '{_digest(style)}'")
     # "<" cannot end the element of the description, nor begin markup.
     description = json.dumps(told).replace("<", "\\u003c")
-    title = escape(f"{scene.title} in WebGL 2")
-    return _PAGE.format(policy=policy, title=title, style=style, script=script,
-                        description=description, side=SIDE,
+    one = f"{methods[0].name} on " if len(methods) == 1 else ""
+    return _PAGE.format(policy=policy, title=escape(title or f"{one}{scene.title} in WebGL 2"),
+                        caption=f'<p id="caption">{escape(caption)}</p>' if caption else "",
+                        style=style, script=script, description=description, side=SIDE,
+                        test_side=TEST_SIDE, costs="".join(map(_cost_row, methods)),
                         triangles=f"{len(scene.triangles):,}")
+
+
+def _cost_row(method: WebMethod) -> str:
+    cells = [(f"{counts[0]:,.1f}", f"{counts[1]:,}") if counts else ("", "")
+             for counts in (method.costs["steps"], method.costs["nodes"])]
+    return (f'<tr data-method="{method.name}"><th scope="row">{method.name}</th>'
+            + "".join(f"<td>{text}</td>" for pair in cells for text in pair) + "</tr>")
+
+
+def _kernel_colours() -> str:
+    """Return a rule with the colours that films and the viewer give to kernels."""
+    names = [f"--kernel-{phase}: #{bytes(category(phase)).hex()}"
+             for phase in range(1, MOST_KERNELS + 1)]
+    return f":root {{ {'; '.join(names)} }}\n"
 
 
 def _wires(scene: Scene, tables: PageData) -> dict[str, Any]:
@@ -117,11 +139,13 @@ _PAGE = """<!doctype html>
 <meta http-equiv="Content-Security-Policy" content="{policy}">
 <title>{title}</title><style>{style}</style></head><body>
 <h1>{title}</h1>
+{caption}
 <p class="hint">{triangles} triangles. Fragment programs trace every picture on your own graphics
 card, pass by pass, as in the papers of 2002-2007. Drag a picture to turn it; click a pixel to
 follow its ray. The address keeps what you chose, so that you can share it.</p>
 <p role="alert" id="message"></p>
 <main>
+<div class="column">
 <section>
 <div class="controls">
 <label>method <select id="method"></select></label>
@@ -134,6 +158,7 @@ follow its ray. The address keeps what you chose, so that you can share it.</p>
 <div id="steps">
 <div class="controls"><button id="play" type="button">play</button>
 <label for="pass">step</label><output id="step" for="pass"></output>
+<button id="end" type="button">end of this ray</button>
 <span id="alive-text"></span></div>
 <canvas id="alive" role="img" aria-label="Live rays after each step" width="512" height="56">
 </canvas>
@@ -151,18 +176,27 @@ follow its ray. The address keeps what you chose, so that you can share it.</p>
 <p id="counts"></p>
 <p id="summary"></p>
 <details><summary>How the method works</summary><div id="about"></div></details>
+<table id="costs"><caption>Cost of a ray by each method, for {test_side} x {test_side} test rays
+</caption><thead><tr><th rowspan="2" scope="col">method</th>
+<th colspan="2" scope="colgroup">steps</th>
+<th colspan="2" scope="colgroup">visited nodes or cells</th></tr><tr><th scope="col">mean</th>
+<th scope="col">largest</th><th scope="col">mean</th><th scope="col">largest</th></tr></thead>
+<tbody>{costs}</tbody></table>
 <p id="verdict" aria-live="polite">The test rays are being traced.</p>
 <p id="selftest" data-state="running"></p>
+<pre id="ray"></pre>
 </section>
+</div>
+<div class="column">
 <section>
 <canvas id="space" role="img" aria-label="The ray in space" width="720" height="720"></canvas>
 <p id="space-text"></p>
-<pre id="ray">Click a pixel of the picture.</pre>
 </section>
 <section class="second">
 <label>program of the pass <select id="kernel"></select></label>
 <div id="text"></div>
 </section>
+</div>
 </main>
 <script type="application/json" id="description">{description}</script>
 <script>{script}</script>

@@ -31,7 +31,8 @@ function sceneEdges() {
     return edges.canvas;
 }
 
-// Returns the functions that draw a segment between two points, and a dot, as seen from the present view.
+// Returns the functions that draw a segment between two points, a dot, and a text above points, as seen from the
+// present view.
 function projector(context) {
     const {lo, hi} = wires, centre = lo.map((x, k) => (x + hi[k]) / 2);
     const radius = Math.hypot(...hi.map((x, k) => x - lo[k])) / 2 || 1, up = unit(page.camera.up);
@@ -54,6 +55,13 @@ function projector(context) {
         context.arc(...place(p), 6, 0, 2 * Math.PI);
         context.fill();
     };
+    const write = (corners, text) => {
+        const points = corners.map(seen).filter((p) => p[2] >= near).map(place);
+        const [x, y] = points.reduce((a, b) => b[1] < a[1] ? b : a, [Infinity, Infinity]);
+        Object.assign(context, {fillStyle: "#20242b", globalAlpha: 1, font: "20px system-ui, sans-serif",
+                                textAlign: x < space.width / 2 ? "left" : "right"});
+        context.fillText(text, x, y - 8);
+    };
     const line = (a, b) => {
         let [p, q] = [seen(a), seen(b)];
         if (p[2] < near && q[2] < near) return;
@@ -62,7 +70,7 @@ function projector(context) {
         context.moveTo(...place(p));
         context.lineTo(...place(q));
     };
-    return {line, dot};
+    return {line, dot, write};
 }
 
 const boxCorner = ([lo, hi], number) => lo.map((x, k) => number >> k & 1 ? hi[k] : x);
@@ -72,7 +80,7 @@ const BOX_EDGES = [0, 1, 2, 3, 4, 5, 6, 7].flatMap(
 // Draws the scene, and the path of a ray up to a step. `ray` has the origin, the direction and the hit's t.
 function drawSpace(ray, path, step) {
     if (!wires) return;
-    const context = space.getContext("2d"), {line, dot} = projector(context);
+    const context = space.getContext("2d"), {line, dot, write} = projector(context);
     const stroke = (colour, width, alpha, draws) => {
         Object.assign(context, {strokeStyle: colour, lineWidth: width, globalAlpha: alpha, lineCap: "round"});
         context.beginPath();
@@ -101,6 +109,14 @@ function drawSpace(ray, path, step) {
         for (const one of past.slice(-MOST_BOXES)) {
             if (one.kernel && one.interval) stroke(colourOf(one), 2.5, 0.5, () => line(...one.interval.map(at)));
         }
+        const {latest, times} = visitsOf(past);
+        if (latest) {
+            context.setLineDash([9, 7]);
+            stroke("#20242b", 2, 0.9, () => box(latest.box));
+            context.setLineDash([]);
+            write(Array.from({length: 8}, (_, k) => boxCorner(latest.box, k)),
+                  `restart at ${nodeName(latest)}, visit ${times.get(String(latest.box))}`);
+        }
         if (present.box) stroke(colourOf(present), 2.5, 1, () => box(present.box));
         if (present.triangle) stroke(colourOf(present), 3, 1, () => triangle(present.triangle));
         if (present.kernel && present.interval) {
@@ -112,16 +128,19 @@ function drawSpace(ray, path, step) {
 
 const colourOf = ({fields}) => fields.phase > 0 ? kernelColour(fields.phase) : ENDED;
 
-// One line about the path's present step.
-function stepLine(path, step) {
+// One line about the path's present step. `kind` is that of the structure's boxes.
+function stepLine(path, step, kind) {
     if (!path) return "The method traces packets or runs in a single pass, so only the ray and its hit are shown.";
-    const {fields, kernel, interval, triangle} = path[Math.min(step, path.length - 1)];
+    const present = path[Math.min(step, path.length - 1)], {fields, kernel, interval, triangle} = present;
+    const found = visitsOf(path.slice(0, step + 1));
     const number = (x) => Number(x.toPrecision(5));
     const parts = [`step ${Math.min(step, path.length - 1)} of ${path.length - 1}`];
     parts.push(kernel ? `waits for ${kernel}` : fields.phase === 0 ? "has ended" : "was stopped");
     if (kernel && fields.cell) parts.push(`cell (${fields.cell.join(", ")})`);
     else if (kernel && fields.node >= 0) parts.push(`node ${fields.node}`);
     if (kernel && interval) parts.push(`t = ${interval.map(number).join(" to ")}`);
+    if (found.latest === present) parts.push(`restarts at ${nodeName(present)}`);
     if (triangle) parts.push("the triangle under test is bold");
-    return `The ray: ${parts.join(", ")}; ${space.dataset.boxes} boxes so far.`;
+    const counts = kind ? `; ${visitWords(found, kind)}` : "";
+    return `The ray: ${parts.join(", ")}${counts}.`;
 }

@@ -49,8 +49,8 @@ function turnSpace(dx, dy) {
     spaceAt();
 }
 
-function scrub() {
-    chosen.most = Number(element("pass").value);
+function goTo(step) {
+    chosen.most = step;
     steps();
     show();
 }
@@ -83,7 +83,8 @@ function listen() {
         showProgram();
         spaceAt();
     });
-    on("pass", "input", scrub);
+    on("pass", "input", () => goTo(Number(element("pass").value)));
+    on("end", "click", () => goTo(rayEnd()));
     on("play", "click", play);
     on("size", "change", () => {
         chosen.side = Number(element("size").value);
@@ -127,12 +128,13 @@ async function begin() {
     surfaces = await surfaceTexture();
     if (!listens) listen();
     [listens, lost] = [true, false];
-    await choose(...recall());
-    check();
-    drawRamp();
+    const shown = choose(...recall());
     if (!wires) await loadWires();
     check();
     spaceAt();
+    await shown;
+    check();
+    drawRamp();
     const {loop} = chosen.method.schedules;
     if (loop) await trace(loop, chosen.camera, 32, 32, {place: "warm"});     // compiles what a drag needs
     freeTargets("warm");

@@ -48,6 +48,12 @@ def test_the_index_links_to_every_page(small, tmp_path: Path) -> None:
     index = (tmp_path / "out" / "index.html").read_text()
     assert {"brute-force.html", "kd-restart.html", "fig11.html"} == {
         name for name in re.findall(r'href="([^"]*)"', index) if not name.startswith("data:")}
+    for name, title, told in (("kd-restart.html", "kd-restart on ", ""),
+                              ("fig11.html", "Figure 11: cornell by kd-restart", SMALL.shows)):
+        page = (tmp_path / "out" / name).read_text()
+        heading = re.search("<h1>(.*?)</h1>\n(.*)", page)
+        assert heading[1].startswith(title) and f"<title>{heading[1]}</title>" in page
+        assert heading[2] == (f'<p id="caption">{told}</p>' if told else "")
     assert "<script" not in index and "https://" not in index and "http://" not in index
     absent = [row for row in rt.methods() if why_not_in_browser(row)]
     assert all(f"<li>{row.name}: " in index for row in absent)

@@ -105,7 +105,7 @@ def test_an_array_of_eight_floats_is_set(browser: Browser, tmp_path: Path) -> No
             out vec4 colour;
             void main() { colour = vec4(many[0], many[3], many[4], many[7]); }`) - 1;
         const into = target("eight 0", {outputs: 1}, 1, 1);
-        draw(page.whole, text, into, {many: [1, 2, 3, 4, 5, 6, 7, 8]}, {});
+        draw(page.own.whole, text, into, {many: [1, 2, 3, 4, 5, 6, 7, 8]}, {});
         return [...read(into)];
     })()""") == [1, 4, 5, 8]
 

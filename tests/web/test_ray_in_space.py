@@ -183,3 +183,28 @@ def test_a_method_of_a_single_pass_shows_the_ray_alone(exact_renderer, page: Bro
     settle(page)
     assert "single pass" in page.run("element('space-text').textContent")
     assert page.run("path.states") is None
+
+
+@pytest.mark.parametrize("method", ["kd-restart", "kd-push-down", "kd-backtrack", "kd-ropes",
+                                    "bvh-threaded", "bih"])
+def test_visits_and_restarts_are_the_hosts(exact_renderer, page: Browser, method: str) -> None:
+    states, origin, direction, _ = path(page, method)
+    with rt.Tracer(rt.load_scene("cornell"), method, statistics=True) as tracer:
+        hits = tracer.trace(origin[None], direction[None])
+    found = page.run("(({visits, restarts}) => ({visits, restarts}))(visitsOf(path.states))")
+    leaves = int(hits.leaves_visited[0])
+    assert leaves > 1
+    # kd-restart restarts after each leaf but the last, and with push-down at a lower ancestor.
+    restarts = leaves - 1 if method in ("kd-restart", "kd-push-down") else 0
+    assert found["restarts"] == restarts
+    if restarts:
+        assert found["visits"] == hits.nodes_visited[0]
+    told = page.run("element('space-text').textContent")
+    assert f"{restarts} restart" in told and f"{found['visits']} visits to " in told
+    first = [one["fields"]["node"] for one in states].index(0)
+    again = [k for k in range(first + 1, len(states)) if states[k]["fields"]["node"] == 0
+             and states[k - 1]["fields"]["node"] > 0 and states[k]["box"]]
+    if method == "kd-restart":
+        assert len(again) == restarts
+        at = page.run(f"stepLine(path.states, {again[0]}, 'planes')")
+        assert "restarts at the root" in at and "1 restart so far" in at

@@ -1,0 +1,38 @@
+// Visits: how often a ray's path enters boxes, and how often it restarts.
+
+// Counts the visits of the states of a path. A visit begins where the path goes on in another box. A visit is a restart
+// if the path goes back, without a climb from child to parent, to a box that it has visited and that encloses its last
+// box: to the root, or with push-down to a lower ancestor. Cells and boxes along ropes or escape indices have no
+// restarts. `times` gives by box the number of its visits; `latest` is the state of the last restart, or null.
+function visitsOf(states) {
+    const times = new Map();
+    let visits = 0, restarts = 0, latest = null, last = null;
+    for (const [k, one] of states.entries()) {
+        if (!one.box) continue;
+        const key = String(one.box);
+        if (last && key === String(last.box)) continue;
+        if (times.has(key) && encloses(one.box, last.box) && states[k - 1].kernel !== "climb") {
+            restarts += 1;
+            latest = one;
+        }
+        times.set(key, (times.get(key) || 0) + 1);
+        visits += 1;
+        last = one;
+    }
+    return {visits, restarts, latest, times};
+}
+
+function encloses([lo, hi], [inner, outer]) {
+    return lo.every((x, k) => x <= inner[k]) && hi.every((x, k) => x >= outer[k]);
+}
+
+const several = (count, noun, plural = `${noun}s`) => `${count.toLocaleString("en")} ${count === 1 ? noun : plural}`;
+
+// Returns the counts in words.
+function visitWords({visits, restarts, times}, kind) {
+    if (kind === "cells") return `${several(times.size, "cell")} so far`;
+    return `${several(visits, "visit")} to ${several(times.size, "box", "boxes")}, ${several(restarts, "restart")} so far`;
+}
+
+// The name of the node where a path restarts.
+const nodeName = ({fields}) => fields.node === 0 ? "the root" : `node ${fields.node}`;
