@@ -19,6 +19,12 @@ from PIL import Image
 
 ROOT = Path(__file__).parents[1]
 WIDTH = 300         # pixels of the small pictures
+Box = tuple[int, int, int, int]     # left, top, right and bottom in pixels
+# The telling part of a wide picture. Whole, its text would be too small to read.
+VIEWER: Box = (400, 0, 1100, 514)
+TREE: Box = (730, 60, 1310, 430)
+DRAWING: Box = (547, 207, 957, 545)
+FILM = ("passes", "kitchen", "-m", "kd-restart", "--size", "128x128")
 FRAMES = 110        # of the film; its last frame stays for LAST_MS
 FRAME_MS, LAST_MS = 90, 2500
 
@@ -31,19 +37,18 @@ def run(folder: Path, *words: str) -> None:
                    stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
 
 
-def small(source: Path, target: Path, width: int = WIDTH) -> None:
-    """Writes a picture again, at most ``width`` pixels wide and with few colours."""
+def small(source: Path, target: Path, box: Box | None = None) -> None:
+    """Writes a picture, or its part in ``box``, at most WIDTH pixels wide."""
     with Image.open(source) as image:
-        picture = image.convert("RGB")
-        picture.thumbnail((width, 10 * width), Image.Resampling.LANCZOS)
-        picture.quantize(192, dither=Image.Dither.FLOYDSTEINBERG).save(target, optimize=True)
+        picture = image.convert("RGB").crop(box)
+        picture.thumbnail((WIDTH, 10 * WIDTH), Image.Resampling.LANCZOS)
+        picture.save(target, optimize=True)
 
 
 def film(folder: Path, target: Path) -> None:
     """Writes the passes of a traversal as a film. It begins in slow motion, because half of the
     rays end in the first passes: the numbers of its passes form a geometric series."""
-    run(folder, "passes", "kitchen", "-m", "kd-restart", "--size", "128", "--every", "2", "-o",
-        "passes")
+    run(folder, *FILM, "--every", "2", "-o", "passes")
     pictures = sorted(folder.glob("passes/pass_*.png"))
     chosen = np.unique(np.geomspace(1, len(pictures), FRAMES).astype(int) - 1)
     frames = [Image.open(pictures[at]).convert("RGB") for at in chosen]
@@ -59,8 +64,8 @@ def film(folder: Path, target: Path) -> None:
 
 
 def viewer(folder: Path, target: Path) -> None:
-    """Writes the picture of the viewer's manual page, smaller."""
-    small(ROOT / "docs" / "viewer.png", target)
+    """Writes a part of the picture of the viewer's manual page, smaller."""
+    small(ROOT / "docs" / "viewer.png", target, VIEWER)
 
 
 def heat(folder: Path, target: Path) -> None:
@@ -73,11 +78,11 @@ def figure(folder: Path, target: Path) -> None:
     subprocess.run([sys.executable, "-m", "gpgpu_rt.figures", "--only", "fig19", "--data",
                     str(folder / "data"), "--out", str(folder / "out")], cwd=folder, check=True,
                    stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-    small(folder / "out" / "fig19.png", target)
+    small(folder / "out" / "fig19.png", target, TREE)
 
 
 def page(folder: Path, target: Path) -> None:
-    """Writes a picture of the page that traces in a browser."""
+    """Writes the drawing of a ray in the page that traces in a browser."""
     chromium = shutil.which("chromium") or shutil.which("chromium-browser")
     if chromium is None:
         print("SKIPPED: the picture of the page needs Chromium")
@@ -90,7 +95,7 @@ def page(folder: Path, target: Path) -> None:
                     f"--screenshot={folder / 'page.png'}", (folder / "page.html").as_uri()
                     + "#rays=256&ray=0.4,0.5"],
                    check=True, stderr=subprocess.DEVNULL)
-    small(folder / "page.png", target)
+    small(folder / "page.png", target, DRAWING)
 
 
 def light(folder: Path, target: Path) -> None:

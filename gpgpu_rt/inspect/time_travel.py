@@ -17,10 +17,13 @@ from ..errors import OptionError
 from ..gl.observation import ObservedPass
 from ..gl.target import Target
 from ..hits import Hits
+from ..methods import family_of, find_method, methods
+from ..options import TRACER_OPTIONS, spell
 from ..rays.batch import RayBatch
 from ..rays.records import HIT
 from ..tracer import Tracer
 from ..traversal.driver import DONE, OVERFLOWN, UNFINISHED
+from ..traversal.method import Method
 from ..traversal.packet_steps import PacketSteps
 from .observe import observe_states
 
@@ -81,15 +84,42 @@ def travel(tracer: Tracer, origins: np.ndarray, directions: np.ndarray,
     batch = RayBatch(origins, directions, bounds=tracer.scene.bounds, **more)
     with tracer.sessions.turn(batch) as session:    # the session that `trace` will use
         if tracer.options["schedule"] == "loop":
-            mend = "leave era out" if tracer.options["era"] else "use the schedule kernels or step"
-            raise OptionError(f"method {tracer.method.name} under schedule loop has one pass to "
-                              f"look at; {mend}")
+            raise OptionError(_one_pass(tracer))
         record = _StateRecorder(tracer, batch, look)
         with observe_states(tracer, record.take):
             _, buffers = session.buffers.of(batch.size)
             for side in (0, 1):     # remove states of earlier calls, which may have more steps
                 buffers.side(side).clear()
             return tracer.trace(origins, directions, **more)
+
+
+def _one_pass(tracer: Tracer) -> str:
+    """Return the message for a tracer under the schedule ``loop``, with a way to see passes."""
+    method, options = tracer.method, tracer.options
+    if options["era"]:
+        return f"method {method.name} under schedule loop has one pass to look at; leave era out"
+    watched = [one for one in method.schedules_for(options) if one != "loop"]
+    if watched:
+        return (f"method {method.name} under schedule loop has one pass to look at; use the "
+                f"schedule {' or '.join(watched)}")
+    # tracer.method is the form that the options give; its row may support more schedules.
+    row = find_method(method.name)
+    bound = [o for o in TRACER_OPTIONS + row.options if options[o.name] != o.default
+             and {*row.schedules_for({**options, o.name: o.default})} > {"loop"}]
+    given = " with " + ", ".join(f"{o.name}={spell(options[o.name])}" for o in bound)
+    return (f"method {method.name}{given if bound else ''} runs only under schedule loop, which "
+            "has one pass to look at; "
+            + (f"leave {' or '.join(o.name for o in bound)} out" if bound else
+               f"watch {' or '.join(watchable_relatives(row)) or 'another method'}"))
+
+
+def watchable_relatives(method: Method) -> list[str]:
+    """Return the names of the methods of the same family whose passes can be observed. Methods
+    that share ``method``'s use of stacks and packets are preferred to the rest of the family."""
+    family = [row for row in methods() if family_of(row.name) == family_of(method.name)
+              and {"step", "kernels"} & set(row.schedules)]
+    alike = [row for row in family if (row.stack, row.packet) == (method.stack, method.packet)]
+    return [row.name for row in alike or family]
 
 
 def decode(batch: RayBatch, one: Pass) -> Hits:

@@ -127,13 +127,27 @@ def test_what_an_earlier_call_left_is_not_taken_for_new() -> None:
 
 @pytest.mark.parametrize("method, options, why", [
     *((name, {}, "no state of each ray") for name in BATCHED), ("kd-packet", {}, "one pass"),
-    ("kd-restart", {"schedule": "loop"}, "one pass"),
+    ("kd-restart", {"schedule": "loop"}, "one pass to look at; use the schedule kernels or step$"),
+    ("grid", {"packet": (2, 2), "schedule": "loop"},
+     "grid with packet=2x2 runs only under schedule loop, .*; leave packet out$"),
     ("grid", {"schedule": "step", "sort_rays": True}, "sort_rays"),
     ("kd-restart", {"schedule": "step", "entry_points": 16}, "entry_points")])
 def test_what_has_no_states_says_so(method: str, options: dict, why: str) -> None:
     with rt.Tracer(soup_scene(9, 1), method, **options) as tracer:
         with pytest.raises(rt.OptionError, match=why):
             travel(tracer, [[0, 0, 0]], [[0, 0, 1]], print)
+
+
+def test_a_method_with_one_pass_names_methods_to_watch(tmp_path, capsys) -> None:
+    """The named methods can be watched by the same command."""
+    command = ["passes", "cornell", "--size", "4x4", "-o", str(tmp_path / "passes"), "-m"]
+    assert main([*command, "kd-stack"]) != 0
+    told = capsys.readouterr().err.strip()
+    assert told.splitlines() == [
+        "gpgpu-rt: method kd-stack runs only under schedule loop, which has one pass to look at; "
+        "watch kd-short-stack or kd-texture-stack"]
+    for name in told.rpartition("watch ")[2].split(" or "):
+        assert main([*command, name]) == 0
 
 
 @pytest.mark.parametrize("method, schedule", [
