@@ -268,7 +268,8 @@ def test_infinity_in_a_half_float_target(angle: Gpu, tmp_path: Path) -> None:
     """SwiftShader's fault, which an entry of tests/angle_exceptions.py names. If this test fails,
     the fault is repaired, and the entry can go."""
     (tmp_path / "infinity.frag").write_text(
-        "#version 330 core\nout vec4 a;\nvoid main() { a = vec4(uintBitsToFloat(0x7f800000u)); }\n")
+        "#version 330 core\nout vec4 a;\n"
+        "void main() { a = vec4(uintBitsToFloat(0x7f800000u)); }\n")
     drawn = {}
     for dtype in ("f2", "f4"):
         texture = angle.context.texture(SIZE, 4, dtype=dtype)
