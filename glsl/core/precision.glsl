@@ -4,7 +4,8 @@
 // rounds in the same way on the host.
 //
 // A result is computed in float32 and then rounded, so it is rounded twice. At most a few tenths of a
-// percent of products and quotients differ from those of an arithmetic unit that rounds only once.
+// percent of products and quotients differ from the results of an arithmetic unit that rounds only
+// once.
 
 const float INFINITE = uintBitsToFloat(0x7f800000u);   // t_max of a ray without an end
 

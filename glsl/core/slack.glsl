@@ -1,5 +1,5 @@
-// Boxes are widened so that rounding never loses a box that contains a hit. The boxes themselves stay as
-// they are: each ray moves, once, the origins from which it measures the corners of boxes.
+// Boxes are widened so that rounding never loses a box that contains a hit. The boxes themselves do not
+// change: each ray moves, once, the origins from which the ray measures the corners of boxes.
 //
 // Let u be the unit roundoff ARITHMETIC_UNIT, and M the largest distance from the origin to a point of the
 // scene along any axis. A distance along one axis does not bound the error along this axis, because the

@@ -1,4 +1,4 @@
-// Bounds on the pixels whose eye rays can hit a triangle, and on how near the hits can be. The rasteriser's
+// Bounds on the pixels whose eye rays can hit a triangle, and on the least depth of the hits. The rasteriser's
 // first hits are checked against these bounds. The values here need not be exact. Each value is moved to
 // the safe side by a bound on its error: sixteen times the first-order terms of the error.
 //

@@ -7,8 +7,8 @@
 //
 // Departure: in the paper a tile's rays begin at one node, the deepest node that holds every leaf that the
 // beam meets. In a bounding volume hierarchy, and for tiles that look along many subtrees, this node is
-// often the root. Here a tile has a list of nodes. Each is the deepest node to which the rays of the tile
-// descend together.
+// often the root. Here a tile has a list of nodes. Each node of the list is the deepest node
+// to which the rays of the tile descend together.
 
 #include "core/precision.glsl"
 #include "core/fetch.glsl"

@@ -5,12 +5,12 @@
 //
 // Departures: unless the rays have bounds (BOUNDED), the beam surrounds PROBES x PROBES rays of the tile and
 // a margin. Reading all rays would take longer than the visits that the entry saves. The beam may therefore
-// miss rays, and a packet begins at the entry only if an exact comparison shows that all its rays lie within
-// the beam. Otherwise the packet begins at the root (drivers/packet_entry.glsl). In the paper, the entry is
-// the deepest node that holds every leaf that the beam meets. Here the entry is the first node at which the
-// beam stops because its rays no longer descend together. If the beam stops at further nodes, links lead from
-// the entry to these nodes. In BOUNDED tiles whose beam meets nothing, no packet is drawn at all
-// (drivers/packet_tiles.vert).
+// miss rays, and a packet begins at the entry only if an exact comparison shows that all rays of the packet
+// lie within the beam. Otherwise the packet begins at the root (drivers/packet_entry.glsl). In the paper,
+// the entry is the deepest node that holds every leaf that the beam meets. Here the entry is the first node
+// at which the beam stops because its rays no longer descend together. If the beam stops at further nodes,
+// links lead from the entry to these nodes. In BOUNDED tiles whose beam meets nothing, no packet is drawn at
+// all (drivers/packet_tiles.vert).
 
 #include "core/precision.glsl"
 #include "core/fetch.glsl"

@@ -1,12 +1,12 @@
 #version 330 core
 // Computes the sort key of a ray from the point where the ray begins and the point where it would leave the
-// scene. The survey proposes to sort rays (section 4.3) but does not say by which key. Moon et al.,
+// scene. The survey proposes to sort rays (section 4.3) but does not name a key. Moon et al.,
 // "Cache-Oblivious Ray Reordering", TOG 2010, put both ends of a ray into the key. Their second end is an
 // estimate of the hit. Here the second end is the point where the ray leaves the scene's box, which needs
 // no search.
 //
-// The origin and the second end become cells of a lattice in a cube. The key interleaves the bits of the
-// two cells, coarse levels first. It begins with FREE_LEVELS levels of only the origin. After these, each
+// The origin and the second end become cells of a lattice in a cube. The key interleaves the bits of the two
+// cells, coarse levels first. It begins with FREE_LEVELS levels of only the origin. After these levels, each
 // level of the origin is followed by a level of the second end. Rays with a common prefix are therefore near
 // to each other in both ends. The bits form a Gray code: consecutive cells of this code differ in one bit,
 // so a run of rays spans fewer cells than along the Morton curve. A key is two numbers, and the first number
