@@ -93,7 +93,7 @@ def page(folder: Path, target: Path) -> None:
                     "--window-size=1085,660", "--virtual-time-budget=20000",
                     f"--user-data-dir={folder / 'profile'}",
                     f"--screenshot={folder / 'page.png'}", (folder / "page.html").as_uri()
-                    + "#rays=256&ray=0.4,0.5"],
+                    + "#rays=256"],
                    check=True, stderr=subprocess.DEVNULL)
     small(folder / "page.png", target, DRAWING)
 

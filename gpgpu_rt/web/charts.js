@@ -1,6 +1,7 @@
 // What the passes counted: the rays that are alive after each step, and the scale of the heat map.
 
-// The kernels' colours, which page.py writes into the style, and as light for show.frag. Kernels after the last colour share it.
+// The kernels' colours, which page.py writes into the style, and as light for show.frag. Kernels after the
+// last colour share it.
 const KERNEL_COLOURS = [1, 2, 3, 4].map(
     (k) => getComputedStyle(document.documentElement).getPropertyValue(`--kernel-${k}`).trim());
 const KERNEL_LIGHT = KERNEL_COLOURS.flatMap(

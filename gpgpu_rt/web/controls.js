@@ -294,7 +294,8 @@ function remember() {
     if (chosen.most !== null) choices.set("pass", chosen.most);
     if (chosen.heat) choices.set("heat", chosen.scale || 1);
     if (chosen.ray) choices.set("ray", chosen.ray.map((at) => Number(at.toFixed(4))).join(","));
-    if (chosen.camera !== page.camera) choices.set("eye", chosen.camera.eye.map((x) => Number(x.toPrecision(6))).join(","));
+    const {camera} = chosen;
+    if (camera !== page.camera) choices.set("eye", camera.eye.map((x) => Number(x.toPrecision(6))).join(","));
     try {
         history.replaceState(null, "", `#${String(choices).replaceAll("%2C", ",")}`);
     } catch {

@@ -18,12 +18,14 @@ def ray_costs(scene: Scene, name: str, side: int) -> dict[str, Any]:
     -------
     ``steps`` and ``nodes`` are (mean, largest) per ray; ``nodes`` is None for a method that visits
     none. ``ray`` is the place of the ray with the most steps, across and down, from 0 to 1.
-    ``step`` is a step in mid-search: the mean number of steps, but at most half of the largest.
+    ``step`` is a step in mid-search, after which about half of the hits are found: the median of
+    the steps of rays that hit, but at most half of the largest number of steps.
     """
     with Tracer(scene, name, statistics=True) as tracer:
         hits = tracer.trace(*scene.camera.rays((side, side)))
     longest = int(np.argmax(hits.steps))
-    step = min(round(float(hits.steps.mean())), int(hits.steps.max()) // 2)
+    searching = hits.steps[hits.hit] if hits.hit.any() else hits.steps
+    step = min(int(np.median(searching)), int(hits.steps.max()) // 2)
     return {"steps": _summary(hits.steps),
             "nodes": _summary(hits.nodes_visited) if hits.nodes_visited.any() else None,
             "ray": [(longest % side + 0.5) / side, (longest // side + 0.5) / side],

@@ -98,8 +98,8 @@ async function triangleReader(drawn) {
 }
 
 // Returns the path of a ray: for the set-up and for each step, the ray's state (`fields`), the kernel that runs next,
-// the box, the triangle under test and the interval on the ray. Returns null if the method has no steps, or traces
-// packets. Throws a LostContext.
+// the box, the node or cell of the box (`place`), the triangle under test and the interval on the ray. Returns null if the
+// method has no steps, or traces packets. Throws a LostContext.
 async function pathOf(method, camera, direction) {
     const drawn = method.schedules.step;
     if (!drawn || searchers(drawn) === "packets") return null;
@@ -133,6 +133,7 @@ async function pathOf(method, camera, direction) {
         const kernel = kernels[fields.phase - 1] || "", tests = kernel === "intersect", last = states[step - 1];
         states.push({fields, kernel, interval: intervalOf(fields),
                      box: !kernel ? null : tests && lags ? last && last.box : boxAt(fields),
+                     place: tests && lags ? last && last.place : String(fields.cell || fields.node),
                      triangle: tests ? triangleAt(fields) : null});
         if (fields.phase <= 0) break;       // a ray that has ended keeps its state
     }

@@ -115,7 +115,7 @@ function drawSpace(ray, path, step) {
             stroke("#20242b", 2, 0.9, () => box(latest.box));
             context.setLineDash([]);
             write(Array.from({length: 8}, (_, k) => boxCorner(latest.box, k)),
-                  `restart at ${nodeName(latest)}, visit ${times.get(String(latest.box))}`);
+                  `restart at ${nodeName(latest)}, visit ${times.get(latest.place)}`);
         }
         if (present.box) stroke(colourOf(present), 2.5, 1, () => box(present.box));
         if (present.triangle) stroke(colourOf(present), 3, 1, () => triangle(present.triangle));

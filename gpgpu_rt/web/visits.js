@@ -1,16 +1,17 @@
-// Visits: how often a ray's path enters boxes, and how often it restarts.
+// Visits: how often a ray's path enters nodes or cells, and how often it restarts.
 
-// Counts the visits of the states of a path. A visit begins where the path goes on in another box. A visit is a restart
-// if the path goes back, without a climb from child to parent, to a box that it has visited and that encloses its last
-// box: to the root, or with push-down to a lower ancestor. Cells and boxes along ropes or escape indices have no
-// restarts. `times` gives by box the number of its visits; `latest` is the state of the last restart, or null.
+// Counts the visits of the states of a path. A visit begins where the path goes on in another node. A visit is a
+// restart if the path goes back, without a climb from child to parent, to a node that it has visited and whose box
+// encloses its last box: to the root, or with push-down to a lower ancestor. Cells, and nodes along ropes or escape
+// indices, have no restarts. `times` gives by node the number of its visits; `latest` is the state of the last
+// restart, or null.
 function visitsOf(states) {
     const times = new Map();
     let visits = 0, restarts = 0, latest = null, last = null;
     for (const [k, one] of states.entries()) {
         if (!one.box) continue;
-        const key = String(one.box);
-        if (last && key === String(last.box)) continue;
+        const key = one.place;
+        if (last && key === last.place) continue;
         if (times.has(key) && encloses(one.box, last.box) && states[k - 1].kernel !== "climb") {
             restarts += 1;
             latest = one;
@@ -26,12 +27,12 @@ function encloses([lo, hi], [inner, outer]) {
     return lo.every((x, k) => x <= inner[k]) && hi.every((x, k) => x >= outer[k]);
 }
 
-const several = (count, noun, plural = `${noun}s`) => `${count.toLocaleString("en")} ${count === 1 ? noun : plural}`;
+const several = (count, noun) => `${count.toLocaleString("en")} ${noun}${count === 1 ? "" : "s"}`;
 
 // Returns the counts in words.
 function visitWords({visits, restarts, times}, kind) {
     if (kind === "cells") return `${several(times.size, "cell")} so far`;
-    return `${several(visits, "visit")} to ${several(times.size, "box", "boxes")}, ${several(restarts, "restart")} so far`;
+    return `${several(visits, "visit")} to ${several(times.size, "node")}, ${several(restarts, "restart")} so far`;
 }
 
 // The name of the node where a path restarts.
