@@ -10,6 +10,9 @@ import sys
 import tempfile
 from pathlib import Path
 
+from PIL import Image
+
+WIDTH = 1200        # pixels of the figures, at most
 TOUR = Path(__file__).parents[1] / "docs" / "tour"
 # Each picture, and the file that a command of its page writes. A picture's name begins with the
 # number of its page.
@@ -17,7 +20,8 @@ PICTURES = {
     "1-brute-force.gif": "brute/passes.gif",
     "1-pass-30.png": "brute/pass_0030.png",
     "2-grid.gif": "grid/passes.gif",
-    "2-stadium.png": "stadium.png",
+    "2-cells.png": "cells.png",
+    "3-figure-11.png": "figures/out/fig11.png",
     "3-restarts.png": "restarts.png",
     "3-restart.gif": "restart/passes.gif",
     "4-threads.gif": "threads/passes.gif",
@@ -41,18 +45,26 @@ def page_of(picture: str) -> Path:
 
 def command_of(picture: str) -> str:
     """Return the command of the picture's page that writes the picture."""
-    output = PICTURES[picture].partition("/")[0]
-    text = page_of(picture).read_text(encoding="utf-8")
-    command, = re.findall(rf"(?m)^gpgpu-rt .* -o {re.escape(output)}$", text)
+    path = Path(PICTURES[picture])
+    line = (rf"python -m gpgpu_rt\.figures --only {path.stem}" if path.parts[0] == "figures"
+            else rf"gpgpu-rt .* -o {re.escape(path.parts[0])}")
+    command, = re.findall(rf"(?m)^{line}$", page_of(picture).read_text(encoding="utf-8"))
     return command
 
 
 def make(picture: str, folder: Path = TOUR) -> None:
     """Make a picture and put it into ``folder``."""
-    words = shlex.split(command_of(picture))[1:]
+    words = shlex.split(command_of(picture))
+    words = words[1:] if words[0] == "python" else ["-m", "gpgpu_rt", *words[1:]]
     with tempfile.TemporaryDirectory() as made:
-        subprocess.run([sys.executable, "-m", "gpgpu_rt", *words], cwd=made, check=True)
-        shutil.copyfile(Path(made) / PICTURES[picture], folder / picture)
+        subprocess.run([sys.executable, *words], cwd=made, check=True)
+        source = Path(made) / PICTURES[picture]
+        if source.parts[-3:-1] != ("figures", "out"):
+            shutil.copyfile(source, folder / picture)
+            return
+        with Image.open(source) as figure:      # figures are wider than a page shows
+            figure.thumbnail((WIDTH, WIDTH), Image.Resampling.LANCZOS)
+            figure.convert("RGB").save(folder / picture, optimize=True)
 
 
 def main() -> None:

@@ -41,7 +41,8 @@ def measure(cells: Iterable[Cell], data: Path, again: bool = False,
     """
     data.mkdir(parents=True, exist_ok=True)
     todo = [cell for cell in dict.fromkeys(cells) if again or read(cell, data) is None]
-    with tqdm(total=len(todo), unit="measurement", dynamic_ncols=True) as progress:
+    with tqdm(total=len(todo), unit="measurement", dynamic_ncols=True,
+              disable=not todo) as progress:
         for cell, result in _results(todo, workers, progress):
             progress.set_description(_words(cell))
             _write(cell, result, data)

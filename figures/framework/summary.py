@@ -1,6 +1,6 @@
-"""Summary: ten sentences on which results of the survey are confirmed, contradicted or not tried.
+"""Summary: at most ten sentences on which results of the survey are confirmed, contradicted or not tried.
 
-The sentences open the index. Every number in them comes from the pages' verdicts and measurements.
+The sentences open the index. A sentence that would count nothing is left out. Every number in them comes from the pages' verdicts and measurements.
 """
 from __future__ import annotations
 
@@ -36,14 +36,14 @@ class Judged:
 
 
 def sentences(pages: dict[str, dict[str, Any]]) -> list[str]:
-    """The ten sentences, from the JSON files of the pages by figure."""
+    """The sentences, at most ten, from the JSON files of the pages by figure."""
     own = {name: page for name, page in pages.items() if of_survey(name)}
     judged = [Judged(FIGURES[name], verdict) for name, page in own.items()
               if (verdict := Verdict.from_json(page["verdict"])) is not None]
 
     def of(*words: str) -> list[Judged]:
         return [one for one in judged if one.verdict.word in words]
-    return [
+    return [sentence for sentence in (
         _made(own, len(of(verdicts.REDRAWN))),
         _list(of(verdicts.REPRODUCED), "agrees with the survey", "agree with the survey"),
         _list(of(verdicts.ORDER, verdicts.MOSTLY), "agrees with the survey only in part",
@@ -52,7 +52,7 @@ def sentences(pages: dict[str, dict[str, Any]]) -> list[str]:
               "contradict the survey"),
         _order(judged),
         *_too_little(of(verdicts.TOO_LITTLE)),
-        _not_tried(own, of(verdicts.UNMEASURED))]
+        _not_tried(own, of(verdicts.UNMEASURED))) if sentence]
 
 
 def _made(own: dict[str, dict[str, Any]], redrawn: int) -> str:
@@ -60,21 +60,24 @@ def _made(own: dict[str, dict[str, Any]], redrawn: int) -> str:
     renderers = sorted({str(renderer) for renderer in cells.values()}
                        or {str(page["drawn"]["renderer"]) for page in own.values()})
     return (f"This program has made {len(own)} of the survey's {sum(map(of_survey, FIGURES))} "
-            f"figures and tables again, from {counted(len(cells), 'measurement')} on "
-            f"{_and(renderers) or 'no renderer'}; {redrawn} of them "
-            f"{'is' if redrawn == 1 else 'are'} redrawn but not judged, because the survey prints "
-            "no numbers there.")
+            "figures and tables again"
+            + (f", from {counted(len(cells), 'measurement')}" if cells else "")
+            + f" on {_and(renderers) or 'no renderer'}"
+            + (f"; {redrawn} of them {'is' if redrawn == 1 else 'are'} redrawn but not judged, "
+               "because the survey prints no numbers there." if redrawn else "."))
 
 
 def _list(some: Sequence[Judged], one: str, many: str) -> str:
-    """A sentence that lists the figures with a verdict, and the counts behind each verdict."""
+    """A sentence that lists the figures with a verdict, and the counts behind each verdict; ""
+    for no figures."""
     says = f"{counted(len(some), 'figure')} {one if len(some) == 1 else many}"
     named = [f'{each.figure}, "{each.topic}" ({score(vars(each.verdict))})' for each in some]
-    return f"{says}: {'; '.join(named)}." if some else f"{says}."
+    return f"{says}: {'; '.join(named)}." if some else ""
 
 
 def _order(judged: Sequence[Judged]) -> str:
-    """A sentence on the order of methods in all tables of times, even those too small to judge."""
+    """A sentence on the order of methods in all tables of times, even those too small to judge;
+    "" if no pair of methods was compared."""
     # Leave out figures that make claims. Table 1 is one of them: its pairs are Figure 26's.
     tables = [one.verdict for one in judged if not one.verdict.claims]
     here = [one.renderer or one for one in tables]
@@ -83,6 +86,8 @@ def _order(judged: Sequence[Judged]) -> str:
          sum(one.pairs for one in some if one is not None and one.agreed is not None))
         for some in ([one for one in tables if one.renderer is not None], here,
                      [one.stand_ins for one in here]))
+    if not pairs + all_ours + rest:
+        return ""
     return (f"In all tables of times together, {agreed} of {counted(pairs, 'pair')} of methods "
             "have the published order in the times predicted for the papers' cards. In the times "
             f"of the present renderer {ours} of {all_ours} pairs have the published order on "
@@ -91,27 +96,27 @@ def _order(judged: Sequence[Judged]) -> str:
 
 
 def _too_little(some: Sequence[Judged]) -> list[str]:
-    """Four sentences on the figures that rest on too little, and on what is missing."""
+    """Four sentences on the figures that rest on too little, and on what is missing; sentences on
+    no figures are left out."""
     lacking = [one for one in some if _enough_with_meshes(one.verdict)]
     never = [one for one in some if one not in lacking]
     missing = sorted({scene for one in lacking if one.verdict.stand_ins is not None
                       for scene in one.verdict.stand_ins.scenes})
     said = Counter(one.verdict.stand_ins.word for one in some if one.verdict.stand_ins is not None)
-    return [
-        f"{counted(len(some), 'figure')} {'rests' if len(some) == 1 else 'rest'} on too little to "
-        f"judge, because a verdict needs {LEAST_SCENES} scored scenes and, where it compares "
-        f"methods, {LEAST_PAIRS} pairs of them" + (f": {_figures(some)}." if some else "."),
-        f"{len(lacking)} of these would rest on enough if the papers' meshes had been found "
-        "(`gpgpu-rt scenes --fetch` gets most of them)"
-        + (f": {_figures(lacking)} had stand-ins for {counted(len(missing), 'scene')} "
-           f"({_and(missing)})." if lacking else "."),
-        "Stand-ins are never scored; for the stand-ins of "
-        f"{sum(said.values())} of these figures the same rules would give "
-        + (_and([f"\"{word}\" for {said[word]}" for word in WORDS if said[word]])
-           or "no verdict") + ".",
-        f"{len(never)} of these {'stays' if len(never) == 1 else 'stay'} too small to judge even "
-        "with every mesh that this run asks for, because the survey's numbers compare too few "
-        "methods or scenes there" + (f": {_figures(never)}." if never else ".")]
+    sentences = [
+        (some, f"{counted(len(some), 'figure')} {'rests' if len(some) == 1 else 'rest'} on too "
+         f"little to judge, because a verdict needs {LEAST_SCENES} scored scenes and, where it "
+         f"compares methods, {LEAST_PAIRS} pairs of them: {_figures(some)}."),
+        (lacking, f"{len(lacking)} of these would rest on enough if the papers' meshes had been "
+         f"found (`gpgpu-rt scenes --fetch` gets most of them): {_figures(lacking)} had stand-ins "
+         f"for {counted(len(missing), 'scene')} ({_and(missing)})."),
+        (said, "Stand-ins are never scored; for the stand-ins of "
+         f"{sum(said.values())} of these figures the same rules would give "
+         + _and([f"\"{word}\" for {said[word]}" for word in WORDS if said[word]]) + "."),
+        (never, f"{len(never)} of these {'stays' if len(never) == 1 else 'stay'} too small to "
+         "judge even with every mesh that this run asks for, because the survey's numbers compare "
+         f"too few methods or scenes there: {_figures(never)}.")]
+    return [sentence for counts, sentence in sentences if counts]
 
 
 def _enough_with_meshes(verdict: Verdict) -> bool:
@@ -130,10 +135,12 @@ def _not_tried(own: dict[str, dict[str, Any]], unmeasured: Sequence[Judged]) -> 
     scenes = {size: {cell.scene for name in quick for cell in figure_of(name).cells(size)}
               for size in (True, False)}
     left = sorted(scenes[True] - scenes[False])
-    return (f"All measurements are missing for {counted(len(unmeasured), 'figure')}"
-            + (f" ({_figures(unmeasured)})" if unmeasured else "")
-            + f", and the quick size leaves out {counted(len(left), 'scene')}"
-            + (f" ({_and(left)})" if left else "") + ".")
+    said = [f"all measurements are missing for {counted(len(unmeasured), 'figure')} "
+            f"({_figures(unmeasured)})"] if unmeasured else []
+    if left:
+        said.append(f"the quick size leaves out {counted(len(left), 'scene')} ({_and(left)})")
+    text = ", and ".join(said)
+    return f"{text[0].upper()}{text[1:]}." if text else ""
 
 
 def _figures(some: Iterable[Judged]) -> str:
