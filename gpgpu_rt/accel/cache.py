@@ -180,7 +180,7 @@ def _checksum(arrays: dict[str, np.ndarray]) -> np.ndarray:
 
 def _load(path: Path, record: type[Structure], triangles: int) -> Structure | None:
     """Return the structure in a file. Return None if the file does not exist, belongs to another
-    user or is damaged, or if its indices or lengths do not fit this number of ``triangles``."""
+    user or is damaged, or if its indices or lengths do not fit ``triangles`` triangles."""
     try:
         if not is_own(os.stat(path)):
             return None

@@ -17,7 +17,7 @@ LEAF = 3     # the axis that marks a leaf, in all trees that store siblings side
 
 
 def is_sound(structure: Any, triangles: int) -> bool:
-    """Return whether ``structure`` could have been built over this number of triangles. The
+    """Return whether ``structure`` could have been built over ``triangles`` triangles. The
     structure's own method ``is_sound`` decides; without such a method, the answer is true."""
     check = getattr(structure, "is_sound", None)
     return check is None or check(triangles)

@@ -98,17 +98,17 @@ class Workload:
 
 
 def mirror(bounces: int) -> str:
-    """Return the name of the rays after this number of mirror bounces."""
+    """Return the name of the rays after ``bounces`` mirror bounces."""
     return bounced(MIRROR, bounces)
 
 
 def diffuse(bounces: int) -> str:
-    """Return the name of the rays after this number of diffuse bounces."""
+    """Return the name of the rays after ``bounces`` diffuse bounces."""
     return bounced(DIFFUSE, bounces)
 
 
 def bounced(kind: str, bounces: int) -> str:
-    """Return the name of the rays after this number of bounces of a kind. The rays after 0 bounces
+    """Return the name of the rays after ``bounces`` bounces of a kind. The rays after 0 bounces
     are the eye rays."""
     return f"{kind} {bounces}" if bounces else EYE
 

@@ -21,7 +21,7 @@ EMBREE_CASE = np.float64([148376, 1234, -223423])   # where Embree's own tests p
 
 @keeps_denormals
 def make_case(name: str, rays: int, seed: int) -> Case:
-    """Return the case of a family with this number of rays."""
+    """Return the case of a family with ``rays`` rays."""
     return FAMILIES[name].make(rays, seed)
 
 

@@ -72,7 +72,7 @@ class Known:
 
     @classmethod
     def of(cls, name: str, rays: int, seed: int = SEED) -> Known:
-        """Make the case with at most this number of rays, and decide its answers."""
+        """Make the case with at most ``rays`` rays, and decide its answers."""
         case = make_case(name, min(rays, FAMILIES[name].most), seed)
         return cls(name, case, acceptance(case.triangles, *case.rays))
 

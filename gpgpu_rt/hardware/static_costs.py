@@ -60,8 +60,8 @@ class StaticCost:
     ----------
     card, method, kernel : Names.
     arithmetic : Arithmetic instructions as the card issues them. R300 to R580 issue a vector and a
-        scalar operation together, which count once. NV40's are those that its driver emits; the
-        driver pairs none.
+        scalar operation together, which count once. For NV40, the instructions that its
+        driver emits; the driver pairs no instructions.
     vector, scalar : Operations by kind. Both are 0 where the driver does not tell them apart.
     fetches : Texture fetches.
     levels : Levels of texture indirection. A fetch at a computed place is a level above the

@@ -25,8 +25,8 @@ class EvenLoss:
         """Return whether the next pass is a frame, given its number of live rays."""
         if self._first is None:
             self._first = live
-        # The last frame is due at 0 live rays. Live rays may not decrease, but `_due` does not
-        # go back.
+        # The last frame is due at 0 live rays. The number of live rays may also increase, but
+        # `_due` does not go back.
         lost = self._first - live
         reached = (lost * (self.frames - 1)) // max(self._first, 1)
         if self._due and reached < self._due:

@@ -13,9 +13,9 @@ the error of its t may be.
 A triangle is acceptable if it may be hit, and if no triangle is certainly hit before it.
 
 A ray must hit if it certainly hits a triangle. A ray near an edge or a vertex must also hit if two
-conditions are met. First, in exact arithmetic the ray hits, and so do all its neighbours: rays
-around the ray, the outer of which are farther away than rounding errors reach. Second, the
-triangle that the ray hits and the triangles that its neighbours hit meet at the edge or the
+conditions are met. First, in exact arithmetic the ray and all its neighbours hit. The neighbours
+are rays around the ray; the outer neighbours are farther away than rounding errors reach. Second,
+the triangle that the ray hits and the triangles that its neighbours hit meet at the edge or the
 vertex: their corners there are equal to the bit. If an engine misses a ray that must hit, the miss
 is a leak.
 

@@ -21,7 +21,7 @@ _PAIRS = 1 << 18        # most pairs in a batch
 # little to add a noticeable number of tests.
 _PADDING = 1e-12
 _TINY = 1e-300
-_MOST_KEPT, _LARGEST_KEPT = 3, 1 << 20      # trees to keep; most triangles of a tree to keep
+_MOST_KEPT, _LARGEST_KEPT = 3, 1 << 20      # trees to keep; largest tree to keep, in triangles
 
 
 class ReferenceTree:

@@ -194,7 +194,7 @@ class Integrator:
 
     def run(self, name: str, target: Drawable, samplers: Samplers,
             rectangles: Rectangles | None = None, points: int = 0, **uniforms: Any) -> None:
-        """Run a pass over the whole target or over rectangles, or draw this number of points. The
+        """Run a pass over the whole target or over rectangles, or draw ``points`` points. The
         scene's textures are bound in addition to ``samplers``."""
         program = self.program(name)
         program.set(**uniforms)

@@ -44,7 +44,7 @@ PACKED = ("PACKED_PATHS",)
 # three times the memory of a wave.
 MOST_SHARE = 0.75
 SHARES = {"auto": 0.25, "on": 0.25, "off": 0.0}
-AUTO = 1 << 15      # packing pays for waves of at least this many texels: docs/path-tracing.md
+AUTO = 1 << 15      # packing saves time for waves of at least this size: docs/path-tracing.md
 
 COMPACT = Option("compact", "auto", "pack the remaining paths into smaller textures: on, off, "
                  "auto (in large waves), or the largest share of live texels at which to pack",
@@ -201,7 +201,7 @@ class PackedPaths:
 
 
 def share_of(options: Mapping[str, Any], texels: int = AUTO) -> float:
-    """Return the largest share of live paths at which a wave of this number of texels is packed.
+    """Return the largest share of live paths at which a wave of ``texels`` texels is packed.
 
     The option ``compact`` decides. The share is 0 if the wave is never packed."""
     share = SHARES.get(options["compact"], options["compact"])

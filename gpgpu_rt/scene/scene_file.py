@@ -227,7 +227,7 @@ class _SceneFile:
             return make()
         except SceneError as error:
             raise SceneError(f"{self.path}: {where + ': ' if where else ''}{error}") from None
-        except OSError as failure:      # the user may not read the file
+        except OSError as failure:      # the user is not allowed to read the file
             raise SceneError(f"{self.path}: {where}: cannot be read ({failure.strerror}); check "
                              "it") from None
 

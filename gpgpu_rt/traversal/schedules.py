@@ -124,7 +124,7 @@ class Traversal(MethodDriver):
                     any_hit: bool) -> bool:
         """Trace every ray in registers. Return whether the traversal of each ray ended.
 
-        The program discards a ray that does not end, and an occlusion query counts the others.
+        The program discards a ray that does not end. An occlusion query counts all other rays.
         """
         query = self.gpu.query()
         with query:

@@ -71,7 +71,7 @@ int visit() {
 
 bool on;   // the walk goes on
 
-// Walk from `node` to the next leaf. At a node of which the packet enters no child, pop a node from the
+// Walk from `node` to the next leaf. If the packet enters no child of a node, pop a node from the
 // stack. Stop after `most` pairs of boxes.
 void walk_on(int most) {
     on = true;

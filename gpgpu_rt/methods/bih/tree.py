@@ -80,7 +80,7 @@ class Bih:
         return lo, hi
 
     def is_sound(self, triangles: int) -> bool:
-        """Whether the arrays are valid for this number of triangles; see ``accel/sound.py``."""
+        """Whether the arrays are valid for ``triangles`` triangles; see ``accel/sound.py``."""
         n = len(self.axis)
         return (alike(named(self, "lo hi"), "f", 3)
                 and alike(named(self, "left_hi right_lo"), "f", n)
@@ -97,7 +97,7 @@ def build_bih(triangles: np.ndarray, *, max_leaf: int = 4, max_depth: int = 64,
     Parameters
     ----------
     triangles : (n, 3, 3) float32, world units
-    max_leaf : the most triangles of a leaf
+    max_leaf : the largest number of triangles in a leaf
     max_depth : bound on the depth; the depth may reach ceil(log2 n) even if the bound is lower. A
         node that could otherwise exceed the bound is split into halves of equally many triangles.
 

@@ -221,7 +221,7 @@ class RayStreams(MethodDriver):
                              tuple(sorted(defines.items()))), make)
 
     def _stream_size(self, rays: int) -> int:
-        """The most elements of a pass for this number of rays."""
+        """The largest number of stream elements in a pass, for ``rays`` rays."""
         levels = self.accelerator.stack_levels + 3
         nodes = int(self.accelerator.uniforms["node_count"]) + 1
         return min(self.options["stream_size"], EXACT_INTEGER // levels, rays * nodes)

@@ -28,7 +28,8 @@ ITEM_CHUNK = 1 << 17            # triangles binned together
 def build(triangles: np.ndarray, *, bins: int = 32, max_leaf: int = MAX_LEAF,
           traversal_cost: float = 1.0, intersection_cost: float = 1.0, max_depth: int = 64,
           **unknown: object) -> LooseTree:
-    """Build by SAH splits. A node of at most `max_leaf` triangles becomes a leaf if no split pays.
+    """Build by SAH splits. A node of at most `max_leaf` triangles becomes a leaf if no split
+    lowers the cost.
 
     Parameters
     ----------
@@ -88,7 +89,8 @@ def _best(level: TriangleLevel, bins: int, run: Run) -> tuple[np.ndarray, np.nda
         better = np.flatnonzero(new < cost[some])
         cost[some[better]], axis[some[better]], taken[some[better]] = new[better], a, left[better]
 
-    # Each part is a pair: nodes, and the most triangles of a node, or 0 for nodes to be binned.
+    # Each part is a pair: nodes, and the largest number of triangles in a node, or 0 for nodes to
+    # be binned.
     parts = of_like_length(level.count, FEW_SIZES, above=1)
     large = np.flatnonzero(level.count > FEW)
     parts += [(large[part], 0) for part in chunks(level.count[large], ITEM_CHUNK)]

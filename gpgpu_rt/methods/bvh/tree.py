@@ -57,7 +57,7 @@ class Bvh:
         return left, right
 
     def is_sound(self, triangles: int) -> bool:
-        """Whether the arrays are valid for this number of triangles; see ``accel/sound.py``."""
+        """Whether the arrays are valid for ``triangles`` triangles; see ``accel/sound.py``."""
         n = len(self.escape)
         if not (alike(named(self, "lo hi"), "f", n, 3)
                 and alike(named(self, "escape first count"), "i", n)

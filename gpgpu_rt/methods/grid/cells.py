@@ -53,7 +53,7 @@ class Grid:
     references: np.ndarray
 
     def is_sound(self, triangles: int) -> bool:
-        """Whether the arrays are valid for this number of triangles; see ``accel/sound.py``."""
+        """Whether the arrays are valid for ``triangles`` triangles; see ``accel/sound.py``."""
         return (alike(named(self, "lo hi cell_size"), "f", 3)
                 and within(self.resolution, 1 << 10, 1)
                 and len(self.resolution) == 3 and within(self.references, triangles)

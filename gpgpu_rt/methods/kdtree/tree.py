@@ -60,7 +60,7 @@ class KdTree:
         return lo, hi
 
     def is_sound(self, triangles: int) -> bool:
-        """Whether the arrays are valid for this number of triangles; see ``accel/sound.py``."""
+        """Whether the arrays are valid for ``triangles`` triangles; see ``accel/sound.py``."""
         n = len(self.axis)
         return (n > 0 and alike(named(self, "lo hi"), "f", 3)
                 and alike(named(self, "split"), "f", n)

@@ -51,7 +51,7 @@ class Octree:
     references: np.ndarray
 
     def is_sound(self, triangles: int) -> bool:
-        """Whether the arrays are valid for this number of triangles; see ``accel/sound.py``."""
+        """Whether the arrays are valid for ``triangles`` triangles; see ``accel/sound.py``."""
         cells, nodes = len(self.span), np.arange(len(self.child))
         if not within(self.child, len(nodes), -cells):
             return False

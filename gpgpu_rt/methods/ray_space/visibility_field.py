@@ -67,7 +67,7 @@ class VisibilityField:
     reach: np.ndarray
 
     def is_sound(self, triangles: int) -> bool:
-        """Whether the arrays are valid for this number of triangles; see ``accel/sound.py``."""
+        """Whether the arrays are valid for ``triangles`` triangles; see ``accel/sound.py``."""
         m = len(self.triangle)
         if not (isinstance(self.directions, int) and isinstance(self.tiles, int)):
             return False
@@ -202,8 +202,7 @@ def _estimate(frames: list[_Frame], directions: int, tiles: int) -> float:
 
 def _build(frames: list[_Frame], directions: int, tiles: int, most: float
            ) -> VisibilityField | None:
-    """The field, or None if its entries and beams take more memory than this number of entries:
-    ``most``."""
+    """The field, or None if its entries and beams take more memory than ``most`` entries."""
     n = len(frames[0].near)
     beams = AXES * directions ** 2 * tiles ** 2
     room = most - (beams + AXES) * BEAM_BYTES / ENTRY_BYTES

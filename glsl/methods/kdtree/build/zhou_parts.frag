@@ -1,7 +1,7 @@
 #version 330 core
 // Writes the pieces of a level's children: with CHANNEL 0 the pieces of large children, with CHANNEL 1 the
 // pieces of small children. A binary search finds the child of each new piece. A second binary search finds
-// the parent's piece of which the new piece is a part.
+// the parent's piece that contains the new piece.
 
 #include <records>
 #include "core/stream.glsl"

@@ -29,7 +29,7 @@ def thread(room: StreamRoom, triangles: Stream, order: Stream, sums: Stream,
     triangles : TRIANGLE, as uploaded
     order : SOURCE, the triangle in each slot
     sums : VALUES, for each slot, the number of leaves that begin before it
-    max_leaf : the most triangles of a leaf
+    max_leaf : the largest number of triangles in a leaf
     lists : pairs of an INTERVAL stream and the most slots that one of its nodes spans. The nodes
         may be in any order. Entries with first = -1 are no nodes.
 

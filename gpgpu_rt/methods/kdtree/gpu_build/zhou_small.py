@@ -37,7 +37,7 @@ class SmallLevel:
 
 def grow_small(room: StreamRoom, large: LargeNodes, pieces: Stream,
                rules: ZhouRules) -> list[SmallLevel]:
-    """Split small nodes, and all nodes below them, as long as a split pays."""
+    """Split small nodes, and all nodes below them, as long as a split lowers the cost."""
     if not large.roots:
         return []
     nodes = room.stream(SMALL_NODE, large.roots)
@@ -62,7 +62,7 @@ def grow_small(room: StreamRoom, large: LargeNodes, pieces: Stream,
 
 def _choose(room: StreamRoom, nodes: Stream, extents: Stream, sides: Stream,
             rules: ZhouRules) -> SmallLevel:
-    """Choose the split of each node of a level, if a split pays."""
+    """Choose the split of each node of a level, if a split lowers the cost."""
     costs = rules.costs
     choices = room.stream(CHOICE, nodes.length)
     room.draw("zhou_choose", choices, [nodes, extents, sides],
