@@ -1,6 +1,7 @@
-"""Summary: at most ten sentences on which results of the survey are confirmed, contradicted or not tried.
+"""Summary: sentences on which results of the survey are confirmed, contradicted or not tried.
 
-The sentences open the index. A sentence that would count nothing is left out. Every number in them comes from the pages' verdicts and measurements.
+At most ten sentences open the index. Every number in them comes from the pages' verdicts and
+measurements. A sentence that would count nothing is left out.
 """
 from __future__ import annotations
 
