@@ -7,6 +7,7 @@ import os
 import re
 import sys
 import threading
+from collections import deque
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -110,7 +111,7 @@ class Gpu:
         self.observers = Observers()
         self.whole = False    # whether passes also draw texels that they know to be empty
         self.keeps_own_arrays: bool | None = None   # set by traversal/own_arrays.py
-        self._queries: list[moderngl.Query] = []
+        self._queries: deque[moderngl.Query] = deque()
         self._rest: moderngl.Framebuffer | None = None
         self._entered = 0
         self._turn = threading.RLock()

@@ -3,8 +3,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from gpgpu_rt.cli.picture import light_options
 from gpgpu_rt.cli.help import Variants, described
+from gpgpu_rt.cli.picture import light_options
 from gpgpu_rt.cli.shared import all_options
 from gpgpu_rt.options import TRACER_OPTIONS, Option
 
