@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from snippets import PAGES, Snippet, missing, snippets
+from snippets import PAGES, Snippet, missing, snippets, without_meshes
 
 HOW_TO = [page for page in PAGES if page.parent.name == "how-to"]
 MOST_LINES = 100
@@ -46,7 +46,8 @@ def test_a_message_is_as_shown(exact_renderer, tmp_path: Path, command: str,
     np.savez(tmp_path / "renamed.npz", o=rays["origins"], d=rays["directions"])
     rays["directions"][2] = np.nan
     np.savez(tmp_path / "nan.npz", **rays)
-    answer = shell(command, tmp_path)
+    with without_meshes(tmp_path):
+        answer = shell(command, tmp_path)
     assert answer.returncode == 1, answer.stdout
     assert missing(message, answer.stdout) is None, answer.stdout
 
