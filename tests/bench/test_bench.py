@@ -261,7 +261,7 @@ def test_a_race_refuses_an_image_that_is_none() -> None:
 
 
 def test_options_go_to_the_default_methods_that_have_them(capsys) -> None:
-    parser = importlib.import_module("gpgpu_rt.cli.main")._parser()
+    parser = importlib.import_module("gpgpu_rt.cli.main").command_parser()
     chosen = parser.parse_args(["bench", "cornell", "--packet", "2x2"])
     found = dict(benching._candidates(chosen))
     assert found["bvh-packet"]["packet"] == (2, 2) and "bvh-threaded" not in found

@@ -273,7 +273,7 @@ def test_the_index_opens_with_sentences_from_the_verdicts(drawn) -> None:
     for line in opening:
         assert line.startswith("* ") and line.endswith(".") and re.search(r"\d", line)
         assert f"<li>{html.escape(line[2:])}</li>" in page
-        assert not re.search(r"\b0 (figures|of|scenes)\b", line)
+        assert not re.search(r"\b0 (figures|scenes|of 0)\b", line)
 
     def find(words: str) -> str:
         """The sentence with these words, or "" if it would count nothing."""
@@ -304,7 +304,8 @@ def test_the_index_opens_with_sentences_from_the_verdicts(drawn) -> None:
                            ) in order
     # With any set of meshes, Figures 7 and 26 have fewer than four pairs or fewer than two scenes.
     # The test writes no predictions for Figures 13, 16 and 22.
-    assert f"* {len(of(verdicts.TOO_LITTLE)) - 5} of these would rest on enough" in lacking
+    more = len(of(verdicts.TOO_LITTLE)) - 5
+    assert (f"* {more} of these would rest on enough" in lacking) if more else not lacking
     assert ("(bunny, conference, cows, kitchen, robots and shirley6)" in lacking) == (not meshes)
     assert ("\"contradicted\" for 5" in aside) == (not meshes)
     assert "5 of these stay" in never and never.endswith(
