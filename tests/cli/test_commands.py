@@ -9,7 +9,7 @@ import time
 
 import pytest
 
-from gpgpu_rt.cli.main import MODULES, _parser, main
+from gpgpu_rt.cli.main import MODULES, command_parser, main
 from gpgpu_rt.cli.timings import since_start
 
 
@@ -19,13 +19,13 @@ def commands(parser: argparse.ArgumentParser) -> list[str]:
 
 
 def test_the_table_has_every_command() -> None:
-    assert commands(_parser()) == list(MODULES)
+    assert commands(command_parser()) == list(MODULES)
 
 
 @pytest.mark.parametrize("name", MODULES)
 def test_a_command_is_in_its_module(name: str) -> None:
-    assert commands(_parser(name)) == [other for other in MODULES
-                                       if MODULES[other] == MODULES[name]]
+    assert commands(command_parser(name)) == [other for other in MODULES
+                                              if MODULES[other] == MODULES[name]]
 
 
 def test_a_command_imports_no_other_command() -> None:

@@ -5,7 +5,7 @@ import re
 
 import pytest
 
-from gpgpu_rt.cli.main import MODULES, _parser, main
+from gpgpu_rt.cli.main import MODULES, command_parser, main
 from gpgpu_rt.methods import find_method, methods
 from gpgpu_rt.options import TRACER_OPTIONS
 from gpgpu_rt.render.integrators import INTEGRATORS
@@ -42,7 +42,8 @@ def test_help_fits_a_screen(told, command: str) -> None:
 
 
 def test_the_commands_with_tables_of_options_are_known() -> None:
-    parsers = {name: _parser(name)._subparsers._group_actions[0].choices[name] for name in MODULES}
+    parsers = {name: command_parser(
+        name)._subparsers._group_actions[0].choices[name] for name in MODULES}
     assert [name for name, parser in parsers.items() if parser.owned] == LONG
 
 

@@ -65,7 +65,8 @@ def test_hits_in_a_line() -> None:
 
 def test_all_hits_in_a_line() -> None:
     with rt.Tracer("cornell", "grid") as tracer:
-        found = tracer.trace_all([(278, 273, -800)], [(0, 0, 1)])
+        camera = tracer.scene.camera
+        found = tracer.trace_all([camera.eye], [np.subtract(camera.target, camera.eye)])
     assert repr(found) == f"AllHits(1 ray: {len(found)} hits)" and len(found) > 1
 
 

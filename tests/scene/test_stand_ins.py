@@ -87,7 +87,7 @@ def test_pictures_tell(words, monkeypatch) -> None:
         assert cli.main((*words(command), *more)) == 0
         assert drawn and all(TITLE in title for title in drawn), command
     assert cli.main(words("web")) == 0
-    assert f"<title>{TITLE} in WebGL 2</title>" in Path("OUT.html").read_text()
+    assert TITLE in Path("OUT.html").read_text().partition("</title>")[0]
     assert TITLE in film(rt.load_scene(SCENE), "kd-restart", (8, 8))
     assert TITLE in heat_maps(rt.load_scene(SCENE), ["kd-restart"], (8, 8))
 
