@@ -31,7 +31,7 @@ class Rect:
 
 
 @dataclass(frozen=True)
-class Layout:
+class PanelLayout:
     """The parts of the window, which do not overlap. A part that is not shown is None.
 
     Attributes
@@ -49,7 +49,7 @@ class Layout:
 
 
 def arranged(window: tuple[int, int], *, panel: int | None, help_width: int | None,
-             table: int | None) -> Layout:
+             table: int | None) -> PanelLayout:
     """Return the layout of a window.
 
     Parameters
@@ -61,13 +61,13 @@ def arranged(window: tuple[int, int], *, panel: int | None, help_width: int | No
     """
     width, height = (max(1, side) for side in window)
     if panel is None:
-        return Layout(Rect(0, 0, width, height))
+        return PanelLayout(Rect(0, 0, width, height))
     low = min(LOW, height // 2)
     high = height - low
     left = min(max(panel, LEAST_PANEL), int(MOST_SHARE * width))
     aside = 0 if help_width is None else min(help_width, int(MOST_SHARE * (width - left)))
     under = 0 if table is None else min(table, int(MOST_SHARE * high))
-    return Layout(
+    return PanelLayout(
         Rect(left, 0, width - left - aside, high - under),
         Rect(0, 0, left, high), Rect(0, high, width, low),
         Rect(width - aside, 0, aside, high - under) if aside else None,

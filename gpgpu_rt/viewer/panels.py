@@ -8,7 +8,7 @@ from imgui_bundle import imgui
 from .command_bar import CommandBar
 from .controls import Controls
 from .key_list import draw_keys
-from .layout import HELP, MOST_SHARE, PANEL, TABLE, Layout, Rect, arranged
+from .layout import HELP, MOST_SHARE, PANEL, TABLE, PanelLayout, Rect, arranged
 from .link import Link
 from .model import Viewer
 from .path_table import PathTable
@@ -42,7 +42,7 @@ class Panels:
         self._table = PathTable(self._fonts, TABLE)
 
     @property
-    def layout(self) -> Layout:
+    def layout(self) -> PanelLayout:
         """The rectangles of the picture and of the panels."""
         return arranged(self.link.window.size, panel=self._width if self.shown else None,
                         help_width=HELP if self.help else None,
