@@ -8,6 +8,7 @@ import contextlib
 import os
 import signal
 import sys
+import threading
 import time
 from _thread import start_new_thread
 from collections.abc import Callable, Iterator
@@ -81,6 +82,27 @@ def _not_raised(problem: sys.UnraisableHookArgs) -> None:
         _again(signal.SIGINT)
     else:
         sys.__unraisablehook__(problem)
+
+
+@contextlib.contextmanager
+def deferred() -> Iterator[None]:
+    """Return a context at whose end an interrupt takes effect that came within the context.
+
+    Native code that calls Python code needs this context if it does not expect an exception.
+    moderngl's compiler is such code: it ends the process with a segmentation fault.
+    """
+    before = signal.getsignal(signal.SIGINT)
+    if threading.current_thread() is not threading.main_thread() or not callable(before):
+        yield           # Python interrupts its main thread only
+        return
+    came: list[int] = []
+    signal.signal(signal.SIGINT, lambda number, frame: came.append(number))
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
+        if came:
+            signal.raise_signal(signal.SIGINT)
 
 
 @contextlib.contextmanager

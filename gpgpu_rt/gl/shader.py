@@ -21,6 +21,7 @@ from typing import NamedTuple
 
 import moderngl
 
+from .. import interrupts
 from ..errors import ShaderError
 from .angle_text import angle_texts
 from .context import Gpu
@@ -196,7 +197,8 @@ def compile_program(gpu: Gpu, fragment: str, defines: Mapping[str, object] | Non
         _let_go(gpu)
         texts = angle_texts(*key) if gpu.is_es else key
         try:
-            program = gpu.context.program(vertex_shader=texts[0], fragment_shader=texts[1])
+            with interrupts.deferred():
+                program = gpu.context.program(vertex_shader=texts[0], fragment_shader=texts[1])
         except moderngl.Error as failure:
             raise ShaderError(_word_log(str(failure), source, defines or {})) from failure
     gpu.programs[key] = program    # now the most recently requested program
