@@ -16,8 +16,8 @@ def ray_costs(scene: Scene, name: str, side: int) -> dict[str, Any]:
 
     Returns
     -------
-    ``steps`` and ``nodes`` are (mean, largest) per ray; ``nodes`` is None for a method that visits
-    none. ``ray`` is the place of the ray with the most steps, across and down, from 0 to 1.
+    ``steps`` and ``nodes`` are (mean, largest) per ray; ``nodes`` is None for a method without
+    nodes. ``ray`` is the place of the ray with the most steps, across and down, from 0 to 1.
     ``step`` is a step in mid-search, after which about half of the hits are found: the median of
     the steps of rays that hit, but at most half of the largest number of steps.
     """

@@ -127,7 +127,7 @@ def test_rays_have_the_bits_of_the_host(exact_renderer, tmp_path: Path, scene: s
     assert 'data-state="done"' in test and 'data-differing="0"' in test
     told = description(written(names, scene))["methods"]
     assert f'data-rays="{4096 * sum(len(one["schedules"]) for one in told)}"' in test
-    assert re.findall(r'data-method="([\w-]+)"', dom) == list(names)
+    assert re.findall(r'<span class="method" data-method="([\w-]+)"', dom) == list(names)
 
 
 def description(text: str) -> dict:
