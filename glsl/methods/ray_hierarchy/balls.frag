@@ -2,7 +2,8 @@
 // Computes the smallest ball around each triangle: its centre and radius, in the hierarchy's units
 // (cone_units.glsl). If an angle has at least 90 degrees, the centre is the midpoint of the longest side.
 // Otherwise the centre is the circumcentre. The radius is measured from the rounded centre and then
-// widened, so rounding of the centre loses nothing.
+// widened, so rounding of the centre loses nothing. PRECISE forbids compilers to simplify a - (x + a), which
+// would measure from the exact centre.
 
 #include "core/precision.glsl"
 #include "core/stream.glsl"
@@ -29,8 +30,10 @@ void main() {
     if (acute) {
         centre = (c * (b - across) * ab + b * (c - across) * ac) / (2.0 * area);
     }
-    centre += a;
-    float radius = max(max(length(a - centre), length(unit * triangle_v1(i) - centre)),
-                       length(unit * triangle_v2(i) - centre));
-    ball_store(Ball(vec4(centre, radius * WIDENED + TINY)));
+    PRECISE vec3 rounded = centre + a;
+    PRECISE vec3 to_v0 = a - rounded;
+    PRECISE vec3 to_v1 = unit * triangle_v1(i) - rounded;
+    PRECISE vec3 to_v2 = unit * triangle_v2(i) - rounded;
+    float radius = max(max(length(to_v0), length(to_v1)), length(to_v2));
+    ball_store(Ball(vec4(rounded, radius * WIDENED + TINY)));
 }
