@@ -56,9 +56,25 @@ def pairs(corners: Array, origins: Array, directions: Array,
         in_box = (lo <= 0).all(axis=1) & (hi >= 0).all(axis=1)
         lowest, highest = np.minimum(np.minimum(w0, w1), w2), np.maximum(np.maximum(w0, w1), w2)
         inv_det = np.float32(1) / det
-        depth = multiply_add(w2, c[:, 2], multiply_add(w1, b[:, 2], w0 * a[:, 2]))
-        t = np.ldexp(depth * (np.float32(1) / p[:, 2]) * inv_det, -exponent)
-        accepted = in_box & ((lowest >= 0) | (highest <= 0)) & (det != 0) & (t >= 0)
+        depths = np.stack([a[:, 2], b[:, 2], c[:, 2]]) * (np.float32(1) / p[:, 2])
+
+        def dot(one: Array, two: Array) -> Array:
+            x, y, z = range(3)
+            return multiply_add(one[:, z], two[:, z],
+                                multiply_add(one[:, y], two[:, y], one[:, x] * two[:, x]))
+        edges = [np.take_along_axis(corners[:, (k + 2) % 3] - corners[:, (k + 1) % 3], order, 1)
+                 for k in range(3)]
+        k = np.stack([np.abs(e).max(axis=1) for e in edges]).argmax(axis=0)[:, None]
+        one = np.choose(k, (edges[1], edges[0], edges[0]))
+        two = np.choose(k, (edges[2], edges[2], edges[1]))
+        normal = np.stack([multiply_add(one[:, i], two[:, j], -(one[:, j] * two[:, i]))
+                           for i, j in ((1, 2), (2, 0), (0, 1))], axis=1)
+        inverse = np.float32(1) / dot(p, normal)
+        plane = dot(np.choose(k, (a, b, c)), normal * inverse[:, None])
+        plane = np.where(plane > depths.min(axis=0), plane, depths.min(axis=0))
+        t = np.ldexp(np.minimum(plane, depths.max(axis=0)), -exponent)
+        accepted = in_box & ((lowest >= 0) | (highest <= 0)) & (t >= 0)
+        accepted &= np.abs(det) >= 2.0 ** -126
         return t, w1 * inv_det, w2 * inv_det, accepted
 
 

@@ -64,7 +64,6 @@ vec3 R(vec3 v) {
 #endif
 
 // The dot product and the cross product, with every intermediate result rounded.
-
 float R_dot(vec3 a, vec3 b) {
     PRECISE vec3 p = R(a * b);
     return R(R(p.x + p.y) + p.z);
@@ -74,4 +73,8 @@ vec3 R_cross(vec3 a, vec3 b) {
     PRECISE vec3 p = R(a.yzx * b.zxy);
     PRECISE vec3 q = R(a.zxy * b.yzx);
     return R(p - q);
+}
+
+float largest(vec3 v) {
+    return max(max(v.x, v.y), v.z);
 }

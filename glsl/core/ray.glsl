@@ -15,10 +15,13 @@ struct Ray {
 #endif
 };
 
-// Before the inversion of a direction, this number replaces each component of smaller magnitude. The
-// largest component of a direction is at least 0.5, because directions have unit length or are scaled to a
-// largest component in [0.5, 1). A component as small as this number does not visibly move a ray.
+// Before the inversion of a direction, this number replaces each component of smaller magnitude. A
+// component as small as this number does not visibly move a ray, because the largest is at least 0.5.
 const float TINY_DIRECTION = 1e-20;
+
+float not_zero(float d) {
+    return abs(d) < TINY_DIRECTION ? (d < 0.0 ? -TINY_DIRECTION : TINY_DIRECTION) : d;
+}
 
 vec3 permuted(bvec2 dominant, vec3 v) {
     return dominant.x ? v.yzx : (dominant.y ? v.zxy : v);
@@ -39,12 +42,7 @@ Ray ray_setup(Rays texels) {
 #endif
     vec3 d = ray.direction;
     vec3 size = abs(d);
-    vec3 tiny = vec3(d.x < 0.0 ? -TINY_DIRECTION : TINY_DIRECTION,
-                     d.y < 0.0 ? -TINY_DIRECTION : TINY_DIRECTION,
-                     d.z < 0.0 ? -TINY_DIRECTION : TINY_DIRECTION);
-    ray.inv_dir = R(1.0 / vec3(size.x < TINY_DIRECTION ? tiny.x : d.x,
-                               size.y < TINY_DIRECTION ? tiny.y : d.y,
-                               size.z < TINY_DIRECTION ? tiny.z : d.z));
+    ray.inv_dir = R(1.0 / vec3(not_zero(d.x), not_zero(d.y), not_zero(d.z)));
     ray.dominant.x = size.x >= size.y && size.x >= size.z;
     ray.dominant.y = size.y >= size.z;
     vec3 p = permute(ray, d);

@@ -101,7 +101,6 @@ void main() {
     if (state.phase > DONE && state.steps >= step_cap) {
         state.phase = UNFINISHED;
     }
-
     end_pass(state);
     hit_store(hit);
     STORE_COUNTERS;

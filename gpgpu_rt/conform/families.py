@@ -14,7 +14,7 @@ from ..numerics.denormals import keeps_denormals
 from . import flat_families, interval_families, structure_families  # noqa: F401, register theirs
 from .case import FAMILIES, Case, family
 from .draws import bell, between, binades, chosen, cross, directions, unit
-from .shapes import aims_at, box, bumpy_sphere, lattice, outside_rays, soup, square
+from .shapes import aims_at, box, bumpy_sphere, lattice, outside_rays, soup, square, tube
 
 EMBREE_CASE = np.float64([148376, 1234, -223423])   # where Embree's own tests put their sphere
 
@@ -199,6 +199,17 @@ def _(n: int, seed: int) -> Case:
     origins = _turned(start).astype(np.float32)
     triangles = np.concatenate([_turned(triangles), 8 * box()])
     return Case(triangles, origins, _turned(end) - origins, closed=True)
+
+
+@family("thin-walls", 11, "a closed tube of triangles 10^4 times as long as wide, rays from inside")
+def _(n: int, seed: int) -> Case:
+    rng = np.random.default_rng(seed)
+    triangles = tube(300, 200)
+    wall = triangles[rng.integers(600, size=n)].mean(axis=1) * [1, 1, 0]
+    inside = 1 - binades(rng, 1e-4, 0.1, (n, 1))
+    origins = wall * inside + between(rng, -98, 98, (n, 1)) * [0, 0, 1]
+    origins = _turned(origins).astype(np.float32)
+    return Case(_turned(triangles), origins, directions(rng, n), closed=True)
 
 
 @family("degenerate", 13, "zero area: points, needles and repeated vertices, in front of a wall")

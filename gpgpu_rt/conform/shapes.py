@@ -44,6 +44,24 @@ def box(cells: int = 1) -> np.ndarray:
     return np.concatenate([*sides, *(-side[:, ::-1] for side in sides)])
 
 
+def tube(sections: int, height: float) -> np.ndarray:
+    """A closed tube of radius 1 along z, (4 sections, 3, 3) float64: a wall of triangles as long
+    as the tube, and two fans. ``sections`` is a multiple of 4.
+
+    A quarter of the circle has the points (1 - s^2, 2 s) / (1 + s^2).
+    """
+    s = np.arange(sections // 4) / (sections // 4)
+    x, y = (1 - s * s) / (1 + s * s), 2 * s / (1 + s * s)
+    x, y = np.concatenate([x, -y, -x, y]), np.concatenate([y, x, -y, -x])
+    low = np.stack([x, y, np.full_like(x, -height / 2)], -1)
+    high = low * [1, 1, -1]
+    next_low, next_high = np.roll(low, -1, axis=0), np.roll(high, -1, axis=0)
+    ends = [np.broadcast_to([0, 0, z], low.shape) for z in (-height / 2, height / 2)]
+    return np.concatenate([np.stack(one, 1) for one in (
+        (low, next_low, high), (high, next_low, next_high), (ends[0], next_low, low),
+        (ends[1], high, next_high))])
+
+
 def soup(count: int, seed: int, size: float = 0.2) -> np.ndarray:
     """(count, 3, 3) float32 random triangles in about the unit box.
 

@@ -19,6 +19,10 @@ _GENERATED = {DEFINES: "written by gpgpu_rt/gl/shader.py",
 _MACRO = re.compile(r"\s*#\s*define\s+(?P<name>\w+)(?:\((?P<parameters>[^)]*)\))?"
                     r"(?:\s+(?P<value>.*?))?\s*(?://.*)?")
 _DEFINED = re.compile(r"\s*#\s*define\s+(\w+)")
+# A conditional whose branches are single lines, outside of macros.
+_CONDITIONAL = re.compile(r"""^(?P<indent>[ ]+)if[ ]\([^\n\\]*\)[ ]{\n [^\n{}\\/]*;\n
+                          (?:(?P=indent)}[ ]else[ ](?:if[ ]\([^\n\\]*\)[ ])?{\n [^\n{}\\/]*;\n)*
+                          (?P=indent)}$""", re.M | re.X)
 
 
 def program_text(source: Source, extensions: Collection[str] = ()) -> str:
@@ -28,8 +32,8 @@ def program_text(source: Source, extensions: Collection[str] = ()) -> str:
     tables and macros that ``main`` reaches, with their comments. Before each part, a comment names
     the part's file and repeats the first paragraph of the file's header comment. The paragraph is
     left out if it names a macro that a conditional tests and that is not defined. Macros that
-    expand to nothing, to their argument or to another name are expanded. Short functions are
-    joined to a single line.
+    expand to nothing, to their argument or to another name are expanded. Short functions and short
+    conditionals are joined to a single line.
 
     Parameters
     ----------
@@ -106,16 +110,24 @@ def _replaced(lines: Sequence[str], files: Sequence[str]) -> tuple[list[str], li
 
 
 def _code(one: Declaration) -> list[str]:
-    """Return a declaration's lines. The lines of a short function are joined."""
+    """Return a declaration's lines. The lines of a short function are joined, and those of short
+    conditionals."""
     if not one.code:
         return []
     first, *body = [line.strip() for line in one.code]
     statements = body[:-1]
-    if (not body or body[-1] != "}" or len(body) > 3 or not first.endswith(") {")
-            or "//" in "".join(one.code) or not all(s.endswith(";") for s in statements)):
-        return one.code
     joined = " ".join([first, *body]).replace("{ }", "{}")
-    return [joined] if len(joined) <= WIDTH else one.code
+    if (body and body[-1] == "}" and len(body) <= 4 and first.endswith(") {")
+            and "//" not in joined and all(s.endswith(";") for s in statements)
+            and len(joined) <= WIDTH):
+        return [joined]
+    return _CONDITIONAL.sub(_joined, "\n".join(one.code)).split("\n")
+
+
+def _joined(conditional: re.Match[str]) -> str:
+    indent, *rest = re.split(r"\n\s*", conditional[0])
+    line = " ".join([indent, *rest])
+    return line if len(line) <= WIDTH else conditional[0]
 
 
 def _first_paragraph(comment: Sequence[str], off: Collection[str]) -> list[str]:

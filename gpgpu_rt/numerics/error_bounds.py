@@ -1,4 +1,4 @@
-"""Error bounds of the watertight triangle test in ``glsl/core/triangle.glsl``.
+"""Error bounds of the watertight triangle test in ``glsl/core/watertight.glsl``.
 
 The bounds are computed for each pair of a ray and a triangle.
 
@@ -27,18 +27,21 @@ Axes are permuted so that the direction is largest in z:
    |p.y q.x|) + 2 tiny) + u |w| + tiny``.
 6. ``DET = W0 + W1 + W2``: its error is at most ``(1 + u)^2`` times the sum of the three errors,
    plus ``gamma(2) sum |w|``.
-7. The distance t. Let ``z`` be the depth at which the ray meets the plane, so that
-   ``sum w_i (z_i - z) = 0``. Then ``sum W_i Z_i - z DET = sum (W_i - w_i)(z_i - z) + sum W_i (Z_i
-   - z_i)``, plus the roundings of the two sums, ``gamma(3) sum |W_i Z_i| + |z| gamma(2) sum
-   |W_i|``. So the error of an edge function is multiplied only by the difference in depth between
-   its vertex and the hit. Division by the least possible DET gives the error of the depth. ``1 /
-   d.z``, ``1 / DET`` and their two products add gamma(4).
-8. A second bound on the depth. Where the test accepts, all W_i have the same sign, so the computed
-   depth is a convex combination of the Z_i. Its error is at most the distance along the ray to the
-   furthest vertex, plus gamma(6) of the largest ``|Z_i|`` for the roundings of weights and sums.
-   Both bounds hold, so the smaller bound of steps 7 and 8 is used. If z lies outside the range of
-   the vertices' depths, z is replaced by the nearer end of this range. The computed depth lies in
-   the range up to roundings, so it is nearer to the replaced z than to the original z.
+7. The distance t of the plane. The test takes two edges E and F that meet in the corner a, and
+   their cross product N. With ``m_i = |e_j f_k| + |e_k f_j|``, ``|N_i - n_i| <= gamma(4) m_i``. The
+   test divides N by ``D = d . N``, whose dot product adds gamma(3), and takes the dot product of
+   the quotient with ``A = a - O``; these roundings are gamma(6) together. As ``(a - t d) . n = 0``,
+   ``T - t = ((a - t d) . (N - n) - t (D - d . N)) / D`` plus the last roundings. So the error of N
+   is multiplied only by the distance from the hit to the corner:
+   ``|T - t| <= (gamma(4) sum |a_i - t d_i| m_i + gamma(3) |t| sum |d_i N_i| + gamma(6) sum
+   |a_i N_i|) / |D|``. The test takes the two shorter edges. Where rounding may decide which edge
+   is the longest, the largest bound of the possible choices is used.
+8. A second bound on the distance. The test clamps T to the range of the corners' distances
+   ``Z_i / d.z``, which have the error gamma(3). So the error of T is at most the distance along the
+   ray to the furthest vertex, plus this rounding. Both bounds hold, so the smaller bound of steps 7
+   and 8 is used. If t lies outside the exact range, t is replaced by the nearer end of the range.
+   The computed distance lies in the range up to roundings, so it is nearer to the replaced t than
+   to the original t.
 9. ``U = W1 / DET``: as in step 7, ``W1 - u DET = (W1 - w1) - u (DET - det)``. The roundings of
    DET's inverse and of the product add gamma(3).
 
@@ -49,6 +52,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+
+from .plane import CROSS, edges_of, plane_distance, shorter
 
 # Each bound is multiplied by this factor, which covers the rounding errors of evaluating the bound
 # in float64.
@@ -87,7 +92,7 @@ class PairBounds:
     Attributes
     ----------
     t : (k,) float64, the distance of the triangle's plane along the ray, in units of the
-        direction's length, clamped to the range of the vertices' depths
+        direction's length, clamped to the range of the vertices' distances
     u, v : (k,) float64, barycentric coordinates of the point where the ray meets the plane
     t_bound, u_bound, v_bound : (k,) float64, bounds on the error of the test's t, u and v where
         the test accepts; inf where an overflow is possible
@@ -145,41 +150,38 @@ def bound_pairs(triangles: np.ndarray, origins: np.ndarray, directions: np.ndarr
         det_bound = ((1 + unit) ** 2 * w_bound.sum(axis=0) + g(2) * w_sum + 2 * tiny) * _ROUND_UP
         det_least = np.maximum(np.abs(det) - det_bound, 0)
         # Step 7.
-        lo, hi, z_most = z.min(axis=0), z.max(axis=0), np.abs(z).max(axis=0)
-        plane = (w * z).sum(axis=0) / det
-        forward = ((w_bound * np.abs(z - plane)).sum(axis=0)
-                   + (w_most * (unit * np.abs(z) + 3 * tiny)).sum(axis=0)
-                   + g(3) * (w_most * np.abs(z)).sum(axis=0) * (1 + unit)
-                   + np.abs(plane) * (g(2) * w_most.sum(axis=0) + 2 * tiny)
-                   + 8 * tiny) / det_least
-        # Step 8. A nonzero difference of two floats is at least u times the larger of them.
-        # Therefore a nonzero w is at least u times its products of sheared coordinates. These
-        # products are at least u^2 times the products of the vertices' coordinates, unless a
-        # vertex is so near the ray that a sheared coordinate is 0. This bounds the underflow in
-        # the numerator of t.
-        depth = np.clip(np.where(np.isfinite(plane), plane, (lo + hi) / 2), lo, hi)
-        spread = np.abs(p).max(axis=(0, 1)) + p_bound.max(axis=(0, 1))
-        lost = 8 * tiny / np.maximum(det_least, unit ** 3 * spread ** 2)
-        convex = np.maximum(hi - depth, depth - lo) + g(6) * z_most + lost
-        # Where the depth was clamped, T is a convex combination only up to roundings: add them.
-        forward += np.where(plane == depth, 0, g(6) * z_most + lost)
-        depth_bound = np.fmin(forward, convex)
-        t_bound = ((depth_bound + g(4) * (np.abs(depth) + depth_bound)) * np.abs(inv_z)
-                   + tiny) * _ROUND_UP
+        edges = edges_of(corners)
+        size = np.abs(edges).max(axis=1)
+        forward = np.zeros(len(exponent))
+        for k in range(3):
+            bound = _plane_bound(corners[k], *shorter(edges, k), direction, arithmetic)
+            may = size[k] >= (1 - g(3)) * size.max(axis=0) - 4 * tiny
+            forward = np.maximum(forward, np.where(may & ~(bound >= 0), np.inf,
+                                                   np.where(may, bound, 0)))
+        # Step 8.
+        plane = plane_distance(corners, corners, direction)
+        ends = z * inv_z
+        lo, hi = ends.min(axis=0), ends.max(axis=0)
+        rounding = g(3) * np.abs(ends).max(axis=0) + 8 * tiny * (1 + np.abs(z).max(axis=0))
+        t = np.clip(np.where(np.isfinite(plane), plane, (lo + hi) / 2), lo, hi)
+        convex = np.maximum(hi - t, t - lo) + rounding
+        # Where t was clamped, T is in the range only up to roundings: add them.
+        forward += np.where(plane == t, 0, rounding)
+        t_bound = np.fmin(forward, convex) * _ROUND_UP
         # Step 9.
         u, u_bound = _weight(1, w, w_bound, w_most, det, det_least, arithmetic)
         v, v_bound = _weight(2, w, w_bound, w_most, det, det_least, arithmetic)
 
-        # The largest values are products of an edge function and a depth; they must not overflow.
-        most = np.maximum(w_most.max(axis=0) * (1 + 4 * z_most), spread ** 2)
-        safe = (most < arithmetic.huge / 8) & (w_most.sum(axis=0) < arithmetic.huge / 8)
+        # The largest values are products of two sheared coordinates; they must not overflow.
+        spread = np.abs(p).max(axis=(0, 1)) + p_bound.max(axis=(0, 1))
+        safe = (spread ** 2 < arithmetic.huge / 8) & (w_most.sum(axis=0) < arithmetic.huge / 8)
         above, below = w > w_bound, w < -w_bound
         inside = (above.all(axis=0) | below.all(axis=0)) & safe & (det_least > 4 * tiny)
         in_box = (((p - p_bound).min(axis=0) <= 0) & ((p + p_bound).max(axis=0) >= 0)).all(axis=0)
         possible = ~(above.any(axis=0) & below.any(axis=0)) & in_box | ~safe
         t_bound[~safe] = np.inf
         # Undo the scaling of the direction; t is rounded once more if it becomes denormal.
-        t = np.ldexp(depth * inv_z, -exponent)
+        t = np.ldexp(t, -exponent)
         t_bound = np.ldexp(t_bound, -exponent) + 2.0 ** -149
     return PairBounds(t, u, v, t_bound, u_bound, v_bound, inside, possible)
 
@@ -224,6 +226,28 @@ def _edges(p: np.ndarray, e: np.ndarray, q: np.ndarray, f: np.ndarray, arithmeti
     bound = ((1 + unit) * ((1 + unit) * spread + unit * (np.abs(one) + np.abs(two)) + 2 * tiny)
              + unit * np.abs(w) + tiny)
     return w, bound
+
+
+def _plane_bound(corner: np.ndarray, e: np.ndarray, f: np.ndarray, direction: np.ndarray,
+                 arithmetic: Arithmetic) -> np.ndarray:
+    """Do step 7 for the edges e and f that meet in the corner, (3, k) each: return (k,). The bound
+    is inf or not a number where the denominator may be 0 or a product may overflow."""
+    unit, tiny = arithmetic.unit, arithmetic.tiny
+    m = np.abs([e[i] * f[j] for i, j in CROSS]) + np.abs([e[j] * f[i] for i, j in CROSS])
+    n = np.array([e[i] * f[j] - e[j] * f[i] for i, j in CROSS])
+    # An edge may lose 3 tiny by underflow, and each of the three operations of a component 1 tiny.
+    n_bound = gamma(4, unit) * m + tiny * (4 + 8 * (np.abs(e) + np.abs(f)).sum(axis=0))
+    n_most, d = np.abs(n) + n_bound, np.abs(direction)
+    exact = (direction * n).sum(axis=0)
+    sums = gamma(3, unit) * (d * n_most).sum(axis=0) + tiny * (8 + n_most.sum(axis=0))
+    least = np.abs(exact) - (d * n_bound).sum(axis=0) - sums
+    t = (corner * n).sum(axis=0) / exact
+    beside = np.abs(corner - t * direction)
+    a_most = (np.abs(corner) * n_most).sum(axis=0)
+    bound = ((beside * n_bound).sum(axis=0) + np.abs(t) * sums + gamma(6, unit) * a_most
+             + tiny * (3 * n_most.sum(axis=0) + a_most + (8 + np.abs(corner).sum(axis=0)) * least)
+             ) / least
+    return np.where((least > 4 * tiny) & (m.max(axis=0) < arithmetic.huge / 8), bound, np.inf)
 
 
 def _weight(i: int, w: np.ndarray, w_bound: np.ndarray, w_most: np.ndarray, det: np.ndarray,

@@ -7,10 +7,11 @@ functions then decide. An edge function is a difference of two products. Roundin
 but never gives it the wrong sign. The triangle on the other side of an edge has exactly the
 negated edge function, so no ray is lost between the two triangles.
 
-The test departs from the paper in three points. It accepts triangles that face either way. It does
+The test departs from the paper in four points. It accepts triangles that face either way. It does
 not fall back to a higher precision. A hit must also lie in the bounding box of the sheared
 triangle: for a tiny triangle far from the ray, all three edge functions may round to zero, which
-would count as a hit.
+would count as a hit. And t is the distance of the triangle's plane, clamped to the depths of the
+vertices, because the paper's interpolation of the depths is inexact beside long thin triangles.
 """
 from __future__ import annotations
 
@@ -21,6 +22,7 @@ import numpy as np
 
 from ..hits import INVALID, TRACED, Hits
 from ..numerics.error_bounds import FLOAT64, bound_pairs
+from ..numerics.plane import plane_distance
 from ..numerics.public_call import public_call
 from .exact import nearest_of_pairs
 from .tree import ReferenceTree
@@ -154,7 +156,7 @@ class _Bundle:
         self.origins = np.ascontiguousarray(origins.T)
         with np.errstate(under="ignore"):
             self.shear = (directions[:, :2] / directions[:, 2:]).T.copy()
-        self.inv_z = 1.0 / directions[:, 2]
+        self.directions = np.ascontiguousarray(directions.T)
         self.t_min, self.t_max = t_min, t_max
         self.limit = t_max.copy()       # t of the nearest hit so far; farther boxes are pruned
 
@@ -185,13 +187,10 @@ def _nearest(hits: Hits, rays: np.ndarray, solid: np.ndarray, bundle: _Bundle,
 def _intersect(bundle: _Bundle, corners: np.ndarray, ray: np.ndarray, triangle: np.ndarray
                ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Apply the watertight test to each pair; return t, u, v, and whether the pair is a hit."""
-    origin, shear = bundle.origins[:, ray], bundle.shear[:, ray]
-    x, y, z = [], [], []
-    for corner in corners:
-        depth = corner[2][triangle] - origin[2]
-        x.append((corner[0][triangle] - origin[0]) - shear[0] * depth)
-        y.append((corner[1][triangle] - origin[1]) - shear[1] * depth)
-        z.append(depth)
+    corners, direction = corners[:, :, triangle], bundle.directions[:, ray]
+    seen = corners - bundle.origins[:, ray]
+    x, y, z = seen.swapaxes(0, 1)
+    x, y = (a - shear * z for a, shear in zip((x, y), bundle.shear[:, ray]))
     edge_0 = x[2] * y[1] - y[2] * x[1]
     edge_1 = x[0] * y[2] - y[0] * x[2]
     edge_2 = x[1] * y[0] - y[1] * x[0]
@@ -201,8 +200,10 @@ def _intersect(bundle: _Bundle, corners: np.ndarray, ray: np.ndarray, triangle: 
         inside &= ((a <= 0) | (b <= 0) | (c <= 0)) & ((a >= 0) | (b >= 0) | (c >= 0))
     det = edge_0 + edge_1 + edge_2
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        b0, b1, b2 = edge_0 / det, edge_1 / det, edge_2 / det
-        t = (b0 * z[0] + b1 * z[1] + b2 * z[2]) * bundle.inv_z[ray]
+        b1, b2 = edge_1 / det, edge_2 / det
+        depths = z / direction[2]
+        plane = plane_distance(corners, seen, direction)
+        t = np.fmin(np.fmax(plane, depths.min(axis=0)), depths.max(axis=0))
     accepted = inside & (det != 0) & (t >= bundle.t_min[ray]) & (t <= bundle.t_max[ray])
     return t, b1, b2, accepted
 

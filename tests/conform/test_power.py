@@ -15,16 +15,16 @@ from gpgpu_rt.conform.case import FAMILIES
 from gpgpu_rt.conform.suite import RAYS, Known
 from gpgpu_rt.gl import shader
 
-TRIANGLE, SLACK, KD = "core/triangle.glsl", "core/slack.glsl", "methods/kdtree/kd_common.glsl"
+TRIANGLE, WATERTIGHT = "core/triangle.glsl", "core/watertight.glsl"
+SLACK, KD = "core/slack.glsl", "methods/kdtree/kd_common.glsl"
 AHEAD = "bool ahead = t >= ray.t_min;"
 INSIDE = "bool inside = none_below_zero(w) || none_above_zero(w);"
 NEARER = "(t < hit.t || (t == hit.t && index < hit.triangle))"
-ZERO = "size.{0} < TINY_DIRECTION ? tiny.{0} : d.{0}"
 
 # Fault -> method, options, and (file, right text, faulty text) of each change.
 FAULTS: dict[str, tuple[str, dict, list[tuple[str, str, str]]]] = {
     "strict comparison": ("brute-force", {}, [
-        (TRIANGLE, INSIDE, "bool inside = all_above_zero(w) || all_below_zero(w);")]),
+        (WATERTIGHT, INSIDE, "bool inside = all_above_zero(w) || all_below_zero(w);")]),
     "unpadded slab": ("bvh-threaded", {}, [
         (SLACK, "BOX_SLACK = 64.0", "BOX_SLACK = 0.0"),
         (SLACK, "SPACING = 2.0", "SPACING = 0.0")]),
@@ -32,19 +32,23 @@ FAULTS: dict[str, tuple[str, dict, list[tuple[str, str, str]]]] = {
         (KD, "takes_far || t_split >= state.t_max", "true")]),
     "strict interval": ("kd-restart", {"interval": "strict"}, []),
     "reciprocal of zero": ("kd-restart", {}, [
-        ("core/ray.glsl", ZERO.format(axis), f"d.{axis}") for axis in "xyz"]),
-    "absolute epsilon": ("brute-force", {}, [(TRIANGLE, "det != 0.0) {\n        PRECISE",
-                                              "abs(det) > 1e-8) {\n        PRECISE")]),
+        ("core/ray.glsl", "vec3(not_zero(d.x), not_zero(d.y), not_zero(d.z))", "d")]),
+    "absolute epsilon": ("brute-force", {}, [(WATERTIGHT, "abs(det) >= LEAST_NORMAL",
+                                              "abs(det) > 1e-8")]),
     "NaN passes": ("brute-force", {}, [
-        (TRIANGLE, " && det != 0.0) {\n        PRECISE", ") {\n        PRECISE"),
+        (WATERTIGHT, " && abs(det) >= LEAST_NORMAL", ""),
+        (WATERTIGHT, "return t > nearest ? (t < furthest ? t : furthest) : nearest;", "return t;"),
         (TRIANGLE, AHEAD, "bool ahead = !(t < ray.t_min);"),
         (TRIANGLE, NEARER, "!(t >= hit.t)")]),
+    "t from depths": ("brute-force", {}, [
+        (WATERTIGHT, "float t = plane_distance(ray, i, v0, v1, v2, depths);",
+         "float t = dot(w, depths) * inv_det;")]),
     "t_min ignored": ("brute-force", {}, [(TRIANGLE, AHEAD, "bool ahead = t >= 0.0;")]),
     "first hit wins": ("brute-force", {}, [(TRIANGLE, NEARER, "hit.t == ray.t_max")]),
     "far sentinel": ("brute-force", {}, [(TRIANGLE, AHEAD,
                                           "bool ahead = t >= ray.t_min && t < 1e4;")]),
     "back faces culled": ("brute-force", {}, [
-        (TRIANGLE, INSIDE, "bool inside = none_below_zero(w);")]),
+        (WATERTIGHT, INSIDE, "bool inside = none_below_zero(w);")]),
     "not watertight": ("brute-force", {"intersection": "moller-trumbore"}, []),
 }
 CONTRACTION = "contraction"     # see mirror.py: no software renderer at hand contracts
@@ -64,6 +68,7 @@ FOUND = {
     "reciprocal of zero": ("moved-1e5",),
     "absolute epsilon": ("scaled-2^-20", "stadium"),
     "NaN passes": ("flat-floor", "flat-soup", "flat-tilted", "slab-planes"),
+    "t from depths": ("thin-walls",),
     "t_min ignored": ("intervals", "empty-intervals", "flat-soup"),
     "first hit wins": ("one-centroid", "outside", "spanning"),
     "far sentinel": ("scaled-2^20", "long-way"),

@@ -48,9 +48,8 @@ def test_row_6_double_hits(seed: int, record_property) -> None:
 def test_precise_stands_before_every_product_of_the_watertight_test() -> None:
     """Each variable that is computed from a product is declared `precise`, which forbids
     contraction."""
-    text = (ROOT / "core/triangle.glsl").read_text()
-    body = text.split("#ifdef INTERSECTION_WOOP_WATERTIGHT")[1].split("#endif")[0]
+    body = (ROOT / "core/watertight.glsl").read_text()
     declared = re.findall(r"^\s*(PRECISE )?(?:float|vec[23]) (\w+) =(.*)$", body, re.M)
     products = {name: bool(precise) for precise, name, value in declared if " * " in value}
-    assert {"xy", "area", "depth", "t"} <= set(products)
+    assert {"xy", "area", "depths", "t"} <= set(products)
     assert all(products.values()), products

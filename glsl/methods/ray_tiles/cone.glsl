@@ -23,14 +23,14 @@
 const float MARGIN = 128.0 * 5.9604645e-8;
 const float TINY = 1e-30;   // below this length, squares of components underflow
 
-float largest(vec3 v) {
+float largest_size(vec3 v) {
     return max(max(abs(v.x), abs(v.y)), abs(v.z));
 }
 
 // An upper bound on the length of a vector, also if the squares of its components would underflow or
 // overflow.
 float length_above(vec3 v) {
-    float m = largest(v);
+    float m = largest_size(v);
     return m < TINY ? 2.0 * m : m * (length(v / m) * (1.0 + 1e-6));
 }
 
@@ -43,7 +43,7 @@ bool cone_misses(vec3 apex, float radius, vec3 axis, float cosine, float reach, 
     }
     vec3 centre = 0.5 * min(min(a, b), c) + 0.5 * max(max(a, b), c);
     vec3 v = centre - apex;
-    float m = largest(v);
+    float m = largest_size(v);
     if (m < TINY) {
         return false;
     }

@@ -1,0 +1,105 @@
+// The watertight triangle test: Woop, Benthin, Wald, "Watertight Ray/Triangle Intersection", JCGT 2013,
+// without its fallback to a wider format. An edge function depends on its two vertices only. The neighbour
+// across the edge computes the same value with the opposite sign, so no ray leaks between two triangles.
+//
+// Departures:
+// - The paper swaps two axes to keep the winding; here they are not swapped, because both windings are
+//   accepted.
+// - The ray must also pass through the sheared triangle's box. Rounding never flips the sign of an edge
+//   function but can make it zero, and three zeros count as a hit. Without the box a tiny triangle would be
+//   "hit" from far away. The box test loses no hit: its comparisons are exact.
+// - The paper interpolates t from the depths of the sheared corners, which cancel beside a long thin
+//   triangle. Here t is the distance of the triangle's plane, clamped to the range of the depths.
+
+// Shear space so that the ray becomes the z axis, and return a corner there: x and y are the corner's
+// offset from the ray, z is its depth. The corner p is relative to the ray's origin and has permuted axes.
+vec3 sheared(Ray ray, vec3 p) {
+    PRECISE vec2 xy = R(p.xy - R(ray.shear.xy * p.z));
+    return vec3(xy, p.z);
+}
+
+float edge_function(vec3 p, vec3 q) {
+    PRECISE float area = R(R(p.x * q.y) - R(p.y * q.x));
+    return area;
+}
+
+// These functions find the signs of three numbers by comparing the numbers' bits as integers, which is
+// fastest. llvmpipe's minimum of floats also checks for NaN, and comparisons joined by `and` wait for one
+// another. A NaN may count as any sign, because det is then NaN too and nothing is hit.
+
+const uint MINUS_ZERO = 0x80000000u;   // greater than the bits of every float whose sign bit is 0
+const float LEAST_NORMAL = 1.1754944e-38;   // the least number with a finite inverse on all renderers
+
+bool none_below_zero(vec3 v) {
+    uvec3 bits = floatBitsToUint(v);
+    return max(max(bits.x, bits.y), bits.z) <= MINUS_ZERO;
+}
+
+bool none_above_zero(vec3 v) {
+    ivec3 bits = floatBitsToInt(v);
+    return max(max(bits.x, bits.y), bits.z) <= 0;
+}
+
+bool all_above_zero(vec3 v) {
+    ivec3 bits = floatBitsToInt(v);
+    return min(min(bits.x, bits.y), bits.z) > 0;
+}
+
+bool all_below_zero(vec3 v) {
+    uvec3 bits = floatBitsToUint(v);
+    return min(min(bits.x, bits.y), bits.z) > MINUS_ZERO;
+}
+
+// The distance of the plane of triangle i, clamped to the range of `depths`, the corners' t. v0, v1 and v2
+// are the corners, relative to the origin with permuted axes. The two shorter edges give the most exact
+// normal. A plane that contains the ray's direction has no distance: then the result is the nearest depth.
+float plane_distance(Ray ray, int i, vec3 v0, vec3 v1, vec3 v2, vec3 depths) {
+    vec3 e0 = R(triangle_v2(i) - triangle_v1(i));
+    vec3 e1 = R(triangle_v0(i) - triangle_v2(i));
+    vec3 e2 = R(triangle_v1(i) - triangle_v0(i));
+    vec3 size = vec3(largest(abs(e0)), largest(abs(e1)), largest(abs(e2)));
+    bool at_v0 = size.x >= size.y && size.x >= size.z;   // where the shorter edges meet
+    bool at_v1 = !at_v0 && size.y >= size.z;
+    vec3 apex = at_v0 ? v0 : (at_v1 ? v1 : v2);
+    vec3 normal = permute(ray, R_cross(at_v0 ? e1 : e0, at_v0 || at_v1 ? e2 : e1));
+    // The division comes before the second product, so that no value is of the third power of a length.
+    float inverse = R(1.0 / R_dot(permute(ray, ray.direction), normal));
+    PRECISE float t = R_dot(apex, R(normal * inverse));
+    float nearest = min(min(depths.x, depths.y), depths.z);
+    float furthest = largest(depths);
+    return t > nearest ? (t < furthest ? t : furthest) : nearest;   // nearest, if t is not a number
+}
+
+// Test triangle i, whose corners are relative to the origin with permuted axes.
+void test_corners(Ray ray, vec3 v0, vec3 v1, vec3 v2, int i, inout Hit hit) {
+    vec3 a = sheared(ray, v0);
+    vec3 b = sheared(ray, v1);
+    vec3 c = sheared(ray, v2);
+    vec3 w = vec3(edge_function(c, b), edge_function(a, c), edge_function(b, a));
+    PRECISE float det = R(R(w.x + w.y) + w.z);
+    bool inside = none_below_zero(w) || none_above_zero(w);
+    vec3 x = vec3(a.x, b.x, c.x);
+    vec3 y = vec3(a.y, b.y, c.y);
+    bool beside = all_above_zero(x) || all_below_zero(x);
+    bool over = all_above_zero(y) || all_below_zero(y);
+    if (inside && !beside && !over && abs(det) >= LEAST_NORMAL) {
+        PRECISE float inv_det = R(1.0 / det);
+        PRECISE vec3 depths = R(vec3(a.z, b.z, c.z) * ray.shear.z);
+        float t = plane_distance(ray, i, v0, v1, v2, depths);
+        accept(ray, t, R(w.y * inv_det), R(w.z * inv_det), triangle_index(i), hit);
+    }
+}
+
+// The corner with permuted axes, relative to `start`, the origin with permuted axes.
+vec3 seen_from(vec3 start, bvec2 axes, vec3 corner) {
+    PRECISE vec3 p = R(permuted(axes, corner) - start);
+    return p;
+}
+
+void test_triangle(Ray ray, int i, inout Hit hit) {
+    COUNT(triangles_tested);
+    vec3 start = permute(ray, ray.origin);
+    test_corners(ray, seen_from(start, ray.dominant, triangle_v0(i)),
+                 seen_from(start, ray.dominant, triangle_v1(i)),
+                 seen_from(start, ray.dominant, triangle_v2(i)), i, hit);
+}
