@@ -3,6 +3,7 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Callable
+from dataclasses import asdict
 from typing import Any
 
 from ..bench import ENGINES, RAY_SETS, Entry, load, race, ranked, told, too_noisy
@@ -10,6 +11,7 @@ from ..bench.engines import EMBREE
 from ..disk.files import check_writable
 from ..errors import Error, OptionError, how_to_install, nearest_names
 from ..gl.context import Gpu, open_gpu, threads_of
+from ..gl.environment import environment
 from ..methods import Method, find_method, methods, taking
 from ..text_format import counted, number
 from .shared import (
@@ -69,7 +71,8 @@ def _bench(chosen: argparse.Namespace) -> None:
             if not chosen.json:
                 _print(scene, kind, entries, chosen.size)
     if chosen.json:
-        print_json({"gpu": gpu.info(), "size": chosen.size,
+        print_json({"gpu": gpu.info(), "environment": asdict(environment(gpu)),
+                    "size": chosen.size,
                     "threads": threads_of(gpu.renderer), "missing": _missing(),
                     "robust": {one.name: one.robust for one in ENGINES},
                     "races": [{**load(scene).facts(), "rays": kind,

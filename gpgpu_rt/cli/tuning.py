@@ -4,6 +4,7 @@ from __future__ import annotations
 import argparse
 import json
 import sys
+from dataclasses import asdict
 from typing import Any
 
 from ..accuracy.error_targets import ALL, OWN_KIND, Promise
@@ -14,6 +15,7 @@ from ..accuracy.tuning_results import Search, Trial
 from ..disk.files import check_writable, replacing
 from ..errors import Error
 from ..gl.context import open_gpu
+from ..gl.environment import environment
 from ..methods import settings
 from ..scene.loading import load_scene
 from ..scene.scene import Scene
@@ -84,7 +86,8 @@ def _accuracy(chosen: argparse.Namespace) -> None:
     scene, given = load_scene(chosen.scene), given_options(chosen)
     rows = accuracy(scene, chosen.methods, chosen.precisions, given, chosen.rays,
                     chosen.size, chosen.seed, say)
-    result = {**_facts(scene), "gpu": open_gpu(given.get("context")).info(),
+    gpu = open_gpu(given.get("context"))
+    result = {**_facts(scene), "gpu": gpu.info(), "environment": asdict(environment(gpu)),
               "seed": chosen.seed, "rows": rows, "flip_note": flip_note()}
     if chosen.output:
         with replacing(chosen.output) as path:

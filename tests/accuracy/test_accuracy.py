@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import json
+from dataclasses import asdict
 
 import numpy as np
 import pytest
@@ -14,6 +15,7 @@ from gpgpu_rt import cli
 from gpgpu_rt.accuracy.candidates import precisions
 from gpgpu_rt.accuracy.known_rays import WITHIN_BOUND, WRONG, KnownRays, bytes_in_flight
 from gpgpu_rt.accuracy.measure import Yardstick, accuracy
+from gpgpu_rt.gl.environment import environment
 from gpgpu_rt.methods import find_method
 from gpgpu_rt.reference.picture import reference_picture
 
@@ -205,6 +207,7 @@ def test_accuracy_command(capsys, tmp_path) -> None:
     out, progress = capsys.readouterr()
     result = json.loads(out)
     assert result == json.loads(path.read_text()) and "2 of 2" in progress
+    assert result["environment"] == asdict(environment())
     assert [r["method"] for r in result["rows"]] == ["bvh-threaded", "bvh-packet"]
     assert [r["options"]["octants"] for r in result["rows"]] == [True, True]
     assert cli.main(arguments) == 0

@@ -8,7 +8,7 @@ import json
 import os
 import subprocess
 import sys
-from dataclasses import replace
+from dataclasses import asdict, replace
 
 import numpy as np
 import pytest
@@ -22,6 +22,7 @@ from gpgpu_rt.bench import (
 from gpgpu_rt.bench.engines import EMBREE, OWN
 from gpgpu_rt.cli import benching
 from gpgpu_rt.gl.context import open_gpu, threads_of
+from gpgpu_rt.gl.environment import environment
 
 SIZE = 24
 # `gpgpu_rt.bench.race` is the function, so import its module by the full name.
@@ -198,6 +199,7 @@ def test_bench_command(capsys, tmp_path) -> None:
     assert cli.main(["bench", "cornell", "--size", "16", "--runs", "1", "-m", "grid,kd-restart",
                      "--rays", "eye,random", "--json", "--plot", str(chart)]) == 0
     found = json.loads(capsys.readouterr().out)
+    assert found["environment"] == asdict(environment())
     assert [one["rays"] for one in found["races"]] == ["eye", "random"]
     assert all(one["rays_per_second"] > 0 for race in found["races"] for one in race["entries"])
     assert Image.open(chart).width > 100
