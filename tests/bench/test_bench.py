@@ -17,7 +17,8 @@ from PIL import Image
 import gpgpu_rt as rt
 from gpgpu_rt import cli
 from gpgpu_rt.bench import (
-    ENGINES, RAY_SETS, Entry, Workload, embree_in_c, engines, race, ranked, too_noisy, workload
+    ENGINES, RAY_SETS, Entry, Workload, embree_in_c, engines, race, ranked, too_noisy, uncertain,
+    workload
 )
 from gpgpu_rt.bench.engines import EMBREE, OWN
 from gpgpu_rt.cli import benching
@@ -148,6 +149,17 @@ def test_a_noisy_machine_gives_none(seconds: list[float], why: str) -> None:
     assert why in too_noisy([_entry(EMBREE, seconds, seconds)])
     assert bool(too_noisy([_entry(EMBREE, seconds, seconds)])) == bool(why)
     assert "did not run" in too_noisy([_entry("grid", [1, 1, 1], [])])
+
+
+def test_rates_of_a_large_spread_are_called_uncertain(capsys) -> None:
+    """The warning names each unsteady entry, also if embreex is steady or missing."""
+    steady, unsteady = _entry(EMBREE, [1, 1.1, 1], [1, 1, 1]), _entry("grid", [1, 1.6, 1], [2] * 3)
+    assert uncertain([steady, unsteady]) == uncertain([unsteady]) == [unsteady]
+    benching._print("cornell", "eye", [steady, unsteady], 64)
+    assert "more than 1.5 times the fastest; measure again on an idle machine: grid\n" in (
+        capsys.readouterr().out)
+    benching._print("cornell", "eye", [steady], 64)
+    assert "uncertain" not in capsys.readouterr().out
 
 
 @pytest.fixture
