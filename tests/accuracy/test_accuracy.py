@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import json
+import re
 from dataclasses import asdict
 
 import numpy as np
@@ -212,7 +213,11 @@ def test_accuracy_command(capsys, tmp_path) -> None:
     assert [r["options"]["octants"] for r in result["rows"]] == [True, True]
     assert cli.main(arguments) == 0
     out = capsys.readouterr().out
-    assert "0.012" in out and "wrong" in out  # 0 wrong rays of 256 prove at most 0.012
+    heads = re.split(r"  +", out.splitlines()[1])
+    meanings = dict(re.findall(r"(?m)^([^:\n]+): (.+)", out.partition("\n\n")[2]))
+    assert ", ".join(["method", "precision", *meanings]) == ", ".join(heads)
+    assert "up to 64 rays of each kind" in out and "bench" in meanings["Mrays/s, ms"]
+    assert "0.012" in out  # 0 wrong rays of 256 prove at most 0.012
     path.unlink()
     for more, message in ((["--precisions", "fp12"], "no precision"), (["--rays", "0"], "rays"),
                           (["-m", "gird"], "did you mean grid"),
