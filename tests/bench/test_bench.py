@@ -6,9 +6,11 @@ import functools
 import importlib
 import json
 import os
+import re
 import subprocess
 import sys
 from dataclasses import asdict, replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -183,6 +185,14 @@ def test_rows_are_in_order_of_the_ratio(apart: list[Entry], capsys) -> None:
     for entry in apart:  # without embreex, only rates count
         entry.over = []
     assert [entry.name for entry in ranked(apart)][0] == EMBREE
+
+
+def test_the_set_up_page_names_columns_that_the_table_has(apart: list[Entry], capsys) -> None:
+    page = Path(rt.__file__).parents[1] / "docs" / "set-up.md"
+    named = re.findall(r"`([^`]+)`", page.read_text().partition("It prints a table: ")[2])
+    benching._print("cornell", "mirror", apart, 64)
+    heads = re.split(r"  +", capsys.readouterr().out.splitlines()[1])
+    assert len(named) == 4 and set(named) <= set(heads)
 
 
 def test_the_chart_says_what_the_table_does(apart: list[Entry], tmp_path) -> None:
