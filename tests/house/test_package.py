@@ -304,7 +304,7 @@ BOUNDS = ["--max-wrong", "1e-3", "--max-t-error", "1e-3"]
     (["render", "cornell", "-o", "{}/x.png", "--octnats"],
      "render has no --octnats; did you mean --octants or"),
     (["render", "cornell", "-o", "{}/x.png", "--qqqq=3"], "render has no --qqqq (see"),
-    (["trace", "cornell", "{}/nan.npz", "more", "-o", "{}/h.npz"], "trace has no more (see"),
+    (["trace", "cornell", "{}/nan.npz", "more", "-o", "{}/h.npz"], "run gpgpu-rt trace again for more (see"),
 ])
 def test_mistakes_are_one_line(capsys, tmp_path, arguments: list[str], message: str) -> None:
     (tmp_path / "bad.npz").write_bytes(b"PK not an archive")
