@@ -51,7 +51,7 @@ class Statistics:
     sort_seconds : The part of ``trace_seconds`` that sorts the rays, and puts the hits back into
         the caller's order of rays.
     upload_seconds, readback_seconds : Time to copy arrays to textures, and textures to arrays.
-    driver : Counts by name that the method's driver adds; methods without a driver of their own
+    driver : Counts by name that the method's driver adds; methods that use the common driver
         add none.
     counters : Means of the counters over all rays, with statistics=True.
     first_hits : Numbers for a picture with rasterised first hits. ``drawn`` is the number of

@@ -14,8 +14,8 @@ four differences:
   triangles. ``intersects_id`` returns all triangles of a place, as trimesh's own engine does. With
   ``coincident=False`` it returns the first triangle of each place, as trimesh's Embree engine
   does.
-* A ray hits nothing if its origin or direction is not finite, or if its direction is zero. The
-  length of a direction has no effect, for any length that float64 holds.
+* An invalid ray hits nothing. The length of a direction has no effect, for any length that float64
+  holds.
 """
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ import numpy as np
 import trimesh
 from trimesh.ray.ray_util import contains_points
 
-from .errors import Error
+from .errors import Error, OptionError
 from .methods import find_method
 from .numerics.error_bounds import FLOAT32, FLOAT64, bound_pairs
 from .scene.scene import Scene
@@ -41,6 +41,8 @@ class RayMeshIntersector:
     If the mesh changes, the next query uses the changed mesh. An intersector can be pickled and
     copied; the copy builds its own textures at its first query.
 
+    A ray with a NaN, an infinity or a zero direction is invalid: in every query it hits nothing.
+
     Parameters
     ----------
     mesh : trimesh.Trimesh
@@ -52,11 +54,15 @@ class RayMeshIntersector:
     Raises
     ------
     OptionError
-        for an unknown method or option; queries raise the errors of ``Tracer``
+        for a mesh that is not a trimesh.Trimesh, or an unknown method or option; queries raise the
+        errors of ``Tracer``
     """
 
     def __init__(self, mesh: trimesh.Trimesh, method: str = DEFAULT_METHOD, *,
                  coincident: bool = True, **options: Any) -> None:
+        if not isinstance(mesh, trimesh.Trimesh):
+            raise OptionError(f"RayMeshIntersector traces a trimesh.Trimesh, not {_kind(mesh)}; "
+                              f"give it {_advice(mesh)}")
         if method != AUTO:    # report a wrong option now, not at the first query
             find_method(method).resolved(options)
         self.mesh = mesh
@@ -272,6 +278,18 @@ class RayMeshIntersector:
 
     def __copy__(self) -> RayMeshIntersector:
         return type(self)(self.mesh, self.method, coincident=self.coincident, **self.options)
+
+
+def _kind(given: object) -> str:
+    return f"the text {given!r}" if isinstance(given, str) else f"a {type(given).__name__}"
+
+
+def _advice(given: object) -> str:
+    """Return the expression that makes a mesh of what was given."""
+    if isinstance(given, (str, os.PathLike)):
+        return f"trimesh.load_mesh({os.fspath(given)!r})"
+    return ("scene.to_mesh()" if isinstance(given, trimesh.Scene)
+            else "trimesh.Trimesh(vertices, faces)")
 
 
 def _rays_array(given: Any, name: str) -> np.ndarray:

@@ -188,12 +188,15 @@ def _run_commands(block: Snippet, folder: Path, _: Mapping[str, object]) -> str:
 
 def _run_python(block: Snippet, folder: Path, names: dict[str, object]) -> str:
     """Runs a block with the names of the blocks before. A traceback shows the page's own line.
-    Returns what the block printed."""
+    The block can import files of the folder, as a script there can. Returns what the block
+    printed."""
     code = compile("\n" * (block.line - 1) + block.text, str(block.page), "exec")
     before = Path.cwd()
     os.chdir(folder)
     try:
-        with contextlib.redirect_stdout(io.StringIO()) as printed:
+        with pytest.MonkeyPatch.context() as patch, \
+                contextlib.redirect_stdout(io.StringIO()) as printed:
+            patch.syspath_prepend(folder)
             exec(code, names)
     except Exception as error:
         raise AssertionError(f"{block.place}: {type(error).__name__}: {error}") from error

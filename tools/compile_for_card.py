@@ -6,7 +6,7 @@ FOLDER is the result of tools/period_compilers.sh. CARD is r300, r420, r580, nv4
 The drivers of R300 to R580 print counts of the program's instructions, fetches and registers; with
 --listing they also print the program. NV40's driver prints the program. G80's driver prints counts
 of instructions and registers. Some of these drivers crash at a normal end, so each program is
-compiled in a process of its own.
+compiled in a separate process.
 """
 from __future__ import annotations
 
@@ -131,7 +131,7 @@ class Driver:
 
 
 def run(drivers: Path, card: str, fragment: Path, listing: bool = False) -> str:
-    """Return what a card's driver prints of a fragment program, in a process of its own."""
+    """Return what a card's driver prints of a fragment program, in a separate process."""
     found = sorted(drivers.resolve().rglob("libEGL.so.1"))
     if not found:
         sys.exit(f"no drivers in {drivers}: run tools/period_compilers.sh {drivers} first")

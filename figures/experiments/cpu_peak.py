@@ -12,10 +12,9 @@ from typing import Any
 import numpy as np
 
 from gpgpu_rt.gl.context import open_gpu
+from gpgpu_rt.gl.environment import processors
 from gpgpu_rt.gl.full_screen import FullScreenPass
 from gpgpu_rt.gl.textures import make_texture
-
-from ..framework.environment import processors
 
 # Single precision operations per core and clock, by the widest vectors in the processor's flags.
 # A core is assumed to have two vector units. Each unit multiplies and adds in one instruction;

@@ -19,9 +19,9 @@ from urllib.parse import quote, unquote
 
 from gpgpu_rt.disk.files import WRITING, open_input, read_json
 from gpgpu_rt.errors import Error
+from gpgpu_rt.gl.environment import RunEnvironment, environment
 
 from . import provenance
-from .environment import RunEnvironment, environment
 from .output import write_text
 
 NAME = "ro-crate-metadata.json"

@@ -18,6 +18,7 @@ from tqdm import tqdm
 from gpgpu_rt.bench.workloads import load
 from gpgpu_rt.disk.files import replacing
 from gpgpu_rt.gl.context import is_software, open_gpu
+from gpgpu_rt.gl.environment import commit
 from gpgpu_rt.threads import cores
 from gpgpu_rt.workers import Workers
 from gpgpu_rt.workers.machine import helped, taken
@@ -25,7 +26,6 @@ from gpgpu_rt.workers.machine import helped, taken
 from . import sweep
 from .aside import Aside, Result, worth_workers
 from .cell import Cell
-from .environment import commit
 from .results import read, settings
 from .works import work_of
 

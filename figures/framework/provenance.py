@@ -18,10 +18,10 @@ from typing import Any
 
 from gpgpu_rt.disk.files import read_json, replacing
 from gpgpu_rt.gl.context import open_gpu
+from gpgpu_rt.gl.environment import commit
 from gpgpu_rt.text_format import counted
 
 from .cell import Cell
-from .environment import commit
 from .results import finished
 from .verdicts import Verdict
 

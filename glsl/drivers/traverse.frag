@@ -8,7 +8,7 @@
 // START sets up the state. Then SINGLE_STEP runs one step, or MANY_STEPS runs `steps_per_pass` steps.
 // Without either define the pass only sets up the state.
 //
-// Each kernel has a loop of its own that runs while rays need the kernel (while-while; Aila and Laine
+// Each kernel has its own loop, which runs while rays need the kernel (while-while; Aila and Laine
 // 2009). A renderer that executes both sides of a branch still skips a loop that no ray enters. If a loop
 // tests at its top, such a renderer runs the body once more, without effect. Loops here therefore test at
 // their bottom (`if` and `do while`), and a single step has no loop at all.

@@ -37,7 +37,7 @@ class Judgement:
     t_ulps : (n,) float64, |t - exact t|, where the exact t lies on the answer's own triangle. The
         unit is the unit in the last place (ulp) of the exact t as a float32. NaN for misses and
         false hits
-    t_bounds : (n,) float64, |t - exact t| divided by the bound on it that `error_bounds` derives
+    t_bounds : (n,) float64, |t - exact t| divided by the error bound of t (`error_bounds`)
     barycentric_error : (n,) float64, the larger of the errors of u and v; NaN for misses and false
         hits
     """

@@ -170,8 +170,8 @@ class KnownRays:
         verdict = judge(self.scene, self.origins, self.directions, hits, reference=truth)
         category, excused = verdict.category.copy(), verdict.within_bound.copy()
         # If an answer has a wrong distance and a triangle other than the truth's, judge it again
-        # with the exact distance of its triangle. The new category then depends
-        # only on the triangle.
+        # with the exact distance of its triangle. The new category then depends only on the
+        # triangle.
         other = np.flatnonzero((category == WRONG_DISTANCE) & (hits.triangle != truth.triangle))
         category[other] = self._choice(hits, other)
         excused[other] = category[other] == RIGHT
@@ -180,8 +180,8 @@ class KnownRays:
         categories["leak"] |= past
         categories["wrong distance"] = verdict.category == WRONG_DISTANCE
         categories[WITHIN_BOUND] = excused & ~past
-        # An excused answer differs from the truth within the error bounds. Its t is compared with
-        # the exact t of its own triangle.
+        # An excused answer differs from the truth within the error bounds. Compare its t with the
+        # exact t of the answer's triangle.
         own = np.flatnonzero(excused & ~past & hits.hit)
         exact = truth.t.copy()
         exact[own] = self._pairs(own, hits.triangle[own]).t

@@ -48,8 +48,8 @@ class Trial:
         return other.rates[max(common)] / self.rates[max(common)] if common else None
 
     def compare(self, chosen: Trial) -> None:
-        """Set the outcome of a trial whose errors were not judged to "slower". If the times say
-        that the trial is faster than the chosen trial, do not change its outcome."""
+        """Set the outcome to "slower", unless the times say that this trial is faster than the
+        chosen trial. Call this for a trial whose errors were not judged."""
         slower = self.times_slower(chosen)
         if slower is not None and slower < 1:
             self.note = self.note or f"{1 / slower:.2f} times faster where both were timed"

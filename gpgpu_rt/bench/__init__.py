@@ -2,8 +2,8 @@
 from __future__ import annotations
 
 from .engines import ENGINES, Engine
-from .race import NOISY, Entry, race, ranked, too_noisy
+from .race import NOISY, Entry, race, ranked, too_noisy, uncertain
 from .workloads import RAY_SETS, Workload, load, told, workload
 
 __all__ = ["ENGINES", "NOISY", "RAY_SETS", "Engine", "Entry", "Workload", "load", "race",
-           "ranked", "told", "too_noisy", "workload"]
+           "ranked", "told", "too_noisy", "uncertain", "workload"]

@@ -19,7 +19,9 @@ from ..tracer import Tracer
 from .engines import EMBREE, ENGINES, Engine
 from .workloads import Workload, load, told, workload
 
-NOISY = 1.5    # no verdict if embreex's slowest run took this many times as long as its fastest
+# Times are uncertain if the slowest run took more than this many times as long as the fastest. If
+# embreex's times are uncertain, there is no verdict.
+NOISY = 1.5
 
 
 @dataclass
@@ -209,3 +211,8 @@ def too_noisy(entries: Sequence[Entry]) -> str:
                         "this machine is too busy for a verdict; try again when it is idle")
             return ""
     return "embreex did not run: there is nothing to compare with"
+
+
+def uncertain(entries: Sequence[Entry]) -> list[Entry]:
+    """Return the entries whose spread is too large for a comparison of rates."""
+    return [entry for entry in entries if entry.spread > NOISY]

@@ -1,7 +1,7 @@
 """Palette: colours and markers of series. The colours are those of Okabe and Ito.
 
-Readers with any kind of colour blindness can tell these colours apart. Each colour has a marker
-of its own, so that a print in grey remains readable.
+Readers with any kind of colour blindness can tell these colours apart. Each colour has a
+different marker, so that a print in grey remains readable.
 """
 from __future__ import annotations
 

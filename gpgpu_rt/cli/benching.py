@@ -3,13 +3,15 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Callable
+from dataclasses import asdict
 from typing import Any
 
-from ..bench import ENGINES, RAY_SETS, Entry, load, race, ranked, told, too_noisy
+from ..bench import ENGINES, NOISY, RAY_SETS, Entry, load, race, ranked, told, too_noisy, uncertain
 from ..bench.engines import EMBREE
 from ..disk.files import check_writable
 from ..errors import Error, OptionError, how_to_install, nearest_names
 from ..gl.context import Gpu, open_gpu, threads_of
+from ..gl.environment import environment
 from ..methods import Method, find_method, methods, taking
 from ..text_format import counted, number
 from .shared import (
@@ -69,11 +71,13 @@ def _bench(chosen: argparse.Namespace) -> None:
             if not chosen.json:
                 _print(scene, kind, entries, chosen.size)
     if chosen.json:
-        print_json({"gpu": gpu.info(), "size": chosen.size,
+        print_json({"gpu": gpu.info(), "environment": asdict(environment(gpu)),
+                    "size": chosen.size,
                     "threads": threads_of(gpu.renderer), "missing": _missing(),
                     "robust": {one.name: one.robust for one in ENGINES},
                     "races": [{**load(scene).facts(), "rays": kind,
                                "too_noisy": too_noisy(entries),
+                               "uncertain": [entry.label for entry in uncertain(entries)],
                                "entries": [entry.to_dict() for entry in entries]}
                               for scene, kind, entries in found]})
     else:
@@ -123,7 +127,12 @@ def _print(scene: str, kind: str, entries: list[Entry], size: int) -> None:
             "-" if entry.bytes_a_triangle is None else f"{entry.bytes_a_triangle:.0f}",
             "-" if noise else entry.verdict() or "-"])
     print_table(heads, rows)
-    print(f"no verdict: {noise}\n" if noise else "")
+    if noise:
+        print(f"no verdict: {noise}")
+    if unsteady := "; ".join(entry.label for entry in uncertain(entries)):
+        print(f"uncertain rates, because the slowest run took more than {NOISY:g} times the "
+              f"fastest; measure again on an idle machine: {unsteady}")
+    print()
 
 
 def _rays(kind: str, size: int) -> str:

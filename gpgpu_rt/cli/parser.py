@@ -89,6 +89,18 @@ class Parser(argparse.ArgumentParser):
 
     def refuse(self, word: str) -> None:
         """Report a word that no option or argument of this command accepts."""
+        command = self.prog.split()[-1]
+        if not word.startswith("-"):
+            self.error(f"{command} {self._of_arguments(word)}")
         name = word.partition("=")[0]
-        near = did_you_mean(name, self._option_string_actions) if name.startswith("-") else ""
-        self.error(f"{self.prog.split()[-1]} has no {name}{near}")
+        self.error(f"{command} has no {name}{did_you_mean(name, self._option_string_actions)}")
+
+    def _of_arguments(self, word: str) -> str:
+        """Return what to do about an argument that is one too many."""
+        own = self._get_positional_actions()
+        names = [str(action.metavar or action.dest) for action in own]
+        if not own:
+            return f"takes no arguments; leave {word} out"
+        if own[-1].nargs in ("*", "+"):
+            return f"takes each {names[-1]} before the options; write {word} there"
+        return f"takes one {' and one '.join(names)}; run {self.prog} again for {word}"

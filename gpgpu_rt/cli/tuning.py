@@ -4,16 +4,18 @@ from __future__ import annotations
 import argparse
 import json
 import sys
+from dataclasses import asdict
 from typing import Any
 
 from ..accuracy.error_targets import ALL, OWN_KIND, Promise
 from ..accuracy.known_rays import KINDS, WITHIN_BOUND, WRONG
-from ..accuracy.measure import accuracy, flip_note
+from ..accuracy.measure import RUNS, accuracy, flip_note
 from ..accuracy.tune import LATE, SCREEN, tune
 from ..accuracy.tuning_results import Search, Trial
 from ..disk.files import check_writable, replacing
 from ..errors import Error
 from ..gl.context import open_gpu
+from ..gl.environment import environment
 from ..methods import settings
 from ..scene.loading import load_scene
 from ..scene.scene import Scene
@@ -27,7 +29,7 @@ from .shared import (
 def add_commands(command: Command) -> None:
     """Declare the commands; ``command(name, run, text)`` returns a parser."""
     sub = command("accuracy", _accuracy, "measure the errors of methods and precisions against "
-                  "the float64 reference")
+                  "the float64 reference; the lines below the table explain its columns")
     sub.add_argument("scene", help="a scene's name or a mesh file")
     add_methods(sub, "all methods that have the given options")
     sub.add_argument("--precisions", type=names, metavar="NAME,NAME,...",
@@ -77,6 +79,29 @@ def _facts(scene: Scene) -> dict[str, Any]:
 
 # accuracy ------------------------------------------------------------------------------------
 
+# The columns of the table, with their meanings.
+_COLUMNS = {
+    ("method", "precision"): "",
+    ("rays",): "number of judged rays, of all kinds together",
+    ("wrong",): "share of rays with a leak, a false hit, a wrong triangle or an unfinished search",
+    ("at most (95 %)",): "upper 95 % confidence bound of this share",
+    ("leak",): "number of rays that pass through a surface without a hit",
+    ("false",): "number of rays with a hit where the reference has none",
+    ("triangle",): "number of rays with a hit of a wrong triangle",
+    ("unfinished",): "number of rays that the step cap or a full stack stopped",
+    ("excused",): "number of rays whose triangle differs from the reference's within float32's "
+    "error bound; they do not count as wrong",
+    ("t past bound",): "number of rays whose error of t exceeds the error bound of the watertight "
+    "test in float32",
+    ("t ulp 50 %", "99.9 %", "max"): "median, quantile and maximum of the error of t over the "
+    "right hits, in units in the last place",
+    ("u, v max",): "largest error of a barycentric coordinate",
+    ("RMSE", "FLIP"): "error of a picture; 0 if the picture equals the reference's",
+    ("Mrays/s", "ms"): f"rate and time of only the passes for these rays, median of {RUNS} calls "
+    "for each kind. Few rays cannot fill the renderer: measure rates by `gpgpu-rt bench`",
+    ("MB",): "textures, with rays and hits",
+    ("passes",): "passes for these rays"}
+
 
 def _accuracy(chosen: argparse.Namespace) -> None:
     if chosen.output:
@@ -84,7 +109,8 @@ def _accuracy(chosen: argparse.Namespace) -> None:
     scene, given = load_scene(chosen.scene), given_options(chosen)
     rows = accuracy(scene, chosen.methods, chosen.precisions, given, chosen.rays,
                     chosen.size, chosen.seed, say)
-    result = {**_facts(scene), "gpu": open_gpu(given.get("context")).info(),
+    gpu = open_gpu(given.get("context"))
+    result = {**_facts(scene), "gpu": gpu.info(), "environment": asdict(environment(gpu)),
               "seed": chosen.seed, "rows": rows, "flip_note": flip_note()}
     if chosen.output:
         with replacing(chosen.output) as path:
@@ -93,15 +119,13 @@ def _accuracy(chosen: argparse.Namespace) -> None:
         return print_json(result)
     print_stand_in(scene)
     print(f"{scene.name}, {len(scene):,} triangles; up to {chosen.rays:,} rays of each kind: "
-          f"{', '.join(KINDS)}")
-    print_table(("method", "precision", "rays", "wrong", "at most (95 %)", "leak", "false",
-                 "triangle", "unfinished", "excused", "t past bound", "t ulp 50 %", "99.9 %",
-                 "max", "u, v max", "RMSE", "FLIP", "Mrays/s", "ms", "MB", "passes"),
+          f"{', '.join(KINDS)}; pictures of {chosen.size[0]} x {chosen.size[1]} pixels")
+    print_table([head for heads in _COLUMNS for head in heads],
                 [_accuracy_line(row) for row in rows])
-    print("\nwrong: share of rays with a leak, a false hit, a wrong triangle or an unfinished "
-          "search.\nexcused: rays whose triangle differs from the reference's within float32's "
-          "error bound; they do not count as wrong.\nt past bound: rays whose error of t exceeds "
-          "the error bound of the watertight test in float32.")
+    print()
+    for heads, meaning in _COLUMNS.items():
+        if meaning:
+            print(f"{', '.join(heads)}: {meaning}")
     if flip_note():
         print(flip_note())
     if chosen.output:

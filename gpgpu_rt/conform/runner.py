@@ -1,4 +1,4 @@
-"""Runner: traces cases in a process of its own, so that an engine may crash or hang."""
+"""Runner: traces cases in a separate process, so that an engine may crash or hang."""
 from __future__ import annotations
 
 import multiprocessing
@@ -33,6 +33,16 @@ class Runner:
         self._process: multiprocessing.process.BaseProcess | None = None
         self._ours: Connection | None = None
 
+    def load(self, spec: Spec) -> None:
+        """Load the engine without a case.
+
+        Raises
+        ------
+        Crash
+            with the reason, in one line
+        """
+        self._ask(spec, None)
+
     def trace(self, spec: Spec, case: Case) -> tuple[EngineAnswers, float]:
         """Return the engine's answers, and the seconds of its call.
 
@@ -41,6 +51,9 @@ class Runner:
         Crash
             with the reason, in one line
         """
+        return self._ask(spec, case)
+
+    def _ask(self, spec: Spec, case: Case | None) -> tuple[EngineAnswers, float]:
         if self._process is None or not self._process.is_alive():
             self._start()
         assert self._ours is not None and self._process is not None
@@ -104,12 +117,15 @@ def _serve(theirs: Connection) -> None:
         answers, failure, began = None, "", time.perf_counter()
         try:
             with _silent():
-                if spec not in loaded:
-                    found = spec.load()
-                    found(case)     # the first call may compile
-                    loaded[spec] = found
-                began = time.perf_counter()
-                answers = loaded[spec](case)
+                if case is None:
+                    spec.load()
+                else:
+                    if spec not in loaded:
+                        found = spec.load()
+                        found(case)     # the first call may compile
+                        loaded[spec] = found
+                    began = time.perf_counter()
+                    answers = loaded[spec](case)
         except BaseException as problem:    # an engine may raise anything
             if isinstance(problem, KeyboardInterrupt):
                 return

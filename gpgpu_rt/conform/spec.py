@@ -118,12 +118,14 @@ class Spec:
         function = importlib.import_module(module)
         for part in name.split("."):
             function = getattr(function, part)
+        if not callable(function):
+            raise TypeError(f"{name} has the type {type(function).__name__} and is no function")
 
         def trace(case: Case) -> EngineAnswers:
             found = function(case.triangles, case.origins, case.directions)
             if not isinstance(found, tuple) or len(found) != 2:
-                raise ValueError(f"{self.name} must return (t, triangle), not "
-                                 f"{type(found).__name__} of {len(found or ())}")
+                raise ValueError(f"{self.name} must return (t, triangle), two arrays with an "
+                                 f"entry for each ray; it returned {_described(found)}")
             return of_distances(case, *found)
         return trace
 
@@ -141,6 +143,13 @@ class Spec:
                     raise ValueError(f"no JSON in {PLACES[1]}: {failure}") from failure
                 return answers_from_dict(found, len(case.origins))
         return trace
+
+
+def _described(found: Any) -> str:
+    """Return what a function returned, in words: its type and its size."""
+    size = f" of shape {found.shape}" if isinstance(found, np.ndarray) else (
+        f" of {len(found)}" if isinstance(found, (tuple, list)) else "")
+    return f"{type(found).__name__}{size}"
 
 
 def _found(module: str) -> bool:

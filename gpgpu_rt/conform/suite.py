@@ -17,7 +17,7 @@ from .case import Case
 from .engines import ENGINES
 from .families import FAMILIES, make_case
 from .runner import NO_ANSWER, Crash, Runner
-from .spec import ENGINE, METHOD, Spec
+from .spec import ENGINE, FUNCTION, METHOD, Spec
 
 RAYS, SEED = 300, 1     # of each family in the quick suite
 CRASH = "crash"
@@ -117,12 +117,25 @@ def installed() -> tuple[list[Spec], dict[str, str]]:
 def run(specs: Sequence[Spec], names: Iterable[str], rays: int = RAYS, seed: int = SEED
         ) -> Iterator[Row]:
     """Let each engine answer the rays of each family, and yield a `Row` for each engine
-    and family."""
+    and family.
+
+    Raises
+    ------
+    OptionError
+        a user's function cannot be loaded; raised before any engine runs
+    """
     # A wrapper comes after the engine that it wraps. Every engine has a process of its own, since
     # an engine may change the state of its process; this project's methods share a process.
     ordered = sorted(dict.fromkeys(specs), key=lambda spec: bool(spec.engine.wraps))
     with ExitStack() as stack:
         runners = {key: stack.enter_context(Runner()) for key in map(_process_of, ordered)}
+        for spec in ordered:
+            if spec.kind == FUNCTION:
+                try:
+                    runners[_process_of(spec)].load(spec)
+                except Crash as failure:
+                    raise OptionError(f"--engine {spec.name!r} cannot be loaded ({failure}); give "
+                                      "MODULE:FUNCTION") from None
         hung: dict[str, str] = {}
         for name in dict.fromkeys(names):
             known = Known.of(name, rays, seed)

@@ -96,7 +96,7 @@ class Record:
     constants : Names and values of integers with a special meaning in fields. GLSL knows them by
         these names.
     full_precision : Whether geometric fields are float32 whatever the storage.
-    is_apart : Whether each texel of a table's records lies in a texture of its own. Set by
+    is_apart : Whether each texel of a table's records lies in a separate texture. Set by
         ``apart``.
     """
 
@@ -133,7 +133,7 @@ class Record:
         return replace(self, layout=" | ".join(" ".join(words) for words in kept if words))
 
     def apart(self) -> Record:
-        """Return this record with each texel in a texture of its own, as the papers stored
+        """Return this record with each texel in a separate texture, as the papers stored
         tables: the texels of an element then have the same texture coordinates."""
         return replace(self, is_apart=True)
 

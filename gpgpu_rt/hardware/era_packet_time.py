@@ -81,8 +81,12 @@ class PacketRays(Observer):
 
 
 def _sampled(side: int, packet: int, group: int) -> np.ndarray:
-    """Return the rows, or the columns, of an image that are traced: all, or those of tiles in the
-    middles of the image's parts. A tile holds whole groups of packets that branch together."""
+    """Return the indices of the rows, or of the columns, of an image that are traced.
+
+    A small image is traced whole. A large image is divided into TILES parts along the axis, and a
+    tile in the middle of each part is traced. A tile holds whole groups of packets that branch
+    together.
+    """
     tile = -(-TILE // group) * group * packet
     if side <= TILES * tile:
         return np.arange(side)

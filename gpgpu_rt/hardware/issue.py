@@ -32,7 +32,7 @@ class KernelIssues:
     ----------
     kernels : names
     runs : useful runs, summed over rays
-    lanes : lanes that the issues take, idle lanes included
+    lanes : lanes that the issues occupy, idle lanes included
     iterations : iterations of the outer loop, summed over lanes; for passes 0
     passes : passes of the host; for a loop zeros
     queries : occlusion queries of the host; for a loop 0
@@ -76,7 +76,7 @@ def issued_in_loop(trace: KernelTrace, group: tuple[int, int], order: str,
     order : WHILE_WHILE has a loop for each kernel inside the outer loop: a group issues a kernel
         while any of its rays waits for the kernel. STEP has one loop, whose iteration runs one
         step of each ray: a group issues each kernel that any of its rays needs
-    within : under WHILE_WHILE, kernels without a loop of their own. A ray runs such a kernel right
+    within : under WHILE_WHILE, kernels without an inner loop. A ray runs such a kernel right
         after the kernel before it, and its group issues the kernel if any ray runs it
     """
     steps, count = in_groups(trace.steps, group), len(trace.kernels)

@@ -90,10 +90,9 @@ def stream_fetches(method: str, kernel: str, any_hit: bool = False, in_loop: boo
                    **options: Any) -> int:
     """Return how many fetches of a kernel read the ray, its state and its hit.
 
-    A loop keeps ray, state and hit in registers and does not make these fetches. A pass makes
-    them. NV40's listing
-    shows these fetches: their coordinates are the fragment's own. All compilers keep the same
-    fetches of streams.
+    A pass makes these fetches. A loop does not: it keeps ray, state and hit in registers. NV40's
+    listing shows these fetches, because their coordinates are those of the fragment. All compilers
+    keep the same fetches of streams.
     """
     cost = static_cost(_LISTED, method, kernel, any_hit, in_loop, **options)
     return len(_OWN_FETCH.findall(cost.listing))

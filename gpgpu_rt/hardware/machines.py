@@ -7,8 +7,9 @@ Memory traffic is the misses of a simulated cache of the machine's size (`local_
 fitted: each time is the work of traced rays, done at the machine's peak rates. The work leaves out
 the setting up of rays and the loops' own branches.
 
-A kernel costs what a card's compiler made of it (`loop_costs`). For a machine without a compiler,
-``compiler`` in ``machines.json`` names the card whose instructions are most like the machine's.
+The cost of a kernel follows from the code that a card's compiler generated for it (`loop_costs`).
+For a machine without a compiler, ``compiler`` in ``machines.json`` names the card whose
+instructions are most like the machine's.
 """
 from __future__ import annotations
 

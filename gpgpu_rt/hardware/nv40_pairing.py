@@ -6,7 +6,7 @@ between two independent operations, as 3 + 1 or 2 + 2 (E. Kilgariff and R. Ferna
 chapter 30; tweakers.net 2004-08-21 on 3DCenter's article). Mesa's driver pairs nothing. `clocks`
 schedules the operations of its listing as early as their operands allow. Fetches are not counted;
 the machine model adds them. No source says that the second unit can use a result of the first unit
-in the same clock, so it cannot here.
+in the same clock, so `clocks` does not assume it.
 """
 from __future__ import annotations
 
@@ -44,8 +44,8 @@ class ListedOperation:
 
 
 def operations(listing: str) -> list[ListedOperation]:
-    """Return the operations of NV40's listing. A selection becomes three: a copy that sets the
-    condition, a copy, and a conditional copy, as Mesa's driver emits it."""
+    """Return the operations of NV40's listing. A selection becomes three operations, as Mesa's
+    driver emits it: a copy that sets the condition, a copy, and a conditional copy."""
     found = []
     for name, register, mask, operands in _LINE.findall(listing):
         mask = mask or "xyzw"
@@ -91,7 +91,7 @@ def clocks(listing: str) -> int:
         start = max([ready.get(name, 0) for name in one.reads | one.writes]
                     + [last_read.get(name, 0) for name in one.writes], default=0)
         if one.name == FETCH:
-            at = start      # in a clock of its own, which the machine model counts
+            at = start      # in a separate clock, which the machine model counts
         else:
             at = next(clock for clock in range(start, start + 10_000)
                       if _issue(one, clock, used))

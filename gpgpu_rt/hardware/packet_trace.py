@@ -1,7 +1,7 @@
 """Packet trace: the kernels that a packet of kd-packet runs in a loop, from its trace by steps.
 
 Under the schedule ``step``, the kernel `traverse` of kd-packet includes the push, and the kernel
-`leave` includes the pops. In the loop on R580, `push` and `pop` are kernels of their own
+`leave` includes the pops. In the loop on R580, `push` and `pop` are separate kernels
 (glsl/methods/kdtree/kd_packet_era.glsl). Packets that branch together skip `push` if none of them
 pushes.
 """
@@ -23,8 +23,8 @@ def fields_of(stack: bool) -> tuple[str, ...]:
 
 
 def in_loop(trace: KernelTrace, stack: bool) -> KernelTrace:
-    """Return the trace of packets in a loop: each push follows its visit, and the pops of `leave`
-    follow it. A restart is a pop from an empty stack.
+    """Return the trace of packets in a loop. A push becomes a step after its visit, and the pops
+    of a `leave` become steps after the `leave`. A restart is a pop from an empty stack.
 
     Parameters
     ----------

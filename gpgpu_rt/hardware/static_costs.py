@@ -60,8 +60,8 @@ class StaticCost:
     ----------
     card, method, kernel : Names.
     arithmetic : Arithmetic instructions as the card issues them. R300 to R580 issue a vector and a
-        scalar operation together, which count once. For NV40, the instructions that its
-        driver emits; the driver pairs no instructions.
+        scalar operation together, which count once. NV40's driver pairs no instructions, so each
+        instruction that it emits counts.
     vector, scalar : Operations by kind. Both are 0 where the driver does not tell them apart.
     fetches : Texture fetches.
     levels : Levels of texture indirection. A fetch at a computed place is a level above the
@@ -170,9 +170,11 @@ def _program(method: str, kernel: EraKernel) -> EraProgram:
 
 
 def all_era_programs() -> list[EraProgram]:
-    """Return the kernels of every method that has an era form, for nearest and for any hits, as
-    passes and in loops: with the method's default options, and with SETTINGS. Then the kernels of
-    PACKETS."""
+    """Return the kernels of every method that has an era form, for nearest and for any hits.
+
+    The kernels of passes and of loops come first, with the method's default options and with
+    SETTINGS. The kernels of PACKETS follow.
+    """
     chosen = [*((name, {}) for name in era_methods()), *SETTINGS]
     return [program for some, forms in ((chosen, (False, True)), (PACKETS, (True,)))
             for name, options in some for any_hit in (False, True) for in_loop in forms

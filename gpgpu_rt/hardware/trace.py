@@ -86,12 +86,12 @@ def record_trace(tracer: Tracer, size: tuple[int, int], trace: Callable[[], obje
     def take(one: ObservedPass) -> None:
         assert isinstance(one.target, Target)
         if packets and HIT.name in one.target.records:
-            return      # the pass over a packet's rays; the packet's own state is in another pass
+            return      # this pass runs over rays; another pass writes the packets' states
         states = {name: texels[:size[0] * size[1]].reshape(size)
                   for name, texels in one.target.fields(state).items()
                   if name == "phase" or name in fields}
         phase = states["phase"]
-        # Phases outside of the kernels' numbers mean that a ray has ended.
+        # If a phase is not the number of a kernel, the ray has ended.
         found.append(np.where((phase >= 1) & (phase <= len(kernels)), phase, FINISHED)
                      .astype(np.uint8))
         for name in fields:

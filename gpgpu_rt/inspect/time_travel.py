@@ -39,8 +39,8 @@ class Pass:
     Attributes
     ----------
     number : Index of the pass; pass 0 sets up states.
-    kernel : "init", a kernel's name, or "all" if each ray runs the kernel of its own state. For
-        packets, "visit" or "intersect".
+    kernel : "init", a kernel's name, or "all" if each ray runs the kernel that its state names.
+        For packets, "visit" or "intersect".
     served : Name of a kernel -> number of rays for which the kernel ran in this pass.
     live : Number of unfinished rays.
     state, hit : Fields of the method's state and of HIT, an entry per ray. For a ray of a packet,

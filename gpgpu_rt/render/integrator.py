@@ -72,7 +72,7 @@ class PicturePass:
 ALL_FEATURES = Option(
     "all_features", False, "build the programs, textures and passes of every feature, even those "
     "that the scene does not require; the picture is the same", bool, label="build every feature")
-# The default is 8 bounces because each depth of refraction needs textures of its own and doubles
+# The default is 8 bounces because each depth of refraction needs separate textures and doubles
 # the number of branches. Light usually leaves solid glass after one or two inner reflections. A
 # picture with 8 bounces takes a third of the time of a picture with 12 bounces. The two differ by
 # at most one grey level on average.

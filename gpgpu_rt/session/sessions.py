@@ -76,7 +76,7 @@ class Sessions:
 
     def remade(self) -> Choices:
         """Return choices from which another process makes equal sessions. A context that is an
-        object cannot be sent there, so the other process finds a context of its own."""
+        object cannot be sent there, so the other process opens its own context."""
         context = self.present.options["context"]
         context = context if isinstance(context, str) else None
         return Choices(*(replace(self.choices.of(rays), options={**options, "context": context})

@@ -110,7 +110,7 @@ class Part:
     option : str, the option whose value chooses the file
     plain : file under ``glsl/`` for every value that has no file in ``files``
     files : value -> file under ``glsl/``. The file of the key True also serves other values that
-        count as true in Python and have no file of their own
+        count as true in Python and for which `files` has no key
     """
 
     name: str

@@ -2,7 +2,7 @@
 
 The link draws ImGui's draw lists in the window and passes the window's events to ImGui.
 
-moderngl-window has a link of its own, but only for ImGui before 1.92. Before 1.92, the renderer
+moderngl-window has such a link, but only for ImGui before 1.92. Before 1.92, the renderer
 created all textures at the start. Since 1.92, ImGui asks its renderer to create and to update
 textures at any time.
 """

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import copy
 import json
+import re
+from dataclasses import asdict
 
 import numpy as np
 import pytest
@@ -14,6 +16,7 @@ from gpgpu_rt import cli
 from gpgpu_rt.accuracy.candidates import precisions
 from gpgpu_rt.accuracy.known_rays import WITHIN_BOUND, WRONG, KnownRays, bytes_in_flight
 from gpgpu_rt.accuracy.measure import Yardstick, accuracy
+from gpgpu_rt.gl.environment import environment
 from gpgpu_rt.methods import find_method
 from gpgpu_rt.reference.picture import reference_picture
 
@@ -205,11 +208,16 @@ def test_accuracy_command(capsys, tmp_path) -> None:
     out, progress = capsys.readouterr()
     result = json.loads(out)
     assert result == json.loads(path.read_text()) and "2 of 2" in progress
+    assert result["environment"] == asdict(environment())
     assert [r["method"] for r in result["rows"]] == ["bvh-threaded", "bvh-packet"]
     assert [r["options"]["octants"] for r in result["rows"]] == [True, True]
     assert cli.main(arguments) == 0
     out = capsys.readouterr().out
-    assert "0.012" in out and "wrong" in out  # 0 wrong rays of 256 prove at most 0.012
+    heads = re.split(r"  +", out.splitlines()[1])
+    meanings = dict(re.findall(r"(?m)^([^:\n]+): (.+)", out.partition("\n\n")[2]))
+    assert ", ".join(["method", "precision", *meanings]) == ", ".join(heads)
+    assert "up to 64 rays of each kind" in out and "bench" in meanings["Mrays/s, ms"]
+    assert "0.012" in out  # 0 wrong rays of 256 prove at most 0.012
     path.unlink()
     for more, message in ((["--precisions", "fp12"], "no precision"), (["--rays", "0"], "rays"),
                           (["-m", "gird"], "did you mean grid"),

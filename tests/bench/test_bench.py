@@ -6,9 +6,11 @@ import functools
 import importlib
 import json
 import os
+import re
 import subprocess
 import sys
-from dataclasses import replace
+from dataclasses import asdict, replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -17,11 +19,13 @@ from PIL import Image
 import gpgpu_rt as rt
 from gpgpu_rt import cli
 from gpgpu_rt.bench import (
-    ENGINES, RAY_SETS, Entry, Workload, embree_in_c, engines, race, ranked, too_noisy, workload
+    ENGINES, RAY_SETS, Entry, Workload, embree_in_c, engines, race, ranked, too_noisy, uncertain,
+    workload
 )
 from gpgpu_rt.bench.engines import EMBREE, OWN
 from gpgpu_rt.cli import benching
 from gpgpu_rt.gl.context import open_gpu, threads_of
+from gpgpu_rt.gl.environment import environment
 
 SIZE = 24
 # `gpgpu_rt.bench.race` is the function, so import its module by the full name.
@@ -149,6 +153,17 @@ def test_a_noisy_machine_gives_none(seconds: list[float], why: str) -> None:
     assert "did not run" in too_noisy([_entry("grid", [1, 1, 1], [])])
 
 
+def test_rates_of_a_large_spread_are_called_uncertain(capsys) -> None:
+    """The warning names each unsteady entry, also if embreex is steady or missing."""
+    steady, unsteady = _entry(EMBREE, [1, 1.1, 1], [1, 1, 1]), _entry("grid", [1, 1.6, 1], [2] * 3)
+    assert uncertain([steady, unsteady]) == uncertain([unsteady]) == [unsteady]
+    benching._print("cornell", "eye", [steady, unsteady], 64)
+    assert "more than 1.5 times the fastest; measure again on an idle machine: grid\n" in (
+        capsys.readouterr().out)
+    benching._print("cornell", "eye", [steady], 64)
+    assert "uncertain" not in capsys.readouterr().out
+
+
 @pytest.fixture
 def apart() -> list[Entry]:
     """Returns entries in which the packets have the better median, but the grid is faster in most
@@ -170,6 +185,14 @@ def test_rows_are_in_order_of_the_ratio(apart: list[Entry], capsys) -> None:
     for entry in apart:  # without embreex, only rates count
         entry.over = []
     assert [entry.name for entry in ranked(apart)][0] == EMBREE
+
+
+def test_the_set_up_page_names_columns_that_the_table_has(apart: list[Entry], capsys) -> None:
+    page = Path(rt.__file__).parents[1] / "docs" / "set-up.md"
+    named = re.findall(r"`([^`]+)`", page.read_text().partition("It prints a table: ")[2])
+    benching._print("cornell", "mirror", apart, 64)
+    heads = re.split(r"  +", capsys.readouterr().out.splitlines()[1])
+    assert len(named) == 4 and set(named) <= set(heads)
 
 
 def test_the_chart_says_what_the_table_does(apart: list[Entry], tmp_path) -> None:
@@ -198,6 +221,7 @@ def test_bench_command(capsys, tmp_path) -> None:
     assert cli.main(["bench", "cornell", "--size", "16", "--runs", "1", "-m", "grid,kd-restart",
                      "--rays", "eye,random", "--json", "--plot", str(chart)]) == 0
     found = json.loads(capsys.readouterr().out)
+    assert found["environment"] == asdict(environment())
     assert [one["rays"] for one in found["races"]] == ["eye", "random"]
     assert all(one["rays_per_second"] > 0 for race in found["races"] for one in race["entries"])
     assert Image.open(chart).width > 100

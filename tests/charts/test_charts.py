@@ -183,8 +183,8 @@ def test_a_file_describes_its_chart(tmp_path: Path, suffix: str) -> None:
 
 
 def test_every_chart_is_written_by_the_shared_helper() -> None:
-    """No module writes a chart, or makes an axis logarithmic, by a call of its own, so the rules
-    reach every chart."""
+    """No module writes a chart, or makes an axis logarithmic, without the shared helper, so the
+    rules reach every chart."""
     own = PACKAGE / "charts"
     for folder in (PACKAGE, FIGURES):
         for path in folder.rglob("*.py"):

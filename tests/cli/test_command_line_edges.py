@@ -58,6 +58,16 @@ def test_a_misspelt_word_gets_a_suggestion(words: list[str], advice: str, capsys
     assert status and advice in err and err.count("\n") == 1 and not out
 
 
+@pytest.mark.parametrize("words, advice", [
+    ("accuracy cornell bunny", "accuracy takes one scene; run gpgpu-rt accuracy again for bunny"),
+    ("trace cornell rays.npz more.npz -o hits.npz", "trace takes one scene and one RAYS.npz; run"),
+    ("bench cornell -m grid bunny", "bench takes each scene before the options; write bunny"),
+    ("scenes bunny", "scenes takes no arguments; leave bunny out")])
+def test_an_argument_too_many_is_one_line(words: str, advice: str, capsys) -> None:
+    status, out, err = said(capsys, *words.split())
+    assert status == 2 and advice in err and err.count("\n") == 1 and not out
+
+
 @pytest.mark.parametrize("words, redirection", [
     ("-m gpgpu_rt methods", ">&-"), ("-m gpgpu_rt methods", "| true"),
     ("-m gpgpu_rt render cornell --size 4 -o picture.png", "<&- >&- 2>&-"),

@@ -158,3 +158,35 @@ def test_mistakes_get_one_line(tmp_path: Path, capsys: pytest.CaptureFixture, wo
     assert main(["conform", *words]) == 1
     error = capsys.readouterr().err
     assert message in error and error.count("\n") == 1, error
+
+
+@pytest.fixture
+def own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
+    """The name of a user's module in the working directory."""
+    (tmp_path / "own_tracer.py").write_text(
+        "import numpy as np\nno_function = 3\n"
+        "def indices(triangles, origins, directions):\n    return np.full(len(origins), -1)\n"
+        "def three(triangles, origins, directions):\n    return [1, 2, 3]\n")
+    monkeypatch.chdir(tmp_path)
+    return "own_tracer"
+
+
+@pytest.mark.parametrize("name, why", [
+    ("gone", "AttributeError: module 'own_tracer' has no attribute 'gone'"),
+    ("no_function", "TypeError: no_function has the type int and is no function")])
+def test_a_function_that_cannot_be_loaded_ends_the_command_at_once(
+        own: str, capsys: pytest.CaptureFixture, name: str, why: str) -> None:
+    assert main(["conform", "-m", "brute-force", "--engine", f"{own}:{name}"]) == 1
+    out, err = capsys.readouterr()
+    assert (out, err) == ("", f"gpgpu-rt: --engine '{own}:{name}' cannot be loaded ({why}); give "
+                          "MODULE:FUNCTION\n")
+
+
+@pytest.mark.parametrize("name, what", [("indices", "ndarray of shape (5,)"),
+                                        ("three", "list of 3")])
+def test_a_function_that_returns_something_else_is_told_what_to_return(
+        own: str, capsys: pytest.CaptureFixture, name: str, what: str) -> None:
+    assert main(["conform", "-m", "none", "--engine", f"{own}:{name}", "--family", "box-edges",
+                 "--rays", "5"]) == 0
+    assert (f"{own}:{name}, box-edges: ValueError: {own}:{name} must return (t, triangle), two "
+            f"arrays with an entry for each ray; it returned {what}\n") in capsys.readouterr().out

@@ -90,7 +90,7 @@ def _conclusions(folder: Path) -> dict[str, float]:
     """Writes the files of Figure 26's cells, and returns each method's time in ns.
 
     A time is 1000 ns divided by the published speed relative to the Ray Engine. Each
-    method without a published speed gets a made-up speed of its own.
+    method without a published speed gets a different made-up speed.
     """
     times = {}
     for at, entry in enumerate(surveyed.entries()):

@@ -51,7 +51,7 @@ def test_the_table_holds_what_the_counts_say(tmp_path: Path) -> None:
     assert len(rows) == 6
     card, cost = find_card("R580"), static_cost("r580", "kd-restart", "down", in_loop=True)
     # A run in the loop fetches only a node. A pass also fetches the ray, its state and its hit. A
-    # unit of its own executes the branches.
+    # separate unit executes the branches.
     each = max(cost.arithmetic / card.issue_rate, 1 / card.texel_rate)
     # The two texels of the ray take longer than the instructions of `init`, and longer than
     # writing the hit.

@@ -54,7 +54,7 @@ void main() {
 def angle() -> Iterator[Gpu]:
     """Return the context of ANGLE, or skip the test if this machine has no ANGLE.
 
-    ANGLE runs in processes of its own. After its tests, tests of Mesa in the same process once
+    ANGLE runs in separate processes. After its tests, tests of Mesa in the same process once
     found denormals flushed.
     """
     if os.environ.get("GPGPU_RT_CONTEXT") != "angle":

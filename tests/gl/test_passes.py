@@ -98,7 +98,7 @@ def test_release_takes_whatever_parts_are_kept_in(gpu: Gpu) -> None:
 
 def test_arrays_that_fragments_write_are_tried_before_they_are_trusted(gpu: Gpu,
                                                                        monkeypatch) -> None:
-    """llvmpipe keeps arrays in which each fragment writes at an index of its own; softpipe mixes
+    """llvmpipe keeps arrays in which each fragment writes at a different index; softpipe mixes
     them up. If a renderer mixes up such arrays, a method that needs them is refused; other methods
     run."""
     assert _kept(gpu) == ("softpipe" not in gpu.renderer)

@@ -1,4 +1,4 @@
-"""Pushes and pops of packets become kernels of their own. tests/traversal/test_era_packets.py
+"""Pushes and pops of packets become separate kernels. tests/traversal/test_era_packets.py
 compares the counts with a program that runs these kernels."""
 from __future__ import annotations
 

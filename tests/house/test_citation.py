@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import configparser
+import datetime
 import re
 from pathlib import Path
 from typing import Any
@@ -50,6 +51,22 @@ def test_version_licence_and_authors_are_those_of_the_package() -> None:
     assert [author["name"] for author in held["authors"]] == [AUTHORS]
     assert AUTHORS in (ROOT / "LICENSE").read_text()
     assert [author["name"] for author in HEAD["authors"]] == [AUTHORS]
+
+
+def test_the_date_is_that_of_the_paper() -> None:
+    written = datetime.datetime.strptime(str(HEAD["date"]), "%d %B %Y").date()
+    assert cff()["date-released"] == written
+
+
+def test_the_bibtex_entry_agrees_with_the_citation_file() -> None:
+    """The documentation has the only BibTeX entry of this project."""
+    held, entry = cff(), ROOT / "docs" / "index.md"
+    fields = {name: value.replace("\\_", "_") for name, value in re.findall(
+        r"(?m)^  (\w+) += \{*(.+?)\}*,?$", entry.read_text(encoding="utf-8"))}
+    date = held["date-released"]
+    assert keys(entry) == ["gpgpu_rt"]
+    assert fields == {"author": AUTHORS, "title": held["title"], "year": f"{date:%Y}",
+                      "month": f"{date:%b}".lower(), "note": f"Version {held['version']}"}
 
 
 def test_each_cited_work_has_one_entry() -> None:

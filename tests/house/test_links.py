@@ -75,6 +75,14 @@ def test_each_picture_is_shown_and_small(path: Path) -> None:
                for _, name in _PICTURE.findall(_text(page)))
 
 
+@pytest.mark.parametrize("page", sorted((DOCS / "reference").glob("*.md")), ids=_name)
+def test_a_list_that_is_only_on_the_site_can_be_found(page: Path) -> None:
+    """In the repository, a page without its generated list says where the list is: a command that
+    prints it, or the files with its entries."""
+    before, mark, _ = page.read_text(encoding="utf-8").partition("<!-- generated: ")
+    assert not mark or re.search(r"`(gpgpu-rt [A-Za-z]|make docs|records\.py)", before)
+
+
 def test_a_link_that_leads_nowhere_is_found(tmp_path: Path) -> None:
     page = tmp_path / "page.md"
     page.write_text("# A [b](#c) `d`\n\n# Same\n\n# Same\n\n```sh\n# no heading\n```\n"

@@ -304,9 +304,13 @@ BOUNDS = ["--max-wrong", "1e-3", "--max-t-error", "1e-3"]
     (["render", "cornell", "-o", "{}/x.png", "--octnats"],
      "render has no --octnats; did you mean --octants or"),
     (["render", "cornell", "-o", "{}/x.png", "--qqqq=3"], "render has no --qqqq (see"),
-    (["trace", "cornell", "{}/nan.npz", "more", "-o", "{}/h.npz"], "trace has no more (see"),
+    (["trace", "cornell", "{}/nan.npz", "more", "-o", "{}/h.npz"],
+     "run gpgpu-rt trace again for more (see"),
 ])
-def test_mistakes_are_one_line(capsys, tmp_path, arguments: list[str], message: str) -> None:
+def test_mistakes_are_one_line(capsys, tmp_path, tmp_path_factory, monkeypatch,
+                               arguments: list[str], message: str) -> None:
+    # Another test may have stored settings of `tune`, about which `auto` prints a note.
+    monkeypatch.setenv("GPGPU_RT_CACHE", str(tmp_path_factory.mktemp("cache")))
     (tmp_path / "bad.npz").write_bytes(b"PK not an archive")
     np.savez(tmp_path / "empty.npz", stuff=np.zeros(3))
     np.save(tmp_path / "one.npy", np.zeros(3))

@@ -1,6 +1,7 @@
 """The commands and the Python of README, tour and how-to pages run as they stand."""
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
@@ -20,6 +21,16 @@ def test_each_block_is_run_or_says_why_not(page: Path) -> None:
 def test_page_runs(exact_renderer, page: Path, tmp_path: Path) -> None:
     blocks = [block for block in snippets(page) if block.is_run]
     assert run_page(page, tmp_path) == len(blocks)
+
+
+@pytest.mark.parametrize("page", PAGES, ids=name_of)
+def test_a_word_to_be_replaced_is_explained(page: Path) -> None:
+    """A word in capitals, such as ADDRESS, stands for something else; the prose says for what."""
+    prose = re.sub(r"(?ms)^```.*?^```$", "", page.read_text(encoding="utf-8"))
+    words = {word for block in snippets(page) if block.language == "sh"
+             for line in commands(block)
+             for word in re.findall(r"(?<![\w$.=/-])[A-Z]{3,}(?![\w=./:-])", line)}
+    assert {word for word in words if word not in prose} == set()
 
 
 PAGE = """# A page

@@ -1,4 +1,4 @@
-"""Ray order: if the rays of each block start in a few cells of their own, each block is sorted
+"""Ray order: if the rays of each block start in a few cells of the block, each block is sorted
 separately. Otherwise all rays are sorted together."""
 from __future__ import annotations
 

@@ -262,7 +262,7 @@ def test_films_and_maps(tmp_path: Path, figures: Path, monkeypatch) -> None:
 
 
 def test_pictures_are_described(tmp_path: Path, judged: Path, monkeypatch) -> None:
-    """Each picture has a text of its own that describes it, and repeats no title."""
+    """Each picture has a text that describes only it, and repeats no title."""
     described = PngImagePlugin.PngInfo()
     described.add_text("Description", "Dots show the times of three methods on two scenes.")
     picture(64, 1).save(judged / "fig13.png", pnginfo=described)

@@ -220,7 +220,7 @@ def test_shapes_agree(exact_renderer) -> None:
 
 @pytest.mark.parametrize("method", METHODS)
 def test_counting_counts_as_statistics_do(method: str) -> None:
-    """`counting` reuses the built structure with programs of its own and releases these programs
+    """`counting` reuses the built structure with its own programs and releases these programs
     afterwards."""
     scene = rt.load_scene("cornell")
     rays = scene.camera.rays((16, 16))

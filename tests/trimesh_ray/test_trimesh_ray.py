@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import pickle
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,6 +15,7 @@ from trimesh.ray.ray_triangle import RayMeshIntersector as Native
 import gpgpu_rt as rt
 from gpgpu_rt.trimesh_ray import RayMeshIntersector
 
+PAGE = Path(rt.__file__).parents[1] / "docs" / "how-to" / "trimesh.md"
 OURS = {"bvh-threaded": {}, "kd-short-stack": {},
         "bvh-packet": {"packet": (2, 2), "presort": True},
         "grid": {"schedule": "step", "steps_per_pass": 8}}
@@ -280,3 +282,25 @@ def test_a_ray_that_is_stopped_is_no_miss() -> None:
 def test_mistakes_show_at_once(method: str, options: dict) -> None:
     with pytest.raises(rt.Error):
         RayMeshIntersector(trimesh.creation.box(), method, **options)
+
+
+@pytest.mark.parametrize("given, advice", [
+    ("box.stl", r"not the text 'box.stl'; give it trimesh.load_mesh\('box.stl'\)"),
+    (Path("box.stl"), r"give it trimesh.load_mesh\('box.stl'\)"),
+    (trimesh.Scene(), r"not a Scene; give it scene.to_mesh\(\)"),
+    (None, r"not a NoneType; give it trimesh.Trimesh\(vertices, faces\)")])
+def test_what_is_no_mesh_is_refused_at_once(given: object, advice: str) -> None:
+    with pytest.raises(ValueError, match=advice):
+        RayMeshIntersector(given)
+
+
+def test_an_invalid_ray_hits_nothing_in_every_query() -> None:
+    origins = np.array([[0, 0, 5], [np.nan, 0, 5], [0, 0, np.inf], [0, 0, 5], [0, 0, 5.0]])
+    directions = np.array([[0, 0, -1], [0, 0, -1], [0, 0, -1], [0, np.nan, -1], [0, 0, 0.0]])
+    with RayMeshIntersector(closed("box")) as ray:
+        assert ray.intersects_any(origins, directions).tolist() == [True] + [False] * 4
+        assert (ray.intersects_first(origins, directions) >= 0).tolist() == [True] + [False] * 4
+        assert set(ray.intersects_id(origins, directions)[1].tolist()) == {0}
+        assert set(ray.intersects_location(origins, directions)[1].tolist()) == {0}
+    for text in (RayMeshIntersector.__doc__, PAGE.read_text()):
+        assert "a NaN, an infinity or a zero direction" in " ".join(text.split())

@@ -30,7 +30,7 @@ KEYS = {"ArrowLeft": 37, "ArrowUp": 38, "ArrowRight": 39, "ArrowDown": 40, "Spac
 
 
 class Browser:
-    """A page in a browser of its own. Use the object in a ``with`` block."""
+    """A page in a new browser. Use the object in a ``with`` block."""
 
     def __init__(self, *options: str, width: int = 1200, height: int = 900) -> None:
         assert CHROMIUM is not None

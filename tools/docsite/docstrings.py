@@ -32,7 +32,7 @@ def to_rst(lines: Sequence[str]) -> list[str]:
                 found.append("")
             found.append(_escaped(line))
             if title == "Raises" and line[:1].strip() and below[:1].strip():
-                found.append("")    # an error without a meaning of its own
+                found.append("")    # an error without an explanation
     return [*found, ""]
 
 

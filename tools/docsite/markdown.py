@@ -1,4 +1,4 @@
-"""Markdown: tables and text in which no character has a meaning of its own."""
+"""Markdown: tables and text in which no character is markup."""
 from __future__ import annotations
 
 import re

@@ -46,7 +46,7 @@ int visit() {
     int past = behind(escape, after);
     int next = below(node, first);
     after = way_out(first, escape, past, down, after);
-    past = jumped(past);   // a statement of its own: llvmpipe compiles a call within ?: to a branch
+    past = jumped(past);   // a separate statement: llvmpipe compiles a call within ?: to a branch
     node = down ? next : past;
     return any_in ? first : -1;
 }

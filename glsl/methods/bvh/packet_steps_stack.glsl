@@ -1,5 +1,5 @@
 // A packet's step under the schedule `step`, in a walk with a stack. The stack lies in the tiles of an
-// atlas (drivers/push.frag), and PUSH and POP are phases of their own. The header of packet_steps.glsl
+// atlas (drivers/push.frag), and PUSH and POP are separate phases. The header of packet_steps.glsl
 // describes each function.
 
 #include "core/tiles.glsl"

@@ -154,7 +154,7 @@ def _stepwise(options: Options) -> Stepwise:
 
 
 def _own_array(options: Options) -> bool:
-    """Whether each fragment holds a stack in an array of its own.
+    """Whether each fragment holds a stack in a local array.
 
     Under ``step``, the stack lies in textures. With ``octants`` or ``streams``, there is no stack.
     """

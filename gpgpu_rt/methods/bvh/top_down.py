@@ -56,7 +56,7 @@ def build(triangles: np.ndarray, splitter: Splitter,
     """Split nodes until the splitter makes every node a leaf.
 
     cluster : (n,) int, the number of each triangle's cluster, counted from 0. No cluster may be
-        empty. Each cluster becomes a tree of its own, and the roots of these trees are the first
+        empty. Each cluster becomes a separate tree, and the roots of these trees are the first
         nodes of the result. If None, all triangles form a single tree
     """
     # Scale by a power of two, because areas of tiny or huge scenes would underflow or overflow.

@@ -17,7 +17,7 @@ _COMMENT = re.compile(rb"[#%][^\n]*")
 
 
 class Tokens:
-    """The words of a file without its comments. A brace is a word of its own.
+    """The words of a file without its comments. A brace is a separate word.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Environment: the program, libraries, renderer and processor that figures are made with."""
+"""Environment: the program, libraries, renderer and processor of a measurement."""
 from __future__ import annotations
 
 import functools
@@ -8,18 +8,20 @@ import subprocess
 from dataclasses import dataclass
 from pathlib import Path
 
-from gpgpu_rt.gl.context import open_gpu
+from .context import Gpu, open_gpu
 
 LIBRARIES = ("moderngl", "numpy", "trimesh", "Pillow", "matplotlib", "distributed")
+_ROOT = Path(__file__).parents[2]
 
 
 @dataclass(frozen=True)
 class RunEnvironment:
-    """What figures are made with.
+    """What a measurement is made with.
 
     Parameters
     ----------
-    version, commit : the version of gpgpu_rt, and its commit (None outside of a repository)
+    version, commit : the version of gpgpu_rt, and its commit (None if gpgpu_rt does not run from a
+        checkout)
     python : the version of Python, such as "3.11.2"
     libraries : name -> version of each installed library of `LIBRARIES`
     renderer : OpenGL's name of the renderer; for llvmpipe with the width of its vectors
@@ -38,9 +40,12 @@ class RunEnvironment:
     system: str
 
 
-def environment() -> RunEnvironment:
-    """The environment of this process."""
-    gpu, facts = open_gpu(), processors()
+def environment(gpu: Gpu | None = None) -> RunEnvironment:
+    """Return the environment of this process.
+
+    ``gpu`` is the context that measures; default: the context of ``open_gpu()``.
+    """
+    gpu, facts = gpu or open_gpu(), processors()
     return RunEnvironment(
         importlib.metadata.version("gpgpu_rt"), commit(), platform.python_version(),
         {name: found for name in LIBRARIES if (found := _installed(name))}, gpu.renderer,
@@ -50,16 +55,21 @@ def environment() -> RunEnvironment:
 
 @functools.cache
 def commit() -> str | None:
-    """The commit of this package's own tree, or None outside of a repository."""
+    """Return the commit of gpgpu_rt's checkout; None if gpgpu_rt does not run from a checkout.
+
+    A repository around an installed gpgpu_rt, such as the user's own, does not count.
+    """
+    if not (_ROOT / ".git").exists():
+        return None
     try:
         return subprocess.run(["git", "describe", "--always", "--dirty"], text=True, check=True,
-                              capture_output=True, cwd=Path(__file__).parent).stdout.strip()
+                              capture_output=True, cwd=_ROOT).stdout.strip()
     except (OSError, subprocess.CalledProcessError):
         return None
 
 
 def processors() -> list[dict[str, str]]:
-    """The entries of each logical processor; empty if the system does not list them."""
+    """Return the entries of each logical processor; empty if the system does not list them."""
     try:
         text = Path("/proc/cpuinfo").read_text()
     except OSError:
