@@ -55,7 +55,10 @@ RAY_SETS = {
 }
 
 
-EXACT = ("llvmpipe", "SwiftShader")    # renderers that give the same bits in every program
+# Renderers that give the bits of IEEE arithmetic, so those of numpy.
+EXACT = ("llvmpipe", "SwiftShader")
+# Renderers that give the same bits for the same `precise` arithmetic in every program.
+PRECISE = (*EXACT, "NVIDIA")
 
 SCHEDULES: dict[str, dict[str, object]] = {
     "loop": {"schedule": "loop"},
@@ -133,10 +136,20 @@ def pytest_runtest_call(item: pytest.Item) -> Generator[None, object, object]:
 
 @pytest.fixture
 def exact_renderer(gpu: Gpu) -> Gpu:
-    """Skip the test if this renderer may give different bits for the same arithmetic in two
-    programs."""
-    if not any(name in gpu.renderer for name in EXACT):
-        pytest.skip(f"bits are compared on {' and '.join(EXACT)} only, this is {gpu.renderer}")
+    """Skip the test if this renderer may give other bits than numpy."""
+    return _one_of(gpu, EXACT)
+
+
+@pytest.fixture
+def precise_renderer(gpu: Gpu) -> Gpu:
+    """Skip the test if this renderer may give different bits for the same `precise` arithmetic in
+    two programs."""
+    return _one_of(gpu, PRECISE)
+
+
+def _one_of(gpu: Gpu, names: tuple[str, ...]) -> Gpu:
+    if not any(name in gpu.renderer for name in names):
+        pytest.skip(f"bits are compared on {' and '.join(names)} only, this is {gpu.renderer}")
     return gpu
 
 

@@ -122,7 +122,7 @@ def test_a_tree_that_has_no_subtrees_to_deal_out(count: int) -> None:
     assert not processes()
 
 
-def test_beside_a_context_and_not_in_the_cache_s_name(exact_renderer, tmp_path,
+def test_beside_a_context_and_not_in_the_cache_s_name(precise_renderer, tmp_path,
                                                       monkeypatch) -> None:
     monkeypatch.setenv("GPGPU_RT_CACHE", str(tmp_path))
     scene = soup_scene(2000, 45, size=0.05)

@@ -106,7 +106,7 @@ def test_every_family_finds_a_fault() -> None:
 
 @pytest.mark.parametrize("faulty, fault", [(fault, fault) for fault in FAULTS],
                          indirect=["faulty"], ids=[fault.replace(" ", "-") for fault in FAULTS])
-def test_families_find_the_fault(exact_renderer, faulty, fault: str) -> None:
+def test_families_find_the_fault(precise_renderer, faulty, fault: str) -> None:
     method, options, _ = FAULTS[fault]
     missed = [name for name in FOUND[fault]
               if not wrong_rays(Known.of(name, RAYS), method, options)]

@@ -58,7 +58,7 @@ def plane_rays(tree: KdTree, n: int, rng: np.random.Generator) -> tuple[np.ndarr
 
 @pytest.mark.parametrize("seed", [1, 2], ids="seed{}".format)
 @pytest.mark.parametrize("method", KD)
-def test_rows_24_and_25_rays_from_split_planes(exact_renderer, method: str, seed: int) -> None:
+def test_rows_24_and_25_rays_from_split_planes(precise_renderer, method: str, seed: int) -> None:
     case = make_case("spanning", 1, seed)
     with rt.Tracer(case.scene, method, statistics=True) as tracer:
         tree = tracer.accelerator.structure
@@ -78,7 +78,7 @@ def test_rows_24_and_25_rays_from_split_planes(exact_renderer, method: str, seed
 
 @pytest.mark.parametrize("seed", [3], ids="seed{}".format)
 @pytest.mark.parametrize("method", KD)
-def test_row_25_triangles_in_split_planes(exact_renderer, method: str, seed: int) -> None:
+def test_row_25_triangles_in_split_planes(precise_renderer, method: str, seed: int) -> None:
     """Hits on triangles that lie in split planes equal those of brute force.
 
     The test builds a tree and adds flat triangles in its split planes. Many of these planes are
@@ -206,7 +206,7 @@ def test_rows_31_and_32_nodes_visited_contain_the_exact_ones(method: str, option
 
 @pytest.mark.parametrize("build", ["sah", "kay-kajiya", "goldsmith-salmon"])
 @pytest.mark.parametrize("method", BVH)
-def test_row_34_the_deepest_trees(exact_renderer, method: str, build: str) -> None:
+def test_row_34_the_deepest_trees(precise_renderer, method: str, build: str) -> None:
     """The deepest trees that builders make overflow no stack. Each triangle has 0.8 times the size
     of the triangle around it."""
     size = 0.8 ** np.arange(120)[:, None, None]

@@ -86,14 +86,15 @@ def test_brute_force_is_right(name: str, seed: int) -> None:
     pytest.param(name, row.name, id=f"row{FAMILIES[name].row}-{name}-{row.name}")
     for name in FAMILIES if name not in IN_FULL for row in rt.methods()
     if row.name != "brute-force" and ("loop" in row.schedules or name not in LONG_LISTS)])
-def test_every_method_returns_its_bits(exact_renderer, name: str, method: str, seed: int) -> None:
+def test_every_method_returns_its_bits(precise_renderer, name: str, method: str,
+                                       seed: int) -> None:
     check_method(name, method, {}, rays_of(name, False), seed)
 
 
 @pytest.mark.parametrize("seed", [1], ids="seed{}".format)
 @pytest.mark.parametrize("method, options", [p for p in SETTINGS if p.values[1]])
 @pytest.mark.parametrize("name", [p for p in NAMES if p.values[0] in TELLING])
-def test_every_option_returns_its_bits(exact_renderer, name: str, method: str, options: dict,
+def test_every_option_returns_its_bits(precise_renderer, name: str, method: str, options: dict,
                                        seed: int) -> None:
     check_method(name, method, options, rays_of(name, False), seed)
 
@@ -124,7 +125,7 @@ def test_row_5_squares(method: str, quads: int, seed: int) -> None:
     pytest.param(name, marks=pytest.mark.full) for name in ("degenerate", "from-afar"))])
 @pytest.mark.parametrize("method", [row.name for row in rt.methods()
                                     if {"step", "kernels"} <= set(row.schedules)])
-def test_schedules_agree_at_the_extremes(exact_renderer, method: str, name: str,
+def test_schedules_agree_at_the_extremes(precise_renderer, method: str, name: str,
                                          schedule: str) -> None:
     case, brute = traced(name, 512, 4)
     assert_same_bits(trace(case, method, schedule=schedule), brute)
@@ -145,7 +146,7 @@ def test_brute_force_is_right_in_full(name: str, seed: int) -> None:
 @pytest.mark.parametrize("seed", [11], ids="seed{}".format)
 @pytest.mark.parametrize("method, options", SETTINGS)
 @pytest.mark.parametrize("name", NAMES)
-def test_every_method_in_full(exact_renderer, name: str, method: str, options: dict,
+def test_every_method_in_full(precise_renderer, name: str, method: str, options: dict,
                               seed: int) -> None:
     # Options change how a method walks, but not its hits. An eighth of the rays is enough for
     # options.

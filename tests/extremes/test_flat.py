@@ -68,11 +68,12 @@ def test_brute_force_is_right(flat: Flat, seed: int) -> None:
 @pytest.mark.parametrize("flat", QUICK, ids=name_of)
 @pytest.mark.parametrize("method", [row.name for row in rt.methods()
                                     if row.name != "brute-force"])
-def test_every_method_returns_its_bits(exact_renderer, method: str, flat: Flat, seed: int) -> None:
+def test_every_method_returns_its_bits(precise_renderer, method: str, flat: Flat,
+                                       seed: int) -> None:
     check(flat, 2000, seed, method)
 
 
-def test_every_hit_is_found_again(exact_renderer) -> None:
+def test_every_hit_is_found_again(precise_renderer) -> None:
     """`trace_all` finds the hits of all coplanar triangles at one t, because each search
     begins at the t of the hit that the previous search found."""
     case, brute = traced(QUICK[0], 300, 3)
@@ -98,7 +99,7 @@ def settings() -> list:
 @pytest.mark.once
 @pytest.mark.parametrize("seed", [11], ids="seed{}".format)
 @pytest.mark.parametrize("method, options", settings())
-def test_a_million_rays(exact_renderer, method: str, options: dict, seed: int) -> None:
+def test_a_million_rays(precise_renderer, method: str, options: dict, seed: int) -> None:
     """Each method traces a million rays in all flat scenes. With options, a method traces only
     every seventh scene; these scenes include each kind."""
     flats = FLATS if not options else FLATS[::7]

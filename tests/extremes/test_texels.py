@@ -70,7 +70,7 @@ def test_row_35_two_to_the_24() -> None:
 
 @pytest.mark.small
 @pytest.mark.parametrize("method", [row.name for row in rt.methods()])
-def test_row_35_odd_widths(exact_renderer, method: str) -> None:
+def test_row_35_odd_widths(precise_renderer, method: str) -> None:
     scene = soup_scene(60, 2)
     origins, directions = np.random.default_rng(3).random((2, 3075, 3)).astype(np.float32)
     with rt.Tracer(scene, method) as tracer:

@@ -97,7 +97,7 @@ IN_PASSES = [pytest.param(row.name, lower, name, id=f"{lower}-{name}-{row.name}"
 
 
 @pytest.mark.parametrize("method, lower, schedule", IN_PASSES)
-def test_schedules_agree_in_low_precision(exact_renderer, method: str, lower: str,
+def test_schedules_agree_in_low_precision(precise_renderer, method: str, lower: str,
                                           schedule: str) -> None:
     """Under `loop`, each step rounds its state as the textures of the other schedules do."""
     scene = soup_scene(60, seed=12)

@@ -94,7 +94,7 @@ def test_a_tracer_of_two_choices_is_watched_by_the_one_it_takes() -> None:
                  else pytest.mark.full)
     for method in ("kd-restart", "kd-ropes", "grid", "bvh-threaded", "bih")
     for schedule in ("kernels", "step")])
-def test_any_state_leads_to_the_same_hits(exact_renderer, method: str, schedule: str) -> None:
+def test_any_state_leads_to_the_same_hits(precise_renderer, method: str, schedule: str) -> None:
     """A traversal that resumes from the observed state of any pass finds the same hits."""
     scene, *rays = few_rays(90, 2)
     with rt.Tracer(scene, method, schedule=schedule) as tracer:

@@ -84,7 +84,7 @@ CHECKS = ["tests/traversal/test_hits.py::test_soup_matches_brute_force",
 @pytest.mark.parametrize("checks", [
     pytest.param(CHECKS, id="some"),
     pytest.param(["tests"], id="all", marks=[pytest.mark.full, pytest.mark.once])])
-def test_the_tests_know_it(exact_renderer, folder: Path, checks: list[str]) -> None:
+def test_the_tests_know_it(precise_renderer, folder: Path, checks: list[str]) -> None:
     answer = python("-m", "pytest", "-q", "-m", "not full", "-p", "no:cacheprovider", *checks,
                     "-k", "sweep", cwd=ROOT, GPGPU_RT_METHODS=str(folder))
     assert answer.returncode == 0, answer.stdout[-3000:]
@@ -93,7 +93,7 @@ def test_the_tests_know_it(exact_renderer, folder: Path, checks: list[str]) -> N
 
 @pytest.mark.full
 @pytest.mark.once
-def test_those_tests_find_what_is_wrong(exact_renderer, folder: Path) -> None:
+def test_those_tests_find_what_is_wrong(precise_renderer, folder: Path) -> None:
     """The tests notice a changed search that ends before it reaches the nearest hit."""
     glsl = folder / "sweep.glsl"
     assert "> hit.t)" in glsl.read_text()

@@ -62,7 +62,7 @@ def aimed(scene: rt.Scene, origin: np.ndarray, count: int,
 @pytest.mark.parametrize("place", [(0.1, 0.2, 0.3), (3, 0.5, -2), (0, 0, 40)], ids=str)
 @pytest.mark.parametrize("seed", [1, 2], ids="seed{}".format)
 @pytest.mark.parametrize("method, options", CASES)
-def test_aimed_rays_from_one_point(exact_renderer, method: str, options: dict, seed: int,
+def test_aimed_rays_from_one_point(precise_renderer, method: str, options: dict, seed: int,
                                    place: tuple[float, float, float]) -> None:
     scene = soup_scene(2000, seed)
     rays = aimed(scene, np.array(place, float), 64, seed)

@@ -141,7 +141,7 @@ def slivers_scene() -> rt.Scene:
 
 
 @pytest.mark.parametrize("name", ["kitchen", "slivers"])
-def test_the_shader_starts_where_numpy_does(exact_renderer, name: str) -> None:
+def test_the_shader_starts_where_numpy_does(precise_renderer, name: str) -> None:
     """The shader and numpy's `spawn` give a shadow ray the same origin, bit for bit. No shadow ray
     hits the triangle that it leaves.
 

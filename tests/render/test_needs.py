@@ -75,7 +75,7 @@ def test_every_property_is_tested_alone() -> None:
 
 
 @pytest.mark.parametrize("name", [*ALONE, "everything"])
-def test_the_picture_of_all_features_is_the_same(exact_renderer, name: str) -> None:
+def test_the_picture_of_all_features_is_the_same(precise_renderer, name: str) -> None:
     """With all features, the picture is the same, and it costs at least as many passes, fetches
     and bytes."""
     scene = everything() if name == "everything" else ALONE[name](plain())

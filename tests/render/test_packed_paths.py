@@ -53,25 +53,25 @@ def check_same_bits(scene: rt.Scene, method: str, tracer_options: dict, **option
 
 
 @pytest.mark.parametrize("method, options", TRACERS, ids=str)
-def test_the_same_bits(exact_renderer, small, method: str, options: dict) -> None:
+def test_the_same_bits(precise_renderer, small, method: str, options: dict) -> None:
     drawn = check_same_bits(path_scenes.cornell_lit(), method, options, bounces=9)
     assert drawn["pack paths again"]
 
 
 @pytest.mark.parametrize("name, sampler", [("everything", "random"), ("slab", "sobol")])
-def test_the_same_bits_of_other_scenes(exact_renderer, small, name: str, sampler: str) -> None:
+def test_the_same_bits_of_other_scenes(precise_renderer, small, name: str, sampler: str) -> None:
     check_same_bits(SCENES[name](), "bvh-threaded", {}, sampler=sampler)
 
 
 @pytest.mark.full
 @pytest.mark.parametrize("name", SCENES)
 @pytest.mark.parametrize("method", [row.name for row in rt.methods()])
-def test_the_same_bits_by_every_method(exact_renderer, small, name: str, method: str) -> None:
+def test_the_same_bits_by_every_method(precise_renderer, small, name: str, method: str) -> None:
     check_same_bits(SCENES[name](), method, {}, bounces=9)
 
 
 @pytest.mark.parametrize("least, packs", [(1 << 11, True), (1 << 12, False)])
-def test_auto_packs_large_waves(exact_renderer, small, monkeypatch, least: int, packs: bool
+def test_auto_packs_large_waves(precise_renderer, small, monkeypatch, least: int, packs: bool
                                 ) -> None:
     monkeypatch.setattr(packed_paths, "AUTO", least)
     (expected, _), (radiance, drawn) = pictures(path_scenes.cornell_lit(), "bvh-threaded",
@@ -80,7 +80,8 @@ def test_auto_packs_large_waves(exact_renderer, small, monkeypatch, least: int, 
 
 
 @pytest.mark.parametrize("samples", [5, 37])
-def test_the_same_bits_of_several_waves(exact_renderer, small, monkeypatch, samples: int) -> None:
+def test_the_same_bits_of_several_waves(precise_renderer, small, monkeypatch,
+                                        samples: int) -> None:
     """The last wave has texels without a path."""
     monkeypatch.setattr(path, "WAVE", 8 * SIZE[0] * SIZE[1])
     found = {}
@@ -93,7 +94,7 @@ def test_the_same_bits_of_several_waves(exact_renderer, small, monkeypatch, samp
     assert first["live"] == samples * SIZE[0] * SIZE[1] <= first["texels"]
 
 
-def test_paths_are_counted_vertex_by_vertex(exact_renderer, small) -> None:
+def test_paths_are_counted_vertex_by_vertex(precise_renderer, small) -> None:
     """Packing does not change the number of live paths. Each vertex is drawn at the smallest
     packed size that holds the live paths."""
     counts = {}
@@ -180,7 +181,7 @@ def test_a_vertex_asks_one_light(count: int) -> None:
         assert tracer.plan((8, 8), "path").needs["lights"] == min(count, 1)
 
 
-def test_an_interrupted_picture_keeps_its_bits(exact_renderer, small, monkeypatch) -> None:
+def test_an_interrupted_picture_keeps_its_bits(precise_renderer, small, monkeypatch) -> None:
     """Ctrl-C while a wave's paths are packed keeps the sums of the earlier waves."""
     monkeypatch.setattr(path, "WAVE", 4 * SIZE[0] * SIZE[1])
     with rt.Tracer(path_scenes.cornell_lit()) as tracer:

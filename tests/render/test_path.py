@@ -149,21 +149,21 @@ def test_glass_slab() -> None:
 
 
 @pytest.mark.parametrize("method", [row.name for row in rt.methods()])
-def test_every_method_draws_the_same_bits(exact_renderer, method: str) -> None:
+def test_every_method_draws_the_same_bits(precise_renderer, method: str) -> None:
     scene = path_scenes.cornell_lit()
     expected = _reference_bits(scene)
     assert (radiance(scene, (6, 6), 4, method, bounces=3) == expected).all()
 
 
 @pytest.mark.parametrize("method", [row.name for row in rt.methods()])
-def test_every_method_draws_the_same_bits_under_an_image(exact_renderer, method: str) -> None:
+def test_every_method_draws_the_same_bits_under_an_image(precise_renderer, method: str) -> None:
     scene = path_scenes.image_lit_ball()[0]
     assert (radiance(scene, (6, 6), 4, method, bounces=2) == _image_bits(scene)).all()
 
 
 @pytest.mark.full
 @pytest.mark.parametrize("method", [row.name for row in rt.methods()])
-def test_every_method_draws_the_same_bits_of_everything(exact_renderer, method: str) -> None:
+def test_every_method_draws_the_same_bits_of_everything(precise_renderer, method: str) -> None:
     scene = path_scenes.everything_under_an_image()
     expected = radiance(scene, (16, 16), 8)
     assert (radiance(scene, (16, 16), 8, method) == expected).all()
@@ -171,7 +171,7 @@ def test_every_method_draws_the_same_bits_of_everything(exact_renderer, method: 
 
 @pytest.mark.parametrize("options", [{"schedule": "step"}, {"schedule": "kernels"},
                                      {"sort_rays": True}], ids=str)
-def test_every_schedule_draws_the_same_bits(exact_renderer, options: dict) -> None:
+def test_every_schedule_draws_the_same_bits(precise_renderer, options: dict) -> None:
     scene = path_scenes.cornell_lit()
     assert (radiance(scene, (6, 6), 4, "kd-restart", options, bounces=3)
             == _reference_bits(scene)).all()
@@ -190,7 +190,7 @@ def _image_bits(scene: rt.Scene, kept: list[np.ndarray] = []) -> np.ndarray:
 
 
 @pytest.mark.parametrize("samples", [13, 64])
-def test_the_size_of_waves_changes_nothing(exact_renderer, monkeypatch, samples: int) -> None:
+def test_the_size_of_waves_changes_nothing(precise_renderer, monkeypatch, samples: int) -> None:
     scene = path_scenes.cornell_lit()
     expected = radiance(scene, (8, 6), samples)
     for wave in (1, 200, 700):

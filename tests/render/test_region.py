@@ -19,7 +19,7 @@ PICTURES = {
 @pytest.mark.parametrize("scene, method", [
     ("cornell-light", "bvh-packet"), ("glass-teapot", "bvh-threaded"), ("cornell", "kd-restart")])
 @pytest.mark.parametrize("asked", PICTURES.values(), ids=PICTURES)
-def test_tiles_make_up_the_picture(scene: str, method: str, asked: dict, exact_renderer) -> None:
+def test_tiles_make_up_the_picture(scene: str, method: str, asked: dict, precise_renderer) -> None:
     tiles = Region.of(SIZE, None).tiles(16)
     assert len(tiles) == 6 and sum(w * h for w, h in (t.size for t in tiles)) == 37 * 29
     with rt.Tracer(scene, method) as tracer:
@@ -35,7 +35,7 @@ def test_tiles_make_up_the_picture(scene: str, method: str, asked: dict, exact_r
     assert whole.std() > 5
 
 
-def test_however_many_waves_it_takes(monkeypatch, exact_renderer) -> None:
+def test_however_many_waves_it_takes(monkeypatch, precise_renderer) -> None:
     """A wave is a set of paths that are traced at once. A region traces all its samples in one
     wave; the whole picture needs a wave per sample."""
     monkeypatch.setattr("gpgpu_rt.render.path.WAVE", 2048)

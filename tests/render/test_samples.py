@@ -50,7 +50,7 @@ def bits(method: str = "bvh-threaded", options: dict = {}, **asked: object) -> n
                                         **asked))
 
 
-def test_the_same_bits_by_any_way(exact_renderer) -> None:
+def test_the_same_bits_by_any_way(precise_renderer) -> None:
     expected = bits()
     assert (bits("kd-restart") == expected).all()
     assert (bits(options={"rasterised_bounds": 8}) == expected).all()

@@ -46,7 +46,7 @@ def test_light_of_known_strength(integrator: str, options: dict, wanted: list[in
 
 
 @pytest.mark.parametrize("integrator", INTEGRATORS)
-def test_the_options_come_and_go(exact_renderer, integrator: str) -> None:
+def test_the_options_come_and_go(precise_renderer, integrator: str) -> None:
     """A picture with an exposure leaves nothing behind, and its regions fit together."""
     drawing = {"size": (24, 16), "integrator": integrator,
                **({"samples": 4} if integrator == "path" else {})}
@@ -83,7 +83,7 @@ def test_an_interrupted_picture_has_them_too(monkeypatch) -> None:
         assert abs(int(np.asarray(tracer.unfinished()).max()) - grey(0.25)) <= 1
 
 
-def test_on_the_command_line(exact_renderer, tmp_path) -> None:
+def test_on_the_command_line(precise_renderer, tmp_path) -> None:
     target = tmp_path / "a.png"
     words = ["render", "cornell-light", "--size", "16x12", "-o", str(target)]
     assert cli.main([*words, "--exposure=-1", "--tone-map", "reinhard"]) == 0

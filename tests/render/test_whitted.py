@@ -167,7 +167,7 @@ def test_smooth_normals_shade_a_ball_as_a_ball() -> None:
 
 
 @pytest.mark.parametrize("method", [row.name for row in rt.methods()])
-def test_every_method_draws_the_same_picture(exact_renderer, method: str) -> None:
+def test_every_method_draws_the_same_picture(precise_renderer, method: str) -> None:
     """The picture has glass, mirrors, a lamp, a point light, textures and smooth normals."""
     assert (picture(method) == picture("brute-force")).all()
 
@@ -193,19 +193,19 @@ def drawn(scene: rt.Scene, method: str = "bvh-threaded", all_features: bool = Fa
 @pytest.mark.parametrize("options", [
     {"schedule": "step"}, {"schedule": "kernels"}, {"sort_rays": True}, {"statistics": True},
     {"octants": True}], ids=str)
-def test_how_rays_are_traced_does_not_show(exact_renderer, options: dict[str, object]) -> None:
+def test_how_rays_are_traced_does_not_show(precise_renderer, options: dict[str, object]) -> None:
     assert (drawn(everything(), **options) == picture("brute-force")).all()
 
 
 @pytest.mark.parametrize("precision, most", [("fp24", 0.1), ("fp16", 3.0)])
-def test_low_precision_shows_little(exact_renderer, precision: str, most: float) -> None:
+def test_low_precision_shows_little(precise_renderer, precision: str, most: float) -> None:
     """With all_features, which builds the programs of every feature, the picture is the same."""
     derived = drawn(everything(), precision=precision)
     assert np.abs(derived.astype(int) - picture("brute-force")).mean() < most
     assert (drawn(everything(), all_features=True, precision=precision) == derived).all()
 
 
-def test_what_moves_looks_as_what_was_there_from_the_start(exact_renderer) -> None:
+def test_what_moves_looks_as_what_was_there_from_the_start(precise_renderer) -> None:
     scene = everything()
     triangles = scene.triangles * np.float32(1.1) + np.float32(0.05)
     with rt.Tracer(scene) as tracer:

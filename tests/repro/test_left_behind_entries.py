@@ -16,7 +16,7 @@ CASES = [(row.name, tile) for row in rt.methods() if row.packet for option in ro
 
 @pytest.mark.parametrize("octants", [False, True], ids=["stack", "octants"])
 @pytest.mark.parametrize("method, tile", CASES)
-def test_single_rays_begin_at_the_root(monkeypatch: pytest.MonkeyPatch, exact_renderer,
+def test_single_rays_begin_at_the_root(monkeypatch: pytest.MonkeyPatch, precise_renderer,
                                        method: str, tile: int, octants: bool) -> None:
     monkeypatch.setattr("gpgpu_rt.traversal.packets.PACKET_STEPS", 12)
     scene = soup_scene(300, 3)

@@ -84,7 +84,7 @@ def test_coarsened_trees(build: str, most: int) -> None:
       for method in ("bvh-threaded", "bvh-packet") for most in (3, 16, 64)),
     *((method, {}, 8000) for method in ("kd-restart", "kd-ropes", "kd-backtrack", "kd-packet"))],
     ids=lambda o: "-".join(map(str, o.values())) or "plain" if isinstance(o, dict) else str(o))
-def test_more_nodes_than_can_be_indexed(exact_renderer, method: str, options: dict, limit: int,
+def test_more_nodes_than_can_be_indexed(precise_renderer, method: str, options: dict, limit: int,
                                         monkeypatch) -> None:
     """With too many nodes for the index limit, leaves hold more triangles and the hits stay the
     same. A small limit replaces 2^24."""
@@ -107,7 +107,7 @@ def test_more_nodes_than_can_be_indexed(exact_renderer, method: str, options: di
         assert_same_bits(tracer.trace(*rays), expected)
 
 
-def test_a_lopsided_tree_shares_less(exact_renderer, monkeypatch) -> None:
+def test_a_lopsided_tree_shares_less(precise_renderer, monkeypatch) -> None:
     """A lopsided tree that is built for shared subtrees may store too many nodes. The tracer then
     builds the tree again, with the node limit for eight whole copies."""
     flat = np.float32([[0, 0, 0], [1, 0, 0], [0, 1, 0]])
@@ -203,7 +203,7 @@ print(json.dumps(found))
 @pytest.mark.once
 @pytest.mark.parametrize("name, gibibytes", [("sodahall", 6), ("powerplant", 16)])
 @pytest.mark.parametrize("options", [{}, {"octants": True}], ids=["plain", "octants"])
-def test_large_scenes(exact_renderer, name: str, options: dict, gibibytes: float) -> None:
+def test_large_scenes(precise_renderer, name: str, options: dict, gibibytes: float) -> None:
     """Large scenes are built and rendered within their memory limit, and the hits equal those of
     brute force. ``pytest -s`` shows time and memory."""
     environment = {**os.environ, "GPGPU_RT_CACHE": "", "GPGPU_RT_SCENES": ""}

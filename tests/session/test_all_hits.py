@@ -100,7 +100,7 @@ def test_options_change_no_hit(exact_renderer, options: dict, seed: int) -> None
         assert getattr(hits, name).tolist() == getattr(expected, name).tolist()
 
 
-def test_packets_that_leave_rays_behind_go_on_too(exact_renderer, monkeypatch) -> None:
+def test_packets_that_leave_rays_behind_go_on_too(precise_renderer, monkeypatch) -> None:
     scene = doubled_soup(3, 200)
     rays = rays_through(scene, 3)
     with rt.Tracer(scene, "kd-packet") as tracer:

@@ -39,7 +39,7 @@ def scene_of(triangles: np.ndarray) -> rt.Scene:
     for row in rt.methods() for options in variants(row.name)
     for schedule in ({}, {"schedule": "step"}) if not schedule
     or "step" in row.schedules_for(options)])
-def test_an_updated_tracer_hits_what_a_new_one_does(exact_renderer, method: str, options: dict,
+def test_an_updated_tracer_hits_what_a_new_one_does(precise_renderer, method: str, options: dict,
                                                     seed: int) -> None:
     row = find_method(method)
     triangles = random_soup(COUNT, seed)
@@ -80,7 +80,7 @@ def test_trees_of_like_depth_share_programs(gpu, method: str) -> None:
 
 
 @pytest.mark.parametrize("octants", [False, True])
-def test_pictures_move_too(exact_renderer, octants: bool) -> None:
+def test_pictures_move_too(precise_renderer, octants: bool) -> None:
     """Shading reads the new triangles, and an update makes no program or texture."""
     triangles = random_soup(COUNT, 2)
     after = moved(triangles, 0.3, 3)
@@ -203,7 +203,7 @@ def test_the_scene_that_was_given_stays() -> None:
 
 
 @pytest.mark.parametrize("method", ["kd-restart", "grid", "bvh-threaded", "kd-packet"])
-def test_two_tracers_in_turn(exact_renderer, method: str) -> None:
+def test_two_tracers_in_turn(precise_renderer, method: str) -> None:
     """Two tracers share programs, but each tracer sets its own uniforms."""
     scenes = [scene_of(random_soup(COUNT, 13)), scene_of(random_soup(COUNT, 14) * 40 + 7)]
     rays = [RAY_SETS["random"](scene, 300, 2) for scene in scenes]
@@ -219,7 +219,7 @@ def test_two_tracers_in_turn(exact_renderer, method: str) -> None:
     pytest.param(row.name, options, id="-".join([row.name, *map(str, options.values())]))
     for row in rt.methods() if row.single is not None for options in ({}, {"octants": True})
     if set(options) <= {option.name for option in row.options}])
-def test_rays_that_packets_leave_behind(exact_renderer, method: str, options: dict,
+def test_rays_that_packets_leave_behind(precise_renderer, method: str, options: dict,
                                         monkeypatch) -> None:
     """A single-ray method finishes the rays that packets leave unfinished. The tables of this
     method must be updated too."""

@@ -46,7 +46,7 @@ def scene_and_aim(seed: int, count: int) -> tuple[rt.Scene, np.ndarray]:
 @pytest.mark.parametrize("spread", [0.0, 1e-3, 0.3])
 @pytest.mark.parametrize("method, option", [
     ("bvh-packet", "vertex_culling"), ("kd-packet", "vertex_culling"), ("grid", None)])
-def test_no_hit_is_lost(exact_renderer, method: str, option: str | None, spread: float,
+def test_no_hit_is_lost(precise_renderer, method: str, option: str | None, spread: float,
                         seed: int) -> None:
     scene, aim = scene_and_aim(seed, 200)
     rays = bundles(64, seed, aim, spread)
@@ -64,7 +64,7 @@ def test_no_hit_is_lost(exact_renderer, method: str, option: str | None, spread:
 @pytest.mark.parametrize("seed", [5], ids="seed{}".format)
 @pytest.mark.parametrize("method, option", [
     ("bvh-packet", "vertex_culling"), ("kd-packet", "vertex_culling"), ("grid", None)])
-def test_no_ray_of_a_million_is_lost(exact_renderer, method: str, option: str | None,
+def test_no_ray_of_a_million_is_lost(precise_renderer, method: str, option: str | None,
                                      seed: int) -> None:
     scene, aim = scene_and_aim(seed, 2000)
     parts = [bundles(512, seed + k, aim, spread)
@@ -94,7 +94,7 @@ def test_culling_saves_tests_and_nothing_else(seed: int, octants: bool) -> None:
 
 
 @pytest.mark.parametrize("seed", [4], ids="seed{}".format)
-def test_a_packet_looks_into_cells_once_for_all(exact_renderer, seed: int) -> None:
+def test_a_packet_looks_into_cells_once_for_all(precise_renderer, seed: int) -> None:
     """A packet fetches each cell once for all its rays. A single ray fetches its own cells."""
     scene, cells = soup_scene(2000, seed, size=0.05), []
     origins, directions = scene.camera.rays((128, 128))
@@ -108,7 +108,7 @@ def test_a_packet_looks_into_cells_once_for_all(exact_renderer, seed: int) -> No
 
 @pytest.mark.parametrize("seed", [6], ids="seed{}".format)
 @pytest.mark.parametrize("resolution", [1, (1, 7, 40), 64])
-def test_any_resolution(exact_renderer, resolution: object, seed: int) -> None:
+def test_any_resolution(precise_renderer, resolution: object, seed: int) -> None:
     scene = soup_scene(150, seed)
     for kind in ("eye", "random"):
         rays = RAY_SETS[kind](scene, 1024, seed)
@@ -120,7 +120,7 @@ def test_any_resolution(exact_renderer, resolution: object, seed: int) -> None:
 
 @pytest.mark.parametrize("seed", [7], ids="seed{}".format)
 @pytest.mark.parametrize("statistics", [False, True])
-def test_rays_that_a_packet_leaves_behind_go_alone(exact_renderer, monkeypatch, statistics: bool,
+def test_rays_that_a_packet_leaves_behind_go_alone(precise_renderer, monkeypatch, statistics: bool,
                                                    seed: int) -> None:
     scene = soup_scene(200, seed)
     rays = RAY_SETS["random"](scene, 1024, seed)
@@ -139,7 +139,7 @@ def test_rays_that_a_packet_leaves_behind_go_alone(exact_renderer, monkeypatch, 
 @pytest.mark.parametrize("seed", [8], ids="seed{}".format)
 @pytest.mark.parametrize("precision", ["fp24", "fp16"])
 @pytest.mark.parametrize("method", ["bvh-packet", "kd-packet"])
-def test_culling_loses_nothing_in_lower_precision(exact_renderer, method: str, precision: str,
+def test_culling_loses_nothing_in_lower_precision(precise_renderer, method: str, precision: str,
                                                   seed: int) -> None:
     scene, aim = scene_and_aim(seed, 100)
     rays, answers = bundles(32, seed, aim, 1e-2), []

@@ -151,7 +151,7 @@ def test_packets_take_no_step_past_the_cap(options: dict, cap: int) -> None:
 
 @pytest.mark.parametrize("method, schedule", [(row.name, schedule) for row in rt.methods()
                                               for schedule in row.schedules[:-1]])
-def test_counters_do_not_depend_on_the_schedule(exact_renderer, method: str,
+def test_counters_do_not_depend_on_the_schedule(precise_renderer, method: str,
                                                 schedule: str) -> None:
     scene = soup_scene(200, 14)
     origins, directions = np.random.default_rng(9).normal(size=(2, 500, 3)).astype(np.float32)
@@ -200,7 +200,7 @@ def test_loops_longer_than_the_renderer_allows() -> None:
     assert not hits.status.any()
 
 
-def test_shapes_agree(exact_renderer) -> None:
+def test_shapes_agree(precise_renderer) -> None:
     scene = soup_scene(100, 30)
     origins, directions = scene.camera.rays((37, 21))
     with rt.Tracer(scene) as tracer:

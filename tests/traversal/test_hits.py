@@ -98,7 +98,7 @@ def test_soup_matches_oracle(method: str, options: dict, rays: str) -> None:
     pytest.param(*case.values, rays, id=f"{case.id}-{rays}",
                  marks=pytest.mark.full if case.values[1] and rays not in ("random", "edges")
                  else ()) for case in CASES for rays in RAY_SETS])
-def test_soup_matches_brute_force(exact_renderer, method: str, options: dict, rays: str,
+def test_soup_matches_brute_force(precise_renderer, method: str, options: dict, rays: str,
                                   seed: int) -> None:
     scene, chosen, expected = brute(400, seed, rays, rays_for(method, 4096))
     assert_same_bits(trace(scene, method, chosen, **options), expected)
@@ -108,7 +108,7 @@ def test_soup_matches_brute_force(exact_renderer, method: str, options: dict, ra
 # cases that have different programs.
 @pytest.mark.parametrize("method, options, schedule", schedule_cases(
     ("step1", "step16", "step1-mask3", "kernels", "kernels-mask2"), ("step16", "kernels")))
-def test_schedules_agree(exact_renderer, method: str, options: dict, schedule: dict) -> None:
+def test_schedules_agree(precise_renderer, method: str, options: dict, schedule: dict) -> None:
     scene = soup_scene(120, seed=9)
     origins, directions = (np.concatenate(both) for both in zip(
         # more rays than a row of texels
@@ -161,7 +161,7 @@ def test_real_scene_matches_oracle(name: str) -> None:
 @pytest.mark.once
 @pytest.mark.parametrize("rays", ["eye", "random", "surface"])
 @pytest.mark.parametrize("name", FOLEY)
-def test_real_scene_bars(exact_renderer, name: str, rays: str) -> None:
+def test_real_scene_bars(precise_renderer, name: str, rays: str) -> None:
     """All methods, builds and schedules agree with brute force and the oracle on 65,536 rays.
 
     A method is slow if it shares lists between rays, has no acceleration structure, or draws a
@@ -224,7 +224,7 @@ def test_a_hit_ends_the_search(method: str) -> None:
 @pytest.mark.parametrize("method, options", [
     pytest.param(row.name, options, id="-".join([row.name, *map(str, options.values())]))
     for row in rt.methods() for options in variant_pairs(row.name)])
-def test_options_in_pairs(exact_renderer, method: str, options: dict) -> None:
+def test_options_in_pairs(precise_renderer, method: str, options: dict) -> None:
     """Pairs of options agree with brute force on boxes of zero thickness. Outward rounding gives
     such boxes a thickness."""
     scene = rt.load_scene("cornell")

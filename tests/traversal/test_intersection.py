@@ -33,7 +33,7 @@ def test_each_finds_the_oracles_hits(intersection: str, rays: str) -> None:
 
 @pytest.mark.parametrize("intersection", TESTS)
 @pytest.mark.parametrize("method", METHODS)
-def test_methods_agree(exact_renderer, method: str, intersection: str) -> None:
+def test_methods_agree(precise_renderer, method: str, intersection: str) -> None:
     scene = soup_scene(300, seed=10)
     chosen = RAY_SETS["random"](scene, 4096, 2)
     hits = []

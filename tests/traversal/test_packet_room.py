@@ -14,8 +14,8 @@ PACKETS = [(1, 1), (2, 1), (2, 2), (4, 2), (4, 4)]
 @pytest.mark.parametrize("method", ["bvh-packet", "kd-packet"])
 @pytest.mark.parametrize("size", [(16, 16), (13, 7)], ids="{0[0]}x{0[1]}".format)
 @pytest.mark.parametrize("packet", PACKETS, ids="{0[0]}x{0[1]}".format)
-def test_arrays_and_passes_get_the_same_hits(exact_renderer, method: str, packet: tuple[int, int],
-                                             size: tuple[int, int]) -> None:
+def test_arrays_and_passes_get_the_same_hits(precise_renderer, method: str,
+                                             packet: tuple[int, int], size: tuple[int, int]) -> None:
     """All hits equal those of brute force. This also holds if statistics need the hits in the
     textures of single rays, and if packets do not divide the image."""
     scene = soup_scene(500, 5)
@@ -30,7 +30,7 @@ def test_arrays_and_passes_get_the_same_hits(exact_renderer, method: str, packet
 
 
 @pytest.mark.parametrize("packet", PACKETS, ids="{0[0]}x{0[1]}".format)
-def test_each_ray_left_behind_is_counted(exact_renderer, packet: tuple[int, int]) -> None:
+def test_each_ray_left_behind_is_counted(precise_renderer, packet: tuple[int, int]) -> None:
     """A ray that reaches the step cap is counted as stopped, at any place of its packet. All rays
     aim at the middle of the scene, and all but one have an empty interval."""
     scene = soup_scene(500, 6)

@@ -78,7 +78,7 @@ def test_bounds_of_tiles(monkeypatch: pytest.MonkeyPatch, broken: float, at_once
 @pytest.mark.parametrize("packet", PACKETS, ids="{0[0]}x{0[1]}".format)
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("size", [(16, 16), (13, 7), (70, 75)], ids="{0[0]}x{0[1]}".format)
-def test_no_hit_is_left_out(exact_renderer, method: str, packet: tuple[int, int],
+def test_no_hit_is_left_out(precise_renderer, method: str, packet: tuple[int, int],
                             size: tuple[int, int]) -> None:
     scene, origins, directions = seen(size, 5)
     rng = np.random.default_rng(6)
@@ -122,7 +122,7 @@ def test_each_packet_is_drawn_once(part: float, size: tuple[int, int], packet: t
 @pytest.mark.parametrize("seed", [1, 2], ids="seed{}".format)
 @pytest.mark.parametrize("octants", [False, True], ids=["stack", "octants"])
 @pytest.mark.parametrize("tile", ENTRIES[1:])
-def test_no_aimed_ray_is_left_out(exact_renderer, tile: int, octants: bool, seed: int) -> None:
+def test_no_aimed_ray_is_left_out(precise_renderer, tile: int, octants: bool, seed: int) -> None:
     """No ray is lost if all rays of a tile aim at one vertex or one point of an edge. The tile's
     beam is then as narrow as a ray, and bounding boxes end exactly at this point."""
     scene = soup_scene(300, seed, size=0.05)
@@ -147,7 +147,7 @@ def test_no_aimed_ray_is_left_out(exact_renderer, tile: int, octants: bool, seed
 
 
 @pytest.mark.parametrize("tile", ENTRIES)
-def test_what_is_left_out_counts_nothing(exact_renderer, tile: int | None) -> None:
+def test_what_is_left_out_counts_nothing(precise_renderer, tile: int | None) -> None:
     """Each ray's counter equals its counter in a call that draws all packets, or is zero. The pass
     log has fewer fragments than in such a call."""
     scene, origins, directions = seen((128, 128), 7)

@@ -15,7 +15,7 @@ SINGLE = [row.name for row in rt.methods() if "loop" in row.schedules
 
 
 @pytest.mark.parametrize("method", SINGLE)
-def test_a_pass_writes_hits_only(exact_renderer, method: str) -> None:
+def test_a_pass_writes_hits_only(precise_renderer, method: str) -> None:
     scene = rt.load_scene("cornell")
     origins, directions = random_rays(scene, 200, 1)
     with rt.Tracer(scene, method, schedule="loop") as tracer:
@@ -37,7 +37,7 @@ def test_a_pass_writes_hits_only(exact_renderer, method: str) -> None:
 
 @pytest.mark.parametrize("method", ["kd-restart", "bvh-threaded", "grid"])
 @pytest.mark.parametrize("cap", [1, 5, 40])
-def test_stopped_rays_are_found(exact_renderer, method: str, cap: int) -> None:
+def test_stopped_rays_are_found(precise_renderer, method: str, cap: int) -> None:
     """Rays that the step cap stops have the same status and hits as under `step`. A later call
     without a stopped ray reports no stopped ray."""
     scene = rt.load_scene("cornell")
@@ -55,7 +55,7 @@ def test_stopped_rays_are_found(exact_renderer, method: str, cap: int) -> None:
         assert not nothing.status.any() and not nothing.hit.any()
 
 
-def test_a_limit_on_iterations_that_is_met_is_remembered(exact_renderer, monkeypatch) -> None:
+def test_a_limit_on_iterations_that_is_met_is_remembered(precise_renderer, monkeypatch) -> None:
     """Once rays exceed the limit on iterations, later calls store states from the first pass
     on."""
     monkeypatch.setattr("gpgpu_rt.traversal.schedules.LOOP_STEPS", 7)

@@ -137,6 +137,8 @@ def test_a_picture_that_is_too_large_leaves_the_verdict(browser: Browser, tmp_pa
     assert "256 x 256 texels is larger" in browser.wait("element('message').textContent")
     assert browser.run("[element('selftest').dataset.state, element('verdict').textContent]") == [
         "done", verdict]
+    assert all("256 x 256 texels is larger" in error for error in browser.errors)
+    browser.errors.clear()
     browser.select("#size", "64")
     settle(browser)
     assert browser.run("element('message').textContent") == ""

@@ -188,6 +188,7 @@ def test_a_method_of_a_single_pass_shows_the_ray_alone(exact_renderer, page: Bro
 @pytest.mark.parametrize("method", ["kd-restart", "kd-push-down", "kd-backtrack", "kd-ropes",
                                     "bvh-threaded", "bih"])
 def test_visits_and_restarts_are_the_hosts(exact_renderer, page: Browser, method: str) -> None:
+    page.click("#picture", (0.63, 0.71))    # a ray with several leaves in every tree
     states, origin, direction, _ = path(page, method)
     with rt.Tracer(rt.load_scene("cornell"), method, statistics=True) as tracer:
         hits = tracer.trace(origin[None], direction[None])

@@ -51,7 +51,7 @@ def kill_one(workers: Workers) -> int:
 @pytest.mark.parametrize("integrator, picture", [
     ("direct", {}), ("whitted", {"samples": 2}), ("path", {"samples": 5})])
 def test_tiles_make_up_the_picture_of_one_process(integrator: str, picture: dict,
-                                                  workers: Workers, exact_renderer) -> None:
+                                                  workers: Workers, precise_renderer) -> None:
     told: list[tuple[int, int]] = []
     found = workers.render("cornell-light", "bvh-packet", SIZE, None, integrator, picture, 16,
                            lambda *at: told.append(at), packet=(2, 1))
@@ -71,7 +71,7 @@ def moving(path: Path, frames: int = 6) -> rt.Animation:
 
 @pytest.mark.parametrize("method", ["bvh-threaded", "kd-restart"])
 def test_frames_whatever_happens_to_a_worker(method: str, workers: Workers, tmp_path,
-                                             exact_renderer) -> None:
+                                             precise_renderer) -> None:
     animation = moving(tmp_path / "soup.npz")
     drawing = {"size": (16, 16), "integrator": "path", "samples": 2}
     killed: list[int] = []
@@ -89,7 +89,7 @@ def test_frames_whatever_happens_to_a_worker(method: str, workers: Workers, tmp_
     assert any((found[frame] != found[0]).any() for frame in found)
 
 
-def test_frames_follow_a_moving_camera(workers: Workers, tmp_path, exact_renderer) -> None:
+def test_frames_follow_a_moving_camera(workers: Workers, tmp_path, precise_renderer) -> None:
     animation = moving(tmp_path / "soup.npz", 3)
     animation = replace(animation, camera=lambda frame: rt.Camera((frame, 0, 3), (0, 0, 0)))
     held = {"size": (16, 16), "camera": rt.Camera((0, 0, 3), (0, 0, 0))}
@@ -121,7 +121,7 @@ def run(words: list[str], capsys) -> tuple[int, str]:
     return status, said.out + said.err
 
 
-def test_render_command(tmp_path, monkeypatch, capsys, address: str, exact_renderer) -> None:
+def test_render_command(tmp_path, monkeypatch, capsys, address: str, precise_renderer) -> None:
     monkeypatch.setattr(sharing, "TILE", 16)
     alone, shared = tmp_path / "alone.png", tmp_path / "shared.png"
     assert run(["cornell", *WORDS, "-o", str(alone)], capsys)[0] == 0
@@ -156,7 +156,7 @@ def interrupted_after(parts: int, monkeypatch) -> None:
 @pytest.mark.parametrize("shared", [False, True], ids=["one process", "workers"])
 @pytest.mark.parametrize("output", ["film.gif", "out_%02d.png", "folder/"])
 def test_an_interrupted_run_goes_on(output: str, shared: bool, tmp_path, capsys, address: str,
-                                    exact_renderer) -> None:
+                                    precise_renderer) -> None:
     moving(tmp_path / "soup.npz")
     (tmp_path / "at once").mkdir()
     words = [str(tmp_path / "soup.npz"), "--frames", "6", "--size", "16x16"]
@@ -236,7 +236,7 @@ def test_a_lost_scheduler_is_a_line_and_the_last_one(tmp_path) -> None:
 
 
 def test_tiles_of_an_interrupted_picture_are_kept(tmp_path, monkeypatch, capsys,
-                                                  address: str, exact_renderer) -> None:
+                                                  address: str, precise_renderer) -> None:
     monkeypatch.setattr(sharing, "TILE", 16)
     picture, alone = tmp_path / "picture.png", tmp_path / "alone.png"
     words = ["cornell", *WORDS, "-o", str(picture), "--scheduler", address]

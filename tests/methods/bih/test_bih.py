@@ -82,7 +82,7 @@ def test_it_is_linear_and_no_worse_than_it_should_be() -> None:
 
 @pytest.mark.parametrize("stack_size", [4, 16])
 @pytest.mark.parametrize("schedule", [{}, {"schedule": "step", "steps_per_pass": 7}])
-def test_a_stack_saves_climbing_and_changes_no_hit(exact_renderer, stack_size: int,
+def test_a_stack_saves_climbing_and_changes_no_hit(precise_renderer, stack_size: int,
                                                    schedule: dict) -> None:
     """Hits stay the same even where the stack is full, and where a new pass has lost the stack of
     the pass before."""

@@ -26,7 +26,7 @@ def chain(count: int) -> rt.Scene:
 @pytest.mark.parametrize("statistics", [False, True], ids=["plain", "counted"])
 @pytest.mark.parametrize("seed", [3], ids="seed{}".format)
 @pytest.mark.parametrize("rays", ["eye", pytest.param("surface", marks=pytest.mark.full)])
-def test_any_size_finds_the_same(exact_renderer, rays: str, seed: int, statistics: bool) -> None:
+def test_any_size_finds_the_same(precise_renderer, rays: str, seed: int, statistics: bool) -> None:
     scene = soup_scene(300, seed)
     chosen = RAY_SETS[rays](scene, 676, seed)
     with rt.Tracer(scene, "brute-force") as tracer:
@@ -74,7 +74,7 @@ def test_counters_are_what_goes_through() -> None:
 
 
 @pytest.mark.parametrize("size", [64, 700])
-def test_room_is_enough_for_a_deep_tree(exact_renderer, monkeypatch, size: int) -> None:
+def test_room_is_enough_for_a_deep_tree(precise_renderer, monkeypatch, size: int) -> None:
     """Every ray hits every node of the chain. Each level of the tree therefore adds one waiting
     leaf for each ray."""
     scene = chain(48)
@@ -98,7 +98,7 @@ def test_room_is_enough_for_a_deep_tree(exact_renderer, monkeypatch, size: int) 
 
 
 @pytest.mark.parametrize("way", [-1, 1])
-def test_lowest_index_wins(exact_renderer, way: int) -> None:
+def test_lowest_index_wins(precise_renderer, way: int) -> None:
     """Triangles overlap in a plane, in ascending or descending order along the plane.
 
     Leaves that are tested in one pass then hold hits of equal t. The lowest index must win, in
@@ -142,7 +142,7 @@ def test_what_streams_are_not(options: dict) -> None:
     assert "\n" not in str(caught.value)
 
 
-def test_rooms_of_many_sizes(exact_renderer) -> None:
+def test_rooms_of_many_sizes(precise_renderer) -> None:
     """A tracer gives the same hits after the image size changes and after the triangles move."""
     scene = soup_scene(100, 9)
     with stream_tracer(scene, 256) as tracer, rt.Tracer(scene, "brute-force") as brute:

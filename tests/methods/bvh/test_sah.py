@@ -100,7 +100,7 @@ def test_two_builds_are_one(gpu, build: str) -> None:
 
 
 @pytest.mark.parametrize("method, build", BUILT)
-def test_same_hits_from_either_device(exact_renderer, method: str, build: str) -> None:
+def test_same_hits_from_either_device(precise_renderer, method: str, build: str) -> None:
     scene = soup_scene(700, 36)
     rays = [np.concatenate(both) for both in zip(*(RAY_SETS[kind](scene, 625, 37)
                                                    for kind in ("eye", "random", "edges")))]

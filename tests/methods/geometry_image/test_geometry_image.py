@@ -109,7 +109,7 @@ def test_passes_make_the_boxes_that_numpy_makes(gpu, name: str, storage: str) ->
 @pytest.mark.parametrize("seed", [1], ids="seed{}".format)
 @pytest.mark.parametrize("rays", ["random", "vertices", "edges"])
 @pytest.mark.parametrize("name", SHAPES)
-def test_images_give_the_bits_of_meshes(exact_renderer, name: str, rays: str, seed: int,
+def test_images_give_the_bits_of_meshes(precise_renderer, name: str, rays: str, seed: int,
                                         octants: bool) -> None:
     scene = image(SHAPES[name], seed).scene()
     assert scene.charts
@@ -119,7 +119,7 @@ def test_images_give_the_bits_of_meshes(exact_renderer, name: str, rays: str, se
 
 
 @pytest.mark.parametrize("schedule", [name for name in schedules_of(ROW) if name != "loop"])
-def test_images_under_every_schedule(exact_renderer, schedule: str) -> None:
+def test_images_under_every_schedule(precise_renderer, schedule: str) -> None:
     scene = image(SHAPES["several"], 6).scene()
     chosen = RAY_SETS["random"](scene, 1500, 6)
     assert_same_bits(trace(scene, ROW.name, chosen, **schedules_of(ROW)[schedule]),
@@ -128,7 +128,7 @@ def test_images_under_every_schedule(exact_renderer, schedule: str) -> None:
 
 @pytest.mark.parametrize("seed", [2], ids="seed{}".format)
 @pytest.mark.parametrize("test", ["woop-watertight", "moller-trumbore"])
-def test_triangles_without_area_are_never_hit(exact_renderer, test: str, seed: int) -> None:
+def test_triangles_without_area_are_never_hit(precise_renderer, test: str, seed: int) -> None:
     """At a sphere's poles, one triangle of each cell is a line. The other charts add triangles
     that are points or lines."""
     rng = np.random.default_rng(seed)
@@ -152,7 +152,7 @@ def test_triangles_without_area_are_never_hit(exact_renderer, test: str, seed: i
 
 @pytest.mark.parametrize("level", [1, 2, 3, 20])
 @pytest.mark.parametrize("name", ["square", "odd", "several", "strip"])
-def test_a_coarser_level_is_the_mesh_of_its_quads(exact_renderer, name: str, level: int) -> None:
+def test_a_coarser_level_is_the_mesh_of_its_quads(precise_renderer, name: str, level: int) -> None:
     """The coarse mesh has every 2^level-th row and column, and the last row and column.
 
     A hit on a coarse quad names a face of the quad's first cell.
@@ -249,7 +249,7 @@ def test_normals_are_one_at_a_place() -> None:
 
 @pytest.mark.parametrize("options", [{}, {"octants": True}, {"level": 1}, {"storage": "fp16"}],
                          ids=str)
-def test_updates_are_fresh_builds(exact_renderer, monkeypatch, options: dict) -> None:
+def test_updates_are_fresh_builds(precise_renderer, monkeypatch, options: dict) -> None:
     made = image(SHAPES["several"], 9)
     places = [made.positions * np.float32([1, k, 1]) + np.float32([0, 0, k]) for k in range(3)]
     places[2][:] = np.random.default_rng(3).random(places[2].shape)
@@ -271,7 +271,7 @@ def test_updates_are_fresh_builds(exact_renderer, monkeypatch, options: dict) ->
     assert written == ["position"]    # an update writes positions only
 
 
-def test_updates_of_triangles_that_lose_their_area(exact_renderer) -> None:
+def test_updates_of_triangles_that_lose_their_area(precise_renderer) -> None:
     made = image([(12, 12)], 2)
     flat = made.positions.copy()
     flat[40:70] = flat[40]
@@ -283,7 +283,7 @@ def test_updates_of_triangles_that_lose_their_area(exact_renderer) -> None:
             assert_same_bits(tracer.trace(*chosen), trace(scene, "brute-force", chosen))
 
 
-def test_a_soup_is_refitted_too(exact_renderer) -> None:
+def test_a_soup_is_refitted_too(precise_renderer) -> None:
     corners = random_soup(300, 4).reshape(-1, 3)
     faces = np.arange(len(corners)).reshape(-1, 3)
     with rt.Tracer(rt.Scene.from_arrays(corners, faces), ROW.name) as tracer:
@@ -297,7 +297,7 @@ def test_a_soup_is_refitted_too(exact_renderer) -> None:
 @pytest.mark.parametrize("options", [{}, {"octants": True}, {"level": 2}, {"storage": "fp24"},
                                      {"storage": "fp16"}], ids=str)
 @pytest.mark.parametrize("program", ["wave", "twist"])
-def test_deformed_in_a_shader(exact_renderer, program: str, options: dict) -> None:
+def test_deformed_in_a_shader(precise_renderer, program: str, options: dict) -> None:
     """The hits equal those in a new scene that is made of the deformed positions, read back.
 
     A deformation without readback gives the same hits.
@@ -364,7 +364,7 @@ def test_a_deformation_waits_for_the_count_to_end() -> None:
             deformation.to(0.5)
 
 
-def test_the_rasteriser_follows_a_deformation(exact_renderer) -> None:
+def test_the_rasteriser_follows_a_deformation(precise_renderer) -> None:
     with rt.Tracer("boulder", ROW.name) as tracer, rt.Deformation(tracer, "twist") as deformation:
         for time in (0.0, 0.5):
             deformation.to(time)

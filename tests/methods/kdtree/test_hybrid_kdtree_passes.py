@@ -26,7 +26,7 @@ def scene_of(triangles: np.ndarray) -> rt.Scene:
 
 @pytest.mark.parametrize("name", [pytest.param(name, marks=() if name in QUICK
                                                else pytest.mark.full) for name in SCENES])
-def test_a_tree_by_passes_gives_the_same_hits(exact_renderer, name: str) -> None:
+def test_a_tree_by_passes_gives_the_same_hits(precise_renderer, name: str) -> None:
     """The rays are random or aim at edges. With a wrong tree, rays would miss flat triangles that
     lie in planes of the Morton lattice."""
     scene = scene_of(SCENES[name]())
@@ -38,7 +38,7 @@ def test_a_tree_by_passes_gives_the_same_hits(exact_renderer, name: str) -> None
             assert_same_bits(tracer.trace(*chosen), brute.trace(*chosen))
 
 
-def test_a_lattice_of_quads(exact_renderer) -> None:
+def test_a_lattice_of_quads(precise_renderer) -> None:
     """The squares lie in planes of the Morton lattice, and their edges lie where two planes
     meet."""
     x, y = np.meshgrid(np.linspace(0, 1, 9), np.linspace(0, 1, 9), indexing="ij")
@@ -55,9 +55,9 @@ def test_a_lattice_of_quads(exact_renderer) -> None:
 
 @pytest.mark.parametrize("options", [{"bins": 7}, {"max_depth": 5}, {"max_depth": 0},
                                      {"traversal_cost": 0.3, "empty_bonus": 0.6}], ids=str)
-def test_options(exact_renderer, options: dict) -> None:
+def test_options(precise_renderer, options: dict) -> None:
     triangles = random_soup(500, 2, size=0.05)
-    tree = build_kdtree_by_passes(exact_renderer, triangles, build="hybrid", **options)
+    tree = build_kdtree_by_passes(precise_renderer, triangles, build="hybrid", **options)
     other = build_kdtree(triangles, build="hybrid", **options)
     assert tree.depth == other.depth or "max_depth" not in options
     assert sah_cost(tree) == pytest.approx(sah_cost(other), rel=0.1)
@@ -65,13 +65,13 @@ def test_options(exact_renderer, options: dict) -> None:
 
 @pytest.mark.parametrize("seed, count, size, bits", [
     (1, 600, 0.2, 1), (3, 3000, 0.03, 3), pytest.param(4, 9000, 0.01, 2)])
-def test_upper_levels_are_numpys(exact_renderer, seed: int, count: int, size: float,
+def test_upper_levels_are_numpys(precise_renderer, seed: int, count: int, size: float,
                                  bits: int) -> None:
     """Split planes agree to the bit. A few nodes are leaves in only one of the trees, because the
     widening of boxes may add a triangle to a cell in only one tree."""
     triangles = random_soup(count, seed, size)
     triangles[count // 2:] += np.float32([0, 3, 2])     # most of the lattice stays empty
-    one = build_kdtree_by_passes(exact_renderer, triangles, build="hybrid", morton_bits=bits)
+    one = build_kdtree_by_passes(precise_renderer, triangles, build="hybrid", morton_bits=bits)
     other = build_kdtree(triangles, build="hybrid", morton_bits=bits)
     assert (one.lo == other.lo).all() and (one.hi == other.hi).all()
     todo, inner, empty, torn = [(0, 0, 0)], 0, 0, 0
@@ -96,9 +96,9 @@ def test_upper_levels_are_numpys(exact_renderer, seed: int, count: int, size: fl
 
 @pytest.mark.parametrize("name", ["soup1", "soup2", "rows", "cornell", *(
     pytest.param(name, marks=pytest.mark.full) for name in ("bunny", "robots", "kitchen"))])
-def test_a_tree_by_passes_is_worth_the_same(exact_renderer, name: str) -> None:
+def test_a_tree_by_passes_is_worth_the_same(precise_renderer, name: str) -> None:
     triangles = SCENES[name]() if name in SCENES else real_scene(name).triangles
-    tree = build_kdtree_by_passes(exact_renderer, triangles, build="hybrid")
+    tree = build_kdtree_by_passes(precise_renderer, triangles, build="hybrid")
     other = build_kdtree(triangles, build="hybrid")
     assert sah_cost(tree) < 1.05 * sah_cost(other)
     assert len(np.unique(tree.references)) == len(np.unique(other.references))

@@ -45,7 +45,7 @@ def together(scene: rt.Scene) -> tuple[np.ndarray, np.ndarray]:
 
 @pytest.mark.parametrize("intersection", ["woop-watertight", "plucker"])
 @pytest.mark.parametrize("method, options", FORMS, ids=str)
-def test_step_does_the_work_of_loop(exact_renderer, method: str, options: dict,
+def test_step_does_the_work_of_loop(precise_renderer, method: str, options: dict,
                                     intersection: str) -> None:
     """Hits, counters and steps of every ray are equal, for the nearest and for any hit."""
     scene = soup_scene(300, 5)
@@ -68,7 +68,7 @@ def test_step_does_the_work_of_loop(exact_renderer, method: str, options: dict,
 
 @pytest.mark.parametrize("method", ["kd-packet", "kd-ropes-packet"])
 @pytest.mark.parametrize("shape", [(1, 1), (3, 5), (17, 4)], ids=str)
-def test_packets_at_the_edges_of_odd_images(exact_renderer, method: str,
+def test_packets_at_the_edges_of_odd_images(precise_renderer, method: str,
                                             shape: tuple[int, int]) -> None:
     """A packet at the edge has lanes beyond the edge, which read the texel of another ray. These
     lanes change no vote."""

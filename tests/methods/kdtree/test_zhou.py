@@ -62,7 +62,7 @@ def test_passes_build_the_same_tree_of_a_real_mesh(exact_renderer, name: str) ->
                      build_kdtree(triangles, build="zhou"))
 
 
-def test_a_tree_built_on_the_gpu_gives_the_same_hits(exact_renderer) -> None:
+def test_a_tree_built_on_the_gpu_gives_the_same_hits(precise_renderer) -> None:
     scene = soup_scene(900, 31, size=0.05)
     rays = RAY_SETS["random"](scene, 2000, 32)
     with rt.Tracer(scene, "brute-force") as tracer:

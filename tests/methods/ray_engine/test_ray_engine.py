@@ -39,7 +39,7 @@ def test_rectangles_cover_each_ray_of_a_run_once(seed: int) -> None:
 
 @pytest.mark.parametrize("seed", [3], ids="seed{}".format)
 @pytest.mark.parametrize("kind", ["eye", "random", "surface"])
-def test_the_host_walks_as_the_grid_does(exact_renderer, kind: str, seed: int) -> None:
+def test_the_host_walks_as_the_grid_does(precise_renderer, kind: str, seed: int) -> None:
     """The host visits the same cells and tests the same triangles as the fragments of `grid`."""
     scene = soup_scene(500, seed, size=0.05)
     rays = RAY_SETS[kind](scene, 400, seed)
@@ -55,7 +55,7 @@ def test_the_host_walks_as_the_grid_does(exact_renderer, kind: str, seed: int) -
 
 @pytest.mark.parametrize("seed", [3], ids="seed{}".format)
 @pytest.mark.parametrize("kind", ["eye", "random", "surface"])
-def test_an_octree_saves_cells(exact_renderer, kind: str, seed: int) -> None:
+def test_an_octree_saves_cells(precise_renderer, kind: str, seed: int) -> None:
     """The triangles crowd in one corner, so large octree cells fill the rest of the scene."""
     triangles = np.concatenate([random_soup(800, seed, size=0.05) * np.float32(0.1),
                                 random_soup(20, seed, size=0.5)])
@@ -163,7 +163,7 @@ def test_an_octree_has_no_resolution() -> None:
     assert "\n" not in str(caught.value)
 
 
-def test_pictures_are_the_same(exact_renderer) -> None:
+def test_pictures_are_the_same(precise_renderer) -> None:
     pictures = []
     for method in ("ray-engine", "bvh-threaded"):
         with rt.Tracer("cornell", method) as tracer:
@@ -183,7 +183,7 @@ def test_the_command_line_says_it(tmp_path, capsys) -> None:
 @pytest.mark.parametrize("seed", [7], ids="seed{}".format)
 @pytest.mark.parametrize("kind", ["random", "edges"])
 @pytest.mark.parametrize("cells", ["grid", "octree"])
-def test_no_ray_of_a_million_is_lost(exact_renderer, cells: str, kind: str, seed: int) -> None:
+def test_no_ray_of_a_million_is_lost(precise_renderer, cells: str, kind: str, seed: int) -> None:
     """Neither the walk nor the quads lose a ray: queues and batches change no bit."""
     scene = soup_scene(1000, seed, size=0.05)
     rays = RAY_SETS[kind](scene, 10**6, seed)

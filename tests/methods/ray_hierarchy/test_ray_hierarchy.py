@@ -92,7 +92,7 @@ def test_four_nodes_become_one(size: tuple[int, int]) -> None:
 @pytest.mark.parametrize("seed", [5], ids="seed{}".format)
 @pytest.mark.parametrize("place", [0.0, 1e3])
 @pytest.mark.parametrize("side", [64, pytest.param(1000, marks=pytest.mark.full)])
-def test_no_triangle_is_rejected_that_a_ray_hits(exact_renderer, side: int, place: float,
+def test_no_triangle_is_rejected_that_a_ray_hits(precise_renderer, side: int, place: float,
                                                  seed: int) -> None:
     """Hits equal brute force to the bit, near the origin and far from it.
 
@@ -120,7 +120,7 @@ def test_no_triangle_is_rejected_that_a_ray_hits(exact_renderer, side: int, plac
 
 @pytest.mark.parametrize("seed", [8, *(pytest.param(seed, marks=pytest.mark.full)
                                        for seed in range(9, 19))], ids="seed{}".format)
-def test_rays_along_a_ball_are_not_rejected(exact_renderer, seed: int) -> None:
+def test_rays_along_a_ball_are_not_rejected(precise_renderer, seed: int) -> None:
     """Rays from afar pass just inside a corner of small triangles.
 
     The rays are perpendicular to the line from the centre of the triangle's bounding ball to the
@@ -150,7 +150,7 @@ def test_rays_along_a_ball_are_not_rejected(exact_renderer, seed: int) -> None:
 @pytest.mark.parametrize("options", [{"stream_size": 1}, {"stream_size": 37},
                                      {"stream_size": 250, "top_nodes": 1},
                                      {"first_batch": 1, "top_nodes": 1000}], ids=str)
-def test_a_stream_never_overflows(exact_renderer, options: dict, seed: int) -> None:
+def test_a_stream_never_overflows(precise_renderer, options: dict, seed: int) -> None:
     """The rays are incoherent, so there are far more (triangle, cone) pairs than a stream
     holds."""
     scene = soup_scene(40, seed)
@@ -170,7 +170,7 @@ def test_a_stream_never_overflows(exact_renderer, options: dict, seed: int) -> N
 
 
 @pytest.mark.parametrize("seed", [4], ids="seed{}".format)
-def test_intervals_behind_the_origin(exact_renderer, seed: int) -> None:
+def test_intervals_behind_the_origin(precise_renderer, seed: int) -> None:
     """Rays start behind their origin, end soon, or have an empty interval."""
     scene, rng = soup_scene(200, seed), np.random.default_rng(seed)
     origins, directions = RAY_SETS["random"](scene, 900, seed)

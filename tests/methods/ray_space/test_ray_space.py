@@ -126,7 +126,8 @@ def test_no_list_misses_a_triangle_of_a_million_rays(method: str, options: dict,
 
 @pytest.mark.parametrize("method, budgets", [("ray-classification", (3.05, 3.2, 8.0)),
                                              ("visibility-field", (0.05, 0.2, 4.0))])
-def test_a_budget_coarsens_and_changes_no_hit(exact_renderer, method: str, budgets: tuple) -> None:
+def test_a_budget_coarsens_and_changes_no_hit(precise_renderer, method: str,
+                                              budgets: tuple) -> None:
     scene = soup_scene(300, 54, 0.1)
     chosen = rays_everywhere(1500, 54)
     with rt.Tracer(scene, "brute-force") as tracer:
@@ -159,7 +160,7 @@ def test_boxes_that_cannot_be_counted_are_refused() -> None:
         rt.Tracer(scene, "ray-classification", origin_cells=64)
 
 
-def test_boxes_grow_and_forget(exact_renderer) -> None:
+def test_boxes_grow_and_forget(precise_renderer) -> None:
     """Calls fill the lists that they need; beyond the budget, a call drops older lists."""
     scene = soup_scene(200, 55, 0.1)
     calls = []
@@ -183,7 +184,7 @@ def test_boxes_grow_and_forget(exact_renderer) -> None:
 
 
 @pytest.mark.parametrize("method", METHODS)
-def test_a_camera_from_afar(exact_renderer, method: str) -> None:
+def test_a_camera_from_afar(precise_renderer, method: str) -> None:
     """Eye rays made on the GPU start at the far camera and read a list of all triangles."""
     scene = soup_scene(60, 59)
     centre = np.mean(scene.bounds, axis=0)

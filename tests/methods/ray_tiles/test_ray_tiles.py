@@ -48,7 +48,7 @@ def check(scene: rt.Scene, origins: np.ndarray, directions: np.ndarray, **ends: 
 
 
 @pytest.mark.parametrize("seed", [1, 2], ids="seed{}".format)
-def test_tight_cones_reject_no_hit(exact_renderer, seed: int) -> None:
+def test_tight_cones_reject_no_hit(precise_renderer, seed: int) -> None:
     scene = soup_scene(150, seed, size=0.05)
     hits = check(scene, *tight_tiles(scene, 96, seed))
     assert hits.nodes_visited.mean() < 100     # the cones do reject triangles
@@ -62,14 +62,14 @@ def parallel_rays(z: float) -> tuple[np.ndarray, np.ndarray]:
 
 
 @pytest.mark.parametrize("seed", [6], ids="seed{}".format)
-def test_parallel_rays(exact_renderer, seed: int) -> None:
+def test_parallel_rays(precise_renderer, seed: int) -> None:
     """The cone's angle is zero, so its radius alone bounds the rays."""
     hits = check(soup_scene(200, seed, size=0.05), *parallel_rays(2.5))
     assert hits.nodes_visited.mean() < 50
 
 
 @pytest.mark.parametrize("seed", [3], ids="seed{}".format)
-def test_rays_that_go_backwards(exact_renderer, seed: int) -> None:
+def test_rays_that_go_backwards(precise_renderer, seed: int) -> None:
     """With t_min below zero, rays also hit triangles behind their origins."""
     scene = soup_scene(150, seed, size=0.05)
     origins, directions = tight_tiles(scene, 48, seed)
@@ -78,7 +78,7 @@ def test_rays_that_go_backwards(exact_renderer, seed: int) -> None:
 
 
 @pytest.mark.parametrize("scale", [1e-8, 1e12], ids="scale{}".format)
-def test_cones_of_any_size(exact_renderer, scale: float) -> None:
+def test_cones_of_any_size(precise_renderer, scale: float) -> None:
     scene = soup_scene(100, 4, size=0.05)
     scaled = rt.Scene.from_arrays((scene.triangles * np.float32(scale)).reshape(-1, 3),
                                   np.arange(300).reshape(-1, 3))
@@ -86,7 +86,7 @@ def test_cones_of_any_size(exact_renderer, scale: float) -> None:
     check(scaled, origins * np.float32(scale), directions)
 
 
-def test_a_batch_shortens_the_search(exact_renderer) -> None:
+def test_a_batch_shortens_the_search(precise_renderer) -> None:
     """A wall among the first triangles hides all other triangles, so no later batch is drawn."""
     wall = np.float32([[[-9, -9, 2], [9, -9, 2], [0, 14, 2]]])
     soup = soup_scene(1000, 5, size=0.02).triangles
@@ -99,7 +99,7 @@ def test_a_batch_shortens_the_search(exact_renderer) -> None:
 @pytest.mark.full
 @pytest.mark.parametrize("kind", ["random", "tight"])
 @pytest.mark.parametrize("seed", [11], ids="seed{}".format)
-def test_a_million_rays(exact_renderer, kind: str, seed: int) -> None:
+def test_a_million_rays(precise_renderer, kind: str, seed: int) -> None:
     scene = soup_scene(100, seed, size=0.1)
     if kind == "tight":
         for more in range(16):

@@ -22,7 +22,7 @@ SCHEDULES = ({"schedule": "loop"}, {"schedule": "step", "steps_per_pass": 7},
 
 @pytest.mark.parametrize("schedule", SCHEDULES, ids=lambda s: s["schedule"])
 @pytest.mark.parametrize("criterion", CRITERIA)
-def test_hits_are_those_of_brute_force(exact_renderer, criterion: str, schedule: dict) -> None:
+def test_hits_are_those_of_brute_force(precise_renderer, criterion: str, schedule: dict) -> None:
     scene = soup_scene(700, 10, size=0.1)
     rays = RAY_SETS["random"](scene, 600, 11)
     with rt.Tracer(scene, "brute-force") as tracer:
@@ -33,7 +33,7 @@ def test_hits_are_those_of_brute_force(exact_renderer, criterion: str, schedule:
 
 
 @pytest.mark.parametrize("criterion", CRITERIA)
-def test_the_criterion_ends_searches_early(exact_renderer, criterion: str) -> None:
+def test_the_criterion_ends_searches_early(precise_renderer, criterion: str) -> None:
     """A hit ends a ray's search early. The ray therefore tests hardly more triangles than with the
     stack method of the same tree, and visits less than 2.5 times as many nodes."""
     scene = soup_scene(3000, 12, size=0.05)

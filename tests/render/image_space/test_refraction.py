@@ -59,7 +59,7 @@ def test_a_slab_changes_no_direction(exact_renderer) -> None:
     assert np.abs(found - directions).max() < 1e-5
 
 
-def test_light_that_a_border_keeps_out(exact_renderer) -> None:
+def test_light_that_a_border_keeps_out(precise_renderer) -> None:
     """With an index below 1, the first border reflects rays at flat angles totally."""
     off, kind, right = errors(scene_of(ball(5000)), Camera((0.0, 0.0, 4.0), (0.0, 0.0, 0.0),
                                                            fov=35), True, 0.8)
@@ -69,7 +69,7 @@ def test_light_that_a_border_keeps_out(exact_renderer) -> None:
 
 
 @pytest.mark.parametrize("ior", [1.1, 1.5])
-def test_a_ball(exact_renderer, ior: float) -> None:
+def test_a_ball(precise_renderer, ior: float) -> None:
     scene = scene_of(ball(5000))
     off, kind, right = errors(scene, Camera((0.0, 0.0, 4.0), (0.0, 0.0, 0.0), fov=35), True, ior)
     assert ((kind > 0) == (right > 0)).mean() > 0.995       # the silhouette
@@ -79,7 +79,7 @@ def test_a_ball(exact_renderer, ior: float) -> None:
     assert np.median(off) < 2 and np.quantile(off, 0.9) < 10
 
 
-def test_a_bubble_reflects_where_no_light_enters(exact_renderer) -> None:
+def test_a_bubble_reflects_where_no_light_enters(precise_renderer) -> None:
     """The front of a body with an index below 1 reflects totally beyond the critical angle."""
     camera, ior = Camera((0.0, 0.0, 4.0), (0.0, 0.0, 0.0), fov=35), 0.8
     with rt.Tracer(scene_of(ball(5000))) as tracer:
@@ -98,7 +98,7 @@ def test_what_is_no_refractive_index_is_refused(ior: object) -> None:
             Refraction(tracer, ior)
 
 
-def test_kinds(exact_renderer) -> None:
+def test_kinds(precise_renderer) -> None:
     """A box seen at an edge reflects light totally; a slab would let this light through."""
     box = scene_of(boxes(np.array([[-1.0, -1.0, -1.0]]), np.array([[1.0, 1.0, 1.0]])))
     _, kind, right = errors(box, Camera((3.0, 0.4, 3.0), (0.0, 0.0, 0.0), fov=50), False)

@@ -77,7 +77,7 @@ def assert_no_leak(scene: rt.Scene, inside: np.ndarray, seed: int) -> None:
 
 
 @pytest.mark.parametrize("name", ["boulder", "knot", "cloth", "car"])
-def test_built_images(exact_renderer, name: str) -> None:
+def test_built_images(precise_renderer, name: str) -> None:
     scene = rt.load_scene(name)
     assert scene.charts and is_closed(scene) == (name != "cloth")
     rays = scene.camera.rays((48, 48))
@@ -86,7 +86,7 @@ def test_built_images(exact_renderer, name: str) -> None:
         assert_same_bits(images.trace(*rays), mesh.trace(*rays))
 
 
-def test_the_car_in_one_pass_equals_its_five_images_one_after_another(exact_renderer) -> None:
+def test_the_car_in_one_pass_equals_its_five_images_one_after_another(precise_renderer) -> None:
     """Carr et al. traced each image by itself. One pass over all five images finds the same hits
     as five passes, and visits fewer nodes, because the nearest t of an image shortens the search
     in the next image."""

@@ -73,7 +73,7 @@ KINDS = ("near", "far", "tiny", "slivers", "behind", "beside", "edge-on")
 
 @pytest.mark.parametrize("seed", [1], ids="seed{}".format)
 @pytest.mark.parametrize("kind", KINDS)
-def test_aimed_eye_rays_lose_no_hit(exact_renderer, kind: str, seed: int) -> None:
+def test_aimed_eye_rays_lose_no_hit(precise_renderer, kind: str, seed: int) -> None:
     """No hit is lost. The image has 50 x 37 pixels, which are no multiples of a tile's side."""
     count = 40 if kind in ("far", "behind") else 400
     scene = aimed_scene(CAMERA, (50, 37), count, kind, seed)
@@ -86,13 +86,13 @@ def test_aimed_eye_rays_lose_no_hit(exact_renderer, kind: str, seed: int) -> Non
 @pytest.mark.full
 @pytest.mark.parametrize("seed, tile", [(11, 8), (12, 4)])
 @pytest.mark.parametrize("kind", KINDS)
-def test_a_million_aimed_eye_rays(exact_renderer, kind: str, seed: int, tile: int) -> None:
+def test_a_million_aimed_eye_rays(precise_renderer, kind: str, seed: int, tile: int) -> None:
     """Each of the seven kinds of triangles has 154,179 rays."""
     count, size = 100 if kind in ("far", "behind", "beside") else 6_000, (463, 333)
     check(aimed_scene(CAMERA, size, count, kind, seed), CAMERA, size, "bvh-threaded", tile)
 
 
-def test_empty_tiles_are_misses_and_walls_end_rays(exact_renderer) -> None:
+def test_empty_tiles_are_misses_and_walls_end_rays(precise_renderer) -> None:
     """A wall hides the soup in the left half of the image, so rays there end at the wall. The
     right half shows the soup, and rays in its empty tiles visit no node."""
     soup = soup_scene(500, 3, size=0.02).triangles + np.float32([0, 0, -4])
@@ -109,7 +109,7 @@ def test_empty_tiles_are_misses_and_walls_end_rays(exact_renderer) -> None:
 
 
 @pytest.mark.parametrize("tile", TILES, ids="tile{}".format)
-def test_pictures_are_the_same(exact_renderer, tile: int) -> None:
+def test_pictures_are_the_same(precise_renderer, tile: int) -> None:
     scene = rt.load_scene("cornell")
     moved = scene.triangles[:, ::-1] * np.float32(0.5)     # half as large
     far = Camera(tuple(np.asarray(scene.camera.eye) * 50), scene.camera.target)

@@ -79,14 +79,14 @@ def check(scene: rt.Scene, origins: np.ndarray, directions: np.ndarray, method: 
 
 @pytest.mark.parametrize("seed", [1, 2], ids="seed{}".format)
 @pytest.mark.parametrize("method, tile", TWO_TILES, ids=str)
-def test_beams_lose_no_aimed_ray(exact_renderer, method: str, seed: int, tile: int) -> None:
+def test_beams_lose_no_aimed_ray(precise_renderer, method: str, seed: int, tile: int) -> None:
     found = check(soup_scene(200, seed, size=0.05), *aimed_tiles(
         soup_scene(200, seed, size=0.05), method, 24, 24, seed), method, tile=tile)
     assert found["hit"] > 0.3
 
 
 @pytest.mark.parametrize("method", SOME)
-def test_from_other_nodes(exact_renderer, method: str) -> None:
+def test_from_other_nodes(precise_renderer, method: str) -> None:
     """Entry points into octant copies, quantised nodes and trees of other builds lose no hit."""
     scene = soup_scene(100, 3, size=0.05)
     rays = aimed_tiles(scene, method, 12, 12, 3)
@@ -105,7 +105,7 @@ def test_from_other_nodes(exact_renderer, method: str) -> None:
 
 @pytest.mark.parametrize("precision", ["fp24", "fp16"])
 @pytest.mark.parametrize("method", SOME)
-def test_in_low_precision(exact_renderer, method: str, precision: str) -> None:
+def test_in_low_precision(precise_renderer, method: str, precision: str) -> None:
     """With entry points, a BVH loses no hit in low precision. A kd-tree loses hits with and
     without entry points. Without entry points it loses at least as many hits, because the way down
     from the root is longer."""
@@ -123,7 +123,7 @@ def test_in_low_precision(exact_renderer, method: str, precision: str) -> None:
 
 
 @pytest.mark.parametrize("method", METHODS)
-def test_rays_of_all_kinds_in_one_tile(exact_renderer, method: str) -> None:
+def test_rays_of_all_kinds_in_one_tile(precise_renderer, method: str) -> None:
     """A tile holds eye rays, random rays, empty rays and invalid rays. No side of the image is a
     multiple of a tile's side."""
     scene = soup_scene(300, 4)
@@ -139,7 +139,7 @@ def test_rays_of_all_kinds_in_one_tile(exact_renderer, method: str) -> None:
 
 
 @pytest.mark.parametrize("method", METHODS)
-def test_few_rays_that_begin_nearer(exact_renderer, method: str) -> None:
+def test_few_rays_that_begin_nearer(precise_renderer, method: str) -> None:
     """The t_min of most rays lies behind their nearest hit. A few rays of a tile begin at their
     origin, so the beam must also begin there."""
     scene = soup_scene(2000, 9, size=0.1)
@@ -152,7 +152,7 @@ def test_few_rays_that_begin_nearer(exact_renderer, method: str) -> None:
 
 
 @pytest.mark.parametrize("method", METHODS)
-def test_rays_that_go_both_ways(exact_renderer, method: str) -> None:
+def test_rays_that_go_both_ways(precise_renderer, method: str) -> None:
     """For each axis in turn, the rays of a tile go both ways along the axis. No component is
     small, so no beam bounds the rays along the axis."""
     scene = soup_scene(200, 8, size=0.05)
@@ -166,7 +166,7 @@ def test_rays_that_go_both_ways(exact_renderer, method: str) -> None:
 
 
 @pytest.mark.parametrize("method", some(LISTS))
-def test_full_lists(exact_renderer, method: str) -> None:
+def test_full_lists(precise_renderer, method: str) -> None:
     """The beam of a narrow tile passes through 200 walls, and each ray begins between two walls.
     The beam enters more subtrees than a list holds."""
     walls = np.tile(np.float32([[-.1, -.1, 0], [.1, -.1, 0], [0, .15, 0]]), (200, 1, 1))
@@ -223,6 +223,6 @@ def test_the_bar_on_real_scenes(method: str, name: str) -> None:
 @pytest.mark.full
 @pytest.mark.parametrize("seed", [11, 12, 13, 14], ids="seed{}".format)
 @pytest.mark.parametrize("method", METHODS)
-def test_a_million_aimed_rays(exact_renderer, method: str, seed: int) -> None:
+def test_a_million_aimed_rays(precise_renderer, method: str, seed: int) -> None:
     scene = soup_scene(150, seed, size=0.1)
     check(scene, *aimed_tiles(scene, method, 128, 128, seed), method)

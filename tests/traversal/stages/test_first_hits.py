@@ -76,7 +76,7 @@ def look_at(scene: rt.Scene, seed: int, inside: bool) -> Camera:
 @pytest.mark.parametrize("seed", [1, 2, *(pytest.param(s, marks=pytest.mark.full)
                                           for s in range(3, 30))], ids="seed{}".format)
 @pytest.mark.parametrize("shape", SHAPES)
-def test_hits_are_the_same(exact_renderer, monkeypatch, shape: str, seed: int,
+def test_hits_are_the_same(precise_renderer, monkeypatch, shape: str, seed: int,
                            inside: bool) -> None:
     monkeypatch.setattr(module, "MOST_IN_DOUBT", 1.0)   # never trace all rays
     scene = scene_of(SHAPES[shape](300, seed))
@@ -92,7 +92,7 @@ def test_hits_are_the_same(exact_renderer, monkeypatch, shape: str, seed: int,
 
 
 @pytest.mark.parametrize("row", [pytest.param(row, id=row.name) for row in rt.methods()])
-def test_every_method_traces_the_rest(exact_renderer, row: rt.Method) -> None:
+def test_every_method_traces_the_rest(precise_renderer, row: rt.Method) -> None:
     scene = scene_of(np.concatenate([fans(12, 5), layers(20, 5)]))
     with rt.Tracer(scene, row.name, statistics=True) as tracer:
         expected = tracer.eye_hits(size=SIZE)
@@ -106,7 +106,7 @@ def test_every_method_traces_the_rest(exact_renderer, row: rt.Method) -> None:
 
 
 @pytest.mark.parametrize("shape", ["fans", "slivers", "soup"])
-def test_verified_ones_are_hits(exact_renderer, shape: str) -> None:
+def test_verified_ones_are_hits(precise_renderer, shape: str) -> None:
     """A "verified" hit is a hit of its ray, and nearly all verified hits are the first hits."""
     scene = scene_of(SHAPES[shape](200, 4))
     with rt.Tracer(scene, "brute-force") as tracer:
@@ -119,7 +119,7 @@ def test_verified_ones_are_hits(exact_renderer, shape: str) -> None:
     assert wrong.sum() < 0.01 * len(hits) and (hits.t[wrong] > expected.t[wrong]).all()
 
 
-def test_pictures_are_the_same(exact_renderer) -> None:
+def test_pictures_are_the_same(precise_renderer) -> None:
     with rt.Tracer(soup_scene(80, 7)) as tracer:
         pictures = [np.asarray(tracer.render(size=SIZE, first_hits=kind))
                     for kind in ("traced", "rasterised")]
@@ -131,7 +131,7 @@ def test_pictures_are_the_same(exact_renderer) -> None:
 
 
 @pytest.mark.parametrize("size", [(1, 1), (3, 200), (8, 8), (65, 7)], ids="{0[0]}x{0[1]}".format)
-def test_sizes(exact_renderer, size: tuple[int, int]) -> None:
+def test_sizes(precise_renderer, size: tuple[int, int]) -> None:
     with rt.Tracer(scene_of(fans(60, 2)), "bvh-packet") as tracer:
         assert_same_bits(tracer.eye_hits(size=size, first_hits="rasterised"),
                          tracer.eye_hits(size=size))
@@ -139,7 +139,7 @@ def test_sizes(exact_renderer, size: tuple[int, int]) -> None:
 
 @pytest.mark.parametrize("scale", [1e-12, 1e-3, 1e6], ids="x{:g}".format)
 @pytest.mark.parametrize("away", [0.0, 30.0], ids="away{:g}".format)
-def test_scales(exact_renderer, scale: float, away: float) -> None:
+def test_scales(precise_renderer, scale: float, away: float) -> None:
     """Scenes are small, large or far from zero. All rays are traced at a scale for which no error
     bound is known."""
     scene = scene_of((fans(60, 3) + away) * scale)
@@ -151,7 +151,7 @@ def test_scales(exact_renderer, scale: float, away: float) -> None:
         assert share == 1 if scale == 1e-12 else share < 0.2
 
 
-def test_a_far_eye_is_traced(exact_renderer) -> None:
+def test_a_far_eye_is_traced(precise_renderer) -> None:
     scene = soup_scene(30, 1)
     camera = Camera((0.0, 0.0, 500.0), (0.5, 0.5, 0.5), fov=0.2)
     with rt.Tracer(scene) as tracer:
@@ -161,7 +161,7 @@ def test_a_far_eye_is_traced(exact_renderer) -> None:
         assert not empty.eye_hits(size=SIZE, first_hits="rasterised").hit.any()
 
 
-def test_parts_are_cut(exact_renderer, monkeypatch) -> None:
+def test_parts_are_cut(precise_renderer, monkeypatch) -> None:
     """With a small limit, all triangles larger than a pixel are searched in parts of the image. No
     side of the image is a multiple of a part's side."""
     monkeypatch.setattr(module, "MOST_PIXELS", 1)

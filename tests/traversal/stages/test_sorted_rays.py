@@ -42,7 +42,7 @@ def mixed_rays(seed: int) -> tuple[np.ndarray, np.ndarray]:
     for row in rt.methods() for name, settings in schedules_of(
         row, ("loop", "step1", "kernels")).items()])
 @pytest.mark.parametrize("way", WAYS)
-def test_hits_are_the_same(exact_renderer, way: str, method: str, settings: dict, seed: int
+def test_hits_are_the_same(precise_renderer, way: str, method: str, settings: dict, seed: int
                            ) -> None:
     origins, directions = mixed_rays(seed)
     with rt.Tracer(SCENE, method, statistics=True, **settings) as tracer:
@@ -60,7 +60,7 @@ def test_hits_are_the_same(exact_renderer, way: str, method: str, settings: dict
             assert (getattr(got, name) == getattr(plain, name)).all(), name
 
 
-def test_pictures_are_the_same(exact_renderer) -> None:
+def test_pictures_are_the_same(precise_renderer) -> None:
     """Eye rays share their origin, shadow rays do not; both are made on the GPU."""
     pictures = []
     for sort_rays in (False, True):
@@ -71,7 +71,7 @@ def test_pictures_are_the_same(exact_renderer) -> None:
 
 @pytest.mark.parametrize("precision", ["fp24", "fp16"])
 @pytest.mark.parametrize("way", WAYS)
-def test_in_lower_precision(exact_renderer, way: str, precision: str) -> None:
+def test_in_lower_precision(precise_renderer, way: str, precision: str) -> None:
     origins, directions = mixed_rays(2)
     with rt.Tracer(SCENE, "bvh-threaded", precision=precision) as tracer:
         plain = tracer.trace(origins, directions, invalid="miss")
@@ -80,7 +80,7 @@ def test_in_lower_precision(exact_renderer, way: str, precision: str) -> None:
 
 
 @pytest.mark.parametrize("way", WAYS)
-def test_each_ray_keeps_its_own(exact_renderer, way: str) -> None:
+def test_each_ray_keeps_its_own(precise_renderer, way: str) -> None:
     """Each ray keeps its own interval, length of direction, far origin, and status at the step
     cap."""
     origins, directions = (rays.reshape(-1, 3) for rays in mixed_rays(4))
@@ -99,7 +99,7 @@ def test_each_ray_keeps_its_own(exact_renderer, way: str) -> None:
         assert (getattr(found[0], name) == getattr(found[1], name)).all(), name
 
 
-def test_few_rays_or_none(exact_renderer) -> None:
+def test_few_rays_or_none(precise_renderer) -> None:
     with rt.Tracer(SCENE, "bvh-threaded", presort=True) as tracer:
         for count in (0, 1, 63, 65):
             origins, directions = RAY_SETS["random"](SCENE, 1089, 5)
@@ -111,7 +111,7 @@ def test_few_rays_or_none(exact_renderer) -> None:
 @pytest.mark.parametrize("method, options", [
     ("bvh-threaded", {}), ("bvh-packet", {"packet": (2, 1)}), ("bvh-packet", {"packet": (2, 2)}),
     ("kd-packet", {"packet": (4, 2)}), ("bvh-packet", {"packet": (4, 4)})], ids=str)
-def test_all_that_is_found_comes_back(exact_renderer, method: str, options: dict) -> None:
+def test_all_that_is_found_comes_back(precise_renderer, method: str, options: dict) -> None:
     """All results come back to their rays, whatever the layout of the render targets. Empty rays,
     which the order leaves out, get results too."""
     origins, directions = RAY_SETS["random"](SCENE, 5000, 9)
@@ -126,7 +126,7 @@ def test_all_that_is_found_comes_back(exact_renderer, method: str, options: dict
         assert (values == found[1][name]).all(), name
 
 
-def test_all_hits_and_a_pickled_tracer(exact_renderer) -> None:
+def test_all_hits_and_a_pickled_tracer(precise_renderer) -> None:
     origins, directions = mixed_rays(8)
     with rt.Tracer(SCENE, "kd-packet") as tracer:
         plain = tracer.trace_all(origins, directions, invalid="miss")
