@@ -15,7 +15,8 @@ PACKETS = [(1, 1), (2, 1), (2, 2), (4, 2), (4, 4)]
 @pytest.mark.parametrize("size", [(16, 16), (13, 7)], ids="{0[0]}x{0[1]}".format)
 @pytest.mark.parametrize("packet", PACKETS, ids="{0[0]}x{0[1]}".format)
 def test_arrays_and_passes_get_the_same_hits(precise_renderer, method: str,
-                                             packet: tuple[int, int], size: tuple[int, int]) -> None:
+                                             packet: tuple[int, int], size: tuple[int, int]
+                                             ) -> None:
     """All hits equal those of brute force. This also holds if statistics need the hits in the
     textures of single rays, and if packets do not divide the image."""
     scene = soup_scene(500, 5)
