@@ -11,9 +11,9 @@
 //                     sum. Edge functions have the right signs for the corners as computed. An
 //                     accepted ray therefore passes the triangle at most this far away.
 //   (9 + 8 k) u M / c The hit's place: 9 u M by the two dot products and the quotient, 8 k u M by the
-//                     normal. c is the cosine of the angle between the ray and the normal. k is the
-//                     product of the lengths of the two shorter edges, divided by the length of their
-//                     cross product.
+//                     normal. The number c is the cosine of the angle between ray and normal. The
+//                     number k is the product of the lengths of the two shorter edges, divided by the
+//                     length of their cross product.
 //   5 u M             The slab's t: M itself, a difference, the inverse direction, a product.
 //
 // The sum, 11 u M + (9 + 8 k) u M / c, is below BOX_SLACK M if (9 + 8 k) / c is below 53. In a plane

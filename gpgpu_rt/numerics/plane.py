@@ -1,5 +1,6 @@
-"""Distance of a triangle's plane along a ray: ``plane_distance`` of ``glsl/core/watertight.glsl`` in
-numpy, operation for operation.
+"""Distance of a triangle's plane along a ray, in numpy.
+
+The code is ``plane_distance`` of ``glsl/core/watertight.glsl``, operation for operation.
 
 The two shorter edges of the triangle give the normal. The longest edge is almost parallel to
 another edge if the triangle is long and thin, so their cross product has few correct digits.
