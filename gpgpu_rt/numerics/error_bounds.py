@@ -38,10 +38,10 @@ Axes are permuted so that the direction is largest in z:
    is the longest, the largest bound of the possible choices is used.
 8. A second bound on the distance. The test clamps T to the range of the corners' distances
    ``Z_i / d.z``, which have the error gamma(3). So the error of T is at most the distance along the
-   ray to the furthest vertex, plus this rounding. Both bounds hold, so the smaller bound of steps 7
-   and 8 is used. If t lies outside the exact range, t is replaced by the nearer end of the range.
-   The computed distance lies in the range up to roundings, so it is nearer to the replaced t than
-   to the original t.
+   ray to the furthest vertex, plus this rounding. Both bounds hold, so the smaller bound of steps
+   7 and 8 is used. If t lies outside the exact range, t is replaced by the nearer end of the
+   range. The computed distance lies in the range up to roundings, so it is nearer to the replaced
+   t than to the original t.
 9. ``U = W1 / DET``: as in step 7, ``W1 - u DET = (W1 - w1) - u (DET - det)``. The roundings of
    DET's inverse and of the product add gamma(3).
 
