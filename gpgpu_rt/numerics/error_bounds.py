@@ -28,18 +28,18 @@ Axes are permuted so that the direction is largest in z:
 6. ``DET = W0 + W1 + W2``: its error is at most ``(1 + u)^2`` times the sum of the three errors,
    plus ``gamma(2) sum |w|``.
 7. The distance t of the plane. The test takes two edges E and F that meet in the corner a, and
-   their cross product N. With ``m_i = |e_j f_k| + |e_k f_j|``, ``|N_i - n_i| <= gamma(4) m_i``. The
-   test divides N by ``D = d . N``, whose dot product adds gamma(3), and takes the dot product of
-   the quotient with ``A = a - O``; these roundings are gamma(6) together. As ``(a - t d) . n = 0``,
-   ``T - t = ((a - t d) . (N - n) - t (D - d . N)) / D`` plus the last roundings. So the error of N
-   is multiplied only by the distance from the hit to the corner:
+   their cross product N. With ``m_i = |e_j f_k| + |e_k f_j|``, ``|N_i - n_i| <= gamma(4) m_i``.
+   The test divides N by ``D = d . N``, whose dot product adds gamma(3), and takes the dot product
+   of the quotient with ``A = a - O``; these roundings are gamma(6) together. As ``(a - t d) . n =
+   0``, ``T - t = ((a - t d) . (N - n) - t (D - d . N)) / D`` plus the last roundings. So the error
+   of N is multiplied only by the distance from the hit to the corner:
    ``|T - t| <= (gamma(4) sum |a_i - t d_i| m_i + gamma(3) |t| sum |d_i N_i| + gamma(6) sum
    |a_i N_i|) / |D|``. The test takes the two shorter edges. Where rounding may decide which edge
    is the longest, the largest bound of the possible choices is used.
 8. A second bound on the distance. The test clamps T to the range of the corners' distances
-   ``Z_i / d.z``, which have the error gamma(3). So the error of T is at most the distance along the
-   ray to the furthest vertex, plus this rounding. Both bounds hold, so the smaller bound of steps
-   7 and 8 is used. If t lies outside the exact range, t is replaced by the nearer end of the
+   ``Z_i / d.z``, which have the error gamma(3). So the error of T is at most the distance along
+   the ray to the furthest vertex, plus this rounding. Both bounds hold, so the smaller bound of
+   steps 7 and 8 is used. If t lies outside the exact range, t is replaced by the nearer end of the
    range. The computed distance lies in the range up to roundings, so it is nearer to the replaced
    t than to the original t.
 9. ``U = W1 / DET``: as in step 7, ``W1 - u DET = (W1 - w1) - u (DET - det)``. The roundings of
