@@ -201,7 +201,7 @@ def _(n: int, seed: int) -> Case:
     return Case(triangles, origins, _turned(end) - origins, closed=True)
 
 
-@family("thin-walls", 11, "a closed tube of triangles 10^4 times as long as wide, rays from inside")
+@family("thin-walls", 11, "a closed tube of triangles 10^4 times as long as wide, from inside")
 def _(n: int, seed: int) -> Case:
     rng = np.random.default_rng(seed)
     triangles = tube(300, 200)
