@@ -9,7 +9,7 @@ import pytest
 
 import gpgpu_rt as rt
 from gpgpu_rt.conform.case import Case
-from gpgpu_rt.conform.draws import between, bell, cross, directions, unit
+from gpgpu_rt.conform.draws import bell, between, cross, directions, unit
 from gpgpu_rt.conform.shapes import aims_at
 
 PAGE = Path(rt.__file__).parents[1] / "docs" / "extremes.md"
