@@ -88,7 +88,7 @@ def test_the_paper_has_the_parts_of_a_software_paper() -> None:
 
 def test_the_papers_numbers_are_those_of_the_pages() -> None:
     conformance = (ROOT / "docs" / "conformance.md").read_text(encoding="utf-8")
-    assert f"| this project, {COUNT} methods | 12,703 each | 802 | 0 |" in conformance
+    assert f"| this project, {COUNT} methods | 13,003 each | 758 | 0 |" in conformance
     assert f"runs {COUNT} of them" in PAPER and f"the {COUNT} methods" in PAPER
     wrong = [int(row.split("|")[4].replace(",", "")) for row in conformance.splitlines()
              if row.startswith("| ") and row.count("|") == 10 and row.split("|")[4].strip(
