@@ -86,10 +86,11 @@ def _not_raised(problem: sys.UnraisableHookArgs) -> None:
 
 @contextlib.contextmanager
 def deferred() -> Iterator[None]:
-    """Return a context at whose end an interrupt takes effect that came within the context.
+    """Return a context that postpones an interrupt to the end of the context.
 
-    Native code that calls Python code needs this context if it does not expect an exception.
-    moderngl's compiler is such code: it ends the process with a segmentation fault.
+    Use this context around native code that calls Python code and does not expect an exception.
+    moderngl's compiler is such code: an exception there ends the process with a segmentation
+    fault.
     """
     before = signal.getsignal(signal.SIGINT)
     if threading.current_thread() is not threading.main_thread() or not callable(before):

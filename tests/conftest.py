@@ -55,7 +55,7 @@ RAY_SETS = {
 }
 
 
-# Renderers that give the bits of IEEE arithmetic, so those of numpy.
+# Renderers that round as IEEE 754 demands, so their bits are numpy's bits.
 EXACT = ("llvmpipe", "SwiftShader")
 # Renderers that give the same bits for the same `precise` arithmetic in every program.
 PRECISE = (*EXACT, "NVIDIA")

@@ -1,4 +1,4 @@
-"""A numpy copy ("mirror") of the watertight test in `triangle.glsl`, operation by operation in
+"""A numpy copy ("mirror") of the watertight test in `watertight.glsl`, operation by operation in
 float32. With ``contract``, the mirror contracts products into fused multiply-adds."""
 from __future__ import annotations
 
@@ -59,9 +59,8 @@ def pairs(corners: Array, origins: Array, directions: Array,
         depths = np.stack([a[:, 2], b[:, 2], c[:, 2]]) * (np.float32(1) / p[:, 2])
 
         def dot(one: Array, two: Array) -> Array:
-            x, y, z = range(3)
-            return multiply_add(one[:, z], two[:, z],
-                                multiply_add(one[:, y], two[:, y], one[:, x] * two[:, x]))
+            return multiply_add(one[:, 2], two[:, 2],
+                                multiply_add(one[:, 1], two[:, 1], one[:, 0] * two[:, 0]))
         edges = [np.take_along_axis(corners[:, (k + 2) % 3] - corners[:, (k + 1) % 3], order, 1)
                  for k in range(3)]
         k = np.stack([np.abs(e).max(axis=1) for e in edges]).argmax(axis=0)[:, None]

@@ -11,7 +11,7 @@ const float INFINITE = uintBitsToFloat(0x7f800000u);   // t_max of a ray without
 
 #if defined(STORAGE_FORMAT) || defined(ARITHMETIC_FORMAT)
 
-float rounded(float x, uint dropped, float smallest, float quantum, float largest) {
+float rounded(float x, uint dropped, float smallest, float quantum, float most) {
     uint below = (1u << dropped) - 1u;
     uint bits = floatBitsToUint(x);
     float multiple = x / quantum;
@@ -25,7 +25,7 @@ float rounded(float x, uint dropped, float smallest, float quantum, float larges
     multiple = trunc(multiple);
 #endif
     float normal = uintBitsToFloat(bits & ~below);
-    float result = clamp(abs(x) < smallest ? multiple * quantum : normal, -largest, largest);
+    float result = clamp(abs(x) < smallest ? multiple * quantum : normal, -most, most);
     return abs(x) <= 3.402823466e38 ? result : x;   // infinities and NaN stay as they are
 }
 
@@ -63,7 +63,7 @@ vec3 R(vec3 v) {
 #define ARITHMETIC_UNIT 5.9604645e-8   // the unit roundoff of float32
 #endif
 
-// The dot product and the cross product, with every intermediate result rounded.
+// The dot and the cross product, with every intermediate result rounded, and the largest component.
 float R_dot(vec3 a, vec3 b) {
     PRECISE vec3 p = R(a * b);
     return R(R(p.x + p.y) + p.z);

@@ -4,19 +4,19 @@
 // Let u be the unit roundoff ARITHMETIC_UNIT, and M the largest distance from the origin to a point of the
 // scene along any axis. A distance along one axis does not bound the error along this axis, because the
 // watertight test shears depth onto the other two axes. For example, let the scene and the origin lie in
-// the plane y = 0: their distance along y is 0, yet the test's t is off by several u M. These errors arise
+// the plane y = 0: their distance along y is 0, yet a sheared corner is off by several u M. These errors arise
 // along an axis, to first order in u (gpgpu_rt/numerics/error_bounds.py has the same steps):
 //
 //   6 u M             A sheared corner: u M by the subtraction, 3 u M by the product, 2 u M by the
 //                     sum. Edge functions have the right signs for the corners as computed. An
 //                     accepted ray therefore passes the triangle at most this far away.
-//   (9 + 8 k) u M / c The hit's place: 9 u M by the two dot products and the quotient, 8 k u M by the
+//   (14 + 16 k) u M/c The hit's place: 14 u M by the two dot products and the quotient, 16 k u M by the
 //                     normal. The number c is the cosine of the angle between ray and normal. The
 //                     number k is the product of the lengths of the two shorter edges, divided by the
 //                     length of their cross product.
 //   5 u M             The slab's t: M itself, a difference, the inverse direction, a product.
 //
-// The sum, 11 u M + (9 + 8 k) u M / c, is below BOX_SLACK M if (9 + 8 k) / c is below 53. In a plane
+// The sum, 11 u M + (14 + 16 k) u M / c, is below BOX_SLACK M if (14 + 16 k) / c is below 53. In a plane
 // perpendicular to an axis the normal has one component, so k and c count as 1. Oblique needles have a
 // larger k, and oblique planes almost parallel to the ray have a smaller c: their t may lie outside their
 // box. The search loses such a hit if the search begins or ends between t and the box; docs/extremes.md

@@ -28,7 +28,7 @@ float edge_function(vec3 p, vec3 q) {
 // another. A NaN may count as any sign, because det is then NaN too and nothing is hit.
 
 const uint MINUS_ZERO = 0x80000000u;   // greater than the bits of every float whose sign bit is 0
-const float LEAST_NORMAL = 1.1754944e-38;   // the least number with a finite inverse on all renderers
+const float LEAST_NORMAL = uintBitsToFloat(0x00800000u);   // 2^-126; numbers below may have no inverse
 
 bool none_below_zero(vec3 v) {
     uvec3 bits = floatBitsToUint(v);
@@ -52,7 +52,7 @@ bool all_below_zero(vec3 v) {
 
 // The distance of the plane of triangle i, clamped to the range of `depths`, the corners' t. v0, v1 and v2
 // are the corners, relative to the origin with permuted axes. The two shorter edges give the most exact
-// normal. A plane that contains the ray's direction has no distance: then the result is the nearest depth.
+// normal. If the plane contains the ray's direction, the result is an end of the range.
 float plane_distance(Ray ray, int i, vec3 v0, vec3 v1, vec3 v2, vec3 depths) {
     vec3 e0 = R(triangle_v2(i) - triangle_v1(i));
     vec3 e1 = R(triangle_v0(i) - triangle_v2(i));
@@ -62,7 +62,7 @@ float plane_distance(Ray ray, int i, vec3 v0, vec3 v1, vec3 v2, vec3 depths) {
     bool at_v1 = !at_v0 && size.y >= size.z;
     vec3 apex = at_v0 ? v0 : (at_v1 ? v1 : v2);
     vec3 normal = permute(ray, R_cross(at_v0 ? e1 : e0, at_v0 || at_v1 ? e2 : e1));
-    // The division comes before the second product, so that no value is of the third power of a length.
+    // The division comes before the second product, so that no number is a product of three lengths.
     float inverse = R(1.0 / R_dot(permute(ray, ray.direction), normal));
     PRECISE float t = R_dot(apex, R(normal * inverse));
     float nearest = min(min(depths.x, depths.y), depths.z);

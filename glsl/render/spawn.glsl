@@ -11,17 +11,16 @@
 // bounds the error, as gamma(7) sum |b_i v_i| does in pbrt, where b0 is not a difference. Along the normal
 // n the error is at most the sum of these bounds over the axes, weighted by |n|.
 //
-// The error of the triangle test. Let l be the distance from p to the farthest vertex. The test makes eight
-// roundings: one in the subtraction of the origin, four in the shear, and three in weights, products and
-// sums. Each rounding displaces the tested triangle along its normal by up to a unit of l. An offset of
-// eight units of l is therefore enough for most triangles.
+// The error of the triangle test. Let l be the distance from p to the farthest vertex. The sign of t is the
+// sign of the dot product of a corner and the normal. This product has five roundings: of the subtraction of
+// the origin, of the quotient, of the products and of two sums. Each rounding displaces the tested triangle
+// along its normal by up to a unit of l on each axis. An offset of eight units of l is enough for most
+// triangles.
 //
-// Eight units are not enough for a triangle that is much longer than high, in space or in projection along
-// the ray. Its edge functions have errors of 33 units of l^2 (gpgpu_rt/numerics/error_bounds.py, step 5,
-// with |a| <= l). The three edge functions are multiplied by depths up to l, and the sum is divided by
-// twice the area A. Only an offset of 110 units of l^3 / 2A would therefore be safe. For a sliver of aspect
-// 10^5, this offset is the sliver's whole length. Instead the code runs the test, and doubles the offset
-// while the ray hits its own triangle. The bound proves that this loop ends.
+// Eight units are not enough for a long thin triangle that is oblique to the axes. The rounding of the
+// normal adds four units of l times k, where k is the product of the lengths of the two shorter edges,
+// divided by twice the triangle's area (gpgpu_rt/numerics/error_bounds.py, step 7). Instead of adding this,
+// the code runs the test, and doubles the offset while the ray hits its own triangle.
 
 #ifndef STORAGE_UNIT
 #define STORAGE_UNIT 0.0
@@ -63,7 +62,7 @@ vec3 spawn_origin(Spawn spawn) {
     return stored(origin);
 }
 
-float least_of(uint dropped, float smallest, float quantum, float largest) {
+float least_of(uint dropped, float smallest, float quantum, float most) {
     return quantum;
 }
 

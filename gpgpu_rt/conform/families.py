@@ -205,7 +205,8 @@ def _(n: int, seed: int) -> Case:
 def _(n: int, seed: int) -> Case:
     rng = np.random.default_rng(seed)
     triangles = tube(300, 200)
-    wall = triangles[rng.integers(600, size=n)].mean(axis=1) * [1, 1, 0]
+    wall = triangles[rng.integers(600, size=n)]
+    wall = (wall[:, 0] + wall[:, 1] + wall[:, 2]) / 3 * [1, 1, 0]
     inside = 1 - binades(rng, 1e-4, 0.1, (n, 1))
     origins = wall * inside + between(rng, -98, 98, (n, 1)) * [0, 0, 1]
     origins = _turned(origins).astype(np.float32)

@@ -19,7 +19,8 @@ _GENERATED = {DEFINES: "written by gpgpu_rt/gl/shader.py",
 _MACRO = re.compile(r"\s*#\s*define\s+(?P<name>\w+)(?:\((?P<parameters>[^)]*)\))?"
                     r"(?:\s+(?P<value>.*?))?\s*(?://.*)?")
 _DEFINED = re.compile(r"\s*#\s*define\s+(\w+)")
-# A conditional whose branches are single lines, outside of macros.
+# A conditional whose branches are single statements without a comment, a division or the end of a
+# macro's line.
 _CONDITIONAL = re.compile(r"""^(?P<indent>[ ]+)if[ ]\([^\n\\]*\)[ ]{\n [^\n{}\\/]*;\n
                           (?:(?P=indent)}[ ]else[ ](?:if[ ]\([^\n\\]*\)[ ])?{\n [^\n{}\\/]*;\n)*
                           (?P=indent)}$""", re.M | re.X)
@@ -110,8 +111,8 @@ def _replaced(lines: Sequence[str], files: Sequence[str]) -> tuple[list[str], li
 
 
 def _code(one: Declaration) -> list[str]:
-    """Return a declaration's lines. The lines of a short function are joined, and those of short
-    conditionals."""
+    """Return a declaration's lines. The lines of short functions and of short conditionals are
+    joined."""
     if not one.code:
         return []
     first, *body = [line.strip() for line in one.code]
@@ -125,8 +126,7 @@ def _code(one: Declaration) -> list[str]:
 
 
 def _joined(conditional: re.Match[str]) -> str:
-    indent, *rest = re.split(r"\n\s*", conditional[0])
-    line = " ".join([indent, *rest])
+    line = " ".join(re.split(r"\n\s*", conditional[0]))
     return line if len(line) <= WIDTH else conditional[0]
 
 

@@ -29,13 +29,15 @@ Axes are permuted so that the direction is largest in z:
    plus ``gamma(2) sum |w|``.
 7. The distance t of the plane. The test takes two edges E and F that meet in the corner a, and
    their cross product N. With ``m_i = |e_j f_k| + |e_k f_j|``, ``|N_i - n_i| <= gamma(4) m_i``.
-   The test divides N by ``D = d . N``, whose dot product adds gamma(3), and takes the dot product
-   of the quotient with ``A = a - O``; these roundings are gamma(6) together. As ``(a - t d) . n =
-   0``, ``T - t = ((a - t d) . (N - n) - t (D - d . N)) / D`` plus the last roundings. So the error
-   of N is multiplied only by the distance from the hit to the corner:
+   The dot product ``D = d . N`` adds gamma(3). The test multiplies N by 1 / D and takes the dot
+   product with ``A = a - O``. The roundings of A, 1 / D, this product and the dot product are
+   gamma(6) together. As ``(a - t d) . n = 0``, ``T - t = ((a - t d) . (N - n) - t (D - d . N)) /
+   D`` plus the last roundings. So the error of N is multiplied only by the distance from the hit
+   to the corner:
    ``|T - t| <= (gamma(4) sum |a_i - t d_i| m_i + gamma(3) |t| sum |d_i N_i| + gamma(6) sum
    |a_i N_i|) / |D|``. The test takes the two shorter edges. Where rounding may decide which edge
-   is the longest, the largest bound of the possible choices is used.
+   is the longest, the largest bound of the possible choices is used. Underflow adds the terms with
+   tiny of `_plane_bound`.
 8. A second bound on the distance. The test clamps T to the range of the corners' distances
    ``Z_i / d.z``, which have the error gamma(3). So the error of T is at most the distance along
    the ray to the furthest vertex, plus this rounding. Both bounds hold, so the smaller bound of
@@ -130,7 +132,7 @@ def bound_pairs(triangles: np.ndarray, origins: np.ndarray, directions: np.ndarr
     def g(n: int) -> float:
         return gamma(n, unit)
 
-    exponent, corners, direction = _permuted(triangles, origins, directions)
+    exponent, vertices, corners, direction = _permuted(triangles, origins, directions)
     with np.errstate(all="ignore"):     # values that overflow or divide by zero are replaced below
         # Steps 2 to 4: (3 corners, 2 axes, k).
         shear, inv_z = direction[:2] / direction[2], 1 / direction[2]
@@ -150,31 +152,33 @@ def bound_pairs(triangles: np.ndarray, origins: np.ndarray, directions: np.ndarr
         det_bound = ((1 + unit) ** 2 * w_bound.sum(axis=0) + g(2) * w_sum + 2 * tiny) * _ROUND_UP
         det_least = np.maximum(np.abs(det) - det_bound, 0)
         # Step 7.
-        edges = edges_of(corners)
+        edges = edges_of(vertices)
         size = np.abs(edges).max(axis=1)
         forward = np.zeros(len(exponent))
         for k in range(3):
             bound = _plane_bound(corners[k], *shorter(edges, k), direction, arithmetic)
-            may = size[k] >= (1 - g(3)) * size.max(axis=0) - 4 * tiny
+            may = size[k] >= (1 - g(3)) * size.max(axis=0) - 8 * tiny
             forward = np.maximum(forward, np.where(may & ~(bound >= 0), np.inf,
                                                    np.where(may, bound, 0)))
         # Step 8.
-        plane = plane_distance(corners, corners, direction)
+        plane = plane_distance(vertices, corners, direction)
         ends = z * inv_z
         lo, hi = ends.min(axis=0), ends.max(axis=0)
         rounding = g(3) * np.abs(ends).max(axis=0) + 8 * tiny * (1 + np.abs(z).max(axis=0))
         t = np.clip(np.where(np.isfinite(plane), plane, (lo + hi) / 2), lo, hi)
         convex = np.maximum(hi - t, t - lo) + rounding
-        # Where t was clamped, T is in the range only up to roundings: add them.
+        # Where t was clamped, the range itself is rounded: add its rounding.
         forward += np.where(plane == t, 0, rounding)
         t_bound = np.fmin(forward, convex) * _ROUND_UP
         # Step 9.
         u, u_bound = _weight(1, w, w_bound, w_most, det, det_least, arithmetic)
         v, v_bound = _weight(2, w, w_bound, w_most, det, det_least, arithmetic)
 
-        # The largest values are products of two sheared coordinates; they must not overflow.
+        # The largest values are products of two sheared coordinates, and depths divided by d.z;
+        # they must not overflow.
         spread = np.abs(p).max(axis=(0, 1)) + p_bound.max(axis=(0, 1))
-        safe = (spread ** 2 < arithmetic.huge / 8) & (w_most.sum(axis=0) < arithmetic.huge / 8)
+        most = np.maximum(spread ** 2, np.abs(z).max(axis=0))
+        safe = (most < arithmetic.huge / 8) & (w_most.sum(axis=0) < arithmetic.huge / 8)
         above, below = w > w_bound, w < -w_bound
         inside = (above.all(axis=0) | below.all(axis=0)) & safe & (det_least > 4 * tiny)
         in_box = (((p - p_bound).min(axis=0) <= 0) & ((p + p_bound).max(axis=0) >= 0)).all(axis=0)
@@ -194,9 +198,9 @@ def distance_bound(triangles: np.ndarray, origins: np.ndarray, directions: np.nd
 
 
 def _permuted(triangles: np.ndarray, origins: np.ndarray, directions: np.ndarray
-              ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Do steps 1 and 2: return exponents (k,), vertices relative to the origin (3, 3, k) and
-    scaled directions (3, k)."""
+              ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Do steps 1 and 2: return exponents (k,), vertices (3, 3, k), vertices relative to the origin
+    (3, 3, k) and scaled directions (3, k)."""
     origins, directions = (np.asarray(a, np.float64) for a in (origins, directions))
     size = np.abs(directions)
     exponent = np.frexp(size.max(axis=1, initial=0))[1]
@@ -204,8 +208,8 @@ def _permuted(triangles: np.ndarray, origins: np.ndarray, directions: np.ndarray
     direction = np.ldexp(np.take_along_axis(directions, order, 1), -exponent[:, None]).T
     origin = np.take_along_axis(origins, order, 1)
     corners = np.take_along_axis(np.asarray(triangles, np.float64), order[:, None], 2)
-    corners = np.ascontiguousarray((corners - origin[:, None]).transpose(1, 2, 0))
-    return exponent, corners, np.ascontiguousarray(direction)
+    vertices = np.ascontiguousarray(corners.transpose(1, 2, 0))
+    return exponent, vertices, vertices - origin.T, np.ascontiguousarray(direction)
 
 
 def _edges(p: np.ndarray, e: np.ndarray, q: np.ndarray, f: np.ndarray, arithmetic: Arithmetic
@@ -245,8 +249,7 @@ def _plane_bound(corner: np.ndarray, e: np.ndarray, f: np.ndarray, direction: np
     beside = np.abs(corner - t * direction)
     a_most = (np.abs(corner) * n_most).sum(axis=0)
     bound = ((beside * n_bound).sum(axis=0) + np.abs(t) * sums + gamma(6, unit) * a_most
-             + tiny * (3 * n_most.sum(axis=0) + a_most + (8 + np.abs(corner).sum(axis=0)) * least)
-             ) / least
+             + tiny * (3 * n_most.sum(axis=0) + (8 + np.abs(corner).sum(axis=0)) * least)) / least
     return np.where((least > 4 * tiny) & (m.max(axis=0) < arithmetic.huge / 8), bound, np.inf)
 
 

@@ -49,6 +49,7 @@ def test_the_page_has_the_table() -> None:
 @pytest.mark.parametrize("kind, power, lost", ROWS)
 def test_rays_that_begin_and_end_at_their_hit(exact_renderer, kind: str, power: int, lost: int
                                               ) -> None:
+    """The page scales the number of lost hits to RAYS hits."""
     case = {"triangles": needles, "a plane": planes}[kind](power, np.random.default_rng(1))
     with rt.Tracer(case.scene, "brute-force") as brute, rt.Tracer(
             case.scene, "bvh-threaded") as tracer:

@@ -1,4 +1,5 @@
-"""The table of docs/extremes.md on long thin triangles: errors of the distance beside them."""
+"""The table of docs/extremes.md on long thin triangles: errors of t for rays that start
+beside such triangles."""
 from __future__ import annotations
 
 import re

@@ -111,7 +111,22 @@ def test_what_overflows_is_open() -> None:
     triangles, origins, directions = aimed_pairs("inside", 1000, 4)
     b = bound_pairs(triangles * np.float32(1e25), origins * np.float32(1e25), directions)
     assert not b.inside.any() and np.isinf(b.t_bound).all() and b.possible.all()
+    far = 1.5 * 2.0 ** 127      # doubled by the division by d.z
+    wall = np.float32([[[-0.5, -0.5, far], [0.5, -0.5, far], [0, 0.7, far]]])
+    assert np.isinf(bound_pairs(wall, np.zeros((1, 3)), np.float32([[0, 0, 1]])).t_bound)
     assert gamma(3) == 3 * 2.0 ** -24 / (1 - 3 * 2.0 ** -24)
+
+
+def test_edges_are_rounded_from_the_vertices() -> None:
+    """float64 loses digits of a far origin's corners, so their differences are no edges."""
+    triangle = np.float32([[[0, 4.95309503928767e-16, 5.167001563413719e-16],
+                            [1, 2.537529391983612e-16, 3.197630373410565e-16],
+                            [0.5, 4.2386055429219263e-16, 4.667619525074553e-16]]])
+    origin = np.float32([[-0.4504268765449524, 0.9219554662704468, 0.8495473861694336]])
+    direction = np.float32([[1.0917938947677612, -0.9219554662704468, -0.8495473861694336]])
+    accepted, t, _, _ = intersect_pairs(triangle, origin, direction)
+    bound = bound_pairs(triangle, origin, direction)
+    assert accepted.all() and 5e-7 < abs(t[0] - 1) < bound.t_bound[0] < 1e-4
 
 
 def test_far_from_a_speck_is_certainly_outside() -> None:

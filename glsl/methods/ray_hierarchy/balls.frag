@@ -30,10 +30,10 @@ void main() {
     if (acute) {
         centre = (c * (b - across) * ab + b * (c - across) * ac) / (2.0 * area);
     }
-    PRECISE vec3 rounded = centre + a;
-    PRECISE vec3 to_v0 = a - rounded;
-    PRECISE vec3 to_v1 = unit * triangle_v1(i) - rounded;
-    PRECISE vec3 to_v2 = unit * triangle_v2(i) - rounded;
+    PRECISE vec3 middle = centre + a;
+    PRECISE vec3 to_v0 = a - middle;
+    PRECISE vec3 to_v1 = unit * triangle_v1(i) - middle;
+    PRECISE vec3 to_v2 = unit * triangle_v2(i) - middle;
     float radius = max(max(length(to_v0), length(to_v1)), length(to_v2));
-    ball_store(Ball(vec4(rounded, radius * WIDENED + TINY)));
+    ball_store(Ball(vec4(middle, radius * WIDENED + TINY)));
 }
