@@ -4,8 +4,8 @@
 // Let u be the unit roundoff ARITHMETIC_UNIT, and M the largest distance from the origin to a point of the
 // scene along any axis. A distance along one axis does not bound the error along this axis, because the
 // watertight test shears depth onto the other two axes. For example, let the scene and the origin lie in
-// the plane y = 0: their distance along y is 0, yet a sheared corner is off by several u M. These errors arise
-// along an axis, to first order in u (gpgpu_rt/numerics/error_bounds.py has the same steps):
+// the plane y = 0: their distance along y is 0, yet a sheared corner is off by several u M. These errors
+// arise along an axis, to first order in u (gpgpu_rt/numerics/error_bounds.py has the same steps):
 //
 //   6 u M             A sheared corner: u M by the subtraction, 3 u M by the product, 2 u M by the
 //                     sum. Edge functions have the right signs for the corners as computed. An

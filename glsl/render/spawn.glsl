@@ -19,8 +19,8 @@
 //
 // Eight units are not enough for a long thin triangle that is oblique to the axes. The rounding of the
 // normal adds four units of l times k, where k is the product of the lengths of the two shorter edges,
-// divided by twice the triangle's area (gpgpu_rt/numerics/error_bounds.py, step 7). Instead of adding this,
-// the code runs the test, and doubles the offset while the ray hits its own triangle.
+// divided by twice the triangle's area (gpgpu_rt/numerics/error_bounds.py, step 7). Instead of adding this
+// error, the code runs the test, and doubles the offset while the ray hits its own triangle.
 
 #ifndef STORAGE_UNIT
 #define STORAGE_UNIT 0.0

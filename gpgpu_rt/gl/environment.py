@@ -8,6 +8,7 @@ import subprocess
 from dataclasses import dataclass
 from pathlib import Path
 
+from .. import __version__
 from .context import Gpu, open_gpu
 
 LIBRARIES = ("moderngl", "numpy", "trimesh", "Pillow", "matplotlib", "distributed")
@@ -47,7 +48,7 @@ def environment(gpu: Gpu | None = None) -> RunEnvironment:
     """
     gpu, facts = gpu or open_gpu(), processors()
     return RunEnvironment(
-        importlib.metadata.version("gpgpu_rt"), commit(), platform.python_version(),
+        __version__, commit(), platform.python_version(),
         {name: found for name in LIBRARIES if (found := _installed(name))}, gpu.renderer,
         gpu.version, (facts[0].get("model name") if facts else None) or platform.machine(),
         _system())

@@ -1,6 +1,7 @@
 """The environment that measurements record."""
 from __future__ import annotations
 
+import importlib.metadata
 from dataclasses import asdict
 from pathlib import Path
 
@@ -16,6 +17,15 @@ def test_the_environment_names_program_and_renderer() -> None:
     assert found.version == rt.__version__ and found.libraries["moderngl"]
     assert (found.renderer, found.opengl) == (open_gpu().renderer, open_gpu().version)
     assert all(value for name, value in asdict(found).items() if name != "commit")
+
+
+def test_a_checkout_need_not_be_installed(monkeypatch: pytest.MonkeyPatch) -> None:
+    def missing(name: str) -> str:
+        raise importlib.metadata.PackageNotFoundError(name)
+
+    monkeypatch.setattr(importlib.metadata, "version", missing)
+    found = environment.environment()
+    assert found.version == rt.__version__ and not found.libraries
 
 
 def test_a_repository_around_an_installed_package_gives_no_commit(
