@@ -34,7 +34,7 @@ except ModuleNotFoundError as missing:
 def main(arguments: list[str] | None = None) -> int:
     """Run the command, and return its exit status.
 
-    The status is 0, 1 after a user's mistake (one line on stderr), or 130 after an interrupt.
+    The status is 0 on success, 1 after a user's mistake (one line on stderr), and 130 after an interrupt.
     """
     return printed(lambda: _main(arguments))
 
@@ -55,8 +55,8 @@ def _main(arguments: list[str] | None) -> int:
     parser.add_argument("--out", type=Path, default=Path("figures/out"), metavar="FOLDER",
                         help="folder of the drawn pages; default %(default)s, in the current "
                         "folder")
-    parser.add_argument("--check", action="store_true", help="measure and draw nothing; compare "
-                        "the files of --out with their digests in ro-crate-metadata.json")
+    parser.add_argument("--check", action="store_true", help="neither measure nor draw; only "
+                        "compare the files of --out with their digests in ro-crate-metadata.json")
     chosen = parser.parse_args(arguments)
     try:
         if chosen.check:

@@ -226,7 +226,7 @@ class Tracer:
         ValueError
             as for ``trace``
         OptionError
-            under options that round or lose hits, as hits would not be sorted by (t, triangle)
+            for options that may lose hits, or that round t, because different t may become equal
         """
         for method, own in self.sessions.rows.values():
             check_exact(method, own)
@@ -261,9 +261,9 @@ class Tracer:
         progress : Called by "path" with the finished samples, all samples, and the noise so far.
         first_hits : One of "traced", "rasterised" and "verified". With "rasterised" the rasteriser
             finds the eye rays' hits that it can prove, and the method traces the other eye rays.
-            The hits equal traced hits to the bit. With "verified" the method traces only eye rays
-            for which the rasteriser found no hit. A few pixels may then show a triangle behind the
-            nearest one. ``statistics.first_hits`` counts the traced rays.
+            The hits equal traced hits to the bit. With "verified" a rasterised hit is checked to
+            be a hit of its ray, but not to be the nearest hit, so a few pixels may show a triangle
+            behind the nearest one. ``statistics.first_hits`` counts the traced rays.
         region : Pixels of the picture to draw, (x, y, width, height) from the top left. They are
             the same to the bit as in the whole picture. None draws all pixels. The option
             ``noise`` of "path" is compared with the noise of the region.
@@ -309,8 +309,8 @@ class Tracer:
     @public_call
     def plan(self, size: tuple[int, int] = (512, 512), integrator: str | None = None,
              **options: Any) -> Plan:
-        """Return the passes and textures that `render` would use with the same arguments, and why
-        the others are left out. Nothing is drawn.
+        """Return the passes, textures and defines that `render` would use with the same arguments,
+        and why each other is left out. Nothing is drawn.
 
         Parameters
         ----------
@@ -345,8 +345,8 @@ class Tracer:
             session.move(self.scene.moved(vertices))
 
     def updates(self, positions: Iterable[np.ndarray]) -> Iterator[None]:
-        """Move the triangles to each element of ``positions``, an argument of ``update``. While a
-        frame is traced, another process builds the next structure (Budge et al. 2008)."""
+        """Move the triangles to each element of ``positions``, as ``update`` does. While a frame
+        is traced, another process builds the next structure (Budge et al. 2008)."""
         return move_ahead(self.sessions, positions)
 
     def counting(self) -> AbstractContextManager[None]:

@@ -19,7 +19,8 @@ CONFIGURATION = Path(__file__).parent / "docsite"
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("-o", "--output", default="site", metavar="FOLDER", help="folder of the "
-                        "site, which is replaced when the new site is complete; default site")
+                        "site; default: %(default)s. The folder is replaced when the new site is "
+                        "complete")
     chosen = parser.parse_args()
     missing = [name for name in NEEDED if importlib.util.find_spec(name) is None]
     if missing:

@@ -1,4 +1,4 @@
-"""Gap work: the measurements of the experiments on the survey's sections 4.3 and 5.
+"""Gap work: measurements that retention, simd_width, stacks and ideal_hardware share (survey, 4.3-5).
 
 There are three kinds of measurement: the bytes that passes move, the runs of kernels at every SIMD
 width, and the depth of stacks.
@@ -23,8 +23,9 @@ from gpgpu_rt.statistics import Statistics
 from ..framework.era_counts import STEPWISE, tile_pixels
 from .coherence import observe_order
 
-# The kinds are the beginnings of ``Cell.work``; a workload follows. MOVED measures the bytes
-# that the passes of the workload move, DONE the work at each width, STACKS the stacks of its rays.
+# A kind is the prefix of ``Cell.work``; the name of a workload follows the prefix. MOVED measures
+# the bytes that the passes of the workload move. DONE measures the work at each width. STACKS
+# measures the stacks of the workload's rays.
 MOVED, DONE, STACKS = "moved by ", "run by ", "stacks of "
 KINDS = (MOVED, DONE, STACKS)
 # The (h, w) of the pixels that branch together, by their number: rectangles nearest to a square.
@@ -32,14 +33,15 @@ GROUPS = {1: (1, 1), 2: (1, 2), 4: (2, 2), 8: (2, 4), 16: (4, 4), 32: (4, 8), 48
           64: (8, 8)}
 WIDTHS = tuple(GROUPS)
 # The side of a traced square of rays, and the number of squares across and down the image. Groups
-# of every width divide a square without remainder, whether of rays or of packets of 2x2 rays.
+# of every width tile a square exactly. This holds for groups of rays, and for groups of packets of
+# 2x2 rays.
 SIDE, SPREAD = 48, 2
-# A limit of the static costs, for the pages that use static costs.
+# The known errors of the static costs. Pages that use static costs print this text.
 COMPILED = ("Each kernel was compiled as a separate program. Two errors are known. First, the "
-            "instructions that move a ray's state to the program's outputs count, although a loop "
-            "would keep the state in registers. This error makes the computed shaders too slow. "
-            "Second, the set-up of rays and the branches of loops do not count. This error makes "
-            "the computed shaders too fast.")
+            "counts include the instructions that move a ray's state to the program's outputs, "
+            "although a loop would keep the state in registers. This error makes the "
+            "predicted times too long. Second, the counts leave out the set-up of rays and the branches "
+            "of loops. This error makes the predicted times too short.")
 # Caches: their bytes, the bytes of a transfer, and the number of rays that fetch together.
 STORES, LINES, TOGETHER = (8192, 16384, 131072), (16, 128), (4, 32)
 MISSES = ("kd-restart", "kd-texture-stack", "bvh-threaded")     # methods whose misses are counted
@@ -100,8 +102,8 @@ def _lanes(issued: KernelIssues) -> dict[str, int]:
 
 
 def _missed(trace: KernelTrace, tracer: rt.Tracer) -> dict[str, int]:
-    """Return the misses of each cache, by its bytes, the bytes of a line, and the rays that fetch
-    together."""
+    """Return the misses of each cache. A key holds the bytes of the cache, the bytes of a line,
+    and the number of rays that fetch together."""
     found = {}
     for together in TOGETHER:
         places = table_reads(trace, tracer.accelerator.tables, GROUPS[together])
@@ -115,7 +117,8 @@ def _missed(trace: KernelTrace, tracer: rt.Tracer) -> dict[str, int]:
 def _sorted_squares(scene: rt.Scene, rays: Workload) -> np.ndarray:
     """Return squares side by side, (SIDE, SPREAD * SPREAD * SIDE), of rays in their sorted order.
 
-    Neighbours in a square are neighbours in the order, which goes along a Morton curve.
+    Consecutive rays of the order fill a square along a Morton curve, so rays that are close in the
+    order are close in the square.
     """
     with rt.Tracer(scene, "bvh-threaded", sort_rays=True) as tracer:
         with observe_order(tracer) as orders:

@@ -31,7 +31,7 @@ RULES = (
     f"scored scenes, or on fewer than {verdicts.LEAST_PAIRS} pairs of methods in all. A pair "
     "counts if the published numbers of its two methods, for the same scene and kind of rays, "
     "differ by more than 5 %. A claim that compares no methods needs only the scenes. A claim "
-    "about a method itself, which no scene can change, needs neither scenes nor pairs. Two "
+    "about a method itself, which depends on no scene, needs neither scenes nor pairs. Two "
     "times decide no claim if their difference is smaller than the spread between runs of one "
     "method",
     f"**{verdicts.REDRAWN}**: a diagram or a picture, made from this program's own passes and "

@@ -6,7 +6,7 @@ A group is a scene and a kind of rays, with the times of several methods.
   HIGH. The ratios agree if the median over the groups of `off_by` is less than FACTOR.
 * reproduced in order, not in ratio: Only the order agrees.
 * contradicted: The order differs, whatever the ratios are.
-* refuted by a counterexample: At most half of the claims hold, and no scene can change them.
+* refuted by a counterexample: At most half of the claims hold, and none of them depends on a scene.
 * too little to judge: Fewer than LEAST_SCENES scored scenes, or fewer than LEAST_PAIRS pairs of
   methods. A pair counts if the published numbers of its two methods, for the same scene and kind
   of rays, do not tie.
@@ -14,7 +14,7 @@ A group is a scene and a kind of rays, with the times of several methods.
 A claim in words has neither order nor ratio. A figure that makes claims is reproduced if every
 claim holds, mostly reproduced if more than half hold, and contradicted otherwise. A claim that
 compares methods needs as many scenes and pairs as a table of times. A claim that compares no
-methods needs only the scenes. A claim about a method itself, which no scene can change, needs
+methods needs only the scenes. A claim about a method itself, which depends on no scene, needs
 neither scenes nor pairs.
 
 A stand-in replaces a scene whose mesh is missing, and is never scored. A `Verdict` also contains
@@ -51,7 +51,7 @@ class Verdict:
     agreed : Number of pairs that have the published order. None for claims.
     claims : Number of claims that the measurements decide.
     held : Number of decided claims that hold.
-    structure : Number of decided claims that no scene can change.
+    structure : Number of decided claims that depend on no scene.
     stand_ins : The verdict of the same rules on the stand-ins. Its `scenes` are the stand-ins.
     renderer : The verdict of the same rules on times of the present renderer, where the verdict
         itself is on times predicted for the paper's card.
@@ -104,7 +104,7 @@ class Claim:
 
     says : the claim
     holds : None if the measurements cannot decide
-    scenes : the scenes that were measured for the claim; empty if no scene can change the claim
+    scenes : the scenes that were measured for the claim; empty if the claim depends on no scene
     pairs : the pairs of measured methods that the claim compares
     stand_in : whether the scenes are stand-ins
     """

@@ -1,8 +1,8 @@
-// The watertight test of a triangle by the rays of a turn (drivers/packet_turns.glsl), which agree in their
-// dominant axis.
+// The watertight test of a triangle for the rays of a turn (drivers/packet_turns.glsl). These rays have the
+// same dominant axis.
 //
-// The rays share the corners with permuted axes. If all rays of the image have one origin, the rays also
-// share the corners relative to that origin. The operations are those of `test_triangle` on the same
+// The axes of the corners are permuted once for all rays of the turn. If all rays of the image have one
+// origin, the corners relative to this origin are also computed once. The operations are those of `test_triangle` on the same
 // numbers, so the hits have the same bits. A method defines PRESENT(r), which says whether ray r belongs to
 // the turn.
 

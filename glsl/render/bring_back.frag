@@ -1,5 +1,5 @@
 #version 330 core
-// Copy the light that a packed path has found so far to the path's own texel (see bring_back.vert).
+// Copy a packed path's light back to the texel that the path came from (see bring_back.vert).
 
 #include <streams>
 

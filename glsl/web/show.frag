@@ -11,12 +11,15 @@ uniform ivec2 places;           // components of the phase and of the steps
 uniform float most;             // the number of steps of the brightest colour; 0 shows surfaces
 uniform bool stepwise;          // whether there are states
 uniform vec2 size;              // of the shown picture, in pixels
-uniform vec3 kernel_colours[4]; // of rays in phase 1, 2, 3, and 4 or more
+uniform vec3 kernel_colours[4]; // of rays in phase 1, 2, 3, and 4 or more, as the screen shows them
+uniform vec3 heat_colours[HEAT_COLOURS];    // from no step to the largest number, as the screen shows them
 
 out vec4 colour;
 
 vec3 heat(float x) {
-    return clamp(vec3(3.0 * x, 3.0 * x - 1.0, 3.0 * x - 2.0), 0.0, 1.0);
+    float at = clamp(x, 0.0, 1.0) * float(HEAT_COLOURS - 1);
+    int low = min(int(at), HEAT_COLOURS - 2);
+    return mix(heat_colours[low], heat_colours[low + 1], at - float(low));
 }
 
 vec3 surface(int triangle, vec3 direction) {
@@ -35,15 +38,15 @@ void main() {
     vec3 direction = texelFetch(directions, pixel, 0).xyz;
     ivec2 place = pixel * textureSize(phases, 0) / rays;    // a packet has a state for several rays
     int phase = stepwise ? int(texelFetch(phases, place, 0)[places.x]) : 0;
-    vec3 shown = int(hit.w) == NO_TRIANGLE ? mix(vec3(0.86, 0.9, 0.95), vec3(0.55, 0.66, 0.8), normalize(direction).y)
-                                      : surface(int(hit.w), direction);
+    vec3 shown = sqrt(int(hit.w) == NO_TRIANGLE ? mix(vec3(0.86, 0.9, 0.95), vec3(0.55, 0.66, 0.8), normalize(direction).y)
+                                           : surface(int(hit.w), direction));
     if (most > 0.0) {
         shown = heat(texelFetch(counts, place, 0)[places.y] / most);
     } else if (phase > 0) {
-        shown = mix(shown, kernel_colours[min(phase, 4) - 1], 0.75);
+        shown = kernel_colours[min(phase, 4) - 1];
     }
     if (hit.w < 0.0) {
-        shown = vec3(0.5, 0.0, 0.4);    // no fragment wrote this ray
+        shown = vec3(0.7, 0.0, 0.63);   // no fragment wrote this ray
     }
-    colour = vec4(sqrt(shown), 1.0);
+    colour = vec4(shown, 1.0);
 }

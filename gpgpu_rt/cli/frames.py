@@ -50,8 +50,8 @@ def check_frames(chosen: argparse.Namespace) -> None:
     if chosen.floor and chosen.frames is not None:
         raise OptionError("--floor cannot follow a moving scene; leave --frames or --floor out")
     if chosen.build_ahead and (chosen.frames is None or chosen.scheduler is not None):
-        raise OptionError("--build-ahead needs --frames, without --scheduler; leave it out, or "
-                          "give --frames N")
+        raise OptionError("--build-ahead needs --frames, and does not work with --scheduler; "
+                          "leave --build-ahead out, or give --frames N without --scheduler")
 
 
 def render_frames(chosen: argparse.Namespace,
@@ -142,13 +142,15 @@ def _summary(spent: list[dict[str, Any]], ahead: bool) -> str:
         return "no times: no frame after the first was rendered"
     builds = [s["build_seconds"] for s in spent if s["rebuilt"]]
     refits = [s["refit_seconds"] for s in spent if not s["rebuilt"]]
-    took = "ahead with a wait of" if ahead else "in"
-    parts = [f"{word} {counted(len(times), 'time')} {took} {statistics.median(times) * 1e3:.0f} ms"
-             for word, times in (("refitted", refits), ("rebuilt", builds)) if times]
+    in_build = ("rebuilt ahead", "waited") if ahead else ("rebuilt", "took")
+    parts = [f"{word} {counted(len(times), 'time')}, {took} "
+             f"{statistics.median(times) * 1e3:.0f} ms"
+             for (word, took), times in ((("refitted", "took"), refits), (in_build, builds))
+             if times]
     whole = [s["trace_seconds"] + s["refit_seconds"] + (s["build_seconds"] if s["rebuilt"] else 0)
              for s in spent]
     trace = statistics.median(s["trace_seconds"] for s in spent)
-    return (f"{', '.join(parts)}, rendered in {trace * 1e3:.0f} ms (medians): "
+    return (f"{'; '.join(parts)}; rendered in {trace * 1e3:.0f} ms (medians): "
             f"{1 / statistics.median(whole):.2f} frames per second")
 
 

@@ -14,13 +14,15 @@ ON_CHIP = ("push", "pop")     # kernels that access a stack, which lies in on-ch
 
 @dataclass(frozen=True)
 class LoopCost:
-    """The cost of a run of a kernel, whose loop keeps ray, state and hit in registers.
+    """The cost of a run of a kernel inside a loop that keeps ray, state and hit in registers.
 
     Attributes
     ----------
-    instructions : arithmetic instructions as the compiler's card issues them
+    instructions : arithmetic instructions as the card issues them
     fetches : texels of tables
-    levels : fetches that wait for one another; texels of a record are fetched at the same time
+    levels : levels of texture indirection among these fetches: the length of the longest chain in
+        which each fetch needs the result of the fetch before. The texels of a record are fetched
+        at the same time
     """
 
     instructions: int
@@ -48,16 +50,16 @@ def loop_costs(card: str, method: str, **options: Any) -> dict[str, LoopCost]:
 
 
 def setup_slots(card: str, method: str, any_hit: bool = False, **options: Any) -> float:
-    """Return the instruction slots of a ray before the loop and behind it.
+    """Return the instruction slots of a ray before the loop and after it.
 
-    They are the slots of the kernel `init`. A program that traces a packet in a loop was compiled
-    as a whole, and takes more slots than its kernels together. The rays of the packet share these
-    slots.
+    For a method without packets they are the slots of the kernel `init`. For packets, the whole
+    loop was compiled as one program. The slots by which the whole exceeds the sum of its kernels
+    are divided among the rays of the packet.
 
     Parameters
     ----------
     card : the compiler, one of `static_costs.COMPILERS`
-    options : the options of packets. Other methods have their defaults
+    options : the options of a packet method. Other methods ignore them and use their defaults
     """
     if method not in packet_methods():
         return issue_slots(static_cost(card, method, "init", any_hit))

@@ -4,8 +4,9 @@ The era form of a method (docs/era.md) is judged by the counts of Mesa's compile
 Today's programs are judged only by their targets, tables, loops and queries, because no card's
 compiler accepts them.
 
-For example, the ray engine of Carr et al. (2002) ran in fixed point on the Radeon 8500, but ours
-needs float textures.
+A card may refuse a method that once ran on it. For example, Carr et al. (2002) ran the ray engine
+in fixed point on the Radeon 8500. The ray engine of this project needs float textures, even where
+it emulates fixed point.
 """
 from __future__ import annotations
 
@@ -33,8 +34,8 @@ class _Programs(Observer):
     """Collects every program of a call, by its texts.
 
     An entry holds the program's name, the largest number of render targets of its passes, and the
-    number of texels in the largest table that it reads. Kernels that share a file have their own
-    names.
+    number of texels in the largest table that it reads. The name is the
+    kernel's name if the program runs a single kernel, else the file's name.
     """
 
     def __init__(self) -> None:
@@ -100,8 +101,8 @@ def era_texels(names: Sequence[str] | None = None, scene_name: str = "cornell"
 
 
 def era_refusals(card: Card, texels: Mapping[str, int]) -> dict[tuple[str, str], list[Refusal]]:
-    """Return the reasons why a card cannot run each method in the era form: a kernel a pass, or
-    packets in a loop.
+    """Return the reasons why a card cannot run each method in the era form, which runs one kernel
+    per pass, or a packet in a loop.
 
     The counts of instructions are those of Mesa's compiler for the card. For R200 and NV25, which
     have no compiler in COMPILERS, the counts are those of R300's compiler.
@@ -114,7 +115,8 @@ def era_refusals(card: Card, texels: Mapping[str, int]) -> dict[tuple[str, str],
     found = {}
     for name, largest in texels.items():
         loops = name in packet_methods()
-        own = dict(PACKETS).get(name, {})    # the last entry: packets with all improvements
+        # `dict` keeps the last entry of a method, which has all improvements of Horn et al.
+        own = dict(PACKETS).get(name, {})
         costs = [static_cost(compiler, name, kernel, in_loop=loops, **own) for kernel in (
             [LOOP] if loops else [one.kernel for one in era_programs(name)])]
         needs = [Needs(one.slots, one.fetches, one.levels, loops, one.targets, _side(largest),

@@ -74,8 +74,8 @@ def record_trace(tracer: Tracer, size: tuple[int, int], trace: Callable[[], obje
         for a tracer under another schedule, or whose states cannot be observed
     """
     if tracer.options["schedule"] != "step" or tracer.options["steps_per_pass"] != 1:
-        raise OptionError(f"method {tracer.method.name} does not run a step of every ray a pass; "
-                          "set schedule to step and steps_per_pass to 1")
+        raise OptionError(f"method {tracer.method.name} does not run exactly one step of each "
+                          "ray per pass; set schedule to step and steps_per_pass to 1")
     state, kernels = tracer.method.state.name, kernels_of(tracer)
     packets = isinstance(tracer.session.driver, PacketSteps)
     across, down = packet_of(tracer.options) if packets else (1, 1)

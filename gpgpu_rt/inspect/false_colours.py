@@ -8,8 +8,8 @@ import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
 # A ramp from dark blue to light yellow. Grey levels grow evenly, so greyscale prints are readable.
-_RAMP = np.array([[8, 10, 38], [58, 22, 100], [128, 34, 108], [194, 58, 84], [238, 104, 48],
-                  [252, 168, 38], [252, 242, 160]], np.float64)
+RAMP = np.array([[8, 10, 38], [58, 22, 100], [128, 34, 108], [194, 58, 84], [238, 104, 48],
+                 [252, 168, 38], [252, 242, 160]], np.float64)
 # Colours of ray phases. They differ in hue and in lightness, so readers with red-green colour
 # blindness can tell them apart.
 _CATEGORIES = np.array([[230, 159, 0], [86, 180, 233], [0, 158, 115], [240, 228, 66],
@@ -24,10 +24,10 @@ MARGIN, LINE, TEXT = 8, 16, 12     # in pixels: margin, height of a text line, f
 
 def ramp(values: np.ndarray) -> np.ndarray:
     """Return colours, (..., 3) uint8, of numbers in [0, 1]."""
-    at = np.clip(np.nan_to_num(values), 0, 1) * (len(_RAMP) - 1)
-    low = np.minimum(at.astype(int), len(_RAMP) - 2)
+    at = np.clip(np.nan_to_num(values), 0, 1) * (len(RAMP) - 1)
+    low = np.minimum(at.astype(int), len(RAMP) - 2)
     part = (at - low)[..., None]
-    return (_RAMP[low] * (1 - part) + _RAMP[low + 1] * part).round().astype(np.uint8)
+    return (RAMP[low] * (1 - part) + RAMP[low + 1] * part).round().astype(np.uint8)
 
 
 def palette(pictures: Sequence[np.ndarray]) -> Image.Image:

@@ -7,9 +7,9 @@ from collections.abc import Sequence
 class EvenLoss:
     """Chooses passes by their live rays, one pass after another.
 
-    Most rays of a trace end in few passes, and a few rays take most passes. Frames at equal
-    distances in passes would therefore mostly show the few last rays. Here a frame is due whenever
-    an equal share of the first pass's live rays has ended.
+    Most rays of a trace end within few passes. Most passes run only for the few rays that remain.
+    Frames at equal distances in passes would therefore mostly show these few rays. Here a
+    frame is due whenever an equal share of the first pass's live rays has ended.
 
     Parameters
     ----------

@@ -12,7 +12,7 @@ REPRODUCED = "reproduced"
 ORDER = "reproduced in order, not in ratio"
 MOSTLY = "mostly reproduced"   # for claims in words
 CONTRADICTED = "contradicted"
-REFUTED = "refuted by a counterexample"    # for claims that no scene can change
+REFUTED = "refuted by a counterexample"    # for claims about a method itself
 TOO_LITTLE = "too little to judge"
 REDRAWN = "redrawn"            # a diagram or a picture: the survey prints nothing to score
 UNMEASURED = "not measured"
@@ -58,9 +58,9 @@ def score(verdict: Mapping[str, Any]) -> str:
     scenes = f", on {counted(len(verdict['scenes']), 'scene')}"
     if verdict["claims"]:
         says = f"{verdict['held']} of {counted(verdict['claims'], 'claim')}"
-        return says + (", which no scene can change"
+        return says + (", none of which depends on a scene"
                        if verdict["structure"] == verdict["claims"] else scenes)
     if not verdict["pairs"]:
         return ""
-    return (f"{verdict['agreed']} of {counted(verdict['pairs'], 'pair')} of methods in order"
-            + scenes)
+    return (f"{verdict['agreed']} of {counted(verdict['pairs'], 'pair')} of methods in the "
+            f"published order{scenes}")

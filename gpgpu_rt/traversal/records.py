@@ -46,7 +46,7 @@ LOWEST = Record("lowest", "triangle:int")
 """Result of blending: the lowest index of the triangles at the smallest t."""
 
 STATE = Record("state", "phase:int steps:int")
-"""A ray's state between passes: its phase, and the number of its kernel runs.
+"""A ray's state between passes: its ``phase``, and ``steps``, the number of its kernel runs.
 
 The phase of a live ray is the number of the kernel that the ray waits for; ``Method.kernels`` has
 the kernels' order. The phase is 0 for a finished ray and below 0 for a stopped ray. These two
@@ -54,10 +54,11 @@ fields are enough for a method that runs in a single pass, or that keeps its oth
 streams."""
 
 LIST_STATE = Record("state", "cursor:int phase:int steps:int")
-"""The fields of STATE, and the ray's position in a list of triangles."""
+"""The fields of STATE, and ``cursor``, the ray's position in a list of triangles."""
 
 TREE_STATE = Record("state", "node:int cursor:int phase:int steps:int")
-"""The fields of STATE, the next node, and the ray's position in a leaf's triangles."""
+"""The fields of STATE, the next ``node``, and ``cursor``, the ray's position in a leaf's
+triangles."""
 
 PACKET_STATE = Record("state", "node:int cursor:int phase:int steps:int | turn:int turns:int")
 """A packet's state: the fields of TREE_STATE, the active turn, and the turns that wait.

@@ -1,11 +1,13 @@
 // What the passes counted: the rays that are alive after each step, and the scale of the heat map.
 
-// The kernels' colours, which page.py writes into the style, and as light for show.frag. Kernels after the
-// last colour share it.
+// The kernels' colours, which page.py writes into the style. Kernels after the last colour share it.
 const KERNEL_COLOURS = [1, 2, 3, 4].map(
     (k) => getComputedStyle(document.documentElement).getPropertyValue(`--kernel-${k}`).trim());
-const KERNEL_LIGHT = KERNEL_COLOURS.flatMap(
-    (colour) => [1, 3, 5].map((at) => (parseInt(colour.slice(at, at + 2), 16) / 255) ** 2));
+
+// The colours of show.frag.
+const SHOWN_COLOURS = {kernel_colours: KERNEL_COLOURS.flatMap(
+    (colour) => [1, 3, 5].map((at) => parseInt(colour.slice(at, at + 2), 16) / 255)), heat_colours: page.heat};
+
 const kernelColour = (phase) => KERNEL_COLOURS[Math.min(phase, KERNEL_COLOURS.length) - 1];
 
 // Returns the numbers of rays, or packets, that are alive after 0, 1, 2, ... steps, the step after which none is alive,
@@ -64,7 +66,7 @@ function drawRamp() {
                     counts: texture(pixels, 1, 4, counts)};
     const into = target("legend 0", {outputs: 1}, pixels, 1);
     draw(page.own.whole, page.own.show, into, {places: [0, 0], stepwise: 1, most: 1, size: [pixels, 1],
-                                       kernel_colours: KERNEL_LIGHT}, inputs);
+                                       ...SHOWN_COLOURS}, inputs);
     const colours = read(into);
     for (let k = 0; k < pixels; ++k) {
         context.fillStyle = `rgb(${[0, 1, 2].map((c) => Math.round(255 * colours[4 * k + c])).join(" ")})`;

@@ -90,7 +90,7 @@ function paint(found, drawn, camera, side) {
     const [[phase, a], [steps, b]] = stepwise ? ["phase", "steps"].map((name) => field(drawn, name)) : [[0, 0], [0, 0]];
     draw(page.own.whole, page.own.show, {framebuffer: null, width: canvas.width, height: canvas.height},
          {places: [a, b], stepwise, most: chosen.heat && stepwise ? chosen.scale || 1 : 0,
-          size: [canvas.width, canvas.height], kernel_colours: KERNEL_LIGHT},
+          size: [canvas.width, canvas.height], ...SHOWN_COLOURS},
          {hits: found.hit, surfaces, directions: found.directions, phases: found.states[phase],
           counts: found.states[steps]});
     result = {...found, side, camera, schedule: drawn};
@@ -254,11 +254,9 @@ function choose(name = element("schedule").value, most = null) {
     element("pass").max = Math.max(chosen.most || 1, presentSurvey() ? counted.last
         : chosen.method.costs.steps[1]);
     element("summary").textContent = `${chosen.method.citation}: ${chosen.method.summary}.`;
-    element("about").replaceChildren(...chosen.method.about.map((text) => {
-        const paragraph = document.createElement("p");
-        paragraph.textContent = text;
-        return paragraph;
-    }));
+    element("about").replaceChildren(...paragraphs(chosen.method.about));
+    element("fields").hidden = !schedule().repeats;
+    element("fields").lastChild.replaceChildren(...paragraphs(schedule().meaning));
     const passes = schedule().passes, listed = element("kernel");
     const first = schedule().repeats ? schedule().cycles[0].turns[0].passes[0] : 1;
     const distinct = passes.map((pass, k) => [pass, k]).filter(
@@ -269,6 +267,14 @@ function choose(name = element("schedule").value, most = null) {
     showProgram();
     steps();
     return show();
+}
+
+function paragraphs(texts) {
+    return texts.map((text) => {
+        const paragraph = document.createElement("p");
+        paragraph.textContent = text.replaceAll("`", "");
+        return paragraph;
+    });
 }
 
 function showProgram() {

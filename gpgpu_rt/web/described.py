@@ -16,8 +16,10 @@ from ..gl.observation import ObservedPass
 from ..gl.record import Record
 from ..gl.shader import Compilation
 from ..inspect.program_text import program_text
+from ..inspect.record_meaning import meaning
 from ..rays.records import HIT
 from ..tracer import Tracer
+from ..traversal.records import STATE
 from .page_data import NotInBrowser, PageData
 from .structure import structure_of
 
@@ -55,7 +57,9 @@ class Described:
         self._structure = structure_of(tracer.method)
         self._tables, self._side = tables, side
         self._schedule, self._kernels = str(tracer.options["schedule"]), tracer.method.kernels
-        self._state, self._stream = _state_record(tracer)
+        declared, self._stream = _state_record(tracer)
+        self._state = tracer.precision.layout(declared)
+        self._meaning = list({**meaning(declared), **meaning(STATE)}.values())
         self._packets = tracer.method.packet_state is not None
         self._passes: list[dict[str, Any]] = []
         self._numbers: dict[tuple[Any, ...], int] = {}      # of passes, by their keys
@@ -188,15 +192,16 @@ class Described:
                 "outputs": max(one["outputs"] for one in self._passes),
                 "start": self._start,
                 "structure": self._structure,
-                "state": [[field.name, field.texel, field.swizzle] for field in fields]}
+                "state": [[field.name, field.texel, field.swizzle] for field in fields],
+                "meaning": self._meaning if fields else []}
 
 
 def _state_record(tracer: Tracer) -> tuple[Record, str]:
     """Return the record of the states that a cycle writes, and the name of its stream."""
-    row, layout = tracer.method, tracer.precision.layout
+    row = tracer.method
     if row.packet_state is None:
-        return layout(row.state), "state"
-    return layout(row.packet_state(tracer.options).state), "packet_state"
+        return row.state, "state"
+    return row.packet_state(tracer.options).state, "packet_state"
 
 
 def _title(one: ObservedPass, schedule: str) -> str:

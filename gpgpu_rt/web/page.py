@@ -14,7 +14,7 @@ import numpy as np
 from ..disk.files import replacing
 from ..errors import LimitError, OptionError
 from ..gl.shader import resolve
-from ..inspect.false_colours import category
+from ..inspect.false_colours import RAMP, category
 from ..rays.records import NO_TRIANGLE
 from ..scene.scene import Scene
 from ..traversal.live_tiles import TILE
@@ -28,7 +28,7 @@ SCRIPTS = ("vectors.js", "unpack.js", "player.js", "passes.js", "selftest.js", "
            "visits.js", "space.js", "charts.js", "program.js", "controls.js", "start.js")
 # The page's own programs, which show and count the rays. These and the scripts use CONSTANTS.
 OWN = {"whole": "drivers/full_screen.vert", "show": "web/show.frag", "alive": "web/alive.frag"}
-CONSTANTS = {"NO_TRIANGLE": NO_TRIANGLE, "TILE": TILE}
+CONSTANTS = {"NO_TRIANGLE": NO_TRIANGLE, "TILE": TILE, "HEAT_COLOURS": len(RAMP)}
 SIDE = 512          # of the canvas, in pixels
 MOST_WIRES = 2000   # triangles whose edges the page draws in space
 MOST_BYTES = 64 << 20
@@ -78,7 +78,7 @@ def page_text(scene: Scene, methods: list[WebMethod], tables: PageData, title: s
     wires = _wires(scene, tables)
     told = {"methods": [asdict(one) for one in methods], "texts": tables.texts,
             "tables": tables.tables, "own": own, "constants": CONSTANTS,
-            "triangles": tables.triangles, "wires": wires,
+            "triangles": tables.triangles, "wires": wires, "heat": _plain(RAMP.ravel() / 255),
             "camera": {name: _plain(getattr(scene.camera, name))
                        for name in ("eye", "target", "up", "fov")}}
     script = "\n".join((HERE / name).read_text() for name in SCRIPTS)
@@ -185,6 +185,7 @@ follow its ray. The address keeps what you chose, so that you can share it.</p>
 <p id="verdict" aria-live="polite">The test rays are being traced.</p>
 <p id="selftest" data-state="running"></p>
 <pre id="ray"></pre>
+<details id="fields"><summary>What the fields of the state mean</summary><div></div></details>
 </section>
 </div>
 <div class="column">

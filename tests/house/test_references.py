@@ -1,5 +1,5 @@
 """The works and the survey's sections that the project cites: each citation names a work of the
-list, no work of the list is uncited, and no section is cited that the survey does not have."""
+list, each work of the list is cited, and each cited section exists in the survey."""
 from __future__ import annotations
 
 import csv
@@ -19,7 +19,7 @@ ROOT = Path(rt.__file__).parents[1]
 FOLDERS = ("gpgpu_rt", "glsl", "figures", "docs", "examples", "README.md", "CONTRIBUTING.md")
 TEXTS = (".py", ".md", ".glsl", ".frag", ".vert", ".csv", ".json")
 MADE = ("figures/data", "figures/out")     # by `make figures`
-NOT_WORKS = {"ComputerBase 2006"}    # a test of a card
+NOT_WORKS = {"ComputerBase 2006"}    # a magazine's review of a card
 # Works that were once cited with a wrong section, and the section that discusses them.
 DISCUSSED = {"Arvo and Kirk 1987": "5", "Mortensen et al. 2007": "5",
              "Waechter and Keller 2006": "4.4", "Lauterbach et al. 2009": "5",
@@ -69,9 +69,9 @@ OWN = [row for row in rt.methods() if not Path(row.glsl).is_absolute()]
 
 @pytest.mark.parametrize("row", OWN, ids=lambda row: row.name)
 def test_every_method_s_paper_is_one_work_of_the_survey(row: rt.Method) -> None:
-    """A row's citation names one work. The survey has the sections that are recorded as discussing
-    the work. If the method's GLSL cites a section only for this work, the section is one of
-    them."""
+    """A row's citation names one work. Each section that the list records for the work exists in
+    the survey. If a GLSL file of the method cites a section and names no other work before, the
+    section is one of the recorded sections."""
     work = find_work(row.citation)
     assert work is not None and work.sections and set(work.sections) <= set(SECTIONS)
     assert reference(row.citation).endswith(f"(survey, {work.discussed})")
@@ -96,7 +96,7 @@ def _sections(text: str) -> list[tuple[int, str]]:
 
 def test_cited_sections_exist() -> None:
     """Every section of the survey that a text cites exists, and so does every section that
-    follows the word "section". (Two citations are of sections of papers. The survey has sections
+    follows the word "section". (A few citations name sections of a paper. The survey has sections
     with these numbers too.)"""
     found = [(name, section) for name, text in texts().items()
              for section in [section for _, section in _sections(text)]

@@ -46,6 +46,7 @@ def test_a_chapter_has_all_its_parts(page: Path) -> None:
 
 @pytest.mark.parametrize("page", CHAPTERS, ids=lambda page: page.name)
 def test_only_figures_that_measure_are_left_out(page: Path) -> None:
+    """The test of snippets skips only blocks that draw a figure measured over minutes."""
     left_out = [block for block in snippets(page) if block.marker]
     assert {(block.marker, block.value) for block in left_out} <= {("not run", LONG)}
     assert all(command.startswith("python -m gpgpu_rt.figures --only ")

@@ -122,7 +122,8 @@ def test_a_speck_far_from_the_ray_is_not_hit(seed: int) -> None:
 @pytest.mark.parametrize("seed", [8, 9])
 def test_settle_agrees_with_rationals(seed: int) -> None:
     """`settle` corrects float64 hits to the hits of exact rational arithmetic. The rays pass
-    through edges and vertices, many at equal distances. Vertices have whole coordinates."""
+    through edges and vertices. Many rays meet several triangles at the same t. Vertices have whole
+    coordinates."""
     rng = np.random.default_rng(seed)
     triangles = np.concatenate((square(4), square(4)[:, ::-1], square(2) * (2, 2, 1)))
     triangles = triangles @ np.array(((1, 0, 1), (0, 1, -1), (0, 0, 1)))  # tilted
@@ -144,7 +145,7 @@ def test_settle_agrees_with_rationals(seed: int) -> None:
 @pytest.mark.parametrize("seed", [10])
 def test_settle_leaves_sure_rays_alone(seed: int) -> None:
     rng = np.random.default_rng(seed)
-    # `settle` does not doubt copies of a triangle
+    # Copies of a triangle do not make a ray doubtful, because the lowest index wins.
     soup = np.tile(random_soup(80, seed, 0.5), (2, 1, 1))
     origins, directions = rng.random((500, 3)), rng.normal(size=(500, 3))
     directions[7] = 0
@@ -153,7 +154,8 @@ def test_settle_leaves_sure_rays_alone(seed: int) -> None:
     assert doubtful == 0
     for name in ("t", "u", "v", "triangle", "status"):
         assert (getattr(settled, name) == getattr(hits, name)).all()
-    # A hit exactly at an end of the interval is doubtful and inside the interval.
+    # A ray whose hit lies exactly at an end of the interval counts as doubtful. `settle` then
+    # decides that the hit is inside the interval.
     flat = np.float32([[[0, 0, 0], [3, 0, 0], [0, 3, 0]]])
     ray = np.float32([[1, 1, 2]]), np.float32([[0, 0, -1]])
     hits = trace(flat, *ray, 0, 2)

@@ -194,7 +194,7 @@ def test_the_page_says_first_what_came_out(judged: Path, tmp_path: Path) -> None
                                     for part in section.split("<h3>")[1:])}
     assert groups == {"confirmed": {"fig13"}, "confirmed in part": {"fig16"},
                       "contradicted": {"fig12", "fig14"}, "not judged": {"fig20", "fig22"}}
-    assert "3 of 10 pairs of methods in order, on 2 scenes" in section
+    assert "3 of 10 pairs of methods in the published order, on 2 scenes" in section
     for name, word in WORDS.items():    # and each figure has its badge
         figure = text[text.index(f'id="{name}"'):].partition("</section>")[0]
         assert re.search(rf'class="badge"[^>]*>{word}<', figure)

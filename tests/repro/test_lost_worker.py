@@ -1,5 +1,5 @@
-"""Dask used not to restart a worker that was killed twice within 15 s. After the loss of the last
-worker, a sweep waited for ever."""
+"""With Dask's default settings, a worker that was killed twice within 15 s did not start again.
+After the loss of the last worker, a sweep waited for ever."""
 from __future__ import annotations
 
 import os

@@ -119,7 +119,7 @@ def test_the_command_builds_ahead(tmp_path, capsys) -> None:
         (tmp_path / name).mkdir()
         assert run("render", "walker", "-m", "bih", "--size", "16", "--frames", "3", "-o",
                    str(tmp_path / name), *more) == 0
-    assert "ahead with a wait of" in capsys.readouterr().out
+    assert "rebuilt ahead" in capsys.readouterr().out
     for path in sorted((tmp_path / "turn").iterdir()):
         one, other = (np.asarray(Image.open(tmp_path / name / path.name))
                       for name in ("turn", "ahead"))

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import gpgpu_rt
 from gpgpu_rt.gl.record import Record
+from gpgpu_rt.inspect.record_meaning import texts_below
 
 from .markdown import code, table
 
@@ -21,8 +22,9 @@ def records_text() -> str:
         new = {name: one for name, one in records.items() if id(one) not in seen}
         seen.update(map(id, new.values()))
         if new:
+            texts = texts_below(_PACKAGE.parent / path)
             sections.append(f"\n## {path}\n" + "".join(
-                f"\n{code(name)}, in GLSL {code(one.name)}:\n\n{_texels(one)}"
+                f"\n### {name}\n\n{texts[name]}\n\nIn GLSL {code(one.name)}:\n\n{_texels(one)}"
                 for name, one in new.items()))
     return "".join(sections)
 

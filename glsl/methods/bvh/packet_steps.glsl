@@ -1,14 +1,15 @@
-// The shared part of all packet walks through a BVH under the schedule `step`: the turns, and the triangles
-// of a leaf. The walks are in packet_steps_stack.glsl and packet_steps_threads.glsl. A walk defines these
+// The shared part of all packet walks through a BVH under the schedule `step`: the choice of
+// the next turn, and the advance through a leaf's triangles. The rays of a turn walk together
+// (drivers/packet_turns.glsl). The walks are in packet_steps_stack.glsl and packet_steps_threads.glsl. A walk defines these
 // functions:
 //   `clear_place`, `load_place` and `store_place` handle the fields of the state besides the node.
 //   `go_on` continues at `node`, with a pop, or with the end of the walk.
 //   `leave_leaf` continues after the last triangle of a leaf.
 //   `traverse`, a kernel, visits a node. A walk may define further kernels.
 //
-// The field `turns` has a bit for each octant whose rays still wait. Departure from
-// drivers/boxes_by_interval.glsl: with INTERVAL_TEST all rays of an octant walk at once, even rays that
-// begin far from one another. Separating them would need more state.
+// The field `turns` has a bit for each octant whose rays still wait. With INTERVAL_TEST,
+// drivers/boxes_by_interval.glsl limits a turn to rays that begin near one another. Here all rays of an
+// octant walk together, because the limit would need more state.
 
 void clear_place();
 void load_place();
@@ -19,7 +20,7 @@ void find_octant(int r) {
     packet.turns |= node_count > 0 && rays[r].t_min <= rays[r].t_max ? 1 << octant_of(rays[r]) : 0;
 }
 
-// A ray stays present if the current turn is its turn and its search is not over.
+// Load a ray's hit. Set t_min to NEVER unless the ray belongs to the current turn and its search is not over.
 void wake(int r) {
     hits[r] = hit_load(min(ray_texel(r), ray_texture_size - 1));
     bool awake = rays[r].t_min <= rays[r].t_max && octant_of(rays[r]) == turn && !search_over(hits[r]);
@@ -64,7 +65,7 @@ void store_walk() {
     store_place();
 }
 
-// Go on after the rays have tested the triangle at the cursor.
+// Advance the cursor past the triangle that the rays have tested (drivers/packet_intersect.frag).
 void intersect() {
     ++steps;
     COUNT_SEVERAL(triangles_tested, RAYS);

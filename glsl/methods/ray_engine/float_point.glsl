@@ -1,4 +1,4 @@
-// The pair test of the Ray Engine in floats: the tests of core/triangle.glsl.
+// The Ray Engine's test of a ray with a triangle, in floats: `test_triangle` of core/triangle.glsl.
 
 #include "core/triangle.glsl"
 

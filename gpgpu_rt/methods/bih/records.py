@@ -16,5 +16,5 @@ BIH_BOUNDS = Record("bih_bounds", "lo:vec3 parent:int | hi:vec3 side:int")
 the root."""
 
 BIH_STATE = Record("state", "t_min t_max node:int cursor:int | phase:int steps:int")
-"""A ray's state: the current node, the ray's interval in the node, and the position in the node's
-triangles."""
+"""A ray's state: the current ``node``, the ray's interval in the node (``t_min``, ``t_max``), and
+``cursor``, the position in the node's triangles."""

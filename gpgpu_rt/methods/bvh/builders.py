@@ -59,8 +59,8 @@ def built_bvh(triangles: np.ndarray, options: Mapping[str, Any], **limit: int) -
     if device == "cpu":
         return cached(build_bvh, triangles, **chosen, **limit)
     if build not in GPU_BUILDS:
-        raise OptionError(f"build {build} has no passes; with build_device=gpu, build is one of "
-                          f"{', '.join(GPU_BUILDS)}")
+        raise OptionError(f"build {build} cannot run on the GPU; with build_device=gpu, build is "
+                          f"one of {', '.join(GPU_BUILDS)}")
     if limit:
         raise LimitError(f"a tree of {len(triangles):,} triangles would have more nodes than "
                          "floats can index; build on the cpu, which makes larger leaves")

@@ -77,8 +77,10 @@ SHARED_WAY_OUT = "after:int"
 field is -1 outside shared subtrees."""
 
 PACKET_SHARED_STATE = replace(PACKET_STATE, layout=f"{PACKET_STATE.layout} {SHARED_WAY_OUT}")
+"""A packet's state with shared subtrees: the fields of PACKET_STATE, and ``after``, the node at
+which the packet goes on after the shared subtree that it is in, or -1."""
 
 PACKET_STACK_STATE = replace(
     PACKET_STATE, layout=PACKET_STATE.layout + " far:int stacked:int | far_t_max")
-"""The state of a packet with a stack: the fields of PACKET_STATE, the far child to push, and the
-stack pointer ``stacked``. Packets leave ``far_t_max`` at 0."""
+"""The state of a packet with a stack: the fields of PACKET_STATE, the child to push (``far``), and
+the stack pointer ``stacked``. Packets leave ``far_t_max`` at 0."""

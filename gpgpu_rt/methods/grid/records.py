@@ -11,7 +11,8 @@ cell. Without proximity clouds, it is -1 in every empty cell."""
 
 GRID_STATE = Record("state", "cell:ivec3 t_enter | t_next:vec3 t_exit "
                              "| cursor:int phase:int steps:int")
-"""A ray's state: its current cell, and the t at which it enters and leaves this cell.
+"""A ray's state: its current `cell`, the t at which it enters this cell (`t_enter`), and the t at
+which it leaves the grid (`t_exit`).
 
 `t_next` has, for each axis, the t at which the ray crosses into the next cell along the axis.
 `cursor` is the position in the cell's list."""

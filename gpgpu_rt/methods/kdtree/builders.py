@@ -71,8 +71,8 @@ def built_kdtree(triangles: np.ndarray, options: Mapping[str, Any]) -> KdTree:
     device = chosen.pop("build_device")
     if device == "gpu":
         if build not in GPU_KD_BUILDS:
-            raise OptionError(f"build {build} of a kd-tree has no passes; with build_device=gpu, "
-                              f"build is one of {', '.join(GPU_KD_BUILDS)}")
+            raise OptionError(f"build {build} of a kd-tree cannot run on the GPU; with "
+                              f"build_device=gpu, build is one of {', '.join(GPU_KD_BUILDS)}")
         return build_kdtree_by_passes(open_gpu(options["context"]), triangles, **chosen)
     if "workers" not in chosen:
         return cached(build_kdtree, triangles, **chosen)

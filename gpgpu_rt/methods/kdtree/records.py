@@ -25,7 +25,8 @@ KD_LEAF = Record("kd_leaf", "lo:vec3 rope_lo_x:int | hi:vec3 rope_hi_x:int "
 this face, or -1."""
 
 KD_STATE = Record("state", "t_min t_max t_exit node:int | cursor:int end:int phase:int steps:int")
-"""A ray's state: its interval in the current node (`t_min`, `t_max`) and its exit from the tree.
+"""A ray's state: its interval (`t_min`, `t_max`) in the current `node`, and `t_exit`, where the
+ray leaves the tree.
 
 The leaf's references from `cursor` to `end` are still to be tested."""
 
@@ -50,20 +51,24 @@ render targets of a card.
 free entry's node is 0. Instead of ``pushing``, the first entry's node is -1."""
 
 KD_TEXTURE_STACK_STATE = KD_STATE.extended("far_t_max far:int stacked:int")
-"""KD_STATE, the far child to push, the end of its interval, and the stack pointer `stacked`."""
+"""KD_STATE, the far child to push (`far`), the end of its interval (`far_t_max`), and the stack
+pointer `stacked`."""
 
 KD_ROPES_PACKET_STATE = replace(
     PACKET_STATE, layout=PACKET_STATE.layout + " last:int from:int")
-"""A packet's state: PACKET_STATE, the packet's last kernel, and the node where it ran."""
+"""A packet's state: PACKET_STATE, the packet's last kernel (`last`), and the node where it ran
+(`from`)."""
 
 KD_PACKET_STATE = KD_ROPES_PACKET_STATE.extended("needed:int pushed:int pushing:int")
-"""KD_ROPES_PACKET_STATE, the vote of the rays, and the restart as in KD_PUSH_DOWN_STATE.
+"""KD_ROPES_PACKET_STATE, the vote of the rays, and the restart (`pushed`, `pushing`) as in
+KD_PUSH_DOWN_STATE.
 
 ``needed`` is 1 if a ray needs the near child, plus 2 if a ray needs the far child."""
 
 KD_PACKET_STACK_STATE = replace(
     KD_PACKET_STATE, layout=KD_PACKET_STATE.layout + " popped:int | stack_node:ivec4")
-"""KD_PACKET_STATE, and the nodes on the short stack, newest first. A node of 0 is a free entry.
+"""KD_PACKET_STATE, and `stack_node`, the nodes on the short stack, newest first. A node of 0 is a
+free entry.
 
 ``popped`` is the number of entries that the last kernel popped. The record fills the four render
 targets of the cards that Horn et al. used."""

@@ -20,5 +20,5 @@ UNIT_BOUNDS = Record("unit_bounds", "lo:vec3 parent:int | hi:vec3 side:int")
 the root."""
 
 UNIT_STATE = Record("state", "t_min t_max node:int cursor:int | end:int phase:int steps:int")
-"""A ray's state: the current node, the ray's interval in the node, and the leaf's references from
-``cursor`` to ``end`` that are still to be tested."""
+"""A ray's state: the current ``node``, the ray's interval in the node (``t_min``, ``t_max``), and
+the leaf's references from ``cursor`` to ``end`` that are still to be tested."""
