@@ -34,7 +34,8 @@ except ModuleNotFoundError as missing:
 def main(arguments: list[str] | None = None) -> int:
     """Run the command, and return its exit status.
 
-    The status is 0 on success, 1 after a user's mistake (one line on stderr), and 130 after an interrupt.
+    The status is 0 on success, 1 after a user's mistake (one line on stderr) or if `--check` finds
+    a difference, and 130 after an interrupt.
     """
     return printed(lambda: _main(arguments))
 

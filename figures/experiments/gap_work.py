@@ -1,4 +1,4 @@
-"""Gap work: measurements that retention, simd_width, stacks and ideal_hardware share (survey, 4.3-5).
+"""Measurements that retention, simd_width, stacks and ideal_hardware share (survey, 4.3 to 5).
 
 There are three kinds of measurement: the bytes that passes move, the runs of kernels at every SIMD
 width, and the depth of stacks.
@@ -39,9 +39,9 @@ SIDE, SPREAD = 48, 2
 # The known errors of the static costs. Pages that use static costs print this text.
 COMPILED = ("Each kernel was compiled as a separate program. Two errors are known. First, the "
             "counts include the instructions that move a ray's state to the program's outputs, "
-            "although a loop would keep the state in registers. This error makes the "
-            "predicted times too long. Second, the counts leave out the set-up of rays and the branches "
-            "of loops. This error makes the predicted times too short.")
+            "although a loop would keep the state in registers. This error makes the predicted "
+            "times too long. Second, the counts leave out the set-up of rays and the branches of "
+            "loops. This error makes the predicted times too short.")
 # Caches: their bytes, the bytes of a transfer, and the number of rays that fetch together.
 STORES, LINES, TOGETHER = (8192, 16384, 131072), (16, 128), (4, 32)
 MISSES = ("kd-restart", "kd-texture-stack", "bvh-threaded")     # methods whose misses are counted

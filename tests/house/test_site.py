@@ -61,7 +61,7 @@ def test_the_reference_has_every_name(site: Path) -> None:
     assert all((reference / "api" / f"{name}.html").is_file()
                for name in rt.__all__ if name != "reference")
     assert "in units of the ray’s |direction|" in text_of(reference / "api" / "Hits.html")
-    assert "between passes: its phase , and steps" in text_of(reference / "records.html")
+    assert "between passes: its phase, and steps" in text_of(reference / "records.html")
     assert "kd_restart.glsl kd-restart: Foley and Sugerman 2005" in text_of(
         reference / "programs.html")
 
