@@ -23,7 +23,7 @@ Box = tuple[int, int, int, int]     # left, top, right and bottom in pixels
 # The telling part of a wide picture. Whole, its text would be too small to read.
 VIEWER: Box = (400, 0, 1100, 514)
 TREE: Box = (730, 60, 1310, 430)
-DRAWING: Box = (547, 207, 957, 545)
+DRAWING: Box = (549, 194, 955, 494)
 FILM = ("passes", "kitchen", "-m", "kd-restart", "--size", "128x128")
 FRAMES = 110        # of the film; its last frame stays for LAST_MS
 FRAME_MS, LAST_MS = 90, 2500
