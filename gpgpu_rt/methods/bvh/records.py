@@ -34,8 +34,8 @@ QUANTISED_NODE_16 = PackedRecord(
 
 QUANTISED_NODE_8 = PackedRecord(
     "quantised_node", "lo_x:8 hi_x:8 lo_y:8 hi_y:8 | lo_z:8 hi_z:8 | " + _LINK)
-"""A threaded node in one integer texel. Its bounds count equal steps of the scene's box, rounded
-outward.
+"""A threaded node in one integer texel. A bound of its box is a number of steps from the lower
+corner of the scene's box, rounded outward. All steps along an axis are equal.
 
 For an inner node, ``target`` is the escape index. For a leaf, ``target`` is the first triangle.
 For a portal, ``target`` is the first shared node. After leaves and portals, a ray always goes on
