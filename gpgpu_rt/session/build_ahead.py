@@ -77,8 +77,8 @@ def move_ahead(sessions: Sessions, positions: Iterable[np.ndarray]) -> Iterator[
 
     Parameters
     ----------
-    sessions : of a tracer with a single method
-    positions : the arguments of ``Tracer.update``, a frame each
+    sessions : the sessions of a tracer with a single method
+    positions : the argument of ``Tracer.update`` for each frame
 
     Raises
     ------

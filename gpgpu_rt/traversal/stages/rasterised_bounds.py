@@ -59,7 +59,7 @@ class RasterisedBounds(DriverBase):
         self.tile = options["rasterised_bounds"]
 
     def take(self, triangles: np.ndarray, driver: Driver) -> None:
-        """From now on, bound rays by these (n, 3, 3) triangles and trace them by this driver."""
+        """From now on, bound rays by these (n, 3, 3) triangles and trace rays by this driver."""
         self.driver, self.count = driver, len(triangles)
         self.kept["tables"] = table_textures(
             self.gpu, TRIANGLE, triangle_table(triangles)[TRIANGLE.name],
