@@ -83,7 +83,7 @@ def move_ahead(sessions: Sessions, positions: Iterable[np.ndarray]) -> Iterator[
     Raises
     ------
     OptionError
-        for a tracer with two methods, and for a method whose accelerator passes build
+        for a tracer with two methods, or if passes build a part of the accelerator
     SceneError, LimitError
         at once for the first frame; for a later frame, after the move to the preceding frame
     """

@@ -50,8 +50,8 @@ def kernel_depth(kernel: int) -> float:
 
 
 def mark_stopped(status: np.ndarray, phases: np.ndarray) -> None:
-    """Write the status codes of ``Hits`` into ``status``, (n,), for rays whose phase says that
-    they were stopped."""
+    """Write the status codes of ``Hits`` into ``status``, (n,), for stopped rays. ``phases``,
+    (n,), tells which rays were stopped."""
     status[phases == UNFINISHED] = hits.UNFINISHED
     status[phases == OVERFLOWN] = hits.STACK_OVERFLOW
 

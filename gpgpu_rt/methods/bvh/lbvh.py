@@ -6,10 +6,10 @@ curve. A triangle's place in this order is its slot. Each gap between neighbouri
 inner node. The node's level is the position of the first bit in which the two codes at the gap
 differ. The paper sorts a list of the gaps by level.
 
-Here, the tree follows directly from the sorted codes. A node spans all slots around its gap whose
-codes share the bits before the node's level. At each end of this span is another gap. The node's
-parent is the node of one of these two gaps: the gap whose two codes share more leading bits. The
-bits of the slot number are appended to each code, so that no two codes are equal.
+Here, the tree follows directly from the sorted codes. A node spans all slots around its gap
+that have the same code bits before the node's level. At each end of this span is another gap. The
+node's parent is the node of one of these two gaps: the gap whose two codes share more leading
+bits. The bits of the slot number are appended to each code, so that no two codes are equal.
 
 `methods/bvh/gpu_build/lbvh.py` builds the same tree by fragment passes, node for node.
 """

@@ -73,12 +73,13 @@ TALLY = Record("tally", COUNTERS.layout)
 """A ray's counters so far, summed by blending."""
 
 SHARED_WAY_OUT = "after:int"
-"""An additional field: the node at which a ray goes on after the shared subtree that it is in. The
-field is -1 outside shared subtrees."""
+"""An additional field: the node at which a ray goes on after its present shared subtree. The field
+is -1 outside shared subtrees."""
 
 PACKET_SHARED_STATE = replace(PACKET_STATE, layout=f"{PACKET_STATE.layout} {SHARED_WAY_OUT}")
 """A packet's state with shared subtrees: the fields of PACKET_STATE, and ``after``, the node at
-which the packet goes on after the shared subtree that it is in, or -1."""
+which the packet goes on after its present shared subtree. ``after`` is -1 outside shared
+subtrees."""
 
 PACKET_STACK_STATE = replace(
     PACKET_STATE, layout=PACKET_STATE.layout + " far:int stacked:int | far_t_max")

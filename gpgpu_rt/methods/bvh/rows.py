@@ -67,7 +67,7 @@ def _accelerator(bvh: Bvh, kept: _Kept, triangles: np.ndarray,
     fields, uniforms = layout.fields(bvh, options)
     lo, hi = scene_box(bvh)
     width, height = options.get("packet", (1, 1))
-    ends = 1 if options.get("entry_points") else 0    # a ray takes a step to end its entry list
+    ends = 1 if options.get("entry_points") else 0    # a ray needs a step to end its entry list
     return Accelerator(
         {**triangle_table(triangles, bvh.order, kept.last), layout.record(options).name: fields},
         {"scene_lo": tuple(lo), "scene_hi": tuple(hi), **layout.uniforms, **uniforms},

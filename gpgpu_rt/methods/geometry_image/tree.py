@@ -148,10 +148,11 @@ def build_image_tree(charts: Sequence[tuple[int, int]], level: int = 0) -> Image
 
 
 def build_triangle_image(triangles: np.ndarray) -> ImageTree:
-    """Build the quadtree over (n, 3, 3) triangles, each a cell, along a Morton curve.
+    """Build the quadtree over (n, 3, 3) triangles along a Morton curve.
 
-    Each cell has three texels in a row. The second texel serves as two corners of the quad v0 v1
-    v2 v1, so the quad's two halves are the same triangle. Programs test only the first half.
+    Each triangle is a cell. Each cell has three texels in a row. The second texel serves as two
+    corners of the quad v0 v1 v2 v1, so the quad's two halves are the same triangle. Programs test
+    only the first half.
     """
     lo, hi = triangle_boxes(triangles)
     order = morton_order((lo * np.float32(0.5) + hi * np.float32(0.5)).T)

@@ -61,8 +61,8 @@ KD_ROPES_PACKET_STATE = replace(
 (`from`)."""
 
 KD_PACKET_STATE = KD_ROPES_PACKET_STATE.extended("needed:int pushed:int pushing:int")
-"""KD_ROPES_PACKET_STATE, the vote of the rays, and the restart (`pushed`, `pushing`) as in
-KD_PUSH_DOWN_STATE.
+"""KD_ROPES_PACKET_STATE, the vote of the rays (``needed``), and the restart (`pushed`, `pushing`)
+as in KD_PUSH_DOWN_STATE.
 
 ``needed`` is 1 if a ray needs the near child, plus 2 if a ray needs the far child."""
 

@@ -1,5 +1,5 @@
-"""The kd-tree family: rows of the method table for methods that share a tree and differ in its
-traversal."""
+"""The kd-tree family: rows of the method table for methods that traverse the same tree in
+different ways."""
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
@@ -148,8 +148,8 @@ def _for_packets(prepared: Accelerator, options: Mapping[str, Any]) -> Accelerat
 def _changed_by_packets(options: Mapping[str, Any]) -> dict[str, str]:
     """The fields of KD_PACKET_ERA_STATE that each kernel computes.
 
-    A field that a kernel sets only to a constant is left out: glsl/era/packet_kernel.glsl does not
-    count constants.
+    Two kinds of fields are left out: fields that a kernel only sets to a constant, and ``t_far``,
+    which is a copy of ``t_max`` (glsl/era/packet_kernel.glsl).
     """
     marks = options["push_down"] or options["stack_size"]
     found = {

@@ -1,4 +1,4 @@
-"""A ray trip: the rays of a call while the host walks them through cells, and the host's work."""
+"""A ray trip: the state of a call's rays while the host walks the rays through cells."""
 from __future__ import annotations
 
 from collections.abc import Mapping
