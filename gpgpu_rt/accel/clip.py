@@ -21,7 +21,7 @@ def clip_bounds(vertices: np.ndarray, index: np.ndarray, lo: np.ndarray,
 
     Parameters
     ----------
-    vertices : (3, 3, n) float32, vertex, axis, triangle
+    vertices : (3, 3, n) float32, indexed by vertex, axis and triangle
     index : (m,) int, triangles
     lo, hi : (3, m) float32, boxes
 

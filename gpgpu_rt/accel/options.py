@@ -1,4 +1,4 @@
-"""Options: checks the options of builders; an error suggests the names that are known."""
+"""Options: checks the options of builders; an error suggests similar known names."""
 from __future__ import annotations
 
 import inspect
@@ -18,8 +18,8 @@ def refuse_unknown(builder: Callable, unknown: Iterable[str]) -> None:
 
 
 def choose(what: str, name: Any, known: Iterable[str]) -> str:
-    """Return the name if it is known; raise OptionError otherwise. ``what`` is the kind of name in
-    the message."""
+    """Return the name if it is known; raise OptionError otherwise. ``what`` is
+    the noun before the name in the message, such as "build"."""
     known = list(known)
     if name not in known:
         raise OptionError(f"unknown {what} {name!r}{nearest_names(str(name), known)}")
@@ -28,7 +28,7 @@ def choose(what: str, name: Any, known: Iterable[str]) -> str:
 
 def in_range(what: str, value: Any, lowest: float, highest: float, kind: type = float) -> Any:
     """Return the value as `kind`; raise OptionError if it is not a number from lowest to highest.
-    ``what`` is its name in the message."""
+    ``what`` is the value's name in the message."""
     try:
         number = kind(value)
     except (TypeError, ValueError, OverflowError):

@@ -79,8 +79,8 @@ def each_once(order: np.ndarray, triangles: int) -> bool:
 
 def are_pairs(axis: np.ndarray, child: np.ndarray, count: np.ndarray, entries: int, depth: Any
               ) -> bool:
-    """Return whether nodes form a single tree of depth ``depth`` whose right children directly
-    follow the left children, and whose leaves together contain ``entries`` entries."""
+    """Return whether nodes form a single tree of depth ``depth``. Each right child must directly
+    follow its left sibling, and all leaves together must contain ``entries`` entries."""
     inner = axis != LEAF
     nodes = np.flatnonzero(inner)
     left = child[nodes]

@@ -106,8 +106,8 @@ def cut(inner: list[np.ndarray], left: np.ndarray, right: np.ndarray,
 
     Parameters
     ----------
-    kept : (n,) bool. Of the two children of a node, both are kept or none is kept. The ancestors
-        of a kept node are kept
+    kept : (n,) bool. Both children of a node are kept, or neither is. The ancestors of a kept node
+        are kept
 
     Returns
     -------

@@ -1,5 +1,5 @@
-"""Choices: a method with options for coherent rays, and a method with options for incoherent
-rays."""
+"""Choices: the method and its options for coherent rays, and the method and its options for
+incoherent rays."""
 from __future__ import annotations
 
 from collections.abc import Mapping
@@ -84,9 +84,10 @@ class Choices:
 
         Parameters
         ----------
-        options : options of ``PASSING``. Any other option must have the value that it has in both
-            choices
-        where : the origin of the choices, which is the subject of error messages
+        options : option -> value. An option of ``PASSING`` may have any value. Any other option
+            must have the value that both choices already have
+        where : the origin of the choices, such as "the settings file"; the subject of the error
+            message
 
         Raises
         ------

@@ -1,4 +1,4 @@
-"""Methods of a user: load Python files of other folders and check their rows of the method table.
+"""Methods of a user: load Python files from the user's folders and check the rows in these files.
 
 Each file defines ``ROWS``, as the ``rows.py`` of a family does; docs/how-to/add-a-method.md has an
 example.
@@ -99,7 +99,7 @@ def register_folder(folder: Path, register: Callable[[Method, Path], Method]) ->
 
 
 def _check(row: Method, path: Path) -> None:
-    """Raise MethodError for a mistake in a row that would otherwise only show during traversal."""
+    """Raise MethodError if a row has a mistake that could otherwise show only during traversal."""
     where = f"{path}, method {row.name!r}"
     if not isinstance(row.name, str) or not _NAME.fullmatch(row.name):
         raise MethodError(f"{where}: invalid name; use words of a-z and 0-9, joined by -")
@@ -163,7 +163,8 @@ def _check_kinds(row: Method, where: str) -> None:
 
 
 def _guarded(row: Method, path: Path) -> Callable[..., Accelerator]:
-    """The row's ``prepare`` in a wrapper that turns its errors into a MethodError of one line.
+    """The row's ``prepare`` in a wrapper, which turns an error of ``prepare`` into a MethodError
+    whose message is a single line.
 
     The wrapper also checks the returned Accelerator. With the environment variable
     GPGPU_RT_TRACEBACK, the command line also prints the traceback of the error.

@@ -35,7 +35,7 @@ def _cost(areas: tuple[np.ndarray, np.ndarray, float], traversal: float,
 
 def quality(structure: Structure, *, traversal_cost: float = 1.0,
             intersection_cost: float = 1.0) -> dict[str, int | float]:
-    """Figures of merit, by name.
+    """Return the figures of merit: name -> value.
 
     `references_per_leaf` is an average over the leaves (or cells) that are not empty.
     `references_per_triangle` is an average over the triangles that have a reference.

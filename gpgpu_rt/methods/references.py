@@ -37,8 +37,8 @@ class CitedWork:
 
     Attributes
     ----------
-    key : the work's name in the file. It ends with the year, and with a letter if two names would
-        be the same
+    key : the work's name in the file. It ends with the year. A letter follows the year if two
+        works would otherwise have the same key
     authors : initials and surname of each author
     venue : journal, conference or school, with the volume
     year : None if the work has no year, such as the survey itself
@@ -108,7 +108,8 @@ def citations(text: str) -> list[tuple[str, CitedWork | None]]:
     """The citations in a text, from first to last: the text of each citation, and its work or
     None.
 
-    Other words before a year, such as a conference's name, look like a citation without a work.
+    Other words before a year, such as a conference's name, are returned as a citation whose work
+    is None.
     """
     text = re.sub(r"\s+", " ", text)
     found = [(at.start(), at[0], _titled(at[1])) for at in _BY_TITLE.finditer(text)]
@@ -120,7 +121,7 @@ def citations(text: str) -> list[tuple[str, CitedWork | None]]:
 
 
 def cited(text: str) -> list[CitedWork]:
-    """The works that a text cites, each once, by first author and year."""
+    """The works that a text cites, each once, sorted by the first author and then by the key."""
     found = {work.key: work for _, work in citations(text) if work is not None}
     return sorted(found.values(), key=lambda work: (_plain(work.surnames[0]), work.key))
 
@@ -134,7 +135,8 @@ def _titled(title: str) -> CitedWork | None:
 def _authored(names: str, year: str) -> CitedWork | None:
     """The work of these authors and this year.
 
-    If ``year`` has no letter, a work whose key has no letter comes before works with a letter.
+    If ``year`` has no letter, a work whose key has no letter is preferred to works whose keys have
+    a letter.
     """
     more = names.endswith(" et al.")
     surnames = [re.sub(r"['’]s$", "", name).split(" ")[-1].split(".")[-1]

@@ -77,13 +77,13 @@ def move_ahead(sessions: Sessions, positions: Iterable[np.ndarray]) -> Iterator[
 
     Parameters
     ----------
-    sessions : of a tracer with a single method
-    positions : the arguments of ``Tracer.update``, a frame each
+    sessions : the sessions of a tracer with a single method
+    positions : the argument of ``Tracer.update`` for each frame
 
     Raises
     ------
     OptionError
-        for a tracer with two methods, and for a method whose accelerator passes build
+        for a tracer with two methods, or if passes build a part of the accelerator
     SceneError, LimitError
         at once for the first frame; for a later frame, after the move to the preceding frame
     """

@@ -64,14 +64,15 @@ class Pictures:
 
     @property
     def radiance(self) -> np.ndarray:
-        """The linear radiance, (height, width, 3) float32, of the last picture by "path"."""
+        """The linear radiance, (height, width, 3) float32, of the last picture of the
+        integrator "path"."""
         found = self.integrator.radiance if self.integrator is not None else None
         if found is None:
             raise Error('there is no radiance yet; render with integrator="path"')
         return found
 
     def unfinished(self) -> Image.Image | None:
-        """Return the unfinished picture of an interrupted "path", or None."""
+        """Return the unfinished picture of the integrator "path" after an interrupt, or None."""
         if self.integrator is None or self.integrator.radiance is None:
             return None
         return Image.fromarray(self.integrator.show(self.integrator.radiance.astype(np.float64)))

@@ -133,7 +133,7 @@ class Session:
                   statistics: Statistics) -> AllHits:
         """Return all hits of rays, or each ray's ``max_hits`` nearest hits."""
         def trace_on(texels: np.ndarray) -> tuple[dict[str, np.ndarray], np.ndarray]:
-            """Return the next HIT and status of rays, (height, width, 3, 4) RAY_AFTER_HIT."""
+            """Return the fields of HIT and the status of each ray; see `all_hits.Round`."""
             rays, buffers = self.buffers.of(texels.shape[1::-1], after_hit=True)
             rays.write(texels)
             side, stopped = self.driver.run(rays, buffers, statistics)

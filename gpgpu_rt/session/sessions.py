@@ -71,7 +71,7 @@ class Sessions:
 
     @property
     def any_packets(self) -> bool:
-        """Whether a session traces packets, which need rays in tiles."""
+        """Whether one of the methods traces packets, which need rays in tiles."""
         return any(method.packet for method, _ in self.rows.values())
 
     def remade(self) -> Choices:
@@ -106,8 +106,8 @@ class Sessions:
         """Lock out other threads within the block. After ``release``, raise Error."""
         with self.gpu:
             if self._released:
-                raise Error("this tracer was released, as its `with` block does at its end; "
-                            "make another")
+                raise Error("this tracer was released, for example at the end of its `with` "
+                            "block; make another tracer")
             yield
 
     @contextmanager

@@ -99,11 +99,11 @@ class Structure:
         return self.tables.samplers(), accelerator
 
     def move(self, scene: Scene, built: Accelerator | None = None) -> Moved:
-        """Replace the scene by a scene with the same number of triangles, which moved.
+        """Replace the scene by the same scene with moved triangles.
 
-        Use the accelerator ``built`` over the moved triangles, if it is given. If not, refit the
-        accelerator. Rebuild it if the method cannot refit or the option ``rebuild_ratio`` requires
-        a rebuild.
+        Use the accelerator ``built`` over the moved triangles, if the caller gives one. Otherwise,
+        refit the present accelerator, or rebuild it if the method cannot refit or the option
+        ``rebuild_ratio`` requires a rebuild.
 
         Raises
         ------

@@ -19,8 +19,9 @@ def make_driver(setup: Setup) -> Driver:
     """Return the driver of a method for the schedule of its options.
 
     The driver is of the class that ``Method.drivers`` names for the schedule. Without such a name,
-    the driver is a `schedules.Traversal`. If options ask for entry points or sorted rays, the
-    drivers of these stages wrap the method's driver.
+    the driver is a `schedules.Traversal`, or with the option ``era``, an `era.EraTraversal`. If
+    options ask for entry points or sorted rays, the drivers of these stages wrap the method's
+    driver.
     """
     check_own_arrays(setup.gpu, setup.method, setup.options)
     plain = EraTraversal if setup.options["era"] else Traversal

@@ -1,4 +1,4 @@
-"""The era form: a method's kernels as the cards of 2002-2006 ran them, a kernel a pass.
+"""The era form: a method's kernels as the cards of 2002-2006 ran them, one kernel per pass.
 
 The kernels are the texts of ``glsl/methods/``, which ``glsl/era/pass.glsl`` includes. Indices are
 floats. Each texel of a record lies in a separate texture. A ray's state has the fields that the
@@ -67,7 +67,7 @@ def era_kernel(method: Method, options: Mapping[str, Any], name: str, any_hit: b
     name : a kernel of the method, or INIT
     any_hit : whether rays stop at their first hit
     defines : the defines that follow from the accelerator
-    in_loop : whether the kernel is the body of a branch in a loop, not a pass
+    in_loop : whether the kernel is the body of a branch in a loop, not a pass of its own
     """
     start = name == INIT
     chosen = {
@@ -133,7 +133,7 @@ class EraDriver(MethodDriver):
         return found
 
     def generated(self, rays: RayTextures, statistics: Statistics) -> RayTextures:
-        """Return copies of the rays, with tiny numbers for zero components of directions."""
+        """Return copies of the rays. Tiny numbers replace the zero components of directions."""
         rays.complete()
         mine = self.keep("rays", lambda: rays.like(rays.size), lambda old: old.fits(rays))
         program = self.program("rays", lambda: FullScreenPass(

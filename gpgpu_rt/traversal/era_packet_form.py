@@ -1,4 +1,4 @@
-"""Era packet form: a field of a packet method's row. It describes the packets in the era form."""
+"""Era packet form: the field of a row that describes packets in the era form (see era.py)."""
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping

@@ -27,7 +27,7 @@ LOOP = "loop"     # the name of the whole program
 RAYS = Record("packet_rays", " | ".join(
     [f"{field}_{axis}:vec4" for field in ("origin", "direction", "inverse") for axis in "xyz"]
     + ["t_min:vec4", "t_max:vec4"]))
-"""The four rays of a packet. Each vector holds one number of each of the four rays."""
+"""The four rays of a packet. Each vector holds one number for each of the four rays."""
 
 HITS = replace(HIT, layout="t:vec4 | u:vec4 | v:vec4 | triangle:ivec4")
 """The hits of the four rays."""
@@ -95,7 +95,7 @@ def _texts(method: Method, era: EraPackets, name: str) -> dict[str, str]:
 
 
 class EraPacketTraversal(EraDriver):
-    """Traces 2x2 rays a fragment, in a single pass with a loop.
+    """Traces 2x2 rays per fragment, in a single pass with a loop.
 
     A packet at the edge of an image of odd size traces the rays of its last row or column twice.
     """

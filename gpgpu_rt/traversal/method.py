@@ -32,13 +32,13 @@ ENTRY_POINTS = Option(
     choices=(16, 4), optional=True, label="start below the root", unset=OFF)
 PACKET_ENTRIES = Option(
     "entry_points", None, "side in rays of the tiles that get a beam; a packet whose rays all lie "
-    "in a beam of its tile starts at the node where the beam enters the tree", int,
+    "in the beam of its tile starts at the node where the beam enters the tree", int,
     choices=(8, 16, 32), optional=True, schedules=("loop",), label="start below the root",
     unset=OFF)
 
 
-# The array of a stack has a multiple of this number of levels, so trees of similar depth share
-# their programs. The unused levels cost no time on llvmpipe.
+# The array of a stack has a multiple of this number of levels, so that trees of similar depth use
+# the same programs. The unused levels cost no time on llvmpipe.
 STACK_STEP = 8
 
 
@@ -183,7 +183,7 @@ class Method:
     stack_entry : Record of a level of a stack in textures, if the method has such a stack.
     packet_state : (options) -> Stepwise, for a packet method that runs under ``step``.
     era_packets : The packets in the era form, if the method has them.
-    single : Name of the method that traces the rays of packets that reach the limit on steps.
+    single : Name of the method that traces a packet's rays singly after the packet's step limit.
     entry_walk : GLSL file of a beam's walk through the tree, for the option ``entry_points``.
     own_array : (options) -> whether fragments write into a GLSL array, at different indices.
     fixed_defines : GLSL defines of all programs of this method. If methods share a GLSL file,
@@ -244,7 +244,7 @@ class Method:
 
     @property
     def steps_once(self) -> bool:
-        """Whether a pass runs one step at most, because pushes or triangle tests must follow."""
+        """Whether a pass runs at most one step, because another pass must follow each step."""
         return self.stack_entry is not None or self.packet_state is not None
 
     def tables_for(self, options: Mapping[str, Any]) -> Tables:
@@ -258,7 +258,7 @@ class Method:
         """Return the row for these options, by ``form``. A missing option has its default.
 
         With the option ``era``, the row's states have no step counts, and it runs only under the
-        schedule ``kernels``. Packets run only under ``loop``.
+        schedule ``kernels``. Packets in the era form run only under ``loop``.
         """
         row = self._with_form(options)
         if not options.get("era"):
@@ -295,7 +295,7 @@ class Method:
         return {**self.fixed_defines, **chosen}
 
     def resolved(self, given: Mapping[str, Any]) -> dict[str, Any]:
-        """Return all options of a tracer by this method, each with its given or default value.
+        """Return all options of a tracer with this method, each with its given or default value.
 
         Raises
         ------
@@ -344,7 +344,7 @@ class Method:
             raise OptionError(f"method {self.name}{given} runs under {', '.join(schedules)} only, "
                               f"not {options['schedule']}")
         if self.steps_once and options["steps_per_pass"] != 1:
-            raise OptionError(f"method {self.name} runs one step a pass, because another pass "
+            raise OptionError(f"method {self.name} runs one step per pass, because another pass "
                               "follows each step; leave steps_per_pass at 1")
 
     def in_passes(self, options: Mapping[str, Any], single: bool = False) -> dict[str, Any]:

@@ -45,11 +45,14 @@ class PacketTargets:
                                    ("counters", self.counters)) if textures}
 
     def target(self, counters: bool, alone: bool) -> Target:
-        """Return the target of hits, or of triangles ``alone``, or of ``counters``."""
+        """Return the target of counters (if ``counters``), triangles (if ``alone``), or hits."""
         return self._targets["counters" if counters else "triangles" if alone else "hits"]
 
     def samplers(self, alone: bool) -> dict[str, moderngl.Texture]:
-        """Return sampler name -> texture of the hits, or of the triangles ``alone``."""
+        """Return sampler name -> texture of the hits and of the counters.
+
+        With ``alone``, leave out the textures of hits that hold no triangles.
+        """
         textures = self.triangles if alone else self.hits
         return {**{f"packet_texels_{k}": texture for k, texture in enumerate(textures)},
                 **{"packet_counters": texture for texture in self.counters}}
@@ -64,8 +67,8 @@ class PacketTargets:
         # Store the image channel by channel, because callers read single channels.
         each = 1 if alone and self.fours else 4
         planes = np.empty((each, self.size[1], height, self.size[0], width), np.float32)
-        # With ``fours``, rays share a texel. If rays of a texel are neighbours in a row of the
-        # image, copy their values as one wider number.
+        # With ``fours``, a texel holds values of four rays. If some of these rays are neighbours
+        # in a row of the image, copy their values as one wider number.
         kind = np.dtype((np.float32, np.complex64, np.complex128)[width // 2 if self.fours else 0])
 
         def spread(k: int, texels: np.ndarray) -> None:

@@ -45,7 +45,7 @@ class TilePass(PrimitivePass):
         self._places: moderngl.Buffer | None = None
 
     def covered(self, size: tuple[int, int]) -> np.ndarray:
-        """Return the positions, (k, 2), of the packets that the last draw covered; never None."""
+        """Return the positions, (k, 2) int, x and y, of the packets that the last draw covered."""
         drawn, side = self._squares
         packets = drawn.repeat(side, 0).repeat(side, 1)
         return np.argwhere(packets[:size[1], :size[0]])[:, ::-1]

@@ -46,7 +46,7 @@ class PacketTraversal(MethodDriver):
     def follow(self, samplers: Samplers, accelerator: Accelerator, step_cap: int) -> None:
         """Use the tables of triangles that moved. Records and defines are unchanged."""
         super().follow(samplers, accelerator, step_cap)
-        self.drop("single")     # the next use remakes this driver, for the moved triangles
+        self.drop("single")     # made anew at its next use, for the moved triangles
 
     def run(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
             any_hit: bool = False) -> tuple[Target | PacketHits, int]:
@@ -60,7 +60,8 @@ class PacketTraversal(MethodDriver):
         query = self.gpu.query()
         drawn = self._draw_packets("packet", rays, room, statistics, any_hit, query)
         statistics.queries += 1
-        # The program discards unfinished packets. If there are any, draw again without discarding.
+        # The program discards unfinished packets. If a packet is unfinished, draw all packets
+        # again without discarding.
         left_behind = query.samples < drawn
         if left_behind:
             self._draw_packets("packet_unsettled", rays, room, statistics, any_hit)
@@ -132,7 +133,7 @@ class PacketTraversal(MethodDriver):
         single_samplers = {**single_rays.samplers(), **found.samplers()}
         counted = len(now.streams.get(COUNTERS.name, ()))
         channels = [(True,) * 4] * (len(now.textures) - counted)
-        # The counters keep the packets' counts.
+        # Do not overwrite the counters: they keep the packets' counts.
         now.framebuffer.color_mask = (*channels, *[(False,) * 4] * counted)
         self._program("brought_back", any_hit, rays.in_textures).draw(
             now, {f"single_{name}": texture for name, texture in single_samplers.items()})
@@ -145,8 +146,8 @@ class PacketTraversal(MethodDriver):
             known = (*TRACER_OPTIONS, *row.options)
             shared = {option.name: self.options[option.name] for option in known
                       if option.name in self.options and option.accepts(self.options[option.name])}
-            # Single rays begin at the root: entry points are found by the driver around this
-            # driver, not here.
+            # Single rays begin at the root, because the driver around this driver finds entry
+            # points only for packets.
             shared.pop("entry_points", None)
             options = resolve_options({**shared, "schedule": "loop", "statistics": False}, known,
                                       f"method {row.name}")

@@ -50,8 +50,8 @@ def kernel_depth(kernel: int) -> float:
 
 
 def mark_stopped(status: np.ndarray, phases: np.ndarray) -> None:
-    """Write the status codes of ``Hits`` into ``status``, (n,), for rays whose phase says that
-    they were stopped."""
+    """Write the status codes of ``Hits`` into ``status``, (n,), for stopped rays. ``phases``,
+    (n,), tells which rays were stopped."""
     status[phases == UNFINISHED] = hits.UNFINISHED
     status[phases == OVERFLOWN] = hits.STACK_OVERFLOW
 
@@ -103,7 +103,8 @@ class Traversal(MethodDriver):
     def _run_loop(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
                   any_hit: bool) -> tuple[Target, int]:
         self.gpu.context.enable_only(moderngl.NOTHING)
-        # The counters of rays are part of their states, and an observer may ask for states.
+        # Keep states in textures if they are needed: counters are part of the states, and an
+        # observer may ask for states.
         in_textures = self.statistics_on or self._overran or self.gpu.observers.states
         if not in_textures and self._finish_all(rays, buffers, statistics, any_hit):
             return buffers.side(0), 0
@@ -301,7 +302,7 @@ def method_defines(method: Method, accelerator: Accelerator, options: Mapping[st
 
 
 def method_texts(method: Method, options: Mapping[str, Any]) -> dict[str, str]:
-    """Return the texts that programs of a method include, by name.
+    """Return the texts that programs of a method include: name of the include -> text.
 
     The texts are the method's own file, the files that options choose, and the accessors of the
     method's tables.

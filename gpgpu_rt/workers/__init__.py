@@ -1,4 +1,4 @@
-"""Workers: share rays and pictures among processes and machines by Dask."""
+"""Workers: distribute rays and pictures to processes and machines, with Dask."""
 from __future__ import annotations
 
 from .workers import LOCAL, Workers

@@ -36,8 +36,8 @@ def taken(waiting: Callable[[], object] = lambda: None) -> Iterator[None]:
 
     Notes
     -----
-    The lock is an operating system lock on a file of this user. When its process ends for any
-    reason, the lock is released.
+    The lock is an operating system lock on a file of this user. When the process that holds the
+    lock ends for any reason, the lock is released.
     """
     with _turn:
         if _held:

@@ -184,7 +184,7 @@ class Workers:
         ------
         ValueError
             if the shapes of arrays do not match, or for an invalid ray; the message names the
-            first
+            first invalid ray
         Error
             as for ``map``; and the errors of ``Tracer``
         """

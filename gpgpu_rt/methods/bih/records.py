@@ -10,7 +10,7 @@ BIH_NODE = Record("bih_node", "left_hi right_lo axis:int child:int")
 `child` is the leaf's first triangle."""
 
 BIH_BOUNDS = Record("bih_bounds", "lo:vec3 parent:int | hi:vec3 side:int")
-"""The data that a ray needs to climb: a node's box, its parent, and its side.
+"""The data that a ray needs to climb to a parent: a node's box, its parent, and its side.
 
 `side` is the parent's axis for a left child, the parent's axis + 3 for a right child, and 6 for
 the root."""

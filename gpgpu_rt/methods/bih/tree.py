@@ -25,8 +25,9 @@ from ...accel.runs import expand, owners, run_starts
 from ...accel.sound import alike, are_pairs, each_once, named
 
 LEAF = 3            # the axis of a leaf
-# The most halvings of an axis from one node to its child. Scaled centres lie between -1 and 1 and
-# are multiples of 2^-149, so about 150 halvings separate any two different centres.
+# The largest number of times that an axis is halved between a node and its child. Scaled centres
+# lie between -1 and 1 and are multiples of 2^-149, so about 150 halvings separate any two
+# different centres.
 HALVINGS = 160
 
 

@@ -1,1 +1,1 @@
-"""Bounding volume hierarchies: threaded, with a stack, and by packets."""
+"""Bounding volume hierarchies: traversal along escape indices, with a stack, and by packets."""

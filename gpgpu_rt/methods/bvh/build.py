@@ -37,8 +37,9 @@ def build_bvh(triangles: np.ndarray, *, build: str = "sah", reinsertion: int = 0
     ----------
     triangles : (n, 3, 3) float32, world units
     build : "sah", "kay-kajiya", "goldsmith-salmon", "lbvh" or "hybrid"
-    reinsertion : number of rounds that move subtrees, down to single triangles, to places where
-        they cost less; see `reinsertion.py`. Leaves of several triangles are made afterwards
+    reinsertion : number of rounds of optimisation. A round moves subtrees and single triangles to
+        places where they cost less; see `reinsertion.py`. Leaves of several triangles are made
+        after all rounds
     most_nodes : limit on the number of nodes. Leaves are made larger until the tree is within this
         limit. None sets no limit
     options : options of the builder: see `sah.build`, `median.build`, `insertion.build`,

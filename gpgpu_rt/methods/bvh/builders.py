@@ -1,4 +1,4 @@
-"""The build options that all BVH methods share, and the function that builds by them."""
+"""The build options of all BVH methods, and the function that builds a tree with these options."""
 from __future__ import annotations
 
 from collections.abc import Mapping
@@ -32,7 +32,7 @@ BUILD_OPTIONS = (
 
 
 def automatic_values(options: Mapping[str, Any]) -> dict[str, int]:
-    """Return the values that `built_bvh` uses for build options that are None, by option."""
+    """Return option -> the value that `built_bvh` uses, for build options that are None."""
     bits = {"lbvh": AXIS_BITS, "hybrid": CLUSTER_BITS}.get(options["build"])
     return {} if bits is None else {"morton_bits": bits}
 

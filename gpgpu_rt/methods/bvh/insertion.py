@@ -19,7 +19,7 @@ from .tree import LooseTree
 
 
 def build(triangles: np.ndarray, *, seed: int = 0, **unknown: object) -> LooseTree:
-    """Build a tree of one-triangle leaves; `seed` shuffles the order of insertion."""
+    """Build a tree with one triangle per leaf; `seed` determines the order of insertion."""
     refuse_unknown(build, unknown)
     seed = in_range("seed", seed, 0, 2**32 - 1, int)
     n = len(triangles)

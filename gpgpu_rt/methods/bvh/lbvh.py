@@ -1,15 +1,15 @@
 """LBVH: a bounding volume hierarchy from sorted Morton codes.
 
 C. Lauterbach, M. Garland, S. Sengupta, D. Luebke, D. Manocha, "Fast BVH Construction on GPUs",
-Eurographics 2009. Triangles are sorted by the codes, along a space-filling curve. A triangle's
-place in this order is its slot. Each gap between neighbouring slots gives an inner node. The
-node's level is the position of the first bit in which the two codes at the gap differ. The paper
-sorts a list of the gaps by level.
+Eurographics 2009. Sorting the triangles by their codes puts them in the order of a space-filling
+curve. A triangle's place in this order is its slot. Each gap between neighbouring slots gives an
+inner node. The node's level is the position of the first bit in which the two codes at the gap
+differ. The paper sorts a list of the gaps by level.
 
-Here, the tree follows directly from the sorted codes. A node spans all slots around its gap whose
-codes share the bits before the node's level. At each end of this span is another gap. The node's
-parent is the node of one of these two gaps: the gap whose two codes share more leading bits. If
-triangles have equal codes, the bits of their slot numbers follow the codes.
+Here, the tree follows directly from the sorted codes. A node spans all slots around its gap
+that have the same code bits before the node's level. At each end of this span is another gap. The
+node's parent is the node of one of these two gaps: the gap whose two codes share more leading
+bits. The bits of the slot number are appended to each code, so that no two codes are equal.
 
 `methods/bvh/gpu_build/lbvh.py` builds the same tree by fragment passes, node for node.
 """
@@ -53,7 +53,7 @@ def unit_exponent(triangles: np.ndarray) -> int:
 
 
 def centroids(triangles: np.ndarray) -> np.ndarray:
-    """The centres of the triangles' boxes, (3, n) float32, in units of about the scene's size."""
+    """The centres of the triangles' boxes, (3, n) float32, scaled by 2^`unit_exponent`."""
     exponent = unit_exponent(triangles)
     lo, hi = (np.ldexp(corner, exponent) for corner in triangle_boxes(triangles))
     return lo * np.float32(0.5) + hi * np.float32(0.5)

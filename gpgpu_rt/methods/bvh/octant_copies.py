@@ -1,5 +1,5 @@
-"""Octant copies: eight copies of a tree. Each copy has the order of nodes that is front to back
-for the directions of an octant."""
+"""Octant copies: eight copies of a tree. Each copy stores the nodes front to back for the rays
+whose directions lie in one octant."""
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -20,19 +20,20 @@ MET_ANYWAY = 0.65
 
 @dataclass(frozen=True)
 class OctantCopies:
-    """Eight orders of a tree's kept nodes, each with the nearer child first.
+    """Eight orders of a tree's nodes, each with the nearer child first. Inner nodes that prune too
+    little are dropped.
 
     Copy o is for directions whose component a is negative if and only if bit a of o is set.
 
     Small subtrees may be stored once for all eight copies, because near the leaves the order of
     children matters little. These shared subtrees are stored behind the copies, in the tree's own
-    order. Of a shared subtree, each copy holds only the root, which is called the portal.
+    order. Each copy holds only the root of a shared subtree. This root is called the portal.
 
     Attributes
     ----------
     source : (8, n) int32, for each node of a copy, the node of the tree that is copied
     escape : (8, n) int32, the first node after a node's subtree in its copy; n if there is none
-    below : (8, n) int32, the first shared node below a portal; -1 if a node is no portal
+    below : (8, n) int32, the first shared node below a portal; -1 if the node is not a portal
     shared : (m,) int32, for each shared node, the node of the tree
     shared_escape : (m,) int32, the escape index of each shared node, as an index of `shared`; m if
         the next node is outside the shared subtree
@@ -56,9 +57,11 @@ class OctantCopies:
 
         Parameters
         ----------
-        met_anyway : drop an inner node if it is hit by more than this share of the rays that hit
-            the kept node above it. The children of the dropped node move up. 1 drops no node
-        shared_subtrees : share subtrees of at most this many nodes; 0 shares none
+        met_anyway : drop an inner node if more than this share of the rays that hit its nearest
+            kept ancestor also hit the node. The children of the dropped node move up. 1 drops no
+            node
+        shared_subtrees : store a subtree of at most this many nodes once for all copies; 0 stores
+            each subtree in every copy
 
         Raises
         ------
@@ -160,8 +163,9 @@ def _worth_a_test(bvh: Bvh, inner: list[np.ndarray], left: np.ndarray, right: np
                   always: np.ndarray, met_anyway: float) -> np.ndarray:
     """Whether to keep each node, (n,) bool.
 
-    Leaves and the nodes ``always`` are kept. Other nodes are kept if their boxes prune enough. A
-    ray through a box also hits a box inside it with a probability equal to the ratio of the areas.
+    Leaves, and the nodes that ``always`` marks, are kept. Other nodes are kept if their boxes
+    prune enough. A ray through a box also hits a box inside it with a probability equal to the
+    ratio of the areas.
     """
     area = half_area(bvh.lo.T.astype(np.float64), bvh.hi.T.astype(np.float64))
     # `around` is the area of the nearest kept node at or above each node.

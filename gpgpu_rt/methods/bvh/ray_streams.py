@@ -1,4 +1,4 @@
-"""Ray streams: passes filter a stream of pairs of ray and node, and compact the stream."""
+"""Ray streams: each pass filters a stream of (ray, node) pairs and compacts the stream."""
 from __future__ import annotations
 
 import math
@@ -172,7 +172,7 @@ class RayStreams(MethodDriver):
 
     def _draw(self, name: str, targets: tuple[str, ...], reads: list[Record], textures: Samplers,
               first: int, count: int, any_hit: bool = False, **uniforms: object) -> None:
-        """Compute ``count`` elements of the target streams, from ``first`` on, by a program."""
+        """Compute ``count`` elements of the target streams, from ``first`` on, with a program."""
         streams = [self._streams[target] for target in targets]
         program = self._program(f"methods/bvh/{name}", reads,
                                 [stream.record for stream in streams], any_hit)

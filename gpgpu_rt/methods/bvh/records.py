@@ -34,8 +34,8 @@ QUANTISED_NODE_16 = PackedRecord(
 
 QUANTISED_NODE_8 = PackedRecord(
     "quantised_node", "lo_x:8 hi_x:8 lo_y:8 hi_y:8 | lo_z:8 hi_z:8 | " + _LINK)
-"""A threaded node in one integer texel. Its bounds count equal steps of the scene's box, rounded
-outward.
+"""A threaded node in one integer texel. A bound of its box is a number of steps from the lower
+corner of the scene's box, rounded outward. All steps along an axis are equal.
 
 For an inner node, ``target`` is the escape index. For a leaf, ``target`` is the first triangle.
 For a portal, ``target`` is the first shared node. After leaves and portals, a ray always goes on
@@ -73,12 +73,13 @@ TALLY = Record("tally", COUNTERS.layout)
 """A ray's counters so far, summed by blending."""
 
 SHARED_WAY_OUT = "after:int"
-"""An additional field: the node at which a ray goes on after the shared subtree that it is in. The
-field is -1 outside shared subtrees."""
+"""An additional field: the node at which a ray goes on after its present shared subtree. The field
+is -1 outside shared subtrees."""
 
 PACKET_SHARED_STATE = replace(PACKET_STATE, layout=f"{PACKET_STATE.layout} {SHARED_WAY_OUT}")
 """A packet's state with shared subtrees: the fields of PACKET_STATE, and ``after``, the node at
-which the packet goes on after the shared subtree that it is in, or -1."""
+which the packet goes on after its present shared subtree. ``after`` is -1 outside shared
+subtrees."""
 
 PACKET_STACK_STATE = replace(
     PACKET_STATE, layout=PACKET_STATE.layout + " far:int stacked:int | far_t_max")

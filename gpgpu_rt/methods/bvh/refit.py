@@ -5,7 +5,7 @@ hierarchies", ACM TOG 26(1), 2007. Refitting goes level by level from the leaves
 linear time. But the tree was built for other positions, so its boxes overlap more and more. The
 tracer therefore rebuilds the tree when its cost by the surface area heuristic exceeds
 `rebuild_ratio` times the cost after the last build. The default is 1.4, because C. Lauterbach,
-S.-E. Yoon, D. Tuft, D. Manocha, "RT-DEFORM", 2006, rebuild at 40 % growth of their measure.
+S.-E. Yoon, D. Tuft, D. Manocha, "RT-DEFORM", 2006, rebuild when their measure has grown by 40 %.
 
 The cost is relative to the root's area. If triangles fly apart, the cost of the old tree may stay
 the same although a new tree would cost less and less. A lower `rebuild_ratio` is then faster.

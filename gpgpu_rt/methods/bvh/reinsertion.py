@@ -25,7 +25,7 @@ from ...threads import threads
 from .tree import LooseTree
 
 AT_ONCE = 1 << 14   # nodes that search together; their data stays in a core's cache
-WORTH = 0.03        # a round ends if the share of moves made, of all moves found, is below this
+WORTH = 0.03        # a round ends if less than this share of the moves that it found was made
 
 
 def reinserted(tree: LooseTree, triangles: np.ndarray, rounds: int) -> LooseTree:
@@ -75,8 +75,8 @@ class _Tables:
     ----------
     left, right, parent : (n,) int32, the children and the parent of each node, or -1
     box : (n, 6) float32, the negated lower corner and the upper corner of each node's box, so that
-        one maximum joins boxes. Coordinates are relative to the scene's centre, in units of its
-        largest side
+        a single maximum joins two boxes. Coordinates are relative to the scene's centre, in units
+        of its largest side
     area : (n,) float32, half of each box's surface area
     """
 
@@ -173,7 +173,7 @@ class _Tables:
         moves.gain[which[best]], moves.place[which[best]] = gain[best], place[best]
         moves.above[which[best]] = pivot[which[best]]
 
-    # What moves --------------------------------------------------------------------------------
+    # The moves ---------------------------------------------------------------------------------
 
     def _without_conflict(self, moves: _Moves) -> np.ndarray:
         """Whether each move can be made together with all other marked moves, (m,) bool.

@@ -67,7 +67,7 @@ def _accelerator(bvh: Bvh, kept: _Kept, triangles: np.ndarray,
     fields, uniforms = layout.fields(bvh, options)
     lo, hi = scene_box(bvh)
     width, height = options.get("packet", (1, 1))
-    ends = 1 if options.get("entry_points") else 0    # a ray takes a step to end its entry list
+    ends = 1 if options.get("entry_points") else 0    # a ray needs a step to end its entry list
     return Accelerator(
         {**triangle_table(triangles, bvh.order, kept.last), layout.record(options).name: fields},
         {"scene_lo": tuple(lo), "scene_hi": tuple(hi), **layout.uniforms, **uniforms},
@@ -79,7 +79,7 @@ def _accelerator(bvh: Bvh, kept: _Kept, triangles: np.ndarray,
 
 
 def _family(layout_of: LayoutOf) -> dict[str, Any]:
-    """Functions of a row, by field name, for tables of the layout ``layout_of(options)``."""
+    """Return the fields of a row that hold functions, for tables of ``layout_of(options)``."""
     def adopt(bvh: Bvh, triangles: np.ndarray, options: Options) -> Accelerator:
         kept = _Kept(layout_of(options)(bvh, options),
                      last_of_leaves(bvh.first, bvh.count, bvh.order))
@@ -113,12 +113,13 @@ _QUANTISE = Option("quantise_nodes", None, "bits per bound of a box, rounded out
 _INTERVAL_TEST = Option("interval_test", False, "test a box once for all rays of a packet, by "
                         "interval arithmetic", bool, define="INTERVAL_TEST",
                         label="test boxes by interval")
-_STREAMS = Option("streams", False, "trace a stream of (ray, node) pairs that passes filter, "
-                  "instead of packets; schedule kernels only", bool, excludes=(
+_STREAMS = Option("streams", False, "instead of packets, trace a stream of (ray, node) pairs; "
+                  "each pass filters the stream; schedule kernels only", bool, excludes=(
                       "packet", "octants", "interval_test", "vertex_culling", "entry_points"),
                   label="streams, not packets")
 _STREAM_SIZE = Option("stream_size", 1 << 15, "with streams: largest number of stream elements "
-                      "in a pass; a smaller number follows the order of nodes more closely", int,
+                      "in a pass; with a smaller number, more near nodes are visited before far "
+                      "nodes", int,
                       minimum=1, goes_with=("streams", (True,)), label="pairs per pass")
 _REBUILD = Option("rebuild_ratio", REBUILD_RATIO, "rebuild the tree of moved triangles when the "
                   "SAH cost of the refitted tree is this many times the cost of the last build; "
@@ -184,8 +185,8 @@ def _threaded_form(row: Method, options: Options) -> Method:
 def _packet_form(packets: Method, options: Options) -> Method:
     """The row of the method table, in its form for these options.
 
-    With ``streams``, passes filter a stream of rays. With ``octants``, packets go along escape
-    indices. Otherwise, packets have a stack.
+    With ``streams``, passes filter a stream of (ray, node) pairs. With ``octants``, packets go
+    along escape indices. Otherwise, packets have a stack.
     """
     if options["streams"]:
         return replace(packets, schedules=("kernels",), drivers={

@@ -22,7 +22,7 @@ FEW = 12                        # nodes of at most this many triangles are swept
 # Nodes are swept in groups of nodes of similar size. FEW_SIZES are the largest numbers of
 # triangles of a node in each group.
 FEW_SIZES = (2, 3, 4, 6, 8, FEW)
-ITEM_CHUNK = 1 << 17            # triangles binned together
+ITEM_CHUNK = 1 << 17            # approximate number of triangles that are binned together
 
 
 def build(triangles: np.ndarray, *, bins: int = 32, max_leaf: int = MAX_LEAF,
@@ -109,7 +109,9 @@ def _best(level: TriangleLevel, bins: int, run: Run) -> tuple[np.ndarray, np.nda
 
 def _cheapest(left: np.ndarray, right: np.ndarray, taken: np.ndarray,
               count: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The cost and the entry of `taken`, (k,) each, of the cheapest of each node's p splits.
+    """The cost of each node's cheapest split, (k,), and the split's entry of `taken`, (k,).
+
+    Each of the k nodes has p splits.
 
     Parameters
     ----------
@@ -141,7 +143,7 @@ def _swept(level: TriangleLevel, a: int, starts: np.ndarray, count: np.ndarray,
 
 def _binned(level: TriangleLevel, a: int, index: np.ndarray, count: np.ndarray,
             bins: int) -> tuple[np.ndarray, np.ndarray]:
-    """Try the ends of equal bins between the outermost centroids along axis `a`."""
+    """Try a split at the end of each bin. Equal bins divide the range of centroids along `a`."""
     node, starts = owners(count), run_starts(count)
     triangle = level.order[a][index]
     where = level.centroid[a][triangle]

@@ -40,7 +40,7 @@ class Pyramid:
         self._sides: list[moderngl.Framebuffer] = []
 
     def run(self, gpu: Gpu, samplers: Mapping[str, moderngl.Texture]) -> None:
-        """Compute every box. ``samplers`` has the textures of the tables by sampler name."""
+        """Compute every box. ``samplers`` maps sampler names to the textures of the tables."""
         if len(self.levels) < 2:
             return
         if self._gpu is None:

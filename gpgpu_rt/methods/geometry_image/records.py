@@ -18,8 +18,8 @@ MIN_PYRAMID = Record("min_pyramid", "lo:vec3 miss:int")
 subtree, or -1 at the end."""
 
 MAX_PYRAMID = Record("max_pyramid", "hi:vec3 hit:int")
-"""The other half of a node: the upper corner of its box, and its first child. For a leaf, ``hit``
-is -1 - cell."""
+"""The second half of a node, after MIN_PYRAMID: the upper corner of its box, and its first child.
+For a leaf, ``hit`` is -1 - cell."""
 
 PYRAMID_LINK = Record("pyramid_link", "miss:int hit:int")
 """The two links of a node for the rays of a direction octant. The table holds all nodes for octant

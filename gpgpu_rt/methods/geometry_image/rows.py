@@ -78,8 +78,8 @@ _TABLES = (POSITION, IMAGE_CELL, MIN_PYRAMID, MAX_PYRAMID, PYRAMID_SOURCE)
 FAMILY = "geometry image"
 ROWS = (Method(
     name="geometry-image",
-    summary="traverses min and max pyramids, made by passes, over an image of positions; for "
-            "other meshes, over single triangles along a Morton curve",
+    summary="traverses min and max pyramids, which passes make, over an image of positions; for "
+            "another mesh, the image holds its single triangles along a Morton curve",
     citation="Carr et al. 2006",
     glsl="methods/geometry_image/geometry_image.glsl",
     kernels=("traverse", "intersect"),
@@ -88,7 +88,7 @@ ROWS = (Method(
     prepare=_prepare,
     refit=_refit,
     options=(
-        Option("level", 0, "level of detail of a geometry image, whose quads then have 2^level x "
+        Option("level", 0, "level of detail of a geometry image: rays stop at quads of 2^level x "
                "2^level cells", int, minimum=0, label="level of detail"),
         Option("octants", False, "precompute the links in front-to-back order, once per direction "
                "octant", bool, define="FRONT_TO_BACK", label="copy per octant"),

@@ -116,8 +116,8 @@ class _Cells:
     corner : (c,), the first texel of each cell
     width : the distance in texels between rows
     face : (c,), the first face of each cell
-    rows_left, columns_left : (c,), the number of cells from each cell to the end of the chart,
-        with the cell itself, down its column and along its row
+    rows_left, columns_left : (c,), the number of cells from each cell to the end of its column,
+        and to the end of its row. Both numbers include the cell itself
     """
 
     code: np.ndarray
@@ -133,7 +133,7 @@ def build_image_tree(charts: Sequence[tuple[int, int]], level: int = 0) -> Image
 
     Parameters
     ----------
-    level : level of detail where rays stop, at quads of 2^level x 2^level cells
+    level : level of detail; rays stop at quads of 2^level x 2^level cells
     """
     cells, texel, face = [], 0, 0
     for rows, columns in charts:
@@ -148,10 +148,11 @@ def build_image_tree(charts: Sequence[tuple[int, int]], level: int = 0) -> Image
 
 
 def build_triangle_image(triangles: np.ndarray) -> ImageTree:
-    """Build the quadtree over (n, 3, 3) triangles, each a cell, along a Morton curve.
+    """Build the quadtree over (n, 3, 3) triangles along a Morton curve.
 
-    Each cell has three texels in a row. The second texel serves as two corners of the quad v0 v1
-    v2 v1, so the quad's two halves are the same triangle. Programs test only the first half.
+    Each triangle is a cell. Each cell has three texels in a row. The second texel serves as two
+    corners of the quad v0 v1 v2 v1, so the quad's two halves are the same triangle. Programs test
+    only the first half.
     """
     lo, hi = triangle_boxes(triangles)
     order = morton_order((lo * np.float32(0.5) + hi * np.float32(0.5)).T)
@@ -212,8 +213,8 @@ def _forest(charts: tuple[tuple[int, int], ...], cells: list[_Cells], faces: np.
 def _tree(code: np.ndarray) -> list[np.ndarray]:
     """The first child of every node, level by level, from the cells up to a single node.
 
-    Children are numbered within their own level. The first level's entry numbers the cells
-    themselves.
+    Children are numbered within their own level. The first level has no children: its entry
+    numbers the cells themselves.
     """
     tree = [np.arange(len(code))]
     while len(code) > 1:

@@ -6,8 +6,7 @@ only the triangle's box overlaps the cell. The build tests overlap by separating
 Akenine-Moeller, "Fast 3D triangle-box overlap testing", 2001). A column is a row of cells along
 the dominant axis of the triangle's normal. For each column, the build first computes the cells
 that the triangle's plane crosses. It then tests the triangle's edges in the three projections
-along the axes. Cells are widened by `bounds.PADDING` of the scene's size, and the tests are in
-float64.
+along the axes. Cells are widened by `bounds.padding`, and the tests are in float64.
 """
 from __future__ import annotations
 
@@ -224,7 +223,7 @@ class Shapes:
     def overlap(self, triangle: np.ndarray, cell: np.ndarray) -> np.ndarray:
         """Whether triangles, (m,), overlap cells, (m, 3).
 
-        The box of each triangle must overlap its cell.
+        The caller must ensure that the box of each triangle overlaps the triangle's cell.
         """
         low, height = self.plane_range(triangle, cell)
         up = cell[np.arange(len(cell)), self.axis[triangle]]

@@ -38,7 +38,10 @@ def proximity_cloud(grid: Grid) -> np.ndarray:
 
 
 def _sweep(distance: np.ndarray, axis: int, older: list[int]) -> None:
-    """Propagate distances forward along the axis; each step adds 1."""
+    """Propagate distances forward along the axis; each step adds 1.
+
+    ``older`` holds the axes along which distances were propagated before.
+    """
     slices = np.moveaxis(distance, axis, 0)
     for i in range(1, len(slices)):
         carried = slices[i - 1]

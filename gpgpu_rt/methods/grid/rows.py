@@ -37,8 +37,7 @@ def _prepare(triangles: np.ndarray, options: Mapping[str, Any], proximity: bool)
     uniforms = {"scene_lo": tuple(grid.lo), "scene_hi": tuple(grid.hi),
                 "grid_resolution": tuple(int(r) for r in grid.resolution),
                 "cell_size": tuple(grid.cell_size)}
-    # A ray enters a new cell at each plane of the grid at most once, and reads each list at most
-    # once.
+    # A ray crosses each plane between cells at most once, and reads each list at most once.
     bound = int(grid.resolution.sum()) + len(references) + 3
     return Accelerator(tables, uniforms, bound, grid,
                        automatic={"resolution": tuple(int(r) for r in grid.resolution)})
@@ -80,8 +79,8 @@ def _row(name: str, summary: str, citation: str, proximity: bool, **more: Any) -
 
 
 def _form(single: Method, options: Mapping[str, Any]) -> Method:
-    """The row of the method table, in its form for the options: Purcell's single rays for a packet
-    of 1x1, else Wald's packets."""
+    """The row of the method table, in its form for the options: with the packet 1x1, it traces
+    Purcell's single rays, and with a larger packet, Wald's packets."""
     if options["packet"] == (1, 1):
         return single
     return replace(

@@ -1,1 +1,1 @@
-"""Kd-trees: restart, backtrack, push-down, stacks and ropes."""
+"""Kd-trees: traversal by restart, backtrack, push-down, stacks and ropes."""

@@ -1,4 +1,5 @@
-"""The build options that all kd-tree methods share, and the function that builds by them."""
+"""The build options of all kd-tree methods, and the function that builds a tree with these
+options."""
 from __future__ import annotations
 
 import functools
@@ -36,7 +37,7 @@ BUILD_OPTIONS = (
     Option("intersection_cost", Costs.intersection, "cost of a triangle in the surface area "
            "heuristic, in the same unit", float, minimum=1e-6, label="cost of a triangle"),
     Option("empty_bonus", Costs.empty_bonus, "share by which the cost of a split is reduced if "
-           "the split cuts off empty space of a fifth or more", float, minimum=0,
+           "the empty space that it cuts off is at least a fifth of the node", float, minimum=0,
            label="bonus for empty space"),
     Option("max_depth", None, "largest depth of a leaf; default: 8 + 1.3 log2 of the number of "
            "triangles", int, minimum=0, label="deepest level"),
@@ -44,7 +45,7 @@ BUILD_OPTIONS = (
 
 
 def automatic_values(triangles: np.ndarray, options: Mapping[str, Any]) -> dict[str, int]:
-    """Return the values that `built_kdtree` uses for build options that are None, by option.
+    """Return option -> the value that `built_kdtree` uses, for build options that are None.
 
     The build zhou has two depth limits, so it has no value for ``max_depth``.
     """

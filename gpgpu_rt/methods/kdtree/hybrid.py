@@ -39,7 +39,7 @@ def build(triangles: np.ndarray, *, morton_bits: int = MORTON_BITS, split: str =
 
     Parameters
     ----------
-    morton_bits : bits of a code per axis; a third of `max_depth` if this is less
+    morton_bits : bits of a code per axis, reduced to a third of `max_depth` if it is larger
     split, bins, traversal_cost, intersection_cost, empty_bonus, max_depth : as in
         `sah_build.build`
     """

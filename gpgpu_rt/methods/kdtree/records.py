@@ -44,11 +44,12 @@ the far child's interval and the far child."""
 KD_SHORT_STACK_ERA_STATE = replace(
     KD_STATE, layout="t_min t_max t_exit place:int | stack_t_max:vec3 phase:int "
                      "| stack_node:ivec3 pushed:int")
-"""KD_SHORT_STACK_STATE in the era form, for at most three entries: with a hit, it fills the four
-render targets of a card.
+"""KD_SHORT_STACK_STATE in the era form (traversal/era.py), for at most three entries. Together
+with a hit, it fills the four render targets of a card.
 
-``place`` is the node, or in a leaf the cursor. There ``t_min`` is the end of the leaf's list. A
-free entry's node is 0. Instead of ``pushing``, the first entry's node is -1."""
+``place`` is the node. In a leaf, ``place`` is the cursor, and ``t_min`` is the end of the leaf's
+list. The node of a free stack entry is 0. The node of the first entry is -1 while ``pushed`` may
+still move down the tree."""
 
 KD_TEXTURE_STACK_STATE = KD_STATE.extended("far_t_max far:int stacked:int")
 """KD_STATE, the far child to push (`far`), the end of its interval (`far_t_max`), and the stack
@@ -60,8 +61,8 @@ KD_ROPES_PACKET_STATE = replace(
 (`from`)."""
 
 KD_PACKET_STATE = KD_ROPES_PACKET_STATE.extended("needed:int pushed:int pushing:int")
-"""KD_ROPES_PACKET_STATE, the vote of the rays, and the restart (`pushed`, `pushing`) as in
-KD_PUSH_DOWN_STATE.
+"""KD_ROPES_PACKET_STATE, the vote of the rays (``needed``), and the restart (`pushed`, `pushing`)
+as in KD_PUSH_DOWN_STATE.
 
 ``needed`` is 1 if a ray needs the near child, plus 2 if a ray needs the far child."""
 
@@ -76,8 +77,9 @@ targets of the cards that Horn et al. used."""
 KD_PACKET_RAY_STATE = replace(STATE, layout=STATE.layout + " t_min t_max", full_precision=True)
 """The state of a ray in a kd packet: its interval in the packet's node.
 
-``loop`` keeps the interval in registers, so in float32 whatever the storage. ``step`` stores it in
-textures, and there too in float32, so that both schedules give the same hits."""
+The interval is in float32, even if the option ``storage`` names another format. ``loop`` keeps the
+interval in registers, which are float32. ``step`` therefore also stores float32 in its textures,
+so that both schedules give the same hits."""
 
 KD_PACKET_STACK_RAY_STATE = KD_PACKET_RAY_STATE.extended("stack_t_max:vec4")
 """KD_PACKET_RAY_STATE, and the ends of the ray's intervals on the packet's stack."""
@@ -86,17 +88,20 @@ KD_PACKET_ERA_STATE = Record("state", " | ".join((
     "t_min:vec4", "t_max:vec4", "t_exit:vec4", "t_turn:vec4", "negative:ivec3 phase:int",
     "place:int end:int pushed:int far:int", "node_0:int node_1:int node_2:int",
     "t_max_0:vec4", "t_max_1:vec4", "t_max_2:vec4", "t_far:vec4")))
-"""A packet's state in the era form, which a loop keeps in registers. A vec4 has a number of each
-ray.
+"""A packet's state in the era form (traversal/era_packets.py), which a loop keeps in registers. A
+vec4 has one number for each of the packet's four rays.
 
-``place`` is the node, or in a leaf the cursor up to ``end``. ``t_turn`` is the t_min of a ray that
-waits for its turn. The turn's directions are ``negative`` along axes. The stack has the nodes
-``node_0`` to ``node_2``, newest first, and the ends of the rays' intervals there. ``far`` is the
-node to push, and ``t_far`` has the ends of the intervals there."""
+``place`` is the node. In a leaf, ``place`` is the cursor, which runs up to ``end``. In a turn, the
+rays whose directions have the same signs traverse the tree. ``negative`` marks the axes along
+which these directions are negative. ``t_turn`` is the t_min of a ray that waits for its turn. The
+stack has the nodes ``node_0`` to ``node_2``, newest first. ``t_max_0`` to ``t_max_2`` are the ends
+of the rays' intervals in these nodes. ``far`` is the node to push, and ``t_far`` has the ends of
+the intervals in this node."""
 
 KD_ROPES_PACKET_RAY_STATE = replace(
     STATE, layout=STATE.layout + " t_min ray_node:int", full_precision=True)
-"""The state of a ray in a packet along ropes: where the ray is, in float32 as KD_PACKET_RAY_STATE.
+"""The state of a ray in a packet along ropes: its position in the tree. It is in float32 for the
+reason that KD_PACKET_RAY_STATE gives.
 
 ``ray_node`` is the ray's own node. It is 2^24 for a settled ray, and for a ray that waits for the
 turn of its direction octant (``drivers/packet_turns.glsl``)."""

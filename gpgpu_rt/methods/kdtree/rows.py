@@ -1,5 +1,5 @@
-"""The kd-tree family: rows of the method table for methods that share a tree and differ in its
-traversal."""
+"""The kd-tree family: rows of the method table for methods that traverse the same tree in
+different ways."""
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
@@ -40,8 +40,8 @@ _OPTIONS = (*BUILD_OPTIONS, Option(
 _PUSH_DOWN = Option("push_down", True, "restart at the last node that contains the whole rest of "
                     "the interval, instead of the root", bool, define="PUSH_DOWN",
                     label="restart below the root")
-_SKIP_EMPTY_LEAVES = Option("skip_empty_leaves", True, "pass leaves without triangles without "
-                            "visiting them, by marks in their parent", bool,
+_SKIP_EMPTY_LEAVES = Option("skip_empty_leaves", True, "do not visit leaves without triangles, "
+                            "which their parents mark", bool,
                             define="SKIP_EMPTY_LEAVES")
 _PARTS = (
     Part("entries", "entry_points", "methods/kdtree/kd_root.glsl",
@@ -146,8 +146,11 @@ def _for_packets(prepared: Accelerator, options: Mapping[str, Any]) -> Accelerat
 
 
 def _changed_by_packets(options: Mapping[str, Any]) -> dict[str, str]:
-    """The fields of KD_PACKET_ERA_STATE that each kernel computes. A pop frees the entry that it
-    sets to a constant, and a restart sets node_0 to a constant."""
+    """The fields of KD_PACKET_ERA_STATE that each kernel computes.
+
+    Two kinds of fields are left out: fields that a kernel only sets to a constant, and ``t_far``,
+    which is a copy of ``t_max`` (glsl/era/packet_kernel.glsl).
+    """
     marks = options["push_down"] or options["stack_size"]
     found = {
         "traverse": "t_max:vec4 | place:int end:int phase:int"
@@ -208,7 +211,7 @@ def _row(name: str, summary: str, citation: str, kernels: tuple[str, ...] = (),
          prepare: Callable[..., Accelerator] = _prepare, **more: Any) -> Method:
     """A row of a single-ray method.
 
-    The arguments are what the method adds to the kernels, tables and options of the family.
+    ``kernels``, ``tables`` and ``options`` are added to those of the whole family.
     """
     return Method(
         name=name, summary=summary, citation=citation,

@@ -1,7 +1,7 @@
 """Surface area heuristic: the cheapest split plane of every kd-tree node of a level.
 
 J. D. MacDonald, K. S. Booth, "Heuristics for ray tracing using space subdivision", The Visual
-Computer 6, 1990. There are two kinds of candidate planes:
+Computer 6, 1990. The option `split` selects one of two kinds of candidate planes:
 
 `exact` tries every face of every reference's box (I. Wald, V. Havran, "On building fast kd-trees
 for ray tracing, and on doing that in O(N log N)", 2006). Here, references are sorted on every
@@ -126,13 +126,14 @@ class SplitCost:
 def best_splits(level: KdLevel, costs: Costs, split: str, bins: int, run: Run = map) -> Splits:
     """The best split of every node of the level. Nodes without references get no split.
 
-    run : a function such as `map`. The nodes with few references are searched by groups, and the
-        other nodes by axes; `run` may do this on several threads
+    run : a function such as `map`, which may use several threads. An item of work is a group of
+        nodes with few references, or an axis of the search `binned`
     """
     splits = Splits.none(len(level.count))
     starts = run_starts(level.count)
 
-    def search(part: tuple[np.ndarray, int]) -> None:    # parts share no node, so threads may run
+    # No two parts contain the same node, so several threads may search parts at the same time.
+    def search(part: tuple[np.ndarray, int]) -> None:
         nodes, size = part
         _few(level, nodes, starts[nodes], size, costs, splits)
 

@@ -3,8 +3,8 @@
 The method is that of I. Wald, V. Havran, "On building fast kd-trees for ray tracing, and on doing
 that in O(N log N)", 2006. The heuristic is greedy, without look-ahead. References are clipped to
 their node, and splits that cut off empty space get a bonus. The depth is at most 8 + 1.3 log2 n
-(V. Havran, thesis, 2000). Every triangle's box is widened by `bounds.PADDING` of the scene's size,
-so that a triangle in a split plane is on both sides.
+(V. Havran, thesis, 2000). Every triangle's box is widened by `bounds.padding`, so that a triangle
+in a split plane is on both sides.
 """
 from __future__ import annotations
 
@@ -40,7 +40,8 @@ def build(triangles: np.ndarray, *, split: str = "binned", bins: int = 32,
     max_depth : the most levels; None for 8 + 1.3 log2 n
     clip : whether a reference is bounded by the triangle's part inside the node, instead of by the
         triangle's box
-    workers : number of processes that grow subtrees (see `shevtsov`). It does not change the tree
+    workers : number of processes that grow subtrees (see `shevtsov`). The tree is the same
+        for every number
     """
     refuse_unknown(build, unknown)
     rules = Rules(sah_costs(traversal_cost, intersection_cost, empty_bonus),

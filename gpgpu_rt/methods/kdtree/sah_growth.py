@@ -44,8 +44,8 @@ def grow(level: KdLevel, depth: int, vertices: np.ndarray | None, rules: Rules,
     Parameters
     ----------
     depth : depth of the level
-    vertices : (3, 3, n) float32: vertex, axis, triangle. References are clipped to their nodes. If
-        None, the references' boxes are cut instead
+    vertices : (3, 3, n) float32, indexed by vertex, axis and triangle. Triangles are clipped to
+        the nodes of their references. If None, the references' boxes are cut instead
     enough : stop before the first level with at least this many nodes; None never stops early
 
     Returns

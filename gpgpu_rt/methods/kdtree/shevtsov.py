@@ -31,7 +31,7 @@ from .sah_growth import Rules, grow
 from .tree import LooseKdTree, join
 
 SUBTREES = 16       # fewest subtrees per worker: enough to distribute the references evenly
-GROUPS = 2          # groups of subtrees per worker; two even out the workers' times
+GROUPS = 2          # groups of subtrees per worker; with two, workers end at similar times
 
 
 def grow_on_processes(level: KdLevel, vertices: np.ndarray | None, rules: Rules,
@@ -41,7 +41,7 @@ def grow_on_processes(level: KdLevel, vertices: np.ndarray | None, rules: Rules,
     Raises
     ------
     Error
-        if worker processes cannot start or end early
+        if a worker process cannot start, or ends early
     """
     pool = ProcessPoolExecutor(workers, multiprocessing.get_context("spawn"))
     try:

@@ -17,10 +17,11 @@ is also stored as a mask of the root's references.
 
 Departures from the paper: a split cuts off empty space on one side of a node, not on up to six
 sides. A triangle is clipped only by the split plane, not by the six faces of the node, and the
-result is cut to the reference's old box. Only the triangle's three edges are then clipped, not a
-polygon. If all references of a node lie on both sides of the middle of its longest axis, the split
-uses another axis that separates references. After `FUTILE` levels without such an axis, the node
-becomes a leaf of any size. In small nodes, splits that cut off empty space get the bonus of `sah`.
+result is cut to the reference's old box. So the clipping handles the triangle's three edges, not
+the edges of a polygon. If all references of a node lie on both sides of the middle of its longest
+axis, the split uses another axis that separates references. After `FUTILE` levels without such an
+axis, the node becomes a leaf of any size. In small nodes, splits that cut off empty space get the
+bonus of `sah`.
 """
 from __future__ import annotations
 

@@ -33,8 +33,8 @@ class RayEngine(MethodDriver):
     queues that are long enough, in batches. If no queue is long enough, the round intersects all
     queues. Then the host walks the rays of these queues to their next cells.
 
-    For each batch, the host uploads the rays, with the t of their hits so far, and the quads. Then
-    it reads back the hits.
+    For each batch, the host uploads the rays, with the t of their hits so far, and the quads. A
+    quad is a rectangle over rays, drawn for one triangle. Then the host reads back the hits.
     """
 
     def run(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,

@@ -31,7 +31,7 @@ FIXED_POINT = {"r200": FixedPoint(2.0 ** -12, -8.0, 8 - 2.0 ** -12, 1.0),
 
 
 def fixed_uniforms(name: str | None, triangles: np.ndarray) -> dict[str, Any]:
-    """Return the uniforms of ``fixed_point.glsl``; none if ``name`` is None.
+    """Return the uniforms of ``fixed_point.glsl``, or an empty dictionary if ``name`` is None.
 
     Parameters
     ----------

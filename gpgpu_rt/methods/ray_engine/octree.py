@@ -32,8 +32,8 @@ class Octree:
     lo, hi : (3,) float32, the padded scene box, world units; the cube begins at lo
     resolution : (3,) int32, the number of finest cells along each axis, 2^levels
     cell_size : (3,) float32, the size of the finest cells, world units
-    child : (nodes,) int32, the first of eight children, whose order has x fastest; or -1 - cell
-        for a leaf
+    child : (nodes,) int32, the first of a node's eight children, or -1 - cell for a leaf. In the
+        order of the children, x changes fastest
     corner : (cells, 3) int32, the lower corner of each cell
     span : (cells,) int32, the width of each cell in finest cells
     cell_start : (cells + 1,) int32, each cell's first reference; the last entry is m

@@ -1,4 +1,4 @@
-"""A ray trip: the rays of a call while the host walks them through cells, and the host's work."""
+"""A ray trip: the state of a call's rays while the host walks the rays through cells."""
 from __future__ import annotations
 
 from collections.abc import Mapping
@@ -60,8 +60,8 @@ class RayTrip:
         return rays[on]
 
     def ready(self, waiting: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Sort waiting rays by cell, and divide them by the lengths of their queues. The queue of
-        a cell holds the rays that wait for the cell's triangles.
+        """Sort waiting rays by cell, and choose the rays to intersect by the lengths of their
+        queues. The queue of a cell holds the rays that wait for the cell's triangles.
 
         The queues that are long enough are intersected now. If no queue is long enough, all queues
         are intersected now.

@@ -15,8 +15,8 @@ from .records import CONE
 def level_sizes(size: tuple[int, int]) -> tuple[list[tuple[int, int]], list[tuple[int, int]]]:
     """Return the (width, height) of every level, and the fan from each level to the next.
 
-    The nodes of the first level are the rays. A fan is the number of nodes along each axis that
-    share a node of the next level. The fan is (2, 2), but (4, 1) or (1, 4) for a level with a
+    The nodes of the first level are the rays. A fan is the number of nodes, along x and along y,
+    below one node of the next level. The fan is (2, 2), but (4, 1) or (1, 4) for a level with a
     single row or column.
     """
     sizes, fans = [size], []
@@ -35,8 +35,7 @@ class RayCones:
     Attributes
     ----------
     levels : CONE of every node; the nodes of the first level are the rays
-    fans : for each level but the last, the number of nodes, along each axis, that share a node of
-        the next level
+    fans : the fan from each level to the next; see `level_sizes`
     """
 
     def __init__(self, gpu: Gpu, size: tuple[int, int], state: Record,

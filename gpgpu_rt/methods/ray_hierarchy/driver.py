@@ -34,7 +34,7 @@ class RayHierarchy(MethodDriver):
     triangles and a node of the top level. A pass reads ``stream_size`` pairs, and tests the
     triangle of each pair against the four children of the pair's node. The pairs with these
     children that pass the test are processed in the same way, level by level down to the rays.
-    Only then the next ``stream_size`` pairs are tested. So no stream is longer than four times
+    Only then are the next ``stream_size`` pairs tested. So no stream is longer than four times
     ``stream_size``.
     """
 
@@ -114,7 +114,7 @@ class RayHierarchy(MethodDriver):
         return kept
 
     def _count(self, level: int, first: int, count: int) -> None:
-        """Count a visit to the children of each pair's node, for every ray below this node."""
+        """Add one visit to the node of each pair. `hand_down_visits` passes it down."""
         visits = self._visits[level - 1]
         self.blend(moderngl.FUNC_ADD)
         self.room.scatter("pair_visits", visits, [self._pairs[level]], count, base=first,
@@ -122,7 +122,8 @@ class RayHierarchy(MethodDriver):
         self.gpu.context.enable_only(moderngl.NOTHING)
 
     def hand_down_visits(self) -> None:
-        """Add the visits of each node to its children, level by level down to the rays."""
+        """Add the visits of each node to its children, level by level down to the first level
+        above the rays."""
         assert self.cones is not None
         self.blend(moderngl.FUNC_ADD)
         for level in range(len(self._visits) - 1, 0, -1):

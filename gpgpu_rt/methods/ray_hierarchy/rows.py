@@ -34,8 +34,8 @@ def unit_of(triangles: np.ndarray) -> float:
 FAMILY = "hierarchy of rays"
 ROWS = (Method(
     name="ray-hierarchy",
-    summary="builds cones over the rays and reduces a stream of pairs of triangle and cone, level "
-            "by level",
+    summary="builds cones over the rays and reduces a stream of (triangle, cone) pairs, level by "
+            "level",
     citation="Roger, Assarsson and Holzschuch 2007",
     glsl="methods/ray_hierarchy/ray_hierarchy.glsl",
     kernels=("intersect",),

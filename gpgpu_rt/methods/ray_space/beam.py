@@ -128,7 +128,7 @@ class Candidates:
         return self.order[keys % n], np.bincount(keys // n, minlength=m)
 
     def _descend(self, beams: Beams) -> tuple[np.ndarray, np.ndarray]:
-        """All pairs of a beam and a triangle that lies in a leaf whose box the beam may overlap.
+        """All pairs of a beam and a triangle of a leaf, where the beam may overlap the leaf's box.
 
         All beams descend the tree together, level by level.
         """

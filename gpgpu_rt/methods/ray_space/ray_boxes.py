@@ -6,10 +6,11 @@ level to the next, a box is halved along all five axes. The candidates of a box 
 that its rays may hit.
 
 The paper halves a box until it has few candidates. Here, the rays of a call decide: a box may have
-a list if it holds ``min_rays`` rays. Each cell of the finest level uses the list of the smallest
-box around the cell that has a list. If all these lists would exceed the budget, ``min_rays`` is
-raised for this call. The paper finds a box's candidates among the candidates of the next larger
-box. Here, a BVH finds the candidates, so the larger boxes need no lists.
+a list if it holds ``min_rays`` rays. Each cell of the finest level lies in one box of
+each level. The cell uses the list of the smallest of these boxes that has a list. If all lists
+would exceed the budget, ``min_rays`` is raised for this call. The paper finds a box's candidates
+among the candidates of the next larger box. Here, a BVH finds the candidates, so the larger boxes
+need no lists.
 
 A directory holds the start of every finest cell's list, so that a ray finds its list by one
 lookup. If lists do not fit into the budget, their rays use the lists of larger boxes. The largest
@@ -34,8 +35,8 @@ MIB = 1 << 20
 CANDIDATE_BYTES, CELL_BYTES = 8, 4     # bytes in float32 textures
 SAMPLES = 48            # the memory of a level's lists is estimated from this many of the lists
 FILLED = 0.8            # share of the budget that an estimate may reach
-RAISED = 4              # factor by which ``min_rays`` is raised if an estimate exceeds the share
-FACES = 6               # number of a cube face: 2 * axis, + 1 if its directions are negative
+RAISED = 4              # factor by which ``min_rays`` is raised if an estimate exceeds FILLED
+FACES = 6               # cube faces; face 2 * axis, or 2 * axis + 1 for negative directions
 
 
 class RayBoxes:
@@ -47,7 +48,7 @@ class RayBoxes:
     tree : a BVH of the triangles
     origin_cells, direction_cells : number of finest cells along each axis of the scene's box, and
         across a face of the direction cube; powers of two
-    min_rays : the fewest rays of a call that a box with a list must hold
+    min_rays : a box gets a list only if it holds at least this many rays of a call
     budget : limit on directory and lists, MiB
 
     Attributes

@@ -45,8 +45,8 @@ CHUNK = 1 << 20         # entries processed together
 class VisibilityField:
     """The beams of a scene and their entries. An entry is a triangle in the list of a beam.
 
-    The beams are in the order (axis, v, u, tile y, tile x). After them follow three beams, one for
-    each axis, that list all triangles.
+    The beams are in the order (axis, v, u, tile y, tile x). Three more beams follow, one for each
+    axis. Each of these three beams lists all triangles.
 
     Attributes
     ----------

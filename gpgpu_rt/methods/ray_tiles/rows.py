@@ -20,7 +20,7 @@ def batches(triangles: int) -> tuple[tuple[int, int], ...]:
 
     Between two batches, a pass shortens the search of each tile's rays. Each batch is twice as
     large as the batch before. So the first, small batches shorten the search early, but a million
-    triangles still need only 15 batches.
+    triangles still need only 14 batches.
     """
     found, first, count = [], 0, FIRST_BATCH
     while first < triangles:

@@ -1,1 +1,1 @@
-"""One tree traversal for kd-trees and BVHs, with an exchangeable criterion (survey, section 5)."""
+"""One traversal for kd-trees and BVHs; an option says how a ray chooses a node's children."""

@@ -1,10 +1,10 @@
-"""The records of a tree that the traversal reads alike for kd-trees and BVHs."""
+"""The records of the method tree-unit. A kd-tree and a BVH are stored in the same records."""
 from __future__ import annotations
 
 from ...gl.record import Record
 
 UNIT_NODE = Record("unit_node", "child:int count:int axis:int split")
-"""A node of either tree.
+"""A node of a kd-tree or of a BVH.
 
 For an inner node, ``child`` is the left child, and the right child directly follows it. ``axis``
 is 0, 1 or 2: the left child is the lower child along this axis. ``split`` is the coordinate of a

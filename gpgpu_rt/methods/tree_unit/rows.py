@@ -1,5 +1,6 @@
-"""tree-unit: one tree traversal whose criterion an option exchanges, as the survey proposes for
-hardware (survey, section 5). A ray returns to a node's far child as in kd-backtrack."""
+"""tree-unit: one traversal for kd-trees and BVHs. The option ``criterion`` says how a ray chooses
+the children of a node. The survey (section 5) proposes such a traversal for hardware. A ray
+returns to a node's far child as in kd-backtrack."""
 from __future__ import annotations
 
 from collections.abc import Mapping
@@ -52,7 +53,7 @@ def _prepare(triangles: np.ndarray, options: Mapping[str, Any]) -> Accelerator:
 FAMILY = "kd-tree or BVH"
 ROWS = (Method(
     name="tree-unit",
-    summary="traverses a kd-tree or a BVH by the same kernels; an option exchanges the criterion "
+    summary="traverses a kd-tree or a BVH with the same kernels; an option sets the criterion "
             "that chooses the children",
     citation="Foley and Sugerman 2005",
     glsl="methods/tree_unit/tree_unit.glsl",

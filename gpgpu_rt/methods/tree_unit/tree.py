@@ -11,7 +11,7 @@ from ..kdtree.tree import KdTree
 
 LEAF = 3    # the axis of a leaf
 ROOT = 6    # the side of the root, which has no parent
-OPEN = np.float32(3e38)     # a face that no ray reaches
+OPEN = np.float32(3e38)     # the coordinate of a face that no ray reaches
 
 
 @dataclass(frozen=True)

@@ -29,10 +29,10 @@ class FirstImage:
     drawn : target of the candidates, which the depth test chooses
     shown : target of each pixel's depth and triangle
     fours : the data of ``shown``, where each texel holds four pixels of a row
-    blocks : the depths and triangles of squares with BLOCK pixels a side
+    blocks : the depths and triangles of squares whose side is BLOCK pixels
     verified : target of the hits, and the flags of rays in doubt
     proved : target of the hits, the flags of rays in doubt, and each pixel's depth and triangle
-    doubted : target of only the flags of rays in doubt
+    doubted : target with only the flags of rays in doubt
     """
 
     def __init__(self, gpu: Gpu, buffers: StateBuffers, final: Target) -> None:

@@ -36,9 +36,9 @@ NOTHING = 3.0e38    # FAR_AWAY of stages/eye_triangle.glsl
 def check_bounds(options: Mapping[str, Any]) -> None:
     """Raise OptionError if the rasterised bounds are not proved for the other options.
 
-    The proof that a hit's t lies within the bounds needs t to lie in the range of the depths of
-    the triangle's corners, up to the rounding of float32. Only the watertight test in fp32 clamps
-    t to this range.
+    The proof assumes that a hit's t lies in the range of the depths of the triangle's corners, up
+    to the rounding of float32. Only the watertight test in fp32 clamps t to this
+    range.
     """
     if options["rasterised_bounds"] and (
             options["intersection"] != "woop-watertight"
@@ -59,7 +59,7 @@ class RasterisedBounds(DriverBase):
         self.tile = options["rasterised_bounds"]
 
     def take(self, triangles: np.ndarray, driver: Driver) -> None:
-        """From now on, bound rays by these (n, 3, 3) triangles and trace them by this driver."""
+        """From now on, bound rays by these (n, 3, 3) triangles and trace rays by this driver."""
         self.driver, self.count = driver, len(triangles)
         self.kept["tables"] = table_textures(
             self.gpu, TRIANGLE, triangle_table(triangles)[TRIANGLE.name],

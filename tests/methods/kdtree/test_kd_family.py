@@ -74,7 +74,7 @@ def test_a_full_stack_is_flagged(method: str) -> None:
 
 
 def test_a_stack_in_textures_takes_one_step_a_pass() -> None:
-    with pytest.raises(rt.OptionError, match="one step a pass"):
+    with pytest.raises(rt.OptionError, match="one step per pass"):
         rt.Tracer(soup_scene(9, 1), "kd-texture-stack", steps_per_pass=4)
     with pytest.raises(rt.OptionError, match="runs under kernels, step only"):
         rt.Tracer(soup_scene(9, 1), "kd-texture-stack", schedule="loop")

@@ -23,7 +23,7 @@ from .records import INTERVAL
 from .thread import thread
 
 DEPTH = 3 * AXIS_BITS + SLOT_BITS       # the tree has at most one level for each bit
-JUMPS = (DEPTH - 1).bit_length()        # a jump doubles the levels from a node to `parent`
+JUMPS = (DEPTH - 1).bit_length()        # each jump doubles the number of levels to `parent`
 
 
 def build(room: StreamRoom, triangles: np.ndarray, *, morton_bits: int = AXIS_BITS,
@@ -50,7 +50,7 @@ def upload(room: StreamRoom, triangles: np.ndarray) -> Stream:
 
 
 def scaled_boxes(room: StreamRoom, source: Stream, triangles: np.ndarray) -> Stream:
-    """The BOX of each triangle, in units of about the scene's size.
+    """The BOX of each triangle, scaled by 2^`unit_exponent`.
 
     In world units, areas and lattice cells of tiny or huge scenes would underflow or overflow.
     """
@@ -74,7 +74,7 @@ def sorted_keys(room: StreamRoom, boxes: Stream, bits: int) -> Stream:
 
 def radix_nodes(room: StreamRoom, keys: Stream, max_leaf: int = 1,
                 most_bits: int | None = None) -> tuple[Stream, Stream, Stream]:
-    """The tree over sorted codes.
+    """Return the nodes of the tree over sorted codes.
 
     Parameters
     ----------

@@ -10,7 +10,7 @@ The upper corner is negated, so that MIN blending serves both corners."""
 
 SLOT = Record("slot", "triangle:int node:int starts:int")
 """A place in the order of triangles. ``triangle`` is the triangle in this slot, and ``node`` its
-unfinished node, or -1. ``starts`` is 1 if a leaf starts here."""
+unfinished node, or -1 in a leaf. ``starts`` is 1 if a leaf starts here."""
 
 SPLIT = Record("split", "axis:int at:int taken:int")
 """A node's split: ``taken`` triangles go to the left child. A node with ``taken`` = 0 is a leaf.

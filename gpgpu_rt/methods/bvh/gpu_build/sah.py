@@ -22,7 +22,7 @@ from .lbvh import scaled_boxes, upload
 from .records import BIN, INTERVAL, SLOT, SPLIT
 from .thread import thread
 
-SMALL = 32     # up to this size, Lauterbach et al. process nodes in local queues
+SMALL = 32     # largest node that is not binned; up to it, Lauterbach et al. use local queues
 FAR = 3e38
 
 
@@ -43,8 +43,9 @@ class Splitting:
 
     Parameters
     ----------
-    boxes : the BOX of each triangle, in units of about the scene's size
-    others : as in `methods.bvh.sah.build`; `max_depth` counts the levels below the given nodes
+    boxes : the BOX of each triangle, from `scaled_boxes`
+    other parameters : as in `methods.bvh.sah.build`; `max_depth` counts the levels below the given
+        nodes
     """
 
     def __init__(self, room: StreamRoom, boxes: Stream, *, bins: int = 32, max_leaf: int = 4,

@@ -3,8 +3,8 @@
 A slot is a place in the order of triangles. The nodes may come from any tree whose nodes span
 consecutive slots. Two numbers give a node's position in depth-first order: the number of leaves
 that begin before the node, and the number of ancestors that have the node in their left subtree. A
-node's box is joined from four boxes of runs of 4^k slots that cover the node. So neither positions
-nor boxes need a pass for each level of the tree.
+node's box is joined from the boxes of four runs of 4^k slots, which together cover the node. So
+neither positions nor boxes need one pass per level of the tree.
 """
 from __future__ import annotations
 
@@ -30,8 +30,8 @@ def thread(room: StreamRoom, triangles: Stream, order: Stream, sums: Stream,
     order : SOURCE, the triangle in each slot
     sums : VALUES, for each slot, the number of leaves that begin before it
     max_leaf : the largest number of triangles in a leaf
-    lists : pairs of an INTERVAL stream and the most slots that one of its nodes spans. The nodes
-        may be in any order. Entries with first = -1 are no nodes.
+    lists : pairs: an INTERVAL stream, and the largest number of slots that a node of this stream
+        spans. The nodes may be in any order. Entries with first = -1 are no nodes.
 
     Raises
     ------
@@ -79,7 +79,7 @@ def pack(nodes: dict[str, np.ndarray], order: np.ndarray) -> Bvh:
     first, count = (np.zeros(total, np.int32) for _ in range(2))
     first[leaves] = nodes["first"][leaves]
     count[leaves] = np.diff(nodes["first"][leaves], append=len(order))
-    # A node's depth is the number of inner nodes before it whose subtrees do not end before it.
+    # A node's depth is the number of other inner nodes whose subtrees contain the node.
     opened = np.cumsum(count == 0) - (count == 0)
     inner = np.flatnonzero(count == 0)
     closed = np.cumsum(np.bincount(escape[inner], minlength=total + 1))[:total]

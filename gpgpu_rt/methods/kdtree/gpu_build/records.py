@@ -10,8 +10,8 @@ For pieces of small nodes, `node` is the number of the small root."""
 CELL = Record("cell", "lo:vec3 count:int | hi:vec3 futile:int | parent:int")
 """A node in a level of large nodes: its box, number of pieces, and parent in the level above.
 
-`futile` is the number of levels in a row that separated no pieces. In the hybrid build, `futile`
-holds the node's prefix of codes instead."""
+`futile` is the number of levels in a row whose splits separated no pieces. In the hybrid build,
+`futile` holds the node's prefix of codes instead."""
 
 CHUNK = Record("chunk", "lo:vec3 | hi:vec3 | left:vec3 | right:vec3")
 """A chunk of a node's pieces: the bounds of the pieces, and for each axis, how many pieces lie

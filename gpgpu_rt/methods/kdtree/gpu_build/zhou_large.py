@@ -26,14 +26,14 @@ class LargeLevel:
     Attributes
     ----------
     cells : CELL of each node.
-    starts : VALUES of each node, four sums over the nodes before it: pieces of large nodes, pieces
-        of small nodes, small nodes, chunks.
+    starts : VALUES of each node, four sums over the nodes before it: the numbers of pieces of
+        large nodes, of pieces of small nodes, of small nodes, and of chunks.
     first_root : Number of small nodes in all levels above.
     first_piece : Number of pieces of small nodes in all levels above.
     roots : Number of small nodes.
     decisions : DECISION of each node.
-    ranks : VALUES of each node, two sums over the nodes before it: split nodes, pieces of large
-        leaves.
+    ranks : VALUES of each node, two sums over the nodes before it: the numbers of split nodes, and
+        of pieces of large leaves.
     first_stuck : Number of pieces of large leaves in all levels above.
     inner : Number of split nodes.
     small : The most pieces of a small node.
@@ -53,7 +53,7 @@ class LargeLevel:
 
 @dataclass
 class LargeNodes:
-    """The result of the large stage: its levels, and the pieces of small nodes and large leaves.
+    """The result of `grow_large`: its levels, and the pieces of small nodes and large leaves.
 
     Attributes
     ----------
@@ -154,7 +154,7 @@ def chunk_bounds(room: StreamRoom, cells: Stream, starts: Stream, pieces: Stream
 
 def _level(room: StreamRoom, found: LargeNodes, cells: Stream, starts: Stream, pieces: Stream,
            counts: tuple[int, ...], decisions: Stream, small: int) -> LargeLevel:
-    """The level of these nodes and decisions. Add pieces of large leaves to `found.stuck`."""
+    """Return the level of these cells. Add the pieces of large leaves to `found.stuck`."""
     small_pieces = found.small_pieces - counts[1]     # without the pieces of this level
     flags = room.stream(VALUES, cells.length)
     room.draw("zhou_flags", flags, [cells, decisions], small=small)

@@ -90,7 +90,7 @@ def _places(room: StreamRoom, large: LargeNodes, small: list[SmallLevel],
 
 
 def _below(room: StreamRoom, ranks: Stream, above: Stream, sizes: Stream) -> Stream:
-    """The PLACE of each child of a level."""
+    """The PLACE of each child of the nodes of a level."""
     places = room.stream(PLACE, sizes.length)
     room.draw("zhou_places", places, [ranks, above.called("above"), sizes.called("sizes")],
               nodes=above.length)
