@@ -21,8 +21,8 @@ from .surface import Surface
 from .tokens import Tokens
 
 # The memory budget counts this number of bytes for each statement of a file that is included
-# again. A statement needs only a quarter of this number. The larger number has the effect that a
-# file with exponentially many includes is refused within about a second.
+# again. A statement needs only a quarter of this number. But with the larger number, a file with
+# exponentially many includes exceeds the budget within about a second.
 _STATEMENT_BYTES = 4096
 
 
