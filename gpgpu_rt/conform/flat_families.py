@@ -59,7 +59,7 @@ class Flat:
         return self._turned(flat, height).astype(np.float32)
 
     def case(self, n: int, seed: int, together: bool = False) -> Case:
-        """A case of n rays that start on the scene or next to it.
+        """Return a case of n rays that start on the scene or next to it.
 
         Directions are random, in the plane, or nearly in the plane.
 
@@ -84,7 +84,7 @@ class Flat:
         return Case(self.triangles(seed), origins, towards, t_min=t_min)
 
     def _turned(self, flat: np.ndarray, height: np.ndarray) -> np.ndarray:
-        """(..., 3) points, from points (..., 2) in the plane and their heights (...)."""
+        """Return (..., 3) points from points in the plane, (..., 2), and their heights, (...)."""
         height = np.broadcast_to(height, flat.shape[:-1])
         return np.roll(np.concatenate([height[..., None], flat], -1), self.axis, -1)
 

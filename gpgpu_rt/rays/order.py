@@ -45,7 +45,8 @@ class RayOrder:
     ----------
     planes : (n, 4) float32 for each texel of RAY_TEXELS
     bounds : the scene's (lo, hi)
-    precision : the precision of textures; rounding to it may turn an empty interval into a point
+    precision : the precision of textures; rounding to this precision may turn an empty interval
+        into an interval of one t
 
     Attributes
     ----------

@@ -51,7 +51,7 @@ class RayTextures:
         self._start_written = True
 
     def share_with(self, other: RayTextures) -> None:
-        """Use the shared start of another set of rays, which contains these rays."""
+        """Use the shared start of the set of rays ``other``, which contains these rays."""
         self._start = other._start
 
     def like(self, size: tuple[int, int]) -> RayTextures:
@@ -176,9 +176,9 @@ class StateBuffers(PingPong):
     def hits(self) -> Target:
         """Return a target over the hits of side 0.
 
-        The states of side 0 are cleared. Every ray then reads as done, until passes write states
-        again. Only three readers need the real states: the search for stopped rays, the
-        statistics, and an observer of states. For these readers, passes first write the states.
+        The states of side 0 are cleared. A cleared state means that the ray's search has ended.
+        Only three readers need the real states: the search for stopped rays, the statistics, and
+        an observer of states. For these readers, passes first write the states.
         """
         if self._hits is None:
             self.side(0).clear()

@@ -1,9 +1,10 @@
-"""The float64 path tracer: does the same as ``glsl/render/path*.frag``, on whole arrays of paths.
+"""The float64 path tracer: computes in numpy what ``glsl/render/path*.frag`` compute on the GPU.
 
 The algorithm is path tracing (Kajiya, "The Rendering Equation", SIGGRAPH 1986). At each vertex, a
 path samples one light (next-event estimation), then continues in a direction sampled from the
-material. The power heuristic weights light found in either way (Veach and Guibas, "Optimally
-Combining Sampling Techniques for Monte Carlo Rendering", SIGGRAPH 1995). The reference and the
+material. Both ways may find the same light, so the power heuristic weights the light of each way
+(Veach and Guibas, "Optimally Combining Sampling Techniques for Monte Carlo Rendering", SIGGRAPH
+1995). The reference and the
 shaders use the same random numbers and sample the same lights. Their pictures differ only because
 the shaders round to float32. Sometimes rounding makes a path of the shaders hit another surface.
 
@@ -60,7 +61,8 @@ def path_picture(scene: Scene, size: tuple[int, int], samples: int,
     samples : paths per pixel
     settings : the path settings
     camera : by default the scene's own camera
-    first_sample : number of the first sample of each pixel, from which the random numbers follow
+    first_sample : number of the first sample of each pixel; a sample's number determines its
+        random numbers
     """
     width, height = size
     pixels = width * height
@@ -317,8 +319,8 @@ class _Surfaces:
 
     def next(self, random: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Sample directions from which light may arrive, by random numbers (n, 4). Return the
-        directions (n, 3), their weights (n, 3), 0 where the path ends, and their densities (n,).
-        The second random number is left for Russian roulette."""
+        directions (n, 3); their weights (n, 3), which are 0 where the path ends; and their
+        densities (n,). The second random number is left for Russian roulette."""
         n = len(random)
         direction, weight = np.zeros((n, 3)), np.zeros((n, 3))
         density = np.full(n, np.inf)
