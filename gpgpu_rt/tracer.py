@@ -48,8 +48,8 @@ class Tracer:
         coherent rays and a method for incoherent rays, and each call uses one of the two according
         to its rays. The accelerator for incoherent rays is built at the first call with incoherent
         rays. After a call, ``statistics.choice`` says for which rays the used method was chosen,
-        and ``method`` and ``options`` describe the used method. "auto" takes the ``Choices`` that
-        `tune` found for this scene and renderer; if `tune` has not run, it takes a safe default
+        and ``method`` and ``options`` describe the used method. "auto" uses the ``Choices`` that
+        `tune` found for this scene and renderer; if `tune` has not run, a safe default
     options : the options below, and the options that ``gpgpu-rt methods NAME`` prints for a method
 
     Raises

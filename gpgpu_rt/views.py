@@ -17,7 +17,7 @@ from PIL import Image
 
 Facts = list[tuple[str, str]]
 
-MOST_RAYS = 1 << 20     # a view of more rays looks at an even sample of them
+MOST_RAYS = 1 << 20     # a view of more rays looks at an evenly distributed sample of the rays
 SIDE = 192              # longest side of a thumbnail, in pixels
 MISS, FAR, NEAR = 0, 60, 255    # grey levels of a depth picture
 _TEXT = 'style="text-align:left"'

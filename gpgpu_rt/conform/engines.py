@@ -95,7 +95,7 @@ def _embreex() -> Trace:
         scene = EmbreeScene()
         TriangleMesh(scene, case.triangles)
         n = len(case.origins)
-        # embreex replaces an infinite end by 1e37; it has no t_min.
+        # embreex has no t_min, and uses 1e37 as the end of an infinite ray.
         ends = np.minimum(_ends(case)[1], np.float32(1e37))
         found = scene.run(case.origins, case.directions, dists=ends.copy(), output=True)
         any_hit = scene.run(case.origins, case.directions, dists=ends.copy(), query="OCCLUDED")

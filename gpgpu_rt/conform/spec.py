@@ -164,7 +164,8 @@ def _found(module: str) -> bool:
 
 
 def _call(words: list[str]) -> None:
-    """Run a program. Its own child processes end with it."""
+    """Run a program. If the program exceeds its time limit, or the call is interrupted, kill the
+    program and its child processes."""
     with subprocess.Popen(words, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
                           start_new_session=True) as program:
         try:

@@ -95,7 +95,7 @@ def first_rays(known: Acceptance, n: int) -> Acceptance:
 
 
 def family_names(words: Sequence[str] = ()) -> list[str]:
-    """Return the named families, or all of them.
+    """Return ``words``, which must be names of families. Without words, return all names.
 
     Raises
     ------

@@ -167,7 +167,7 @@ def bound_pairs(triangles: np.ndarray, origins: np.ndarray, directions: np.ndarr
         rounding = g(3) * np.abs(ends).max(axis=0) + 8 * tiny * (1 + np.abs(z).max(axis=0))
         t = np.clip(np.where(np.isfinite(plane), plane, (lo + hi) / 2), lo, hi)
         convex = np.maximum(hi - t, t - lo) + rounding
-        # Where t was clamped, the range itself is rounded: add its rounding.
+        # Where t was clamped to an end of the range, add the rounding of this end.
         forward += np.where(plane == t, 0, rounding)
         t_bound = np.fmin(forward, convex) * _ROUND_UP
         # Step 9.

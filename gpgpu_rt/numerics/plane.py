@@ -25,8 +25,8 @@ def kept(values: np.ndarray) -> np.ndarray:
 
 
 def edges_of(corners: np.ndarray, R: Rounding = kept) -> np.ndarray:
-    """Return the edges of k triangles, (3, 3, k), from corners (3 corners, 3 axes, k). An edge is
-    opposite to the corner of its index."""
+    """Return the edges of k triangles, (3, 3, k), from corners (3 corners, 3 axes, k). Edge i is
+    opposite to corner i."""
     return R(corners[[2, 0, 1]] - corners[[1, 2, 0]])
 
 

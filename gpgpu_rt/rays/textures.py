@@ -41,7 +41,8 @@ class RayTextures:
         self.tiles: TileBounds | None = None    # bounds of directions; they need a shared start
 
     def share_start(self, start: np.ndarray | None) -> None:
-        """Set the origin and t_min of all rays, (4,) float32 with t_min >= 0; None if they differ.
+        """Set the start that all rays share: origin and t_min, (4,) float32, with t_min >= 0. None
+        means that the rays have different starts.
 
         Programs read a shared start from a uniform. This saves a fetch per ray, and work that
         depends only on the start.

@@ -1,14 +1,14 @@
 """Acceptance: which answers to a ray are right for an engine that rounds to float32.
 
 Exact arithmetic has a single answer to each ray. An engine that rounds may return another answer
-without a fault. For a ray through an edge, it may return either triangle of the edge. For two
-surfaces that nearly touch, it may return the farther surface. This module tells which answers a
-fair engine may give.
+without a fault. For a ray through an edge, the engine may return either triangle of the edge. For
+two surfaces that nearly touch, the engine may return the farther surface. This module tells which
+answers a fair engine may give.
 
 A fair engine rounds like float32, but its operations together may lose up to four more bits. The
 bounds of `error_bounds` are therefore evaluated with a unit roundoff of 2^-20 in place of 2^-24.
-They tell which triangles a fair engine may hit, which triangles it certainly hits, and how large
-the error of its t may be.
+The bounds tell which triangles a fair engine may hit, which triangles it certainly hits, and how
+large the error of its t may be.
 
 A triangle is acceptable if it may be hit, and if no triangle is certainly hit before it.
 

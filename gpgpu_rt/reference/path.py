@@ -220,8 +220,9 @@ class _Paths:
 
     def _lit_from_afar(self, at: _Surfaces, hits: Hits, rows: np.ndarray, random: np.ndarray
                        ) -> None:
-        """Add the light of the surroundings at vertices that chose them. An image is sampled by
-        its luminance, a sky by the material of the vertex."""
+        """Add the light of the surroundings at the vertices ``rows``, for which the surroundings
+        were chosen as the light. An image is sampled by its luminance, and a sky by the material
+        of the vertex."""
         if not len(rows):
             return
         environment = self.scene.environment
@@ -349,8 +350,8 @@ class _Surfaces:
 
     @staticmethod
     def _off(direction: np.ndarray, side: np.ndarray) -> np.ndarray:
-        """Return the directions on the given side of the flat triangles. A direction that an
-        interpolated normal sent to the other side is mirrored at its flat triangle."""
+        """Return the directions after mirroring each direction that is not on the given side of
+        its flat triangle. An interpolated normal may send a direction to the other side."""
         away = _dot(direction, side) <= 0
         return np.where(away[:, None], _reflect(direction, side), direction)
 
@@ -361,9 +362,9 @@ def _trace(scene: Scene, origins: np.ndarray, directions: np.ndarray) -> Hits:
 
 
 def _power_weight(mine: np.ndarray, other: np.ndarray) -> np.ndarray:
-    """Return the power heuristic's weight of a sampling technique, divided by its density
-    ``mine``; ``other`` is the density of the second technique. The result is 0 where ``mine`` is
-    0."""
+    """Return the power heuristic's weight of a sampling technique, divided by the technique's
+    density ``mine``; ``other`` is the density of the second technique. The result is 0 where
+    ``mine`` is 0."""
     most = np.maximum(np.maximum(mine, other), TINY)
     mine, other = mine / most, other / most
     return mine / (np.maximum(mine ** 2 + other ** 2, TINY) * most)

@@ -51,7 +51,8 @@ class PicturePass:
     ----------
     name : The name of the pass in plans.
     entry : The program's file in ``glsl/``.
-    wanted : The pass exists if one of these defines is set. With an empty tuple, it always exists.
+    wanted : The pass exists if one of these defines is set. If the tuple is empty, the pass always
+        exists.
     reads : The streams that the program reads, as (name in the program, record).
     writes : The streams that the program writes, as (name in the program, record) or (name,
         record, define). A stream with a define is written only if the define is set.

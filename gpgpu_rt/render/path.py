@@ -219,7 +219,7 @@ class Path(Integrator):
         self._packed.bring_back(level)
 
     def _gather(self, trace: Trace, level: PathTextures, source: Samplers) -> bool:
-        """Add the light found at a vertex to its path. Return whether another vertex is needed."""
+        """Add the light that paths find at a vertex. Return whether paths may go on."""
         room, context = level.room, self.gpu.context
         found = {**source, **room.samplers(level.walk[1], "walk"), **room.samplers("lit", "lit")}
         if "shadow rays" in room:

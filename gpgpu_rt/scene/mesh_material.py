@@ -54,7 +54,7 @@ class Textures:
 
 
 def material_of(visual: Any, textures: Textures) -> Material | None:
-    """Return the material of a trimesh visual, or None if it has none.
+    """Return the material of a trimesh visual, or None if the visual has no material.
 
     Parameters
     ----------
@@ -125,7 +125,7 @@ def _of_gltf(name: str, said: Mapping[str, Any], textures: Textures) -> Material
     authors of files intend this. A texture varies only the diffuse share; metallic reflection and
     emission are multiplied by the mean of their textures.
     """
-    factor = said.get("baseColorFactor")    # trimesh has it in bytes
+    factor = said.get("baseColorFactor")    # trimesh stores the factor in bytes, 0 to 255
     base = np.ones(3) if factor is None else np.asarray(factor, np.float64)[:3] / 255
     image = said.get("baseColorTexture")
     metal = float(np.clip(_numbers(said.get("metallicFactor"), [0])[0], 0, 1))

@@ -236,7 +236,7 @@ class _SceneFile:
 
 def _named(mesh: mesh_file.Mesh, word: str) -> np.ndarray:
     """Return (n,) bool: the faces of the part or material of this name. A part with several
-    materials is stored as several parts with numbers after the name; all of them count."""
+    materials is stored as several parts with numbers after the name; all these parts count."""
     parts = [k for k, name in enumerate(mesh.parts)
              if name == word or re.fullmatch(re.escape(word) + r"_\d+", name)]
     materials = [k for k, m in enumerate(mesh.materials) if m.name == word]

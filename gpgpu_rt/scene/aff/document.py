@@ -93,7 +93,7 @@ def read_document(path: Path) -> Document:
         a file is wrong, missing, includes itself, or lies outside of the folder of ``path``; the
         message names the file and the line
     LimitError
-        the included files, repeated as often as they are included, exceed the memory budget
+        the included files exceed the memory budget; a file counts each time that it is included
     OSError
         the file at ``path`` cannot be read
     """
