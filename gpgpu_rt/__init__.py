@@ -1,7 +1,7 @@
 """Ray tracing on graphics hardware, as fragment programs did it in 2002-2007.
 
-A scene has triangles. A tracer has a scene and a method, such as "kd-restart", whose fragment
-programs find the hits of rays. All methods find the same hits, at different costs::
+A scene has triangles. A tracer has a scene and a method, such as "kd-restart". The method's
+fragment programs find the hits of rays. All methods find the same hits, at different costs::
 
     import gpgpu_rt as rt
 
@@ -82,8 +82,9 @@ __all__ = [
 class _Package(types.ModuleType):
     """The class of this package.
 
-    `gpgpu_rt.methods` is a function. An import of the module of the same name would replace it;
-    this class prevents that.
+    The public name `gpgpu_rt.methods` is a function. Python assigns an imported module to its name
+    in the package, and so an import of the module `methods` would replace the function. This class
+    ignores such assignments.
     """
 
     def __setattr__(self, name: str, value: Any) -> None:

@@ -62,9 +62,9 @@ class Hits:
         return views.table("Hits", self._facts(), picture)
 
     def _facts(self) -> views.Facts:
-        """Return the numbers of rays that hit, missed, were invalid and were stopped, the
-        distances, and the means of the counters. They are estimates from a sample of the rays if
-        there are very many rays."""
+        """Return the numbers of rays that hit, missed, were invalid and were stopped, the smallest
+        and largest distance, and the means of the counters. With more than ``views.MOST_RAYS``
+        rays, these values are estimates from a sample of the rays."""
         step = views.stride(len(self), views.MOST_RAYS)
         status, triangle, t = self.status[::step], self.triangle[::step], self.t[::step]
         hit = (triangle >= 0) & (status == TRACED)

@@ -26,8 +26,8 @@ def run(load: Callable[[], Command], also: tuple[int, ...] = ()) -> int:
     Parameters
     ----------
     load : imports the command's libraries and returns the command. An interrupt during the import
-        ends the process at once, because nothing is written yet and a library that is being
-        imported may catch an exception
+        ends the process at once. It is not raised as an exception, because a library that is being
+        imported might catch the exception. Nothing is lost, because nothing is written yet
     also : further signals that interrupt the command as SIGINT does
 
     Notes
@@ -66,7 +66,7 @@ def _interrupted(number: int, frame: FrameType | None) -> None:
 
 def _again(number: int) -> None:
     """Send this process the signal again after RETRY seconds."""
-    # A Thread object acquires a lock that the interrupted code may already hold.
+    # Do not use threading.Thread: it acquires a lock that the interrupted code may already hold.
     start_new_thread(_send, (number,))
 
 
@@ -115,7 +115,7 @@ def left_to_this_process() -> Iterator[None]:
     thread, not ignored by the process, so the other threads of this process still receive it.
     """
     from multiprocessing import resource_tracker
-    resource_tracker.ensure_running()       # starting it would unblock the signal
+    resource_tracker.ensure_running()       # its start unblocks the signal, so start it first
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         yield

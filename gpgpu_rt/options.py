@@ -11,7 +11,7 @@ from typing import Any
 from .errors import OptionError, did_you_mean, nearest_names
 from .gl.precision import PRECISIONS, ROUNDINGS
 
-AUTOMATIC, OFF = "automatic", "off"     # the meanings of None; see `Option.unset`
+AUTOMATIC, OFF = "automatic", "off"     # words for the value None; see `Option.unset`
 
 
 @dataclass(frozen=True)
@@ -33,7 +33,7 @@ class Option:
     define : The name of the GLSL macro that the option defines, or None. A switch that is true
         defines the macro, and a number is the macro's value. A word, such as ``fast``, defines
         another macro, whose name is ``define`` followed by ``_FAST``.
-    relaxed : Choices that may lose hits. They exist to be measured.
+    relaxed : Choices with which a search may lose hits. They exist only for measurements.
     excludes : Options that must keep their defaults unless this option has its default.
     schedules : The schedules that allow a value other than the default. Empty for all schedules.
     goes_with : The name of another option, and the values of that option for which this option
@@ -42,8 +42,8 @@ class Option:
     label : A few plain words for a control, as the viewer shows them. Empty if ``name`` with
         spaces for underscores is plain enough; see ``title``.
     meanings : (choice, a few words) for choices whose spelling does not explain itself.
-    unset : The meaning of None in a word: "automatic" if something else decides the value, or
-        "off" if a feature is then absent.
+    unset : The word that a control shows for None: "automatic" if something else decides the
+        value, or "off" if None turns a feature off.
     """
 
     name: str
@@ -253,7 +253,7 @@ def word_define(prefix: str, word: str) -> str:
 
 def resolve_options(given: Mapping[str, Any], known: Iterable[Option],
                     what: str) -> dict[str, Any]:
-    """Return the value of every known option; ``what`` names their owner in messages.
+    """Return the value of every known option; ``what`` names the owner of the options in messages.
 
     Raises
     ------
@@ -281,8 +281,9 @@ def with_era(given: Mapping[str, Any], known: Iterable[Option], what: str,
     Raises
     ------
     OptionError
-        for another value of an implied option, or for a value by which a search may lose hits. A
-        ray in the era form counts no steps, so a search that does not settle would never end
+        for another value of an implied option, or for a value by which a search may lose hits. In
+        the era form, rays do not count their steps. The step cap then cannot stop a search that
+        never finishes
     """
     if str(given.get("era")) not in ERAS:
         return dict(given)
@@ -296,7 +297,8 @@ def with_era(given: Mapping[str, Any], known: Iterable[Option], what: str,
     for option in known:
         if given.get(option.name) in option.relaxed and option.name not in implied:
             raise OptionError(f"{what}: {option.name}={given[option.name]} may lose hits, and a "
-                              "search in the era form would then never end; leave it or era out")
+                              "search in the era form would then never end; leave "
+                              f"{option.name} or era out")
     return {**given, **implied}
 
 

@@ -23,28 +23,29 @@ class Statistics:
     passes : Traversal passes, including the set-up pass.
     draw_calls : Draw calls, including passes that mask or count rays.
     queries : Occlusion queries read back.
-    stopped : Number of rays that the step cap or a full stack stopped; the number of a picture
-        includes shadow rays.
+    stopped : Number of rays that the step cap or a full stack stopped. In a picture, shadow rays
+        count too.
     kernel_passes : Number of passes by kernel, under the ``kernels`` schedule.
-    live : A list of numbers of live rays, which have not ended. The schedules ``step`` and
-        ``kernels`` append a number several times in a traversal. The list of a picture holds the
-        numbers of its first ray set, then of its second ray set, and so on.
+    live : Numbers of live rays. A ray is live until its search ends. The schedules ``step`` and
+        ``kernels`` count the live rays several times in a traversal, and append each number. The
+        list of a picture holds the numbers of its first ray set, then of its second ray set, and
+        so on.
     picture_passes : Number of passes of a picture by name, without traversal passes.
     waves : Number of ray sets that a picture traced.
     texel_fetches : Texels per pixel that ``picture_passes`` read.
-    vertices : An entry per path vertex, for a path traced picture whose integrator may move the
-        live paths to smaller textures. ``live`` is the number of paths that reached the vertex.
-        ``texels`` is the size of the textures of all paths at this vertex, over which a traversal
-        pass runs. Both numbers are sums over all ray sets.
+    vertices : An entry for each vertex of paths, if the integrator may pack the live paths into
+        smaller textures (``render/packed_paths.py``). ``live`` is the number of paths that reached
+        the vertex. ``texels`` is the number of texels over which a traversal pass runs at this
+        vertex. Both numbers are sums over all ray sets.
     samples : Samples per pixel, for an integrator that samples.
     noise : For an integrator that samples, the standard error of a pixel's luminance, averaged
         over the picture and divided by the average luminance.
     texture_bytes : Bytes of the scene tables, rays and states.
     table_bytes : Name of a table's record (``gl/record.py``) -> bytes of the table's textures.
-    build_seconds : Time to build the accelerator, or to load it from the cache, and to pack it, at
-        the last build.
-    refit_seconds : Time to refit and pack the accelerator, at the last update. After a rebuild,
-        the time of the attempt to refit that preceded the rebuild.
+    build_seconds : Time of the last build: to build the accelerator, or to load it from the cache,
+        and to pack it into tables.
+    refit_seconds : Time to refit and pack the accelerator, at the last update. If the update
+        rebuilt the accelerator, this is the time of the attempt to refit before the rebuild.
     rebuilt : Whether the last update rebuilt the accelerator.
     trace_seconds : Time from the first draw to the end of the last draw. With ``presort``, also
         the time that the host sorts.
@@ -55,11 +56,11 @@ class Statistics:
         add none.
     counters : Means of the counters over all rays, with statistics=True.
     first_hits : Numbers for a picture with rasterised first hits. ``drawn`` is the number of
-        triangles that were rasterised. ``rivals`` is the number of triangles that lie before the
-        rasterised triangle in some pixel. A large triangle is examined in parts of the image, and
-        counts once for each part in which it is a rival. ``retraced`` is the number of eye rays
-        that the method traced because their rasterised hit was in doubt. ``retraced_share`` is the
-        share of these rays among all eye rays.
+        triangles that were rasterised. ``rivals`` is the number of rivals: triangles that a ray
+        may hit before it hits the rasterised triangle of its pixel. A large triangle is examined
+        in parts of the image, and counts once for each part in which it is a rival. ``retraced``
+        is the number of eye rays that the method traced because their rasterised hit was in doubt.
+        ``retraced_share`` is the share of these rays among all eye rays.
     pass_log : With statistics=True, an entry per program: name, draws, fragments, bytes of streams
         read, tables sampled, bytes written. ``gl/pass_log.py`` describes an entry.
     uploaded_bytes, read_back_bytes : With statistics=True, bytes copied to the graphics card and
@@ -134,5 +135,5 @@ class Statistics:
             self.driver[name] = self.driver.get(name, 0.0) + value
 
     def of_structure(self) -> dict[str, Any]:
-        """Return the figures of the accelerator by name, which `start_call` keeps."""
+        """Return the figures of the accelerator, by name. `start_call` keeps these figures."""
         return {name: getattr(self, name) for name in OF_STRUCTURE}

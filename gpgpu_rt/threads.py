@@ -50,5 +50,5 @@ def _pool(size: int) -> ThreadPoolExecutor:
     return ThreadPoolExecutor(size, initializer=_begin)
 
 
-if hasattr(os, "register_at_fork"):     # a forked process must make a pool: threads do not fork
+if hasattr(os, "register_at_fork"):     # a forked process has no threads and needs a new pool
     os.register_at_fork(after_in_child=_pool.cache_clear)

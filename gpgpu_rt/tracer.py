@@ -48,8 +48,8 @@ class Tracer:
         coherent rays and a method for incoherent rays, and each call uses one of the two according
         to its rays. The accelerator for incoherent rays is built at the first call with incoherent
         rays. After a call, ``statistics.choice`` says for which rays the used method was chosen,
-        and ``method`` and ``options`` describe the used method. "auto" takes the ``Choices`` that
-        `tune` found for this scene and renderer; if `tune` has not run, it takes a safe default
+        and ``method`` and ``options`` describe the used method. "auto" uses the ``Choices`` that
+        `tune` found for this scene and renderer; if `tune` has not run, a safe default
     options : the options below, and the options that ``gpgpu-rt methods NAME`` prints for a method
 
     Raises
@@ -226,7 +226,7 @@ class Tracer:
         ValueError
             as for ``trace``
         OptionError
-            for options that may lose hits, or that round t, because different t may become equal
+            for options that may lose hits; for options that round t, so that two t become equal
         """
         for method, own in self.sessions.rows.values():
             check_exact(method, own)
@@ -258,7 +258,7 @@ class Tracer:
         integrator : The name of the integrator. With "direct" the picture shows light and shadows,
             with "whitted" (default) also mirrors and glass, with "path" also light that bounces.
             After "path", ``radiance`` holds the unclipped result.
-        progress : Called by "path" with the finished samples, all samples, and the noise so far.
+        progress : Called as progress(samples done, samples in total, noise so far, or infinity).
         first_hits : One of "traced", "rasterised" and "verified". With "rasterised" the rasteriser
             finds the eye rays' hits that it can prove, and the method traces the other eye rays.
             The hits equal traced hits to the bit. With "verified" a rasterised hit is checked to
@@ -309,8 +309,8 @@ class Tracer:
     @public_call
     def plan(self, size: tuple[int, int] = (512, 512), integrator: str | None = None,
              **options: Any) -> Plan:
-        """Return the passes, textures and defines that `render` would use with the same arguments,
-        and why each other is left out. Nothing is drawn.
+        """Return the plan of `render` with the same arguments: the passes, textures and defines
+        that it would use, and why it would leave out all others. Nothing is drawn.
 
         Parameters
         ----------

@@ -5,7 +5,7 @@ four differences:
 
 * The hits are sorted by ray, and the hits of a ray by (t, triangle). The search for the next hit
   of a ray continues directly behind the previous hit in the order of (t, triangle) (see
-  ``session/all_hits.py``). So all hits are found, those on coincident triangles too.
+  ``session/all_hits.py``). So all hits are found, including hits on coincident triangles.
 * Intersection is computed in float32, which is too coarse far from the origin. A mesh whose
   distance from the origin exceeds its size is therefore first moved to the origin in float64.
   After the trace, the position of each hit on its ray is computed in float64.
@@ -161,8 +161,8 @@ class RayMeshIntersector:
 
     def _places(self, origins: np.ndarray, directions: np.ndarray, most: int | None
                 ) -> tuple[AllHits, np.ndarray, np.ndarray]:
-        """Return the result of ``_hits`` with enough hits of each ray for its nearest ``most``
-        places; the rows of first hits are limited to these places."""
+        """Return the result of ``_hits``, with enough hits for the nearest ``most`` places of each
+        ray. The rows of first hits belong to these places only."""
         asked = most
         while True:
             hits, places, locations = self._hits(origins, directions, asked, True)
@@ -178,7 +178,8 @@ class RayMeshIntersector:
     def _hits(self, origins: np.ndarray, directions: np.ndarray, most: int | None, locate: bool
               ) -> tuple[AllHits, np.ndarray, np.ndarray]:
         """Return the nearest ``most`` hits of each ray, the rows of the first hits of all places
-        (k,), and the positions of all hits (m, 3). Without ``locate`` the last two are empty."""
+        (k,), and the positions of all hits (m, 3). Without ``locate``, rows and positions are
+        empty."""
         with self._lock:
             origins, directions, tracer = self._prepared(origins, directions)
             hits = tracer.trace_all(origins, directions, invalid="miss", max_hits=most)
@@ -340,8 +341,8 @@ def _places(blurred: np.ndarray, t: np.ndarray, sharp: np.ndarray) -> np.ndarray
         same number
     t : (m,) float64, where the ray of a hit meets the triangle's plane
     sharp : (m,) float64, error bound of t in float64; inf where float64 proves that the ray misses
-        the triangle. A hit with an infinite bound can begin a place only if all hits with the same
-        number have infinite bounds
+        the triangle. A hit with an infinite bound can begin a place only if all hits with its
+        number in ``blurred`` have infinite bounds
     """
     order = np.lexsort((t, ~np.isfinite(sharp), blurred))
     group, t, sharp = blurred[order], t[order], sharp[order]

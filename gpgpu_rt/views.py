@@ -1,7 +1,7 @@
 """Views: how an object shows itself, as a line of text and as a table in a notebook.
 
-A view has the object's facts: pairs of a name and a text. The work of a view is bounded, because a
-notebook shows each value at once.
+A view shows the object's facts: pairs of a name and a text. The time of a view is bounded, because
+a notebook shows the view of each result without being asked.
 """
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from PIL import Image
 
 Facts = list[tuple[str, str]]
 
-MOST_RAYS = 1 << 20     # a view of more rays looks at an even sample of them
+MOST_RAYS = 1 << 20     # a view of more rays looks at an evenly distributed sample of the rays
 SIDE = 192              # longest side of a thumbnail, in pixels
 MISS, FAR, NEAR = 0, 60, 255    # grey levels of a depth picture
 _TEXT = 'style="text-align:left"'
@@ -49,7 +49,8 @@ def in_notebook() -> bool:
 
 
 def stride(count: int, most: int) -> int:
-    """Return the smallest step such that every step-th of ``count`` items are at most ``most``."""
+    """Return the smallest step with which ``[::step]`` picks at most ``most`` of ``count`` items.
+    """
     return max(1, math.ceil(count / most))
 
 

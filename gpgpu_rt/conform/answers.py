@@ -27,13 +27,13 @@ class EngineAnswers:
     any_hit: np.ndarray | None = None
 
 
-# Traces all rays of a case.
+# A function that traces all rays of a case.
 Trace = Callable[[Case], EngineAnswers]
 
 
 def of_distances(case: Case, t: np.ndarray, triangle: np.ndarray,
                  any_hit: np.ndarray | None = None) -> EngineAnswers:
-    """Return answers of an engine that knows no ends of intervals: a hit beyond t_max is a miss.
+    """Return the answers of an engine that does not accept t_max: a hit beyond t_max is a miss.
 
     Do not use this function for a case with a t_min above 0.
     """

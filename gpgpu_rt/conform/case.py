@@ -1,4 +1,5 @@
-"""Case: a scene and rays where ray tracers may fail; and the table of the families of cases."""
+"""Case: a scene with rays that ray tracers may get wrong; and the table of the families of cases.
+"""
 from __future__ import annotations
 
 from collections.abc import Callable
@@ -63,7 +64,7 @@ class Family:
     Attributes
     ----------
     name : the family's name in tables and files
-    row : its row in docs/extremes.md
+    row : the family's row in the table of cases in docs/extremes.md
     what : a phrase that describes the family's scene and rays
     make : (rays, seed) -> case; the scene does not depend on the number of rays
     most : the largest number of rays for which the quick suite has time

@@ -1,5 +1,5 @@
-"""The chart of a run of the suite: the share of wrong rays by family and engine. Needs
-matplotlib."""
+"""The chart of a run of the suite: the share of wrong rays of each engine in each family. This
+module needs matplotlib."""
 from __future__ import annotations
 
 from collections.abc import Sequence

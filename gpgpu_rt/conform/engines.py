@@ -1,8 +1,8 @@
 """Engines: the ray tracers that people install, each behind the same function.
 
 Every engine is optional, and is imported only in the process that runs it. A wrapper is an engine
-that calls another engine of this table. If both are installed, an error of the wrapper is the
-wrapper's own error if the wrapped engine does not make it.
+that calls another engine of this table. A wrong answer of a wrapper counts as the wrapper's own
+error if the wrapped engine is tested too, and answers the same ray rightly.
 
 Some libraries trace only a single ray per call. Their adapters loop over rays in Python.
 """
@@ -32,7 +32,7 @@ class Adapter:
     name : the name on the command line and in tables
     package : the distribution whose version is printed
     modules : the modules that must be installed
-    prepare : a function that imports the engine and returns a function of a case
+    prepare : a function that imports the engine, and returns the function that traces a case
     wraps : the name of the engine that this engine calls, or ""
     ends : the members of ALL_T that the engine accepts: intervals that begin at a t_min other than
         0, begin at a negative t_min, or end at a finite t_max
@@ -95,7 +95,7 @@ def _embreex() -> Trace:
         scene = EmbreeScene()
         TriangleMesh(scene, case.triangles)
         n = len(case.origins)
-        # embreex replaces an infinite end by 1e37; it has no t_min.
+        # embreex has no t_min, and uses 1e37 as the end of an infinite ray.
         ends = np.minimum(_ends(case)[1], np.float32(1e37))
         found = scene.run(case.origins, case.directions, dists=ends.copy(), output=True)
         any_hit = scene.run(case.origins, case.directions, dists=ends.copy(), query="OCCLUDED")
@@ -112,8 +112,8 @@ def _trimesh(engine: str) -> Callable[[], Trace]:
         def trace(case: Case) -> EngineAnswers:
             mesh = trimesh.Trimesh(*_mesh(case), process=False)
             rays = module.RayMeshIntersector(mesh)
-            # trimesh returns locations, not t, and each call may find other hits. The triangles
-            # are those of `intersects_first`, which people use for visibility.
+            # trimesh returns locations instead of t, and its functions may find different hits.
+            # Judge the triangles of `intersects_first`, which people use for visibility.
             return EngineAnswers(rays.intersects_first(case.origins, case.directions), None,
                                  rays.intersects_any(case.origins, case.directions))
         return trace
@@ -198,7 +198,7 @@ def _vtk() -> Trace:
         locator.BuildLocator()
         t, place, inside = vtk.mutable(0.0), [0.0] * 3, [0.0] * 3
         part, cell = vtk.mutable(0), vtk.mutable(0)
-        # VTK intersects segments: end each beyond the scene, or at its t_max.
+        # VTK intersects segments. Let each segment end beyond the scene, or at the ray's t_max.
         directions = case.directions.astype(np.float64)
         length = np.linalg.norm(directions, axis=1)
         size = np.abs(vertices).max(initial=0) + np.abs(case.origins).max(axis=1, initial=0)

@@ -1,4 +1,4 @@
-"""Families: scenes and rays where ray tracers fail, each with its row in docs/extremes.md.
+"""Families: scenes with rays that ray tracers get wrong, each with its row in docs/extremes.md.
 
 A case is made from its family's name, a number of rays and a seed. In the suite `gpgpu-rt
 conform`, every engine answers these cases. The tests trace the cases with every method, and the
@@ -45,35 +45,36 @@ def _(n: int, seed: int) -> Case:
     return _sphere(n, seed, "random")
 
 
-@family("sphere-vertices", 2, "the same, aimed at vertices")
+@family("sphere-vertices", 2, "closed bumpy sphere, rays from inside to vertices")
 def _(n: int, seed: int) -> Case:
     return _sphere(n, seed, "vertices")
 
 
-@family("sphere-edges", 3, "the same, aimed at edges")
+@family("sphere-edges", 3, "closed bumpy sphere, rays from inside to edges")
 def _(n: int, seed: int) -> Case:
     return _sphere(n, seed, "edges")
 
 
-@family("embree-vertices", 4, "row 2 with the mesh at (148376, 1234, -223423)")
+@family("embree-vertices", 4, "rays to vertices as in row 2, mesh at (148376, 1234, -223423)")
 def _(n: int, seed: int) -> Case:
     return _sphere(n, seed, "vertices", EMBREE_CASE)
 
 
-@family("embree-edges", 4, "row 3 with the mesh at (148376, 1234, -223423)")
+@family("embree-edges", 4, "rays to edges as in row 3, mesh at (148376, 1234, -223423)")
 def _(n: int, seed: int) -> Case:
     return _sphere(n, seed, "edges", EMBREE_CASE)
 
 
 def square_case(quads: int, n: int, seed: int) -> Case:
-    """Rays from a point in front of the square, half to vertices and half to random places."""
+    """Return a square with rays from a point in front of it, half of them to vertices and half to
+    random points."""
     rng = np.random.default_rng(seed)
     triangles = square(quads)
     inner = triangles.reshape(-1, 3)
     aims = np.concatenate([inner[rng.integers(len(inner), size=n // 2)],
                            np.column_stack([between(rng, -1, 1, (n - n // 2, 2)),
                                             np.full(n - n // 2, -1)])])
-    aims[:, :2] *= 1 - 2.0**-12    # keep off the square's own border
+    aims[:, :2] *= 1 - 2.0**-12    # move the points away from the border of the square
     origin = (between(rng, -0.3, 0.3, 3) + [0, 0, 0.5]).astype(np.float32)
     return Case(triangles, np.tile(origin, (n, 1)), aims - origin, closed=True)
 
@@ -83,7 +84,7 @@ def _(n: int, seed: int) -> Case:
     return _in_box(1, "vertices", n, seed)
 
 
-@family("box-edges", 43, "the same, aimed at its edges and at the diagonals of its faces")
+@family("box-edges", 43, "a closed box of 12 triangles, rays from inside to edges and diagonals")
 def _(n: int, seed: int) -> Case:
     return _in_box(1, "edges", n, seed)
 
@@ -107,7 +108,7 @@ def _(n: int, seed: int) -> Case:
 
 # Rows 8 to 10, 30: where the scene lies, and how large it is -------------------------------------
 
-@family("outside", 30, "soup from outside, all octants of directions")
+@family("outside", 30, "random triangles, rays from outside in all octants of directions")
 def _(n: int, seed: int) -> Case:
     triangles = soup(400, seed)
     return Case(triangles, *outside_rays(triangles, n, np.random.default_rng(seed)))
@@ -120,12 +121,13 @@ def scaled(exponent: int, n: int, seed: int) -> Case:
 
 
 for _k in (-20, 20):
-    family(f"scaled-2^{_k}", 8, f"soup scaled by 2^{_k}")(functools.partial(scaled, _k))
+    family(f"scaled-2^{_k}", 8, f"random triangles scaled by 2^{_k}, rays from outside")(
+        functools.partial(scaled, _k))
 
 
 def moved(power: int, n: int, seed: int) -> Case:
-    """The bumpy sphere, moved away from 0 by 10^power times its size. Rays go from inside to
-    vertices and edges."""
+    """Return the bumpy sphere, moved away from 0 by 10^power times its size. Rays go from inside
+    to vertices and edges."""
     rng = np.random.default_rng(seed)
     at = 2.0 * 10**power * np.float64([1, -0.6, 0.3])
     triangles = bumpy_sphere(at=at)
@@ -136,7 +138,7 @@ def moved(power: int, n: int, seed: int) -> Case:
 
 
 for _k in (0, 2, 4, 5, 6):
-    family(f"moved-1e{_k}", 9, f"scene moved by 10^{_k} of its sizes")(
+    family(f"moved-1e{_k}", 9, f"closed bumpy sphere, 10^{_k} times its size away from 0")(
         functools.partial(moved, _k))
 
 

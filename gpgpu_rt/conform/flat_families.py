@@ -1,4 +1,4 @@
-"""Flat families: scenes that are flat along an axis, and rays that start on them or next to them.
+"""Flat families: scenes that are flat along an axis, and rays that start on or next to the scene.
 
 A scene lies in a coordinate plane, in a plane next to a coordinate plane, or in a plane far from
 0. It may be tilted by a float32 spacing. Shadow rays from a floor are rays of this kind: along the
@@ -59,7 +59,7 @@ class Flat:
         return self._turned(flat, height).astype(np.float32)
 
     def case(self, n: int, seed: int, together: bool = False) -> Case:
-        """A case of n rays that start on the scene or next to it.
+        """Return a case of n rays that start on the scene or next to it.
 
         Directions are random, in the plane, or nearly in the plane.
 
@@ -75,7 +75,7 @@ class Flat:
         towards, share = directions(rng, n), rng.random(n)
         steep = np.where(share < 0.25, binades(rng, 1e-12, 1, n), 1.0)
         towards[:, self.axis] *= np.where(share > 0.85, 0.0, steep)
-        along = rng.random(n) < 0.1             # parallel to an axis of the plane, or across it
+        along = rng.random(n) < 0.1             # parallel to a coordinate axis
         towards[along] *= np.eye(3)[rng.integers(3, size=along.sum())]
         towards[(towards == 0).all(axis=1)] = np.roll((1.0, 1.0, 0.0), self.axis)
         t_min = chosen(rng, STARTS, n)
@@ -84,7 +84,7 @@ class Flat:
         return Case(self.triangles(seed), origins, towards, t_min=t_min)
 
     def _turned(self, flat: np.ndarray, height: np.ndarray) -> np.ndarray:
-        """(..., 3) points, from points (..., 2) in the plane and their heights (...)."""
+        """Return (..., 3) points from points in the plane, (..., 2), and their heights, (...)."""
         height = np.broadcast_to(height, flat.shape[:-1])
         return np.roll(np.concatenate([height[..., None], flat], -1), self.axis, -1)
 

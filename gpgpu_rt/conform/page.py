@@ -37,8 +37,8 @@ def page(rows: Sequence[Row], missing: Mapping[str, str]) -> str:
     families = list(dict.fromkeys(row.family for row in rows))
     cells = {(row.engine, row.family): row for row in rows}
     versions = {row.engine: row.version for row in rows}
-    body = [_table("Wrong rays out of rays cast. A dash means that the engine does not take the "
-                   "family's intervals of t.",
+    body = [_table("Wrong rays out of rays cast. A dash means that the engine does not accept "
+                   "the family's intervals of t.",
                    ["family", *(f"{one} {versions[one]}".strip() for one in engines)],
                    [[f'<td title="{escape(FAMILIES[name].what)}">{escape(name)}</td>',
                      *(_cell(cells[one, name]) for one in engines)] for name in families]),

@@ -1,4 +1,4 @@
-"""Reads a family of the conformance suite and judges answers to it. It needs only Python.
+"""Reads a family of the conformance suite and judges answers to its rays. Needs only Python.
 
     python read_cases.py FAMILY.json ANSWERS.json
 

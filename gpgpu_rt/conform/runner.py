@@ -26,7 +26,7 @@ class Crash(Exception):
 
 
 class Runner:
-    """Runs engines in another process, which starts anew after a crash."""
+    """Runs engines in another process. After a crash, a new process is started."""
 
     def __init__(self, seconds: float = SECONDS) -> None:
         self.seconds = seconds
@@ -106,7 +106,7 @@ class Runner:
 
 
 def _serve(theirs: Connection) -> None:
-    """Answer cases until the other end closes."""
+    """Answer cases until the other process closes its end of the pipe."""
     loaded: dict[Spec, Trace] = {}
     theirs.send("ready")
     while True:
@@ -135,7 +135,7 @@ def _serve(theirs: Connection) -> None:
 
 @contextmanager
 def _silent() -> Iterator[None]:
-    """Send what engines print to nowhere, also from C."""
+    """Discard all output of engines, including the output of C code."""
     kept, nowhere = [os.dup(1), os.dup(2)], os.open(os.devnull, os.O_WRONLY)
     try:
         for stream in (1, 2):

@@ -13,8 +13,8 @@ _OCTANTS = np.array([[0, 2, 4], [2, 1, 4], [1, 3, 4], [3, 0, 4],
 
 
 def sphere(subdivisions: int) -> np.ndarray:
-    """A unit sphere, (8 4^subdivisions, 3, 3) float64: an octahedron, whose edges are halved again
-    and again. Shared vertices are equal to the bit."""
+    """Return a unit sphere, (8 * 4^subdivisions, 3, 3) float64: an octahedron whose edges are
+    halved repeatedly. Shared vertices are equal to the bit."""
     triangles = _OCTAHEDRON[_OCTANTS]
     for _ in range(subdivisions):
         a, b, c = triangles[:, 0], triangles[:, 1], triangles[:, 2]
@@ -74,9 +74,9 @@ def soup(count: int, seed: int, size: float = 0.2) -> np.ndarray:
 
 
 def lattice(cells: int) -> np.ndarray:
-    """The walls of an eighth of the cells of a lattice in the unit box, float32.
+    """Return the walls of an eighth of the cells of a lattice in the unit box, float32.
 
-    Along each axis, every second cell has walls. For even ``cells``, the result is (12 (cells /
+    Along each axis, every second cell has walls. For even ``cells``, the result is (12 * (cells /
     2)^3, 3, 3).
 
     Coordinates are exact, so rays can run in planes, through edges and through corners.

@@ -1,4 +1,4 @@
-"""Shrink: for a wrong answer, the smallest mesh and ray that show it."""
+"""Shrink: reduces a case with a wrong answer to a minimal mesh and ray that still show it."""
 from __future__ import annotations
 
 from collections.abc import Callable
@@ -13,7 +13,8 @@ from .runner import Crash, Runner
 from .spec import Spec
 from .suite import Known
 
-FEW_BITS = (4, 6, 8, 10, 12, 16, 20)    # significands that are tried for the numbers of a case
+# Lengths in bits of the significands to which `shrink` tries to round the numbers of a case.
+FEW_BITS = (4, 6, 8, 10, 12, 16, 20)
 
 
 @dataclass
@@ -89,14 +90,15 @@ def minimal_cases(spec: Spec, known: Known, runner: Runner) -> list[Minimal]:
 def shrink(case: Case, fails: Callable[[Case], bool]) -> Case:
     """Return a smaller case that still fails: fewer triangles, and then numbers of fewer bits.
 
-    First one half of the triangles is removed, then one quarter, and so on, if the case without
-    them still fails. The method is that of Zeller and Hildebrandt, "Simplifying and Isolating
-    Failure-Inducing Input", IEEE Transactions on Software Engineering 28(2), 2002.
+    The function tries to remove each half of the triangles, then each quarter, and so on. A part
+    is removed if the case still fails without it. The method is that of Zeller and Hildebrandt,
+    "Simplifying and Isolating Failure-Inducing Input", IEEE Transactions on Software Engineering
+    28(2), 2002.
 
     Parameters
     ----------
     case : a case that fails, with a single ray
-    fails : whether a case shows the fault
+    fails : returns whether a case shows the fault
     """
     parts = 2
     while len(case.triangles) > 1:

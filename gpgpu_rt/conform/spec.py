@@ -32,7 +32,7 @@ from .export import case_to_dict
 
 ENGINE, METHOD, FUNCTION, COMMAND = "engine", "method", "function", "command"
 PLACES = ("{cases}", "{answers}")
-COMMAND_SECONDS = 120   # limit for a call; the runner's limit is longer than two calls
+COMMAND_SECONDS = 120   # limit for one call; `runner.SECONDS` exceeds the limits of two calls
 
 
 @dataclass(frozen=True)
@@ -43,7 +43,7 @@ class Spec:
     ----------
     kind : ENGINE, METHOD, FUNCTION or COMMAND
     name : the engine, the method, "module:function", or the command line
-    schedule : of a method; "" for its default
+    schedule : the schedule of a method; "" for the method's default
     """
 
     kind: str
@@ -85,7 +85,7 @@ class Spec:
 
     @property
     def engine(self) -> Adapter:
-        """The engine's row of the table. For any other spec, a row that is made here."""
+        """The engine's row of the table. For a method, function or program, a row made for it."""
         if self.kind == ENGINE:
             return ENGINES[self.name]
         return Adapter(self.title, PROJECT if self.kind == METHOD else "", (), self.load,
@@ -153,7 +153,7 @@ def _described(found: Any) -> str:
 
 
 def _found(module: str) -> bool:
-    """Return whether a module can be found, also in the present folder."""
+    """Return whether a module can be found in Python's path or in the current folder."""
     sys.path.insert(0, os.getcwd())
     try:
         return importlib.util.find_spec(module) is not None
@@ -164,7 +164,8 @@ def _found(module: str) -> bool:
 
 
 def _call(words: list[str]) -> None:
-    """Run a program. Its own child processes end with it."""
+    """Run a program. If the program exceeds its time limit, or the call is interrupted, kill the
+    program and its child processes."""
     with subprocess.Popen(words, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
                           start_new_session=True) as program:
         try:

@@ -69,7 +69,7 @@ def _(n: int, seed: int) -> Case:
     return Case(triangles, origins, triangles[some, 0].astype(np.float64) - origins)
 
 
-@family("one-centroid", 33, "centroids, and so Morton codes, all equal", 300)
+@family("one-centroid", 33, "triangles with equal centroids, so with equal Morton codes", 300)
 def _(n: int, seed: int) -> Case:
     rng = np.random.default_rng(seed)
     corners = rng.integers(-512, 513, (2000, 3, 3)) / 1024
@@ -79,7 +79,8 @@ def _(n: int, seed: int) -> Case:
 
 
 def long_way(count: int, n: int, seed: int) -> Case:
-    """A row of triangles. The rays cross all boxes, but miss all triangles except the last."""
+    """Return a row of triangles. The rays cross all boxes, but miss all triangles except the
+    last."""
     rng = np.random.default_rng(seed)
     at = np.arange(count)[:, None, None] * np.float64([0, 0, -1])
     triangles = at + np.float64([[0, 0, 0.1], [1, 0, 0], [0, 1, 0]])
@@ -88,7 +89,7 @@ def long_way(count: int, n: int, seed: int) -> Case:
     return Case(triangles, origins, np.tile([0.0, 0, -1], (n, 1)), closed=True)
 
 
-@family("long-way", 36, "boxes of 40,000 triangles in the way: more steps than one loop runs", 3)
+@family("long-way", 36, "rays through boxes of 40,000 triangles: more steps than one loop runs", 3)
 def _(n: int, seed: int) -> Case:
     return long_way(40_000, n, seed)
 

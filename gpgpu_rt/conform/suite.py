@@ -19,7 +19,7 @@ from .families import FAMILIES, make_case
 from .runner import NO_ANSWER, Crash, Runner
 from .spec import ENGINE, FUNCTION, METHOD, Spec
 
-RAYS, SEED = 300, 1     # of each family in the quick suite
+RAYS, SEED = 300, 1     # number of rays of each family in the quick suite, and the seed
 CRASH = "crash"
 KINDS = (*WRONG_KINDS, CRASH)
 
@@ -36,8 +36,8 @@ class Row:
         t_min and t_max.
     undecidable : Number of rays for which a hit and a miss are both right.
     wrong : Number of wrong rays by kind, of KINDS. A crash counts for all rays of the family.
-    seconds : Time of the engine's call, with the construction of its structure.
-    note : The reason of a crash, or why no ray was traced; else "".
+    seconds : Time of the engine's call in seconds, including the construction of its structure.
+    note : The reason of a crash, or the reason why no ray was traced; else "".
     own : For an engine that wraps another engine, the number of wrong rays that the wrapped engine
         answers rightly. None for other engines, or if the wrapped engine was not run.
     """
@@ -95,12 +95,12 @@ def first_rays(known: Acceptance, n: int) -> Acceptance:
 
 
 def family_names(words: Sequence[str] = ()) -> list[str]:
-    """Return the named families, or all of them.
+    """Return ``words``, which must be names of families. Without words, return all names.
 
     Raises
     ------
     OptionError
-        no family has a name
+        a name is not the name of a family
     """
     for word in words:
         if word not in FAMILIES:
@@ -143,7 +143,7 @@ def run(specs: Sequence[Spec], names: Iterable[str], rays: int = RAYS, seed: int
             for spec in ordered:
                 row = _row(runners[_process_of(spec)], spec, known, wrong, hung)
                 if row.note.startswith(NO_ANSWER):
-                    hung[spec.title] = name     # it would take as long in every other family
+                    hung[spec.title] = name     # do not wait for this engine again
                 yield row
 
 
@@ -163,7 +163,7 @@ def _row(runner: Runner, spec: Spec, known: Known, wrong: dict[str, np.ndarray],
     engine, none = spec.engine, dict.fromkeys(KINDS, 0)
     row = Row(spec.title, engine.version, known.name, 0, 0, none, 0.0)
     if not engine.traces(known.case):
-        row.note = "the engine does not take these ends of intervals"
+        row.note = "the engine does not accept the t_min or t_max of these rays"
         return row
     if spec.title in hung:
         row.note = f"not run, because it gave no answer in {hung[spec.title]}"

@@ -8,7 +8,7 @@ from .case import Case
 
 
 def prepare() -> Trace:
-    """Import Warp, declare the kernel, and return a function of a case."""
+    """Import Warp, declare the kernel, and return the function that traces a case."""
     import numpy as np
     import warp
     warp.config.quiet = True

@@ -10,9 +10,9 @@ assumed to be correctly rounded. Contraction to fused multiply-adds only removes
 bounds themselves are evaluated in float64, with errors of the same form and u = 2^-53. The factor
 ``_ROUND_UP`` covers these errors.
 
-Each of the following steps uses the step before. A capital letter denotes a computed value, the
-lower case letter its exact value. O and d are the ray's origin and direction, and V is a vertex.
-Axes are permuted so that the direction is largest in z:
+Each of the following steps uses the steps before. A capital letter denotes a computed value, and
+the lower case letter denotes its exact value. O and d are the ray's origin and direction, and V is
+a vertex. Axes are permuted so that the direction is largest in z:
 
 1. The host scales the direction by a power of two so that ``|d.z|`` is in [0.5, 1): exact.
 2. ``A = V - O``: ``|A - a| <= u |a| + 3 tiny`` (two inputs and a result may be flushed).
@@ -38,7 +38,7 @@ Axes are permuted so that the direction is largest in z:
    |a_i N_i|) / |D|``. The test takes the two shorter edges. Where rounding may decide which edge
    is the longest, the largest bound of the possible choices is used. Underflow adds the terms with
    tiny of `_plane_bound`.
-8. A second bound on the distance. The test clamps T to the range of the corners' distances
+8. The distance t also has a second bound. The test clamps T to the range of the corners' distances
    ``Z_i / d.z``, which have the error gamma(3). So the error of T is at most the distance along
    the ray to the furthest vertex, plus this rounding. Both bounds hold, so the smaller bound of
    steps 7 and 8 is used. If t lies outside the exact range, t is replaced by the nearer end of the
@@ -57,8 +57,8 @@ import numpy as np
 
 from .plane import CROSS, edges_of, plane_distance, shorter
 
-# Each bound is multiplied by this factor, which covers the rounding errors of evaluating the bound
-# in float64.
+# Each bound is multiplied by this factor, because the bound itself is computed in float64 with
+# rounding errors.
 _ROUND_UP = 1 + 2.0 ** -20
 
 
@@ -167,7 +167,7 @@ def bound_pairs(triangles: np.ndarray, origins: np.ndarray, directions: np.ndarr
         rounding = g(3) * np.abs(ends).max(axis=0) + 8 * tiny * (1 + np.abs(z).max(axis=0))
         t = np.clip(np.where(np.isfinite(plane), plane, (lo + hi) / 2), lo, hi)
         convex = np.maximum(hi - t, t - lo) + rounding
-        # Where t was clamped, the range itself is rounded: add its rounding.
+        # Where t was clamped to an end of the range, add the rounding of this end.
         forward += np.where(plane == t, 0, rounding)
         t_bound = np.fmin(forward, convex) * _ROUND_UP
         # Step 9.

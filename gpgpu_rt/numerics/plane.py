@@ -2,8 +2,9 @@
 
 The code is ``plane_distance`` of ``glsl/core/watertight.glsl``, operation for operation.
 
-The two shorter edges of the triangle give the normal. The longest edge is almost parallel to
-another edge if the triangle is long and thin, so their cross product has few correct digits.
+The normal is the cross product of the two shorter edges. If a triangle is long and thin, its
+longest edge may be almost parallel to another edge, and the cross product of these two edges would
+have few correct digits.
 """
 from __future__ import annotations
 
@@ -18,13 +19,14 @@ CROSS = ((1, 2), (2, 0), (0, 1))
 
 
 def kept(values: np.ndarray) -> np.ndarray:
-    """Return the values: the rounding of a format with denormals, in its own arithmetic."""
+    """Return the values unchanged. As ``R``, this function leaves the rounding to numpy, and keeps
+    denormals."""
     return values
 
 
 def edges_of(corners: np.ndarray, R: Rounding = kept) -> np.ndarray:
-    """Return the edges of k triangles, (3, 3, k), from corners (3 corners, 3 axes, k). An edge is
-    opposite to the corner of its index."""
+    """Return the edges of k triangles, (3, 3, k), from corners (3 corners, 3 axes, k). Edge i is
+    opposite to corner i."""
     return R(corners[[2, 0, 1]] - corners[[1, 2, 0]])
 
 
@@ -34,7 +36,8 @@ def longest(edges: np.ndarray) -> np.ndarray:
 
 
 def shorter(edges: np.ndarray, index: np.ndarray | int) -> tuple[np.ndarray, np.ndarray]:
-    """Return the two edges other than that of ``index`` (k,), (3, k) each."""
+    """Return two edges of each triangle, (3, k) each: the edges that do not have the index
+    ``index``, (k,) or a number."""
     return np.where(index == 0, edges[1], edges[0]), np.where(index == 2, edges[1], edges[2])
 
 

@@ -21,7 +21,7 @@ from .tile_bounds import SIDE, TileBounds
 # before their bounds are computed.
 FEW, AT_ONCE = 1 << 16, 1 << 18
 ROW = 1024   # rays in a row of the texture if the caller gives no shape
-# If more than 1 in MANY rays is invalid, write them by columns instead of ray by ray.
+# If at least 1 in MANY rays is invalid, overwrite invalid rays by columns instead of ray by ray.
 MANY = 5
 # The result for a block of rays: the indices of invalid rays; the exponents by which directions
 # were scaled, or None if all are 0; the distances by which origins were advanced (in units of t),
@@ -58,8 +58,8 @@ class RayBatch:
     count : the number of rays, n
     shape : (h, w) if given by ``shape`` or the arrays, else (n,)
     size : (width, height) of the ray textures
-    start : (4,) float32, the origin and t_min that all rays share; None if they differ, if a ray
-        is invalid, or if t_min is negative
+    start : (4,) float32, the origin and t_min that all rays share; None if these differ from ray
+        to ray, if a ray is invalid, or if t_min is negative
     tiles : bounds of the tiles; None if they were not requested, if the textures are too wide, or
         if the rays were sorted
     order : the order of the rays in the textures, or None if they were not sorted
@@ -305,9 +305,9 @@ def _joined(blocks: list[slice], parts: list[np.ndarray | None]) -> np.ndarray |
 
 def _normal(t: np.ndarray, exponents: np.ndarray | None, above: float, below: float
             ) -> np.ndarray:
-    """Return (n,) float32, the ends of intervals ``t`` times 2^exponents. A renderer may flush a
-    denormal product to 0. Therefore ``above`` replaces a positive denormal product, and ``below``
-    replaces a negative denormal product."""
+    """Return (n,) float32, the products of the intervals' ends ``t`` and 2^exponents. A renderer
+    may flush a denormal product to 0. Therefore ``above`` replaces a positive denormal product,
+    and ``below`` replaces a negative denormal product."""
     given = t if t.strides[0] else t[:1]
     scaled = given if exponents is None else np.ldexp(given, exponents)
     tiny = (np.abs(scaled) < FLOAT32.tiny) & (given != 0)
@@ -317,7 +317,8 @@ def _normal(t: np.ndarray, exponents: np.ndarray | None, above: float, below: fl
 
 
 def _numbers(values: np.ndarray) -> bool:
-    """Return whether none of (n,) values is NaN; a broadcast value is checked once."""
+    """Return whether none of (n,) values is NaN. If all values are one broadcast value, check it
+    once."""
     return not np.isnan(values if values.strides[0] else values[:1]).any()
 
 

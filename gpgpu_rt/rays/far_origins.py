@@ -1,12 +1,12 @@
-"""Far origins: moves the origin of a ray that starts far outside the scene near to the scene.
+"""Far origins: moves an origin that is far outside the scene along its ray, to near the scene.
 
 A shader computes a point of a ray with an error of a few times 2^-24 of the point's distance from
-the ray's origin. Builders widen boxes by `bounds.PADDING` of the largest coordinate. This padding
-exceeds the error if the origin is at most a few times the scene's size away. A ray from further
-away would miss cells and leaves. For example, kd-trees lost 0.01 % of rays aimed at vertices from
-eight times the scene's size, and 5 % from 10^4 times. Moving the origin along its ray in float64
-adds an error of half a float32 spacing at the scene, which is less than the error of a triangle
-test from the far origin.
+the ray's origin. Builders widen boxes by `bounds.PADDING` times the largest coordinate. This
+padding exceeds the error if the origin is at most a few times the scene's size away. A ray from
+further away would miss cells and leaves. For example, kd-trees lost 0.01 % of rays aimed at
+vertices from eight times the scene's size, and 5 % from 10^4 times. Moving the origin along its
+ray in float64 adds an error of half a float32 spacing at the scene, which is less than the error
+of a triangle test from the far origin.
 """
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ import numpy as np
 # far origin is moved along its ray to a distance of NEAR before P.
 FAR = 4.0
 NEAR = 2.0
-ABREAST = 128       # points per row in `by_axis`; long rows make numpy's reduction fast
+ABREAST = 128       # points per row in `by_axis`; numpy reduces long rows faster
 
 
 def approach(origins: np.ndarray, directions: np.ndarray, lo: np.ndarray,

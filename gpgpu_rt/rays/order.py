@@ -45,7 +45,8 @@ class RayOrder:
     ----------
     planes : (n, 4) float32 for each texel of RAY_TEXELS
     bounds : the scene's (lo, hi)
-    precision : the precision of textures; rounding to it may turn an empty interval into a point
+    precision : the precision of textures; rounding to this precision may turn an empty interval
+        into an interval of one t
 
     Attributes
     ----------
@@ -204,7 +205,7 @@ def _keys() -> np.ndarray:
     code, cell = np.divmod(place, 1 << 3 * ORIGIN_BITS)
     negative = code & 1 | code >> 2 & 2 | code >> 3 & 4
     over = code >> 1 & 1, code >> 2 & 1, code >> 4 & 1     # x over y, x over z, y over z
-    # The magnitudes |x|, |y|, |z| have six orders. Number them so that two consecutive orders
+    # The magnitudes |x|, |y|, |z| have six orders. Number these orders so that consecutive orders
     # differ by a swap of two neighbours. The largest components are then x, x, y, y, z, z.
     around = np.zeros(8, int)
     around[[3, 7, 6, 4, 0, 1]] = range(6)

@@ -65,7 +65,7 @@ def aimed_rays(scene: Any, n: int, seed: int, at: str = "vertices",
     ----------
     scene : Scene
     n : number of rays
-    seed : of the random numbers
+    seed : the seed of the random numbers
     at : "vertices" or "edges"
     origin : (3,), the origin of all rays; by default, origins are uniform in the middle half of
         the scene's box
@@ -80,7 +80,8 @@ def aimed_rays(scene: Any, n: int, seed: int, at: str = "vertices",
     if at not in ("vertices", "edges"):
         raise OptionError(f"rays aimed at {at!r}{nearest_names(at, ('vertices', 'edges'))}")
     if not len(scene.triangles):
-        raise SceneError(f"{scene.name}: no triangles to aim rays at; give a scene with some")
+        raise SceneError(f"{scene.name}: no triangles to aim rays at; give a scene with "
+                         "triangles")
     rng = np.random.default_rng(seed)
     triangles = np.asarray(scene.triangles, np.float64)
     chosen, corner = rng.integers(len(triangles), size=n), rng.integers(3, size=n)

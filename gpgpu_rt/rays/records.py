@@ -12,14 +12,14 @@ RAY_TEXELS = Record("rays", "origin:vec3 t_min | direction:vec3 t_max")
 
 RAY_AFTER_HIT = replace(RAY_TEXELS, layout=RAY_TEXELS.layout + " | after:int",
                         define="AFTER_HIT")
-"""A ray that continues after its hit at t_min. Among the triangles at exactly t_min, only those
-with an index above ``after`` count; ``after`` is -1 before the first hit."""
+"""A ray that continues after its hit at t_min. At exactly t_min, only triangles with an index
+above ``after`` count; ``after`` is -1 before the first hit."""
 
 NO_RAY = RAY_AFTER_HIT.pack(origin=np.zeros((1, 3)), t_min=[1], direction=[[0, 0, 1]], t_max=[-1],
                             after=[-1])[0]
 """(3, 4) float32, the content of texels without a ray: a ray with an empty interval."""
 
-NO_TRIANGLE = EXACT_INTEGER     # above every index: the minimum with an index is the index
+NO_TRIANGLE = EXACT_INTEGER     # larger than every index, so min(NO_TRIANGLE, index) is the index
 
 HIT = Record("hit", "t u v triangle:int", constants=(("NO_TRIANGLE", NO_TRIANGLE),))
 """The nearest hit so far. Before the first hit, ``triangle`` is NO_TRIANGLE and ``t`` is the ray's

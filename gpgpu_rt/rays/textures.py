@@ -41,7 +41,8 @@ class RayTextures:
         self.tiles: TileBounds | None = None    # bounds of directions; they need a shared start
 
     def share_start(self, start: np.ndarray | None) -> None:
-        """Set the origin and t_min of all rays, (4,) float32 with t_min >= 0; None if they differ.
+        """Set the start that all rays share: origin and t_min, (4,) float32, with t_min >= 0. None
+        means that the rays have different starts.
 
         Programs read a shared start from a uniform. This saves a fetch per ray, and work that
         depends only on the start.
@@ -51,7 +52,7 @@ class RayTextures:
         self._start_written = True
 
     def share_with(self, other: RayTextures) -> None:
-        """Use the shared start of another set of rays, which contains these rays."""
+        """Use the shared start of the set of rays ``other``, which contains these rays."""
         self._start = other._start
 
     def like(self, size: tuple[int, int]) -> RayTextures:
@@ -176,9 +177,9 @@ class StateBuffers(PingPong):
     def hits(self) -> Target:
         """Return a target over the hits of side 0.
 
-        The states of side 0 are cleared. Every ray then reads as done, until passes write states
-        again. Only three readers need the real states: the search for stopped rays, the
-        statistics, and an observer of states. For these readers, passes first write the states.
+        The states of side 0 are cleared. A cleared state means that the ray's search has ended.
+        Only three readers need the real states: the search for stopped rays, the statistics, and
+        an observer of states. For these readers, passes first write the states.
         """
         if self._hits is None:
             self.side(0).clear()

@@ -1,23 +1,23 @@
 """Acceptance: which answers to a ray are right for an engine that rounds to float32.
 
 Exact arithmetic has a single answer to each ray. An engine that rounds may return another answer
-without a fault. For a ray through an edge, it may return either triangle of the edge. For two
-surfaces that nearly touch, it may return the farther surface. This module tells which answers a
-fair engine may give.
+without a fault. For a ray through an edge, the engine may return either triangle of the edge. For
+two surfaces that nearly touch, the engine may return the farther surface. This module tells which
+answers a fair engine may give.
 
 A fair engine rounds like float32, but its operations together may lose up to four more bits. The
 bounds of `error_bounds` are therefore evaluated with a unit roundoff of 2^-20 in place of 2^-24.
-They tell which triangles a fair engine may hit, which triangles it certainly hits, and how large
-the error of its t may be.
+The bounds tell which triangles a fair engine may hit, which triangles it certainly hits, and how
+large the error of its t may be.
 
 A triangle is acceptable if it may be hit, and if no triangle is certainly hit before it.
 
 A ray must hit if it certainly hits a triangle. A ray near an edge or a vertex must also hit if two
-conditions are met. First, in exact arithmetic the ray and all its neighbours hit. The neighbours
-are rays around the ray; the outer neighbours are farther away than rounding errors reach. Second,
-the triangle that the ray hits and the triangles that its neighbours hit meet at the edge or the
-vertex: their corners there are equal to the bit. If an engine misses a ray that must hit, the miss
-is a leak.
+conditions are met. First, the ray hits in exact arithmetic, and all its neighbours hit, too. The
+neighbours are rays with the same origin and slightly turned directions. The outer neighbours
+are turned further than rounding errors can move the ray. Second, the triangle that the ray hits
+and the triangles that its neighbours hit meet at the edge or the vertex: their corners there are
+equal to the bit. If an engine misses a ray that must hit, the miss is a leak.
 
 If two surfaces only seem to meet, seen from the origin, a ray between them need not hit.
 
@@ -44,10 +44,10 @@ FAIR = Arithmetic(2.0 ** -20, 4 * FLOAT32.tiny, FLOAT32.huge)
 # functions add 3 roundings. So rounding moves a ray sideways by less than 16 unit roundoffs of the
 # reach. The outer neighbours lie twice as far away.
 RADIUS = 32 * FAIR.unit
-_RINGS = ((RADIUS, 12), (RADIUS / 3, 4))    # radius over reach, and number of neighbours
+_RINGS = ((RADIUS, 12), (RADIUS / 3, 4))    # ring's radius / reach, number of neighbours on it
 _WIDEST = 0.05      # no neighbours are judged beyond this angle, in radian
-# Skip the neighbours of a ray that certainly hits a triangle if the largest possible t of this hit
-# is close to the exact t. This is the largest difference that counts as close, as a share of t.
+# A ray that certainly hits a triangle needs no neighbours if the largest possible t of this hit is
+# close to the exact t. _SAME is the largest difference that counts as close, as a share of t.
 _SAME = 1e-4
 
 
@@ -82,12 +82,12 @@ class Acceptance:
 
     @property
     def decided(self) -> np.ndarray:
-        """(n,) bool, whether a hit, or a miss, is the only right answer."""
+        """(n,) bool, whether only a hit is right, or only a miss is right."""
         return self.must_hit | ~self.may_hit
 
     def entry(self, triangle: np.ndarray) -> np.ndarray:
-        """Return for the reported triangle of each ray, (n,) int, the index of its entry, or -1 if
-        the triangle is not acceptable."""
+        """Return (n,) int, for each ray the index of the entry of the reported ``triangle``, (n,)
+        int; -1 if the triangle is not acceptable."""
         ray = np.repeat(np.arange(len(self)), np.diff(self.starts))
         found = np.full(len(self), -1)
         first = np.full(len(self), -1)
@@ -126,7 +126,7 @@ def acceptance(scene_or_triangles: Any, origins: np.ndarray, directions: np.ndar
         doubtful = np.flatnonzero(exact.hit & ~(limit - exact.t <= _SAME * np.abs(exact.t)))
     limit[doubtful] = np.minimum(limit[doubtful],
                                  _behind_neighbours(vertices, exact, doubtful, *rays))
-    # An engine in float32 cannot report a t beyond float32, so such a ray need not hit.
+    # An engine cannot report a t beyond the range of float32, so a ray with such a t need not hit.
     must_hit = limit <= np.finfo(np.float32).max
     kept = np.flatnonzero(t - bound <= limit[ray])
     kept = kept[np.lexsort((triangle[kept], ray[kept]))]
@@ -191,10 +191,10 @@ def _candidates(vertices: np.ndarray, solid: np.ndarray, origins: np.ndarray,
 def _behind_neighbours(vertices: np.ndarray, exact: Hits, rays: np.ndarray, origins: np.ndarray,
                        directions: np.ndarray, t_min: np.ndarray, t_max: np.ndarray
                        ) -> np.ndarray:
-    """Return for each of ``rays`` the largest t of its neighbours' hits, (k,).
+    """Return for each of ``rays`` the largest t that its neighbours' hits can have, (k,).
 
-    The result is inf unless all neighbours certainly hit within the interval, on triangles that
-    meet at the edge or vertex that the ray meets.
+    The result is inf unless all neighbours certainly hit within the interval, and their triangles
+    meet at the edge or vertex through which the ray passes.
     """
     # Directions are scaled by powers of two, because turned directions are rounded to float32.
     exponent = np.frexp(np.abs(directions[rays]).max(axis=1, initial=0))[1]
@@ -228,7 +228,7 @@ def _behind_neighbours(vertices: np.ndarray, exact: Hits, rays: np.ndarray, orig
 
 def _meet(vertices: np.ndarray, triangle: np.ndarray, around: np.ndarray, origins: np.ndarray,
           directions: np.ndarray, radius: np.ndarray) -> np.ndarray:
-    """Return whether all triangles that a ray's neighbours hit meet the triangle that it hits.
+    """Return whether all triangles that a ray's neighbours hit meet the ray's own triangle.
 
     Two triangles meet if they share two corners, or a corner that is nearer to the ray than
     ``radius``.

@@ -88,10 +88,11 @@ def settle(scene_or_triangles: Any, origins: np.ndarray, directions: np.ndarray,
     """Return the hits, after deciding in integers the rays that float64 cannot decide.
 
     The error bounds of `error_bounds` for float64 tell which triangles may be a ray's nearest hit.
-    A ray is doubtful if there are several such triangles, or if the only one is not a certain hit.
-    This happens if the ray passes near an edge, if the hit is near an end of the interval, or if
-    two triangles are almost equally far. `nearest_of_pairs` then chooses among these triangles.
-    Copies of a triangle cause no doubt, because the lowest index wins.
+    A ray is doubtful if there are several such triangles, or if there is only one and its hit is
+    not certain. A ray is doubtful, for example, if it passes near an edge, if its hit is near an
+    end of the interval, or if two triangles are almost equally far. `nearest_of_pairs` then
+    chooses among these triangles. Copies of a triangle cause no doubt, because the lowest index
+    wins.
 
     Parameters
     ----------

@@ -1,9 +1,10 @@
-"""The float64 path tracer: does the same as ``glsl/render/path*.frag``, on whole arrays of paths.
+"""The float64 path tracer: computes in numpy what ``glsl/render/path*.frag`` compute on the GPU.
 
 The algorithm is path tracing (Kajiya, "The Rendering Equation", SIGGRAPH 1986). At each vertex, a
 path samples one light (next-event estimation), then continues in a direction sampled from the
-material. The power heuristic weights light found in either way (Veach and Guibas, "Optimally
-Combining Sampling Techniques for Monte Carlo Rendering", SIGGRAPH 1995). The reference and the
+material. Both ways may find the same light, so the power heuristic weights the light of each way
+(Veach and Guibas, "Optimally Combining Sampling Techniques for Monte Carlo Rendering", SIGGRAPH
+1995). The reference and the
 shaders use the same random numbers and sample the same lights. Their pictures differ only because
 the shaders round to float32. Sometimes rounding makes a path of the shaders hit another surface.
 
@@ -60,7 +61,8 @@ def path_picture(scene: Scene, size: tuple[int, int], samples: int,
     samples : paths per pixel
     settings : the path settings
     camera : by default the scene's own camera
-    first_sample : number of the first sample of each pixel, from which the random numbers follow
+    first_sample : number of the first sample of each pixel; a sample's number determines its
+        random numbers
     """
     width, height = size
     pixels = width * height
@@ -218,8 +220,9 @@ class _Paths:
 
     def _lit_from_afar(self, at: _Surfaces, hits: Hits, rows: np.ndarray, random: np.ndarray
                        ) -> None:
-        """Add the light of the surroundings at vertices that chose them. An image is sampled by
-        its luminance, a sky by the material of the vertex."""
+        """Add the light of the surroundings at the vertices ``rows``, for which the surroundings
+        were chosen as the light. An image is sampled by its luminance, and a sky by the material
+        of the vertex."""
         if not len(rows):
             return
         environment = self.scene.environment
@@ -317,8 +320,8 @@ class _Surfaces:
 
     def next(self, random: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Sample directions from which light may arrive, by random numbers (n, 4). Return the
-        directions (n, 3), their weights (n, 3), 0 where the path ends, and their densities (n,).
-        The second random number is left for Russian roulette."""
+        directions (n, 3); their weights (n, 3), which are 0 where the path ends; and their
+        densities (n,). The second random number is left for Russian roulette."""
         n = len(random)
         direction, weight = np.zeros((n, 3)), np.zeros((n, 3))
         density = np.full(n, np.inf)
@@ -347,8 +350,8 @@ class _Surfaces:
 
     @staticmethod
     def _off(direction: np.ndarray, side: np.ndarray) -> np.ndarray:
-        """Return the directions on the given side of the flat triangles. A direction that an
-        interpolated normal sent to the other side is mirrored at its flat triangle."""
+        """Return the directions after mirroring each direction that is not on the given side of
+        its flat triangle. An interpolated normal may send a direction to the other side."""
         away = _dot(direction, side) <= 0
         return np.where(away[:, None], _reflect(direction, side), direction)
 
@@ -359,9 +362,9 @@ def _trace(scene: Scene, origins: np.ndarray, directions: np.ndarray) -> Hits:
 
 
 def _power_weight(mine: np.ndarray, other: np.ndarray) -> np.ndarray:
-    """Return the power heuristic's weight of a sampling technique, divided by its density
-    ``mine``; ``other`` is the density of the second technique. The result is 0 where ``mine`` is
-    0."""
+    """Return the power heuristic's weight of a sampling technique, divided by the technique's
+    density ``mine``; ``other`` is the density of the second technique. The result is 0 where
+    ``mine`` is 0."""
     most = np.maximum(np.maximum(mine, other), TINY)
     mine, other = mine / most, other / most
     return mine / (np.maximum(mine ** 2 + other ** 2, TINY) * most)

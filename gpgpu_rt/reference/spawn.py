@@ -1,4 +1,4 @@
-"""Spawn: computes the origins of rays that leave hit points, as ``glsl/render/spawn.glsl``."""
+"""Spawn: the origins of rays that leave hit points, computed as in ``glsl/render/spawn.glsl``."""
 from __future__ import annotations
 
 from typing import Any
@@ -19,9 +19,9 @@ def spawn(scene: Any, hits: Hits, directions: np.ndarray) -> np.ndarray:
 
     An origin is offset from the hit point along the triangle's normal, to the side of the new
     direction. The offset is the error bound of the hit point plus the usual error of the
-    watertight test in float32. The test has larger errors for long thin triangles. Therefore, as
-    long as the test reports that a ray hits the triangle that it leaves, the offset is doubled, up
-    to the triangle's extent. ``glsl/render/spawn.glsl`` derives the offset.
+    watertight test in float32. The test has larger errors for long thin triangles. So as long as
+    the test reports that the new ray hits the triangle that the ray leaves, the offset is doubled,
+    up to the triangle's extent. ``glsl/render/spawn.glsl`` derives the offset.
 
     Parameters
     ----------

@@ -68,8 +68,8 @@ class ReferenceTree:
         self.boxes = boxes[::-1]
 
     def _starts(self, level: int) -> np.ndarray:
-        """Return (2^level + 1,) the position of the first triangle of each node of a level, and
-        the number of triangles at the end."""
+        """Return (2^level + 1,): for each node of a level, the position of its first triangle in
+        the ordered list; and at the end, the number of triangles."""
         return np.arange((1 << level) + 1) * self.count >> level
 
     def _halve(self, lo: np.ndarray, hi: np.ndarray, level: int) -> None:

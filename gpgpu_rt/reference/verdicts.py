@@ -1,5 +1,5 @@
-"""Verdicts: whether an engine's answers are right, wrong or undecidable in float32, and by how
-much."""
+"""Verdicts: whether an engine's answers are right, wrong or undecidable in float32, and the error
+of t."""
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -74,8 +74,8 @@ def check(scene_or_triangles: Any, origins: np.ndarray, directions: np.ndarray,
     Returns
     -------
     Verdicts
-        if several wrong kinds apply to a ray, its kind is the first that applies of: leak, false
-        hit or wrong nearest; wrong t; any hit disagrees
+        if several wrong kinds apply to a ray, its kind is the first in this order: leak, false hit
+        or wrong nearest; wrong t or not finite; any hit disagrees
 
     Raises
     ------
@@ -122,7 +122,8 @@ def check(scene_or_triangles: Any, origins: np.ndarray, directions: np.ndarray,
 def _may_hit(scene_or_triangles: Any, origins: np.ndarray, directions: np.ndarray,
              triangle: np.ndarray, t_min: float | np.ndarray, t_max: float | np.ndarray,
              rays: np.ndarray) -> np.ndarray:
-    """Return whether a fair engine may hit the triangle that some rays report, (k,) bool."""
+    """Return (k,) bool, for each of ``rays`` whether a fair engine may hit the triangle that was
+    reported for the ray."""
     vertices = as_triangles(scene_or_triangles)
     origins, directions, first, last, _ = as_rays(origins, directions, t_min, t_max, "raise")
     if not len(vertices):

@@ -1,1 +1,1 @@
-"""Pictures: integrators, and the table of features that a scene needs of them."""
+"""Pictures: integrators, and the table that says which features of them a scene needs."""

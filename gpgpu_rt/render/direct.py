@@ -5,8 +5,8 @@ from .whitted import Whitted
 
 
 class Direct(Whitted):
-    """Whitted's ray tracing without bounces. It draws a scene without mirrors and glass exactly as
-    `Whitted` does."""
+    """Whitted's ray tracing without bounces. If a scene has no mirrors and no glass, the picture
+    is the same as by `Whitted`."""
 
     name = "direct"
     options = tuple(option for option in Whitted.options if option.name != "bounces")

@@ -7,8 +7,8 @@ from ..errors import LimitError
 from ..scene.scene import Scene
 from ..scene.texture import Texture
 
-# Size limits of the packed texture, which renderers support. The packed texture is wider only if
-# one of the textures is wider.
+# Largest width and height of the packed texture, in texels; renderers support textures of this
+# size. The packed texture is wider than WIDTH only if one of the packed textures is wider.
 WIDTH, HEIGHT = 8192, 16384
 
 

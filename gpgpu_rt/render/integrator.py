@@ -1,10 +1,10 @@
 """Integrator: draws a picture by passes over streams of rays.
 
-A new integrator declares its ``streams`` and ``passes``, and runs the passes in ``draw``. A scene
-sets defines of ``render/needs.py``. Each stream or pass names some of these defines, and exists
-only if the scene sets at least one of the named defines. The integrator traces rays with the
-tracer's method: ``trace(rays)`` returns hits, and ``trace(rays, any_hit=True)`` finds whether rays
-are occluded.
+A new integrator declares its ``streams`` and ``passes``, and runs the passes in ``draw``. The
+properties of a scene set GLSL defines (``render/needs.py``). Each stream or pass may name some of
+these defines, and then exists only if the scene sets at least one of the named defines. The
+integrator traces rays with the tracer's method: ``trace(rays)`` returns hits, and ``trace(rays,
+any_hit=True)`` finds whether rays are occluded.
 """
 from __future__ import annotations
 
@@ -51,7 +51,8 @@ class PicturePass:
     ----------
     name : The name of the pass in plans.
     entry : The program's file in ``glsl/``.
-    wanted : The pass exists if one of these defines is set. With an empty tuple, it always exists.
+    wanted : The pass exists if one of these defines is set. If the tuple is empty, the pass always
+        exists.
     reads : The streams that the program reads, as (name in the program, record).
     writes : The streams that the program writes, as (name in the program, record) or (name,
         record, define). A stream with a define is written only if the define is set.
@@ -142,8 +143,8 @@ class Integrator:
             program.set(**self._uniforms)
 
     def streams(self) -> tuple[PixelStream, ...]:
-        """Return all streams that this integrator declares, also those that the scene does not
-        need."""
+        """Return all streams that this integrator declares, including streams that the scene does
+        not need."""
         raise NotImplementedError
 
     def draw(self, trace: Trace, rays: RayTextures, camera: Camera) -> np.ndarray:
@@ -154,7 +155,7 @@ class Integrator:
         """Allocate the streams for a region of a picture, and reset the counts of the last
         picture.
 
-        ``options`` are the integrator's options; most of them are already part of the needs.
+        ``options`` are the integrator's options. ``needs`` already depend on most of them.
         """
         self.given = resolve_options(options, self.options, f"integrator {self.name}")
         self.region = region
@@ -169,7 +170,7 @@ class Integrator:
 
     @property
     def is_plain(self) -> bool:
-        """Whether the picture shows its light without exposure and curve."""
+        """Whether the picture shows its light without an exposure and without a tone curve."""
         return is_plain(self.given["exposure"], self.given["tone_map"])
 
     def show(self, light: np.ndarray) -> np.ndarray:

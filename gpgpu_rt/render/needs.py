@@ -105,7 +105,7 @@ class Property:
 
 
 def _some(has: Callable[[Any], Any]) -> Callable[[Scene, Asked], bool]:
-    """Return a test of a scene: whether ``has`` is true for a material in use."""
+    """Return a test of scenes. A scene passes if ``has`` is true for a material in use."""
     return lambda scene, asked: any(has(material) for material in scene.used_materials)
 
 
@@ -213,11 +213,11 @@ PROPERTIES: tuple[Property, ...] = (
 
 @dataclass(frozen=True)
 class SceneNeeds:
-    """The needs of a scene. Make them by ``of``.
+    """The needs of a scene. The method ``of`` derives them.
 
     Attributes
     ----------
-    present, left_out : names of the properties that are supported, and of all other properties
+    present, left_out : names of the properties that the programs support, and of all others
     bounces : the number of bounces that can matter
     lights : the number of shadow rays of a hit
     index_bits : bits of the largest triangle index

@@ -8,8 +8,8 @@ order of squares of 8x8 texels, so packets and tiles still contain neighbours.
 
 Each packed path keeps the position of its original texel, because its random numbers depend on
 this position. It also keeps the light that it has found. In the end, a pass draws a point for each
-packed path, which adds this light to the original texel. Packing therefore does not change the
-bits of a picture.
+packed path. The point adds the path's light to the original texel. Packing therefore does not
+change the bits of a picture.
 """
 from __future__ import annotations
 
@@ -44,7 +44,8 @@ PACKED = ("PACKED_PATHS",)
 # three times the memory of a wave.
 MOST_SHARE = 0.75
 SHARES = {"auto": 0.25, "on": 0.25, "off": 0.0}
-AUTO = 1 << 15      # packing saves time for waves of at least this size: docs/path-tracing.md
+# With this number of texels or more, packing a wave saves time; see docs/path-tracing.md.
+AUTO = 1 << 15
 
 COMPACT = Option("compact", "auto", "pack the remaining paths into smaller textures: on, off, "
                  "auto (in large waves), or the largest share of live texels at which to pack",
@@ -124,7 +125,7 @@ class PathTextures:
 class PackedPaths:
     """The smaller textures for packed paths.
 
-    From each size to the next smaller size, the number of texels shrinks to ``share``.
+    Each size has ``share`` times as many texels as the next larger size.
 
     Parameters
     ----------

@@ -3,8 +3,8 @@
 The algorithm is that of Kajiya, "The Rendering Equation", SIGGRAPH 1986, with next-event
 estimation and Russian roulette. ``reference/path.py`` is the same algorithm in float64, and
 explains the weights. A wave contains a block of texels for each pixel, and each texel is a path.
-When a path has ended, its ray has an empty interval, so every method skips the ray, and the
-path's texel is masked by depth. An occlusion query finds when all paths have ended.
+The ray of a path that has ended has an empty interval, so every method skips the ray. The depth
+buffer masks the texel of such a path. An occlusion query finds when all paths have ended.
 
 Random numbers depend only on pixel, sample and vertex, and samples are added in a fixed order.
 Pictures are therefore bit-identical for all methods, for all sizes of a wave, and with or without
@@ -165,8 +165,9 @@ class Path(Integrator):
         return self.show(self.mean)
 
     def _take_samples(self, trace: Trace, rays: RayTextures, camera: Camera, side: int) -> None:
-        """Trace a wave and add its samples to the sums. The stream ``sums SIDE`` has the sums so
-        far, and the other of the two streams receives the new sums."""
+        """Trace a wave and add its samples to the sums. There are two streams, "sums 0" and
+        "sums 1". The stream with the number ``side`` has the sums so far, and the other stream
+        receives the new sums."""
         assert self.room is not None and self._sums is not None
         shared = {"block": self.block, "corner": self.region.corner,
                   "first_sample": self.samples_done,
@@ -218,7 +219,7 @@ class Path(Integrator):
         self._packed.bring_back(level)
 
     def _gather(self, trace: Trace, level: PathTextures, source: Samplers) -> bool:
-        """Add the light found at a vertex to its path. Return whether another vertex is needed."""
+        """Add the light that paths find at a vertex. Return whether paths may go on."""
         room, context = level.room, self.gpu.context
         found = {**source, **room.samplers(level.walk[1], "walk"), **room.samplers("lit", "lit")}
         if "shadow rays" in room:

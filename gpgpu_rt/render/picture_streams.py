@@ -31,8 +31,8 @@ class PixelStream:
     ----------
     name : the stream's name in plans
     record : the record of a pixel or tile
-    wanted : the stream exists if one of these defines is set. With an empty tuple, it always
-        exists
+    wanted : the stream exists if one of these defines is set. If the tuple is empty, the stream
+        always exists
     tile : side in pixels of the tile that a record describes; 1 if there is a record for each
         pixel
     """

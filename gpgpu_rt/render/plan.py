@@ -72,7 +72,7 @@ class Plan:
         said = {of_request: [name for name in self.present if (name in requested) == of_request]
                 for of_request in (False, True)}
         lines = [f"integrator {self.integrator}: {n['bounces']} bounces can matter, "
-                 f"{counted(n['lights'], 'shadow ray')} a hit, "
+                 f"{counted(n['lights'], 'shadow ray')} per hit, "
                  f"indices of {n['index_bits']} bits, "
                  f"{n['storage']} stored, {n['arithmetic']} computed",
                  "the scene has: " + (", ".join(said[False]) or "no property that needs more"),

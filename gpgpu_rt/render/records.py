@@ -28,17 +28,17 @@ EMISSION = Record("emission", "radiance:vec3")
 """The radiance that a material emits."""
 
 LIGHT_CHOICE = Record("light_choice", "light:int alias:int keep")
-"""An entry of the alias table of lights: a light, its alias, and the probability ``keep`` that the
-light is chosen and not the alias. A light is the row of a triangle, or -1 - k for point light k.
-The surroundings have the number after the last point light."""
+"""An entry of the alias table of lights (``scene/light_choice.py``): a light, its alias, and the
+probability ``keep`` that the light is chosen and not the alias. A light is the row of a triangle,
+or -1 - k for point light k. The surroundings count as the point light after the last one."""
 
 POINT_LIGHT = Record("point_light", "position:vec3 | strength:vec3")
 """A point light that paths sample. It has a position, and a ``strength``: the irradiance of a
 surface that faces the light, divided by the probability that this light is chosen."""
 
 SURROUNDINGS_ROW = Record("surroundings_row", "sum cosine")
-"""A row of cells of the image that surrounds a scene: the probability of all rows up to and with
-this row, and the mean cosine of the row's latitude."""
+"""A row of cells of the image that surrounds a scene (``scene/image_light.py``): the probability
+of all rows up to this row, including it, and the mean cosine of the row's latitude."""
 
 IMAGE = Record("image", "x:int y:int width:int height:int")
 """The rectangle of a material's image in the texture of all images. Width 0 means no image."""
@@ -59,12 +59,12 @@ LIVE = Record("live", "weight")
 """The largest weight of the rays in a tile of pixels."""
 
 PATH = Record("path", "weight:vec3")
-"""The weight of a ray: a pixel receives this share of the light that its ray finds."""
+"""The weight of a ray: if the ray finds light, its pixel receives this light times ``weight``."""
 
 WALK = Record("walk", "weight:vec3 density")
-"""The state of a path. ``weight`` is the share of the light found by the path that its pixel
-receives. The weight is zero after the path's end. ``density`` is the probability density of the
-ray's direction, or 0 if only this direction was possible."""
+"""The state of a path. If the path finds light, its pixel receives this light times ``weight``.
+The weight is zero after the path's end. ``density`` is the probability density of the ray's
+direction, or 0 if only this direction was possible."""
 
 CAME_FROM = Record("came_from", "x:int y:int")
 """The texel of a packed path in the wave, before it was packed."""

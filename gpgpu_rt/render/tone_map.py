@@ -1,4 +1,4 @@
-"""Tone map: turn linear light into the 8 bits of a picture, after an exposure and by a curve.
+"""Tone map: applies an exposure and a tone curve to linear light, and rounds the result to 8 bits.
 
 The curve decides how light above white is shown. The curve "linear" clips the light. The curve
 "reinhard" compresses luminance by L / (1 + L), which is equation 3 of Reinhard et al. 2002. The
@@ -17,11 +17,11 @@ EXPOSURE = Option("exposure", 0.0, "stops: the light is multiplied by 2^EXPOSURE
                   minimum=-32, maximum=32, common=True)
 TONE_MAP = Option("tone_map", TONE_MAPS[0], "curve that shows bright light", choices=TONE_MAPS,
                   common=True)
-_BRIGHTEST = 1e30   # light is cut here, because a curve divides two numbers that grow with it
+_BRIGHTEST = 1e30   # clip light here: a curve divides two numbers that grow with the light
 
 
 def is_plain(exposure: float, tone_map: str) -> bool:
-    """Return whether a picture shows its light without exposure and curve."""
+    """Return whether a picture shows its light without an exposure and without a tone curve."""
     return exposure == EXPOSURE.default and tone_map == TONE_MAP.default
 
 

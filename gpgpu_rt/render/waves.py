@@ -18,7 +18,7 @@ class Waves:
     Parameters
     ----------
     driver : the driver of the tracer's method
-    buffers : state buffers for each size of ray textures that occurs
+    buffers : state buffers for all sizes of ray textures that the integrator traces
     statistics : receives the counts
     count_rays : called with the hits of the eye rays (the first wave), to count the work of these
         rays

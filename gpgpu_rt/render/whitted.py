@@ -32,7 +32,7 @@ from .lights import light_uniforms
 from .picture_streams import PixelStream
 from .records import DIRECT, LIT, LIVE, PATH, RADIANCE, SCREEN
 
-_AT_ONCE = 1 << 12     # number of positions in a pixel that are computed together
+_AT_ONCE = 1 << 12     # number of sample positions that are computed together
 _RAYS, _HIT, _PATH = ("rays", RAY_TEXELS), ("hit", HIT), ("path", PATH)
 _LIT, _DIRECT, _RADIANCE = ("lit", LIT), ("direct", DIRECT), ("radiance", RADIANCE)
 _BRANCH = {"reads": (_RAYS, _HIT, _PATH), "writes": (("bounce", RAY_TEXELS), ("next_path", PATH))}
@@ -45,8 +45,8 @@ class Wave:
     Attributes
     ----------
     rays : the textures of the rays
-    path : the texture of the rays' weights. Eye rays have weight 1, so for them any texture may be
-        given: programs do not read it
+    path : the texture of the rays' weights. For eye rays, any texture may be given: their weight
+        is 1, and programs do not read the texture
     depth : the number of bounces so far
     corners : (n, 4), the rectangles of the image that contain rays, in texels; None for the whole
         image

@@ -53,8 +53,8 @@ class Animation:
                 ("camera", "moving camera" if self.camera is not None else "")]
 
     def drawing(self, frame: int, given: Mapping[str, Any]) -> dict[str, Any]:
-        """Return arguments of ``Tracer.render`` for a frame: those of ``given``, and a moving
-        camera unless ``given`` has a camera."""
+        """Return arguments of ``Tracer.render`` for a frame: the arguments ``given``, and the
+        frame's camera if the camera moves and ``given`` has no camera."""
         if self.camera is None or given.get("camera") is not None:
             return dict(given)
         return {**given, "camera": self.camera(frame)}

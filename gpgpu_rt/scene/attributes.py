@@ -60,8 +60,9 @@ def corner_values(values: Any, count: int, width: int, name: str,
 
 
 def smooth_normals(triangles: np.ndarray, faces: np.ndarray | None = None) -> np.ndarray:
-    """Return (n, 3, 3) float32 normals of corners: at each vertex, the mean of its triangles'
-    normals, weighted by the triangles' angles there (Thuermer and Wuethrich 1998).
+    """Return (n, 3, 3) float32 normals of corners. The normal at a vertex is the mean of its
+    triangles' normals, weighted by the triangles' angles at the vertex (Thuermer and Wuethrich
+    1998).
 
     Parameters
     ----------

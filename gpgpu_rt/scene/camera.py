@@ -150,7 +150,7 @@ def load_cameras(path: str | os.PathLike) -> dict[str, Camera]:
         error = getattr(error, "strerror", None) or error
         raise SceneError(f"{path}: not readable as JSON ({error}); repair or remove it") from None
     if not isinstance(entries, dict):
-        raise SceneError(f"{path}: expected an object of cameras by scene name; repair it")
+        raise SceneError(f"{path}: expected an object that maps scene names to cameras; repair it")
     return {name: Camera.from_dict(entry, f"{path}, {name}") for name, entry in entries.items()}
 
 

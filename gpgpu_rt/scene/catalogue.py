@@ -32,14 +32,16 @@ class NamedScene:
     make : builds the procedural version; None if there is none
     stand_in : the original that the procedural version replaces; None if the
         procedural version is itself the original
-    original : the name that the owner of the original gives it
+    original : the owner of the original, and the owner's name for it; for a scene without an
+        original, what the scene shows
     page : a text for an original that cannot be fetched. It says where the owner publishes the
-        original, which file to save, and where. None for a scene that is built in or can be
-        fetched
+        original, which file to save, and under which name. None for a scene that is built in or
+        can be fetched
     light : position of the light for the scene's mesh; None for a light beside the camera
     paint : makes colours, (n, 3), for a mesh without colours
     takes_argument : whether ``make`` has an argument, as in ``stadium:1e-3``
-    file : the scene's file below a folder of meshes; None for NAME.ply, NAME.obj and so on
+    file : the path of the scene's file in a folder of meshes; None for NAME.ply, NAME.obj and so
+        on
     """
 
     name: str
@@ -133,8 +135,8 @@ ROWS: dict[str, NamedScene] = {row.name: row for row in (
 
 
 def find(text: str) -> tuple[NamedScene, float | None] | None:
-    """Return the named scene of a text, and the argument after its name; None if the text is a
-    path.
+    """Return the scene that a text such as ``stadium:1e-3`` names, and the argument after the
+    colon; None if the text is a path.
 
     Raises
     ------

@@ -190,7 +190,7 @@ def _accessor_bytes(k: int, entry: Mapping[str, Any], views: Any, there: int) ->
         there = view["byteLength"] - _whole(entry.get("byteOffset", 0))
         needed = (count - 1) * stride + each if count else 0
     else:
-        # An accessor without a view is filled with zeros. The buffers' bytes limit its count.
+        # An accessor without a view is filled with zeros. Limit its count to the buffers' bytes.
         needed = count
     if needed > there:
         raise ValueError(f"accessors[{k}] counts {count} values, more than its data")

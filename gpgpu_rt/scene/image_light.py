@@ -1,11 +1,12 @@
 """Image light: samples directions to a surrounding image in proportion to its luminance.
 
 The image is filtered bilinearly: radiance is a bilinear function in each cell between four texel
-centres. The samples are distributed exactly by this function. The first random number chooses a
-row of cells, and the second number chooses a cell of this row. Both choices use sums of luminance
-times the cosine of the row's latitude. The remainders of the two numbers then give the sample's
-position in the cell, by the luminance at the cell's corners. The probability density of a
-direction therefore depends only on its radiance and latitude.
+centres. In each row of cells, the density of the samples in the image is exactly proportional to
+the luminance of this function. The first random number chooses a row of cells, and the second
+number chooses a cell of this row. The probability of a cell is proportional to the luminance of
+the whole cell times the cosine of the row's latitude. The remainders of the two numbers then give
+the sample's position in the cell, according to the luminance at the cell's corners. The
+probability density of a direction therefore depends only on its radiance and latitude.
 
 Pharr and Humphreys ("Infinite Area Light Source with Importance Sampling", 2004) choose a texel
 instead. But bilinear filtering spreads the light of a small sun to neighbouring texels, and
@@ -66,7 +67,7 @@ class ImageLight:
                    cosine, float(power))
 
     def row(self, directions: np.ndarray) -> np.ndarray:
-        """Return (n,) the row of cells that each of (n, 3) unit directions lies in."""
+        """Return (n,) the row of cells in which each of (n, 3) unit directions lies."""
         height = len(self.texels)
         down = 0.5 - np.arcsin(np.clip(directions[:, 1], -1, 1)) / np.pi
         return np.clip(np.floor(down * height + 0.5).astype(np.int64), 0, height)
@@ -82,8 +83,8 @@ class ImageLight:
         random numbers in (0, 1)."""
         height, width = self.texels.shape[:2]
         row = np.searchsorted(self.rows, random[:, 0], side="right")
-        # With the row number added, the sums of all rows are one ascending sequence. So a single
-        # search finds the cells of all samples.
+        # Add the row's number to the sums of each row, which makes one ascending sequence of the
+        # sums of all rows. A single search then finds the cells of all samples.
         ordered = (self.cells + np.arange(height + 1.0)[:, None]).ravel()
         at = np.searchsorted(ordered, random[:, 1] + row, side="right")
         column = at - row * width

@@ -1,6 +1,6 @@
-"""trimesh, imported at its first use.
+"""Lazy trimesh: imports the library trimesh at its first use.
 
-Its import takes as long as a small picture, and a built-in scene does not need it.
+The import of trimesh takes as long as a small picture, and a built-in scene does not need trimesh.
 """
 from __future__ import annotations
 

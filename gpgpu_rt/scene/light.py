@@ -1,4 +1,5 @@
-"""Lights: point lights and surroundings. Emitting triangles get their light from a material."""
+"""Lights: point lights and surroundings. The light of emitting triangles is part of their
+material."""
 from __future__ import annotations
 
 from dataclasses import dataclass, field
@@ -90,7 +91,7 @@ class Environment:
 
     @cached_property
     def image_light(self) -> ImageLight | None:
-        """The sampling table of the image, or None without an image or if the image is black."""
+        """The sampling table of the image; None if there is no image, or if it is black."""
         return None if self.image is None else ImageLight.of(self.image.texels)
 
     def radiance(self, directions: np.ndarray) -> np.ndarray:

@@ -27,7 +27,7 @@ def asks_surroundings(scene: Scene) -> bool:
 @dataclass(frozen=True)
 class LightChoice:
     """An alias table that chooses a point light, an emitting triangle or the surroundings, with a
-    probability in proportion to its estimated contribution.
+    probability in proportion to the estimated contribution of each.
 
     Each entry names a light and an ``alias``, which is another light. The first random number
     picks an entry. With probability ``keep`` the choice is the entry's light, otherwise its alias

@@ -111,10 +111,14 @@ def scene_names() -> list[str]:
 def list_scenes() -> list[dict[str, Any]]:
     """Return a dictionary for each named scene.
 
-    The keys are: `name`; `triangles`, their number, or None if the mesh cannot be read; `found`,
-    which is the mesh's path, "built in", "stand-in", or, for a scene that is not built in and has
-    no file, "missing"; `stand_in`, the original that a built-in scene replaces, or None;
-    `original`, the place where a user gets the original.
+    The keys are:
+
+    - `name`;
+    - `triangles`, the number of triangles, or None if the mesh cannot be read;
+    - `found`, the path of the mesh; without a mesh file, "built in" or "stand-in", or "missing" if
+      the scene is not built in;
+    - `stand_in`, the original that a built-in scene replaces, or None;
+    - `original`, as in `catalogue.NamedScene`.
     """
     rows = []
     for row in catalogue.ROWS.values():

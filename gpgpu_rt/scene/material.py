@@ -22,9 +22,9 @@ class Material:
     Attributes
     ----------
     name : the material's name in errors, scene files and mesh files
-    diffuse : (3,) share of light that is scattered by Lambert's law. The default is white
-        if the material has a texture. Otherwise it is light grey if no other part is given, else
-        black
+    diffuse : (3,) share of light that is scattered by Lambert's law. The default is white if the
+        material has a texture. Without a texture, the default is light grey if no other part is
+        given, and black if another part is given
     mirror : (3,) share that is reflected in the mirror direction
     glossy : (3,) share that is reflected into a lobe around the mirror direction
     roughness : roughness r of the lobe, 0.01 to 1: the lobe is cos^n with n = 2 / r^2 - 2

@@ -66,8 +66,8 @@ def fill_normals(mesh: Mesh) -> None:
 
 
 def unlike(materials: Sequence[Material | None]) -> tuple[tuple[Material, ...], np.ndarray]:
-    """Return the different materials of a list, and the index of each entry among them. If all
-    entries are None, there are no materials and the indices are zeros."""
+    """Return the materials of a list without repetition, and for each entry of the list the index
+    of its material. If all entries are None, there are no materials and the indices are zeros."""
     if not any(materials):
         return (), np.zeros(max(len(materials), 1), np.int64)
     place: dict[Material, int] = {}
@@ -86,11 +86,15 @@ def filled(parts: Sequence[np.ndarray | None], sizes: Sequence[int],
 
 
 def fans(first: np.ndarray, sides: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Cut polygons into n triangles. Return the triangles' corners, (n, 3), and the polygon of
-    each triangle, (n,).
+    """Cut p polygons into n triangles. Return the indices of the triangles' corners, (n, 3), and
+    the polygon of each triangle, (n,).
 
-    A face with fewer than three corners gives no triangle. A quad becomes 0 1 2 and 2 3 0; a
-    larger face becomes a fan around corner 0.
+    A polygon with fewer than three corners gives no triangle. A quad becomes 0 1 2 and 2 3 0; a
+    larger polygon becomes a fan around corner 0.
+
+    Parameters
+    ----------
+    first, sides : (p,) int, the index of each polygon's first corner, and its number of corners
     """
     count = np.maximum(sides - 2, 0)
     face = np.repeat(np.arange(len(sides)), count)

@@ -54,7 +54,7 @@ class Textures:
 
 
 def material_of(visual: Any, textures: Textures) -> Material | None:
-    """Return the material of a trimesh visual, or None if it has none.
+    """Return the material of a trimesh visual, or None if the visual has no material.
 
     Parameters
     ----------
@@ -87,7 +87,7 @@ def of_mtl(name: str, said: Mapping[str, Any], textures: Textures, image: Any = 
     Parameters
     ----------
     name : the material's name
-    said : words by key; keys are in lower case
+    said : key in lower case -> the words after the key
     textures : the mesh's textures so far; new textures are added
     image : the diffuse texture, if ``said`` does not name its file
     plain : (3,) the diffuse share, if ``said`` has no Kd
@@ -121,11 +121,11 @@ def _of_gltf(name: str, said: Mapping[str, Any], textures: Textures) -> Material
 
     The metallic share reflects the base colour, as a mirror or, if rough, into a lobe. The rest is
     diffuse. The 4 % reflection of surfaces that are not metals is omitted. A material without a
-    metallic factor counts as no metal: in the format such a material is all metal, but few authors
-    of files intend this. A texture varies only the diffuse share; metallic reflection and emission
-    are multiplied by the mean of their textures.
+    metallic factor counts as no metal. According to the format it would be all metal, but few
+    authors of files intend this. A texture varies only the diffuse share; metallic reflection and
+    emission are multiplied by the mean of their textures.
     """
-    factor = said.get("baseColorFactor")    # trimesh has it in bytes
+    factor = said.get("baseColorFactor")    # trimesh stores the factor in bytes, 0 to 255
     base = np.ones(3) if factor is None else np.asarray(factor, np.float64)[:3] / 255
     image = said.get("baseColorTexture")
     metal = float(np.clip(_numbers(said.get("metallicFactor"), [0])[0], 0, 1))
@@ -171,7 +171,7 @@ def check_image(path: Path, image: Path) -> None:
     """Raise SceneError if an image that the file at ``path`` names cannot be read, because trimesh
     would silently leave it out. Raise LimitError if the image is too large."""
     if not is_file(image):
-        known = "" if not image.name.startswith("-") else " (options before it are not read)"
+        known = "" if not image.name.startswith("-") else " (options before the name are not read)"
         raise SceneError(f"{path}: no such texture {image.name}{known}; put the texture there, or "
                          "remove it from the file")
     try:

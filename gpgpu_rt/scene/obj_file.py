@@ -1,4 +1,5 @@
-"""OBJ file: a reader for Wavefront's mesh format. Its time depends only on the file's size.
+"""OBJ file: a reader for Wavefront's mesh format. The time of reading depends only on the file's
+size.
 
 trimesh's reader needs more time and memory with each change of the material. It keeps normals and
 texture coordinates only if all corners under one material have them, and it changes the order of
@@ -231,9 +232,9 @@ class _Text:
 
     def named_before(self, word: bytes, lines: np.ndarray, default: str
                      ) -> tuple[list[str], np.ndarray]:
-        """Return names without repetition, and for each of ``lines`` the index of its name. The
-        name is in the last line before it that begins with ``word``. Without such a line, the name
-        is ``default``."""
+        """Return names without repetition, and for each of ``lines`` the index of its name. A
+        line's name follows ``word`` in the last earlier line that begins with ``word``. Without
+        such a line, the name is ``default``."""
         rows = self.rows(word)
         said = [default, *(self.body(row, word) or default for row in rows.tolist())]
         used, which = np.unique(np.searchsorted(rows, lines), return_inverse=True)

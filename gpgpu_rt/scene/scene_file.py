@@ -96,7 +96,8 @@ class _SceneFile:
             triangles, colours, rows, normals, uv = self._from_file(entry, where)
         else:
             if "materials" in entry:
-                raise SceneError(f"{self.path}: {where}.materials needs file; give material")
+                raise SceneError(f"{self.path}: {where}.materials needs file; give material "
+                                 "instead")
             triangles = self._shape(entry, shapes[0], where)
             count = len(triangles)
             rows = np.full(count, self._row(entry.get("material"), f"{where}.material"), np.int32)
@@ -107,7 +108,8 @@ class _SceneFile:
                 uv = square[[[0, 1, 2], [0, 2, 3]]]
         if uv is None and any(self.materials[row].texture is not None for row in np.unique(rows)):
             raise SceneError(f"{self.path}: {where} has no texture coordinates for its material's "
-                             "texture; put it on a quad, or on a mesh file that has them")
+                             "texture; put the texture on a quad, or on a mesh file with "
+                             "coordinates")
         linear = _linear(entry)
         moved = np.asarray(entry.get("translate", (0, 0, 0)), np.float64)
         triangles = triangles @ linear.T + moved
@@ -234,7 +236,7 @@ class _SceneFile:
 
 def _named(mesh: mesh_file.Mesh, word: str) -> np.ndarray:
     """Return (n,) bool: the faces of the part or material of this name. A part with several
-    materials is stored as several parts with numbers after the name; all of them count."""
+    materials is stored as several parts with numbers after the name; all these parts count."""
     parts = [k for k, name in enumerate(mesh.parts)
              if name == word or re.fullmatch(re.escape(word) + r"_\d+", name)]
     materials = [k for k, m in enumerate(mesh.materials) if m.name == word]

@@ -51,8 +51,8 @@ OBJECTS: Mapping[str, Mapping[str, Key]] = {
         "quad": Key("points", "four corners, anticlockwise as seen from outside, instead of a "
                     "file"),
         "material": Key("text", "the name of the material of the whole mesh"),
-        "materials": Key("map of text", "a material's name for each group, object or material of "
-                         "the mesh file, by its name in the mesh file"),
+        "materials": Key("map of text", "maps the name of a group, object or material in the mesh "
+                         "file to the name of the material that it gets"),
         "smooth": Key("flag", "shade with normals that are computed from the triangles and "
                       "interpolated, so that edges look smooth"),
         "scale": Key("size", "first, scale by this factor, or by a factor for each axis", above=0),

@@ -51,7 +51,8 @@ def sketch(triangles: np.ndarray, colours: np.ndarray, camera: Camera) -> Image.
         use = np.flatnonzero((side > dx) & (side > dy) & (x + dx >= 0) & (x + dx < width)
                              & (y + dy >= 0) & (y + dy < height))
         use = use[depth[use] < nearest[y[use] + dy, x[use] + dx]]
-        # Far points come first. Of several points in a pixel, the last and nearest is kept.
+        # Far points come first. If several points cover a pixel, the assignment keeps the last
+        # point, which is the nearest.
         at = y[use] + dy, x[use] + dx
         pixels[at], nearest[at] = grey[use], depth[use]
     return Image.fromarray(pixels)

@@ -94,7 +94,8 @@ class Texture:
 
     @classmethod
     def from_image(cls, image: Image.Image, name: str = "image") -> Texture:
-        """Return the texture of an sRGB PIL image. Messages call it ``name``. Alpha is ignored.
+        """Return the texture of an sRGB PIL image. Messages call the texture ``name``. Alpha is
+        ignored.
 
         Raises
         ------

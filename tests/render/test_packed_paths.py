@@ -167,7 +167,7 @@ def test_a_plan_says_what_runs_at_its_size() -> None:
         assert ("pack paths" in plan.passes) == ("packed paths" in plan.present) == packs
         assert ("PACKED_PATHS" in plan.defines) == packs
         words = plan.lines()
-        assert "64 bounces can matter, 1 shadow ray a hit" in words[0]
+        assert "64 bounces can matter, 1 shadow ray per hit" in words[0]
         assert words[1].startswith("the scene has: ") and "paths" not in words[1]
         assert words[2] == "asked for: paths" + (", packed paths" if packs else "")
     assert plans[4].left_out["pass"]["pack paths"] == "paths are not packed"

@@ -155,7 +155,8 @@ def test_the_example_in_the_documentation_is_one(folder: Path) -> None:
 
 def test_missing_textures_of_mesh_files_are_errors(folder: Path) -> None:
     for words, message in (("gone.png", "two.mtl: no such texture gone.png"),
-                           ("-s 1 1 1 my wood.png", "wood.png .options before it are not read"),
+                           ("-s 1 1 1 my wood.png",
+                            "wood.png .options before the name are not read"),
                            ("noise.png", "two.mtl: noise.png is no image")):
         (folder / "noise.png").write_bytes(b"noise")
         Image.new("RGB", (2, 2)).save(folder / "my wood.png")

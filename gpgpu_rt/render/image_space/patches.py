@@ -20,8 +20,8 @@ SPREAD_2 = 1.3247179572447460 ** -np.arange(1.0, 3.0)
 
 
 def cuts_of(triangles: np.ndarray, longest: float) -> np.ndarray:
-    """Return for each of the triangles, (n, 3, 3), into how many parts each of its edges must be
-    cut so that no part is longer than ``longest``: (n,) int."""
+    """Return (n,) int, for each of (n, 3, 3) triangles the number of equal parts into which each
+    edge must be cut, so that no part is longer than ``longest``."""
     corners = np.asarray(triangles, np.float64)
     edges = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1, initial=0)
     return np.maximum(np.ceil(edges / longest), 1).astype(int)

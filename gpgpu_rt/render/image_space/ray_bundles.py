@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 
 STRAIGHT = ("traced", "bundles")
 FAR = 1e30           # a depth behind all surfaces
-MOST_LAYERS = 4096   # more layers in a projection are an error
+MOST_LAYERS = 4096   # a projection with more layers is an error
 # The smallest patch, as a share of the scene's extent. A triangle as large as the scene would have
 # 10^12 patches of this size.
 LEAST_PATCH = 1e-6

@@ -21,8 +21,8 @@ from .surface import Surface
 from .tokens import Tokens
 
 # The memory budget counts this number of bytes for each statement of a file that is included
-# again. A statement needs only a quarter of this number. The larger number has the effect that a
-# file with exponentially many includes is refused within about a second.
+# again. A statement needs only a quarter of this number. But with the larger number, a file with
+# exponentially many includes exceeds the budget within about a second.
 _STATEMENT_BYTES = 4096
 
 
@@ -93,7 +93,7 @@ def read_document(path: Path) -> Document:
         a file is wrong, missing, includes itself, or lies outside of the folder of ``path``; the
         message names the file and the line
     LimitError
-        the included files, repeated as often as they are included, exceed the memory budget
+        the included files exceed the memory budget; a file counts each time that it is included
     OSError
         the file at ``path`` cannot be read
     """

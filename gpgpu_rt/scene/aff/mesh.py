@@ -19,7 +19,7 @@ from .placement import Placement
 from .surface import Surface
 from .viewpoint import Viewpoint
 
-# Folders of textures, relative to the folder of the AFF file. BART's scenes use the second one.
+# Folders of textures, relative to the folder of the AFF file. BART's scenes use the second.
 _TEXTURE_FOLDERS = ("", "../TextureFiles")
 
 
@@ -62,7 +62,8 @@ def mesh_of(document: Document, placement: Placement) -> Mesh:
 
 
 def _finite(document: Document, placement: Placement, time: float) -> np.ndarray:
-    """Return the vertices at a time, (v, 3) float32; raise SceneError if one is not finite."""
+    """Return the vertices at a time, (v, 3) float32. Raise SceneError if a vertex is not
+    finite."""
     vertices = placement.vertices(time)
     finite = np.isfinite(vertices).all(axis=1)
     if not finite.all():
@@ -78,7 +79,7 @@ def _normals(document: Document, placement: Placement, sizes: list[int]) -> np.n
     """Return the normals of corners, (n, 3, 3) float64 of length 1, or 0 for a missing normal;
     None if no geometry has normals."""
     turned: list[np.ndarray | None] = []
-    with np.errstate(all="ignore"):     # a normal that overflows is a missing one
+    with np.errstate(all="ignore"):     # a normal that overflows counts as missing
         # Normals are transformed by the matrix of cofactors, because a transform that flattens its
         # content has no inverse.
         x, y, z = placement.transforms(document.begin)[0][:, :, :3].transpose(2, 0, 1)
@@ -96,7 +97,7 @@ def _normals(document: Document, placement: Placement, sizes: list[int]) -> np.n
 
 
 def _materials(document: Document) -> tuple[tuple[Material, ...], np.ndarray]:
-    """Return the different materials, and the index of each instance's material among them.
+    """Return the materials without repetition, and the index of each instance's material.
 
     If a texture is missing, the material keeps its colour, and a warning names the texture.
     """

@@ -11,8 +11,8 @@ from .keyframes import KeyedMotion
 class Placement:
     """The vertices of all instances under their transforms. A placement can be pickled.
 
-    All arithmetic is in float64, and products are summed in a fixed order. So all machines get the
-    same bits.
+    All arithmetic is in float64, and products are summed in a fixed order. All machines therefore
+    get the same bits.
 
     Attributes
     ----------

@@ -62,10 +62,10 @@ class Tokens:
         return found
 
     def count(self, what: str, width: int) -> int:
-        """Return the next word as the number of ``what`` that follow.
+        """Return the next word as the number of items that follow; ``what`` names the items.
 
-        Each of the ``what`` needs at least ``width`` words. The number is an error if the file has
-        too few words for it.
+        Each item needs at least ``width`` words. If the file has too few words for this number of
+        items, raise SceneError.
         """
         number = int(self.wholes(self.take(1, f"the number of {what}"))[0])
         left = len(self._words) - self.at

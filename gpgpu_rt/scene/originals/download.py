@@ -20,9 +20,9 @@ TRIES = 5              # a download fails after this many connections in a row w
 FIRST_WAIT = 0.2
 SECONDS = 30           # longest wait for an answer of the server
 BLOCK = 1 << 16        # bytes that are read at a time
-# If the file on the server was changed, it is still read to the end, so that the message can name
-# its digest. A server may send without end. Reading therefore stops at LARGEST times the expected
-# size.
+# A file that was changed on the server is still read to the end, so that the message can name the
+# digest of the changed file. A server may send without end. Reading therefore stops at LARGEST
+# times the expected size.
 LARGEST = 4
 _AGAIN = (408, 425, 429, 500, 502, 503, 504)     # HTTP statuses of a server that may recover
 

@@ -63,8 +63,8 @@ def sodahall() -> Built:
                                  (things, 0.5, None), (chair, 0.3, None)):
         there = np.flatnonzero(rng.random(len(room)) < share)
         colours = palette(rng.integers(0, 13, len(there))) if colour is None else colour
-        # Shelves at the wall and lamps at the ceiling keep their place; other furniture is moved
-        # and turned at random.
+        # Shelves at the wall and lamps at the ceiling keep their place. Move and turn all other
+        # furniture at random.
         loose = 0.0 if thing is books or thing is lamp else 0.2
         moved = middle[there] + rng.uniform(-loose, loose, (len(there), 3)) * (1, 0, 1)
         turned = yaw[there] + rng.uniform(-loose, loose, len(there))

@@ -24,8 +24,8 @@ def by_part(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
         after = label.copy()
         for corner in faces.T:
             # A vertex's label is the root of its part so far. Lower the label of each corner and
-            # of each corner's root. With the corners alone, there would be as many rounds as the
-            # longest chain has vertices.
+            # of each corner's root. If only the corners' labels were lowered, the number of rounds
+            # would be the number of vertices in the longest chain.
             np.minimum.at(after, label[corner], lowest)
             np.minimum.at(after, corner, lowest)
         while not np.array_equal(after, after[after]):

@@ -173,7 +173,7 @@ def _around(mesh: SurfaceMesh, opened: SurfaceMesh, was: np.ndarray, along: np.n
     """Map the boundary of a cut surface to the border of the image.
 
     Returns the loop of half-edges of the boundary; the start of each half-edge, in texels around
-    the border; and the positions at the border's texels, (4 size, 3). Each cut is divided into
+    the border; and the positions at the border's texels, (4 * size, 3). Each cut is divided into
     paths at its ends and forks. The texels along the two sides of a path have the same positions.
     """
     loop = opened.loops()[0]

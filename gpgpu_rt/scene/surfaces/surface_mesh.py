@@ -193,8 +193,8 @@ class SurfaceMesh:
 
 
 def same_labels(count: int, one: np.ndarray, two: np.ndarray) -> np.ndarray:
-    """Return (count,) int64 labels of connected components. The pairs (one, two) are connected. A
-    component's label is its least member."""
+    """Return (count,) int64, the label of the connected component of each item. Item one[i] is
+    connected with item two[i]. A component's label is the least index of its items."""
     label = np.arange(count)
     while True:
         lowest = np.minimum(label[one], label[two])
