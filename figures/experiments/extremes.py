@@ -30,7 +30,7 @@ def settings_of(row: Any) -> list[dict[str, Any]]:
     found += [{**stored, **capped} for stored in STORED if kd]
     found += [{option.name: value, **capped} for option in row.options
               for value in option.relaxed]
-    if row.name == "bvh-threaded":    # all methods share the tests, so one method is enough
+    if row.name == "bvh-threaded":    # all methods use the same tests, so one method is enough
         tests = next(o for o in TRACER_OPTIONS if o.name == "intersection")
         found += [{tests.name: c} for c in tests.choices or () if c != tests.default]
     return found

@@ -124,7 +124,7 @@ def _markdown(rows: list[dict[str, Any]], notes: list[str]) -> str:
              *(f"Not measured: {catalogue.how_to_get(catalogue.ROWS[scene])}."
                for scene in absent if not is_there(scene)),
              "Wrong distances: the number of rays, over all frames, whose t differs in a bit from "
-             "the t by a tree that is built anew for the frame."]
+             "the t that a tree gives which is built anew for the frame."]
     return "\n".join([*parts, *(f"* {note}" for note in notes), ""])
 
 

@@ -24,8 +24,9 @@ from ..framework.era_counts import STEPWISE, tile_pixels
 from .coherence import observe_order
 
 # A kind is the prefix of ``Cell.work``; the name of a workload follows the prefix. MOVED measures
-# the bytes that the passes of the workload move. DONE measures the work at each width. STACKS
-# measures the stacks of the workload's rays.
+# the bytes that the passes of the workload move. DONE measures the runs of kernels at each width,
+# which is a number of pixels that branch together. STACKS measures the stacks of the workload's
+# rays.
 MOVED, DONE, STACKS = "moved by ", "run by ", "stacks of "
 KINDS = (MOVED, DONE, STACKS)
 # The (h, w) of the pixels that branch together, by their number: rectangles nearest to a square.

@@ -207,7 +207,7 @@ def _paragraph(found: list[list[Any]], data: Path, full: bool) -> str:
         "transfers are assumed to cost no time, as Benthin et al. found; the Cell is then bound "
         f"by {hidden[10]}, at {number(hidden[9])} Mrays/s. " + _cell_sentence(times, scene)
         + " SaarCOR's design of 2002 was simulated; its published rates were not available to "
-        "this project, so its bar has no cross.")
+        "this project, so the chart shows no published rate for it.")
 
 
 def _cell_sentence(times: dict[tuple[str, str, str], list[Any]], scene: str) -> str:

@@ -92,8 +92,13 @@ def cells(full: bool) -> list[Cell]:
 
 @dataclass(frozen=True)
 class WarpWork:
-    """The work of a ray, idle lanes of its warp included: instructions, fetches of tables, and the
-    fetches that wait for one another."""
+    """The work of a ray, including the idle lanes of its warp.
+
+    instructions : instructions of kernels
+    fetches : fetches of texels of tables
+    levels : sum over the kernels' runs of the longest chain in which each fetch needs the result
+        of the fetch before (`LoopCost.levels`)
+    """
 
     instructions: float
     fetches: float
@@ -129,7 +134,11 @@ class OnChip:
 
 @dataclass(frozen=True)
 class Flight:
-    """The rate of the rays that fit: ``kept`` bytes each, with the work of ``work``."""
+    """The rays that are in flight on the card at the same time, and the rate at which it traces.
+
+    kept : the bytes that a ray keeps on the chip
+    work : the work of a ray
+    """
 
     kept: OnChip
     work: WarpWork

@@ -70,7 +70,7 @@ def rows_of(figure: str) -> list[dict[str, str]]:
 
 
 def nanoseconds(row: dict[str, str] | None) -> float | None:
-    """Nanoseconds per ray of a published time or rate. For whole images it is ns per pixel."""
+    """The nanoseconds per ray of a published time or rate; for a whole image, per pixel."""
     if row is None:
         return None
     value, pixels = float(row["value"]), math.prod(map(int, row["resolution"].split("x")))

@@ -175,7 +175,7 @@ def _of_groups(groups: Sequence[MethodTimes]) -> Verdict:
     factor = statistics.median(off_by(group.ours, group.theirs)
                                for group, _ in ordered or counts)
     low = [f"{group.label} {number(count.tau_b, 2)}" for group, count in ordered
-           if not count.tau_b >= HIGH]     # nan if ours all tie
+           if not count.tau_b >= HIGH]     # tau-b is nan if all times here tie
     why = [*([few] if few else []), *([_order(ordered, low, agreed, pairs)] if ordered else []),
            f"ratios between methods are off by a factor of {number(factor)} in the median",
            *_ties([group for group, count in counts if not count.ordered])]
@@ -238,14 +238,14 @@ def _answer(holds: bool | None) -> str:
 
 
 def rests_on(verdict: Verdict) -> str:
-    """A clause that counts the scored scenes, the pairs of methods, and the claims that no
-    scene can change."""
+    """A clause that counts the scored scenes, the pairs of methods, and the claims about a method
+    itself, which depend on no scene."""
     if verdict.word == REDRAWN:
         return "no number of the survey"
     parts = []
     if verdict.structure:
-        parts.append(f"{counted(verdict.structure, 'claim')} about a method itself, which no "
-                     "scene can change")
+        parts.append(f"{counted(verdict.structure, 'claim')} about a method itself, not about a "
+                     "scene")
     if verdict.scenes or not parts:
         parts.append(_counts(verdict, "scored scene"))
     return "; ".join(parts)

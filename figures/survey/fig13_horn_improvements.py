@@ -81,8 +81,8 @@ FIGURE = Comparison(
     ("Each row includes the improvements of the rows above it. Packets are 2x2. In the published "
      "rows all methods visit empty leaves. The last row is not in the paper: its packets skip "
      "empty leaves, which their parents mark (`skip_empty_leaves`, this program's default).",
-     "At the quick size neighbouring rays are two to four times as far apart as at 1024x1024, and "
-     "packets share less.",
+     "At the quick size neighbouring rays are two to four times as far apart as at 1024x1024, so "
+     "the rays of a packet share fewer nodes.",
      "A shadow ray goes from each hit that faces the light to the one point light. Times are per "
      "ray that exists, not per pixel. Nodes, triangles and steps of a packet are divided among "
      "its rays.",

@@ -14,8 +14,8 @@ from ..framework.results import read
 from .fig16_ropes_and_packets import LEFT_OUT, SCENES, STAND_IN
 from .tree_sizes import NODE_BYTES, REFERENCE_BYTES
 
-# For each quantity: its key in a tree's record, its name in the published numbers, the scale by
-# which a column divides it, and the column's name.
+# For each quantity: its key in a tree's record, its name in the published numbers, the number by
+# which the column divides the quantity, and the column's name.
 QUANTITIES = (("leaves", "leaves", 1, "leaves"),
               ("empty_leaves", "empty leaves", 1, "empty leaves"),
               ("references_per_leaf", "references per triangle", 1,
@@ -102,10 +102,10 @@ def draw(data: Path, out: Path, full: bool) -> None:
     write_text(out / "fig17.md", "\n".join((
         "# Figure 17: what ropes add to a kd-tree (Popov et al. 2007)\n",
         f"Bytes as in the paper's records: {NODE_BYTES} per node, {REFERENCE_BYTES} per "
-        "reference, and 48 per leaf for six ropes and a box. The paper's table counts "
-        "\"references\" but does not say the references of what. The sizes of "
-        "the table are right if it counts references per leaf that is not empty, so this table "
-        "does the same. The survey says that each node has six ropes, but the sizes are right "
+        "reference, and 48 per leaf for six ropes and a box. The paper's table has a column "
+        "\"references\" but does not say what the number counts. The sizes of the table are right "
+        "if it counts references per leaf that is not empty, so this table does the same. The "
+        "survey says that each node has six ropes, but the sizes are right "
         "only if inner nodes have none. The paper does not print the depths of its trees. "
         + " ".join(f"For the mesh of {scene} the depth {depth} was chosen so that the tree has "
                    "about as many leaves as the paper's." for scene, depth in DEPTH.items())
