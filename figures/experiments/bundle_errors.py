@@ -31,7 +31,7 @@ def scene_of(name: str) -> rt.Scene:
         return rt.load_scene(name)
     light, box = rt.load_scene("cornell-light"), cornell.make()
     assert light.material_of is not None
-    lamps = np.count_nonzero(light.material_of == LAMP)   # the last triangles are the lamp's
+    lamps = np.count_nonzero(light.material_of == LAMP)   # the lamp has the last triangles
     row = np.zeros(len(box.triangles), np.int32)
     row[-lamps:] = LAMP
     return replace(light, name=name, faces=None, material_of=row,
@@ -67,10 +67,11 @@ def measure(name: str, method: str, options: dict[str, Any], size: int, runs: in
 
     Parameters
     ----------
-    options : the settings of the bundles: ``patch``; ``directions``, the number of directions for
-        gathering; ``between``, the number of directions along which patches exchange light; and
-        ``resolutions``. ``samples`` is the path tracer's number of samples per pixel. All other
-        options are options of the tracer
+    options : the settings of the bundles: ``patch``, the longest edge of a patch as a share of the
+        scene's extent; ``directions``, the number of directions for gathering; ``between``, the
+        number of directions along which patches exchange light; and ``resolutions``, in pixels per
+        side of a projection. ``samples`` is the path tracer's number of samples per pixel. All
+        other options are options of the tracer
     """
     mine = {word: options.pop(word) for word in ("patch", "directions", "between", "resolutions",
                                                  "samples")}

@@ -123,7 +123,7 @@ def _settings_table(results: dict[Cell, dict[str, Any]]) -> str:
 
 
 def _chart(results: dict[Cell, dict[str, Any]], path: Path, renderer: str) -> None:
-    """Draw for each setting and case the share of rays with a wrong hit or miss, or stopped."""
+    """Draw a map of settings and cases: the share of rays that are wrong or were stopped."""
     names = list(FAMILIES)
     shares = np.full((len(results), len(names)), np.nan)
     for i, result in enumerate(results.values()):

@@ -43,7 +43,7 @@ COMPILED = ("Each kernel was compiled as a separate program. Two errors are know
             "although a loop would keep the state in registers. This error makes the predicted "
             "times too long. Second, the counts leave out the set-up of rays and the branches of "
             "loops. This error makes the predicted times too short.")
-# Caches: their bytes, the bytes of a transfer, and the number of rays that fetch together.
+# The variants of the cache: its bytes, the bytes of a line, and how many rays fetch together.
 STORES, LINES, TOGETHER = (8192, 16384, 131072), (16, 128), (4, 32)
 MISSES = ("kd-restart", "kd-texture-stack", "bvh-threaded")     # methods whose misses are counted
 
@@ -56,7 +56,7 @@ def measure(kind: str, scene: rt.Scene, rays: Workload, method: str,
 
 def _moved(scene: rt.Scene, rays: Workload, method: str,
            options: dict[str, Any]) -> dict[str, Any]:
-    """The bytes of all passes by kind, as the pass log measured them."""
+    """The bytes that all passes move, by the pass log: of rays, of states, and written bytes."""
     with rt.Tracer(scene, method, **options) as tracer:
         with tracer.gpu, logged(tracer.gpu, Statistics()) as log:
             rays.trace(tracer)

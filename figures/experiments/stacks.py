@@ -191,7 +191,7 @@ def kept(data: Path, full: bool) -> dict[str, tuple[OnChip, int | None]]:
     stack)."""
     found: dict[str, tuple[OnChip, int | None]] = {}
     for label, (_, _, entry, entries) in METHODS.items():
-        if label not in DEPTHS:     # a few entries fit into registers
+        if label not in DEPTHS:     # the few entries of such a stack fit into registers
             found[label] = OnChip(state_bytes(label) + entry * (entries or 0), 0), None
         elif seen := read(_depths(label, full), data):
             found[label] = (OnChip(state_bytes(label), entry * seen["gap"]["levels"]),

@@ -28,7 +28,7 @@ WORK, ON = "issues of ", " on "
 # TILE: side of a tile in pixels. The groups (pixels that branch together) of every card divide a
 # tile without remainder, and neighbours in a tile are neighbours in the image.
 TILE, TILES = 96, 2
-SPARSE = 128     # the image is also sampled by this many pixels a side, evenly spread
+SPARSE = 128     # the image is also sampled at SPARSE x SPARSE pixels, evenly spread
 PASSES, BLOCKS, PACKETS = "passes", "passes, blocks", "packets"
 # The form WHILE_WHILE on WARPS, if each lane loads nodes and triangles from memory by itself.
 UNCOALESCED = "while-while, uncoalesced"
@@ -95,7 +95,7 @@ def forms_of(method: str, chip: str, forms: Sequence[str]) -> tuple[str, ...]:
 
 def measure(scene: rt.Scene, rays: Workload, method: str, options: dict[str, Any],
             chip: str) -> dict[str, Any]:
-    """Trace an even sample and tiles of the image, and return the issues of each form.
+    """Trace an even sample and tiles of the image. Return how often each form issues its kernels.
 
     The even sample gives the runs of each kernel and the numbers of passes and queries. The tiles
     give the lanes of each run, because only neighbouring pixels branch together. Issues are scaled
@@ -137,10 +137,10 @@ def measure(scene: rt.Scene, rays: Workload, method: str, options: dict[str, Any
 
 def _issued_of_packets(scene: rt.Scene, rays: Workload, method: str,
                        options: dict[str, Any]) -> KernelIssues:
-    """Return the issues of packets in warps.
+    """Return how often packets issue each kernel, if a packet's rays are the lanes of a warp.
 
-    The counters of all rays of the image give the runs of WARP_PACKET. The tiles give how many
-    more lanes the packet of a warp occupies.
+    The counters of all rays of the image give the runs of each kernel for packets of WARP_PACKET.
+    The tiles give the factor by which the larger packet of a warp occupies more lanes.
     """
     chosen = {**options, "intersection": "moller-trumbore", "packet": WARP_PACKET}
     with rt.Tracer(scene, method, **chosen) as tracer, tracer.counting():

@@ -147,7 +147,7 @@ class PredictedRow:
 
     @property
     def runs(self) -> float:
-        """Useful runs of kernels per ray or pixel."""
+        """Runs of kernels per ray or pixel, not counting lanes that wait."""
         return self._sum("runs", lambda cost: 1) / self._number
 
     @property
@@ -157,12 +157,12 @@ class PredictedRow:
 
     @property
     def issued_instructions(self) -> float:
-        """As `instructions`, with the instructions of the lanes that wait during a run."""
+        """The instructions of a run, including the instructions of lanes that wait meanwhile."""
         return self._sum("lanes", issue_slots) / max(self._sum("runs", lambda cost: 1), 1)
 
     @property
     def allowed(self) -> float:
-        """The number of instructions that the card can issue in the published time of a run."""
+        """The number of instructions that the published time leaves for one run of a kernel."""
         seconds = 1e-9 * self.published / max(self.runs, 1e-9)
         return float(seconds * self.paper_card.card.issue_rate)
 
@@ -197,7 +197,7 @@ def time_of_image(card: Card, method: str, form: str, counts: Mapping[str, Any],
     form : the form of the programs
     counts : a result of `era_counts.measure`
     any_hit : whether any hit is enough
-    options : of `compiled_options`
+    options : the result of `compiled_options`
     """
     found = {name: tuple(value) if isinstance(value, list) else value
              for name, value in counts["issued"][counted_as(form)].items()}

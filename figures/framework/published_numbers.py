@@ -23,7 +23,7 @@ def published_row(figure: str, scene: str, method: str, options: str = "",
     ----------
     rays : the kind of rays, such as "primary"; needed if the figure has several kinds
     quantity : the quantity, such as "leaves"; needed if the figure has several quantities
-    hardware : the survey's name of the hardware; needed if the figure has several
+    hardware : the survey's name of the hardware; needed if the figure has several such names
     """
     asked = {"figure": figure, "scene": scene, "method": method, "options": options,
              "rays": rays, "quantity": quantity, "hardware": hardware}

@@ -27,8 +27,8 @@ def results(cells: list[Cell], workers: Workers,
     Raises
     ------
     Error
-        if a worker has another renderer or version than this process, because its numbers would
-        not be comparable
+        if a worker has another renderer or version than this process, because the worker's numbers
+        would not be comparable
     """
     ordered = by_scene(cells)
     here = workers.scheduler == LOCAL    # local processes find the same meshes as this process

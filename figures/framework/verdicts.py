@@ -84,7 +84,7 @@ class MethodTimes:
     """Our times and the published times of the same methods, on one scene and kind of rays."""
 
     scene: str
-    label: str      # the scene and the kind of rays, as reasons name them
+    label: str      # the scene and the kind of rays, as the reason of a verdict names them
     ours: Sequence[float]
     theirs: Sequence[float]
     stand_in: bool = False
@@ -120,8 +120,8 @@ class Claim:
 def off_by(ours: Sequence[float], theirs: Sequence[float]) -> float:
     """The factor by which our ratios between methods differ from the published ratios.
 
-    It is the median over all pairs of methods of |log2(our ratio / published ratio)|, as a factor.
-    A ratio does not depend on the speed of the machine.
+    It is 2 ** m, where m is the median of |log2(our ratio / published ratio)| over all pairs of
+    methods. A ratio does not depend on the speed of the machine.
     """
     logs = [math.log2(a / b) for a, b in zip(ours, theirs)]
     apart = [abs(x - y) for at, x in enumerate(logs) for y in logs[:at]]

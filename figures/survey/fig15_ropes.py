@@ -19,7 +19,7 @@ HEADS = ("leaf", *(name for name, _, _ in FACES))
 
 @dataclass(frozen=True)
 class Followed:
-    """A rope that the ray followed from a leaf to a node, and the t at which it left the leaf."""
+    """A rope that the ray followed from a leaf to a node, and t where the ray left the leaf."""
 
     leaf: int
     node: int

@@ -26,7 +26,8 @@ QUANTITIES = (("leaves", "leaves", 1, "leaves"),
 # The depth at which a scene's tree has about as many leaves as in the paper. Scenes whose default
 # depth has this property are not listed.
 DEPTH = {"conference": 34}
-LOWEST, HIGHEST, SLACK = 3.06, 3.30, 0.1   # the published overheads, and the tolerance for ours
+# The lowest and the highest published overhead, and the relative tolerance for our overheads.
+LOWEST, HIGHEST, SLACK = 3.06, 3.30, 0.1
 
 
 def cell(scene: str, **options: int) -> Cell:
@@ -158,7 +159,10 @@ def _published_bytes(scene: str) -> tuple[float, float]:
 
 
 def _series(name: str, sizes: list[tuple[float, float]], look: tuple[str, str]) -> Series:
-    """Trees' bytes without and with ropes as lines in MiB; a pair of zeros has no line."""
+    """A series of lines in MiB, from each tree's size without ropes to its size with ropes.
+
+    ``sizes`` are in bytes; a pair of zeros has no line.
+    """
     pairs = [(bare / 2 ** 20, whole / 2 ** 20) for bare, whole in sizes]
     return Series(name, [whole for _, whole in pairs], look,
                   [pair if all(pair) else None for pair in pairs],

@@ -55,7 +55,8 @@ NOTES = (
 class MethodSpeed:
     """A method's nanoseconds per ray, measured and predicted, and its speeds.
 
-    The last four fields are speeds relative to the Ray Engine.
+    ``bound`` names the part that takes most of the predicted time. The last four fields are speeds
+    relative to the Ray Engine; ``scaled`` has a speed by arithmetic and a speed by bandwidth.
     """
 
     entry: SurveyedMethod

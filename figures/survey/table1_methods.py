@@ -38,7 +38,10 @@ NOTES = (
 
 @dataclass(frozen=True)
 class MethodProperties:
-    """A paper's row: the survey's words and ours for each column, and the cost of updates."""
+    """A paper's row: the survey's words and ours for each column, and the cost of updates.
+
+    ``build`` and ``update`` are in seconds, and ``size`` is in bytes.
+    """
 
     entry: SurveyedMethod
     theirs: dict[str, str]
