@@ -11,7 +11,7 @@ def main(scene_name: str = "cornell", output: str = "picture.png", side: str = "
     scene = rt.load_scene(scene_name)
     size = int(side), int(side)
     with rt.Tracer(scene, "bvh-threaded", octants=True, statistics=True) as tracer:
-        print("\n".join(tracer.plan(size).lines()))      # the passes, and why others are left out
+        print("\n".join(tracer.plan(size).lines()))     # the passes, and why passes are left out
         tracer.render(size=size).save(output)
         statistics = tracer.statistics
     print(f"{output}: {len(scene):,} triangles, {statistics.rays:,} rays, {statistics.passes} "

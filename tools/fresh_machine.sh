@@ -5,12 +5,13 @@
 #   --short   run the set-up, one bench, two figures about cards, and the tests that depend on a
 #             renderer; without it, run `make figures`, `make test` and the bench
 #
-# Creates a root with debootstrap in a temporary folder, clones the committed state of this
-# checkout into the root, runs the commands there, and prints versions, results and times. The
+# Creates a root file system with debootstrap in a temporary folder, clones the committed state of
+# this checkout into it, runs the commands there, and prints versions, results and times. The
 # fresh machine uses the Debian mirror, the proxies, the certificates and pip's configuration of
 # this machine. Exit status: 0 for success; 1 if a command failed in the fresh machine; 77 with a
 # line SKIPPED if no fresh machine can be made. FRESH_MINUTES limits the time (15 with --short,
-# else 90). A base root is kept for a week in ${XDG_CACHE_HOME:-~/.cache}/gpgpu_rt-fresh.
+# else 90). A copy of the new root file system, before any command has run there, is kept for a
+# week in ${XDG_CACHE_HOME:-~/.cache}/gpgpu_rt-fresh.
 set -euo pipefail
 
 SHORT=
@@ -41,7 +42,7 @@ if [ "${FRESH_INSIDE:-}" = 1 ]; then
 fi
 
 [[ $SUITE =~ ^[a-z]+$ ]] || { echo "usage: tools/fresh_machine.sh [--short] SUITE" >&2; exit 2; }
-[ "$(id -u)" = 0 ] || skipped "only root can make one"
+[ "$(id -u)" = 0 ] || skipped "only root can make a fresh machine"
 command -v debootstrap >/dev/null || skipped "debootstrap is not installed (apt-get install debootstrap)"
 unshare --mount --pid --fork --propagation private true 2>/dev/null ||
     skipped "this machine allows no mount namespace"

@@ -20,13 +20,14 @@ from PIL import Image
 ROOT = Path(__file__).parents[1]
 WIDTH = 300         # pixels of the small pictures
 Box = tuple[int, int, int, int]     # left, top, right and bottom in pixels
-# The telling part of a wide picture. Whole, its text would be too small to read.
+# The part of a wide picture that README.md shows. In the whole picture the text would be too small
+# to read.
 VIEWER: Box = (400, 0, 1100, 514)
 TREE: Box = (730, 60, 1310, 430)
 DRAWING: Box = (549, 194, 955, 494)
 FILM = ("passes", "kitchen", "-m", "kd-restart", "--size", "128x128")
-FRAMES = 110        # of the film; its last frame stays for LAST_MS
-FRAME_MS, LAST_MS = 90, 2500
+FRAMES = 110        # number of frames of the film, at most
+FRAME_MS, LAST_MS = 90, 2500    # milliseconds for which a frame, and the last frame, are shown
 
 
 def run(folder: Path, *words: str) -> None:
@@ -46,14 +47,17 @@ def small(source: Path, target: Path, box: Box | None = None) -> None:
 
 
 def film(folder: Path, target: Path) -> None:
-    """Writes the passes of a traversal as a film. It begins in slow motion, because half of the
-    rays end in the first passes: the numbers of its passes form a geometric series."""
+    """Writes the passes of a traversal as a film.
+
+    The film begins in slow motion, because half of the rays end in the first passes: the numbers
+    of the passes that it shows form a geometric series.
+    """
     run(folder, *FILM, "--every", "2", "-o", "passes")
     pictures = sorted(folder.glob("passes/pass_*.png"))
     chosen = np.unique(np.geomspace(1, len(pictures), FRAMES).astype(int) - 1)
     frames = [Image.open(pictures[at]).convert("RGB") for at in chosen]
-    # All frames share a palette, that of the frames in the middle. No dithering, so that areas
-    # stay flat and the file stays small.
+    # All frames have the same palette, which is made from three frames: after a quarter of the
+    # film, in its middle, and at its end. Without dithering areas stay flat and the file is small.
     sheet = Image.new("RGB", (frames[0].width, 3 * frames[0].height))
     for k, at in enumerate((len(frames) // 4, len(frames) // 2, len(frames) - 1)):
         sheet.paste(frames[at], (0, k * frames[0].height))
@@ -64,7 +68,7 @@ def film(folder: Path, target: Path) -> None:
 
 
 def viewer(folder: Path, target: Path) -> None:
-    """Writes a part of the picture of the viewer's manual page, smaller."""
+    """Writes a part of the picture of the viewer's manual page, at most WIDTH pixels wide."""
     small(ROOT / "docs" / "viewer.png", target, VIEWER)
 
 

@@ -1,4 +1,4 @@
-"""Write the names of the methods to gpgpu_rt/methods/names.py, from which editors complete them.
+"""Write the names of all methods to gpgpu_rt/methods/names.py, so that editors complete them.
 
     python tools/method_names.py [--check]
 
@@ -24,7 +24,7 @@ MethodName = Literal[
 
 
 def text() -> str:
-    """Return the file's text. Methods from folders of a user's own are left out."""
+    """Return the file's text. Methods from the user's own folders are left out."""
     names = [row.name for row in rt.methods() if _is_own(row.name)]
     return HEAD + "".join(f'    "{name}",\n' for name in [AUTO, *names]) + "]\n"
 

@@ -34,8 +34,9 @@ _TGSI = re.compile(r"^ *\d+: +(?P<op>\w+) ?(?P<rest>.*)$", re.M)
 _TEMP = re.compile(r"TEMP\[(\d+)\]")
 _INPUT = re.compile(r"\bIN\[\d+\]")
 _CONSTANT = re.compile(r"(?:CONST\[0\]|IMM)\[\d+\]")
-# Instructions that NV40's driver emits for a TGSI operation (nvfx_fragprog.c); 1 for all others.
-# NV40 selects by condition codes: CMP sets the codes and then moves each of its two values.
+# Number of instructions that NV40's driver emits for a TGSI operation (nvfx_fragprog.c). All other
+# operations take one instruction. NV40 selects by condition codes: CMP sets the codes and then
+# moves each of its two values.
 _INSTRUCTIONS = {"CMP": 3, "SSG": 3, "POW": 3, "TRUNC": 4, "CEIL": 2, "DP2": 2, "IF": 2,
                  "KILL_IF": 2, "LRP": 2, "RSQ": 2, "ELSE": 0, "ENDIF": 0, "ENDLOOP": 0}
 
@@ -71,8 +72,9 @@ def _pairs(said: str) -> str:
 def _operations(said: str) -> dict[str, Any]:
     """Return the counts of a program from its listing, which Mesa prints as TGSI.
 
-    The arithmetic is the number of instructions that NV40's driver emits for the operations. The
-    driver pairs nothing, although the card can issue operations on different components together.
+    The entry ``arithmetic`` is the number of instructions that NV40's driver emits for the
+    operations. The driver never joins two operations in an instruction, although the card can
+    issue operations on different components together.
     """
     listing = said[said.index("FRAG"):].split("\n\n")[0].strip("\n")
     operations = [match for match in _TGSI.finditer(listing) if match["op"] != "END"]

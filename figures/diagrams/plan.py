@@ -22,7 +22,7 @@ def draw_ground(axis: Any, small: World, shaded: Mapping[int, str] | None = None
     Parameters
     ----------
     shaded : leaf -> colour
-    central : whether to write the names of leaves in their middle, without triangles' numbers
+    central : whether to write the names of leaves in their middle, and no numbers of triangles
     """
     tree = small.tree
     for node in range(len(tree.axis)):
@@ -78,7 +78,10 @@ def draw_ray(axis: Any, small: World, until: float, hit: bool = True) -> None:
 
 
 def draw_marks(axis: Any, small: World, marks: Mapping[float, str], side: float = 1.0) -> None:
-    """Draw ticks across the ray at given t, each with a text; ``side`` -1 writes on its right."""
+    """Draw ticks across the ray at given t, each with a text.
+
+    The text stands on the left of the ray if ``side`` is 1, and on its right if ``side`` is -1.
+    """
     along = small.direction[:2] / np.linalg.norm(small.direction[:2])
     across = side * np.array([-along[1], along[0]])
     for t, text in marks.items():

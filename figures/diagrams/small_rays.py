@@ -90,7 +90,7 @@ def tested(one: ObservedPass) -> tuple[np.ndarray, np.ndarray]:
 def traversal() -> tuple[list[ConeLevel], list[Round], rt.Hits]:
     """The levels of the hierarchy and the rounds, as read from their textures, and the hits."""
     rounds: list[Round] = []
-    # The fields of each level, by the size of its texture. A new hierarchy replaces the old one.
+    # Size of a level's texture -> the level's fields. A new hierarchy replaces the old fields.
     levels: dict[tuple[int, int], dict[str, np.ndarray]] = {}
 
     def look(one: ObservedPass) -> None:

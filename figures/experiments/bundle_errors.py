@@ -31,7 +31,7 @@ def scene_of(name: str) -> rt.Scene:
         return rt.load_scene(name)
     light, box = rt.load_scene("cornell-light"), cornell.make()
     assert light.material_of is not None
-    lamps = np.count_nonzero(light.material_of == LAMP)   # the last triangles are the lamp's
+    lamps = np.count_nonzero(light.material_of == LAMP)   # the lamp has the last triangles
     row = np.zeros(len(box.triangles), np.int32)
     row[-lamps:] = LAMP
     return replace(light, name=name, faces=None, material_of=row,
@@ -43,7 +43,7 @@ def traced_gather(bundles: RayBundles, cut: rt.Tracer, seen: Visible, count: int
                   ) -> tuple[np.ndarray, float]:
     """Gather like ``bundles.gather``, with parallel rays through ``cut``, a tracer of the patches.
 
-    Returns (h, w, 3) irradiance, and seconds.
+    Returns (h, w, 3) irradiance, and the seconds of tracing.
     """
     normals = seen.normals.reshape(-1, 3)
     start = seen.places.reshape(-1, 3) + np.float32(LIFT * bundles.scene.extent) * normals
@@ -63,13 +63,15 @@ def traced_gather(bundles: RayBundles, cut: rt.Tracer, seen: Visible, count: int
 
 def measure(name: str, method: str, options: dict[str, Any], size: int, runs: int
             ) -> dict[str, Any]:
-    """Pictures of a scene, (size, size, 3), with their errors and times.
+    """Return pictures of a scene, (size, size, 3), with their errors and times.
 
     Parameters
     ----------
-    options : the settings of the bundles: ``patch``; ``directions``, the number of directions for
-        gathering; ``between``, the number of directions along which patches exchange light; and
-        ``resolutions``. ``samples`` is the path tracer's. All other options are the tracer's
+    options : the settings of the bundles: ``patch``, the longest edge of a patch as a share of the
+        scene's extent; ``directions``, the number of directions for gathering; ``between``, the
+        number of directions along which patches exchange light; and ``resolutions``, in pixels per
+        side of a projection. ``samples`` is the path tracer's number of samples per pixel. All
+        other options are options of the tracer
     """
     mine = {word: options.pop(word) for word in ("patch", "directions", "between", "resolutions",
                                                  "samples")}
@@ -118,7 +120,8 @@ def measure(name: str, method: str, options: dict[str, Any], size: int, runs: in
     for row in result["by_resolution"]:
         row.update(_errors(row["picture"], path, out))
         row["picture"] = row["picture"].round(4).tolist()
-    # A half differs from the mean of both halves by half of their difference.
+    # Each half of the samples gives a picture, and ``path`` is the mean of the two pictures. Half
+    # of their difference is as large as the noise of the mean.
     noise = _errors(halves[0], path, out)["rmse"]
     return {**result, **mine, "path_noise": noise, "path": path.round(4).tolist(),
             "out": out.tolist()}

@@ -62,8 +62,8 @@ def measure(name: str, method: str, options: dict[str, Any], size: int, runs: in
     the time of each run. The mapping estimates a photon's distance to its receiver several times;
     ``guesses`` are the numbers of estimates that are compared. For each number, ``apart`` has the
     median and the 90 % quantile of the distances between mapped and traced landings, and
-    ``lost`` has the share of light whose photons do not land. ``rasterised`` and ``traced`` are
-    pictures of both maps, (size, size), which include the surfaces behind the refractor.
+    ``lost`` has the share of light whose mapped photons do not land. ``rasterised`` and ``traced``
+    are pictures of the two maps, (size, size), seen as if the refractor were not there.
     """
     scene = scene_of(name)
     seconds: dict[str, list[float]] = {"rasterised": [], "traced": []}

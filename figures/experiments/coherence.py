@@ -64,7 +64,7 @@ def distinct_nodes(rays: np.ndarray, nodes: np.ndarray, tile_of: np.ndarray) -> 
 
 
 def tiles_of_image(size: int, side: int = 8) -> np.ndarray:
-    """(size squared,) int: the number of each ray's tile of side x side pixels of the image."""
+    """(size squared,) int: the number of each ray's tile, if tiles have side x side pixels."""
     y, x = np.divmod(np.arange(size * size), size)
     return (y // side) * -(-size // side) + x // side
 

@@ -34,7 +34,7 @@ def draw(data: Path, out: Path, full: bool) -> None:
         "# Conformance of ray tracers\n\nThe rays are aimed at difficult places: edges, vertices "
         "and the limits of float32. The right answers are exact. If float32 cannot decide a ray, "
         "the ray counts neither for nor against an engine. docs/conformance.md defines the kinds "
-        "of errors. The shares say nothing about ordinary rays. A wrapper is an engine that "
+        "of errors. The numbers say nothing about ordinary rays. A wrapper is an engine that "
         "calls another engine. The "
         "wrapper's own errors are the errors that the other engine does not make.\n",
         markdown_table(("engine", "rays", "undecidable", "wrong", *KINDS,
@@ -42,7 +42,7 @@ def draw(data: Path, out: Path, full: bool) -> None:
                        [_sums([row for row in rows if row.engine == name]) for name in engines]),
         *(["Engines that were not run:\n", *missing, ""] if missing else []),
         "## By family\n\nFor each engine the table has the number of wrong rays out of the rays "
-        "cast. A dash means that the engine does not take the family's intervals of t.\n",
+        "cast. A dash means that the engine does not accept the family's intervals of t.\n",
         _families(rows, engines)]))
     draw_chart(rows, str(out / "conformance.png"))
 

@@ -27,7 +27,7 @@ HUGE = ("sodahall",)     # at full size only, because building its stand-in take
 
 @dataclass(frozen=True)
 class EngineColumn:
-    """A way to trace rays. ``threads`` is None if the renderer chooses their number."""
+    """A way to trace rays. ``threads`` is None if the renderer chooses the number of threads."""
 
     label: str
     method: str
@@ -100,7 +100,8 @@ def rows(data: Path, full: bool) -> list[dict[str, Any]]:
 
 
 def findings(found: list[dict[str, Any]]) -> list[str]:
-    """Sentences on section 4.2's question: how efficient fragment programs are beside the CPU."""
+    """Sentences on section 4.2's question: how efficient are fragment programs, compared with the
+    CPU?"""
     survey = said_by_survey()
     ratio = (survey["gpu"] / survey["gpu_peak"]) / (survey["cpu"] / survey["cpu_peak"])
     scaled = survey["cpu"] * survey["gpu_peak"] / survey["cpu_peak"]
@@ -161,7 +162,7 @@ def draw(data: Path, out: Path, full: bool) -> None:
              "* On a software renderer fragment programs run on the same processor, with all its "
              "threads, so only the code differs, not the hardware. On a card, the peak is the "
              "rate that multiply-adds in fragment programs reach.",
-             "* Embree is a tracer of today. It traces single rays through a BVH, and a vector "
+             "* Embree is a present-day tracer. It traces single rays through a BVH, and a vector "
              "instruction tests the boxes of several nodes. Reshetov's CPU tracer of 2005 traced "
              "packets through a kd-tree. Soda Hall is measured at full size only.", ""]
     write_text(out / "cpu.md", "\n".join(parts))

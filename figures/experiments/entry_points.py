@@ -43,8 +43,10 @@ def cells(full: bool) -> list[Cell]:
 
 def row(scene: str, label: str, plain: dict[str, Any], treated: dict[str, Any]
         ) -> dict[str, Any]:
-    """The page's row for two measurements, without and with entry points. Nodes that rays visit
-    together are divided among the rays."""
+    """The row of the page for two measurements, without and with entry points or bounds.
+
+    Nodes that rays visit together are divided among the rays.
+    """
     nodes, left = (each["counters"]["nodes_visited"] for each in (plain, treated))
     driver = treated["driver"]
     beams = driver.get("entry_nodes_visited", 0.0)
@@ -102,8 +104,9 @@ def _page(entries: list[dict[str, Any]], bounds: list[dict[str, Any]], note: str
             "rays, traverse the tree first. They write a list of entries for each tile: the "
             "subtrees that the tile's rays must search. \"Nodes with entries\" are the nodes that "
             "a ray then visits. \"Nodes of beams\" are the nodes that all beams visit, divided "
-            "among the rays. \"Fewer by\" is the nodes a ray visits without entries, divided by "
-            "the sum of the other two numbers.\n\n" + markdown_table(HEADS, first)
+            "among the rays. \"Fewer by\" is the number of nodes that a ray visits without "
+            "entries, divided by the sum of the other two numbers.\n\n"
+            + markdown_table(HEADS, first)
             + "\n## Rasterised bounds\n\nTriangles are first drawn over tiles of 8x8 pixels. "
             "The depths of the triangles drawn over a tile bound the interval of t in which the "
             "tile's rays search. Drawing visits no node of the tree; the times include the time "

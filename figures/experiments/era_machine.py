@@ -19,12 +19,12 @@ from ..framework.predicted_times import PredictedRow
 from ..survey.on_cards import ON_CARDS
 from .era_machine_page import write_page
 
-# Figure 22 repeats Popov's numbers of Figure 16, so its median counts them once.
+# Figure 22 repeats Popov's numbers of Figure 16. The median leaves out these repeated numbers.
 REPEATED = ("fig22", "kd-ropes-packet")
 
 
 def cells(full: bool) -> list[Cell]:
-    """The counted cells of all figures on a paper's card."""
+    """The cells (cell.py) that count kernels, for all figures whose paper measured on a card."""
     return list(dict.fromkeys(cell for figure in ON_CARDS
                               for cell in predicted_times.cells(figure, full)))
 
@@ -35,7 +35,7 @@ def rows(data: Path, full: bool) -> list[PredictedRow]:
 
 
 def scored(found: Sequence[PredictedRow]) -> list[PredictedRow]:
-    """Return the rows that the median counts."""
+    """Return the scored rows, each published number once."""
     return [row for row in found
             if row.scored and (row.figure.name, row.column.label) != REPEATED]
 
@@ -47,7 +47,7 @@ def median_miss(found: Sequence[PredictedRow], assumed: Assumptions = ASSUMED) -
 
 
 def parts(found: Sequence[PredictedRow]) -> dict[str, tuple[int, float]]:
-    """Return the number of scored rows and their median miss, for parts of the rows."""
+    """Return for three parts of the rows the number of scored rows, and their `median_miss`."""
     some = {"eye rays of a view that the scene's data set publishes":
             [row for row in found if row.published_view],
             "rays whose view or light is chosen here":
@@ -59,7 +59,10 @@ def parts(found: Sequence[PredictedRow]) -> dict[str, tuple[int, float]]:
 
 def orders(found: Sequence[PredictedRow], assumed: Assumptions = ASSUMED) -> dict[
         tuple[str, str], float]:
-    """Return tau-b of each figure and panel whose scored methods the published times order."""
+    """Return tau-b (kendall.py) of each figure and panel, over the scored rows.
+
+    A panel is left out if the published times give no order of its methods.
+    """
     groups: dict[tuple[str, str], list[PredictedRow]] = {}
     for row in found:
         if row.scored:

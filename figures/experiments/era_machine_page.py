@@ -1,4 +1,4 @@
-"""Era machine page: the table, the sentences on missed bars and the chart of `era_machine`."""
+"""Era machine page: the table, the sentences on missed targets and the chart of `era_machine`."""
 from __future__ import annotations
 
 import math
@@ -16,44 +16,45 @@ from ..framework.output import markdown_table, number, plt, save_chart, write_cs
 if TYPE_CHECKING:
     from ..framework.predicted_times import PredictedRow
 
-# The bars: the median of |log2(predicted / published)|, also under one changed assumption, and
-# tau-b of every scene and of most scenes (the share MANY of them).
+# The bars, which are targets. The median of |log2(predicted / published)| should be at most
+# MEDIAN, and at most VARIED if one assumption is changed. tau-b should be at least TAU in every
+# scene, and at least HIGH_TAU in the share MANY of the scenes.
 MEDIAN, VARIED, TAU, HIGH_TAU, MANY = 0.32, 0.6, 0.6, 0.8, 0.8
 FAR = 1.0     # |log2 ratio| of a prediction that is off by a factor of two
 HEADS = ("figure", "card", "scene", "method", "form", "scored", "published_ns", "predicted_ns",
          "ratio", *SHARES, "view")
 ABOUT = """# The papers' cards: predicted times without fitted constants
 
-Mesa's compiler for the card compiles the era form of each kernel, in which cards of the papers'
-time can run it (`docs/era.md`). Traces of the rays show how often the card issues each kernel, and
-how many lanes wait meanwhile. The rates are those that `gpgpu-rt hardware` prints. No constant is
-fitted. A ratio is the predicted time divided by the published time. Figures 12, 13, 16, 20 and 22
-hold the same predictions beside the times measured here.
+Mesa's compiler for the card compiles the era form of each kernel: the form that cards of the
+papers' time can run (`docs/era.md`). Traces of the rays show how often the card issues each
+kernel, and how many lanes wait meanwhile. The card's rates are those that `gpgpu-rt hardware`
+prints. No constant is fitted. A ratio is the predicted time divided by the published time. Figures
+12, 13, 16, 20 and 22 hold the same predictions beside the times measured here.
 
-The model leaves out the misses of the texture cache, latency that too few fragments in flight
-expose, shading, transfers, passes that make rays or set them up, and the passes that a card's
-limit on loop iterations adds. The vendors' compilers may have needed fewer instructions than
-Mesa's; on NV40, Mesa takes three for a selection. NV40's instructions are the clocks in which the
-two units of a pipe issue the operations that Mesa lists. A kernel in a loop was compiled as a
-program of its own, so the moves of the state to the program's outputs count. Kernels of packets of
-2x2 rays write only the fields that they change, so fewer moves count: about one instruction of 30.
-Published numbers do not separate these causes. If a prediction misses a bar (a target below), the
-page cannot say which cause is to blame.
+The model leaves out misses of the texture cache, shading, transfers, passes that make rays or set
+them up, and the passes that a card's limit on loop iterations adds. It also leaves out latency
+that is exposed when too few fragments are in flight. The vendors' compilers may have needed fewer
+instructions than Mesa's; on NV40, Mesa needs three instructions for a selection. NV40's
+instructions are the clocks in which the two units of a pipe issue the operations that Mesa lists.
+A kernel in a loop was compiled as a separate program, so the instructions that move the state to
+the program's outputs count. Kernels of packets of 2x2 rays write only the fields that they change,
+so fewer moves count: about one instruction of 30. Published numbers do not separate these causes.
+If a prediction misses a bar (a target below), the page cannot say which cause is to blame.
 
-A figure's first form is scored. Most papers do not publish the order of their loops, so the choice
-of the form is an assumption too; the other forms stand in the table. In `step` the program is a
-loop, and an iteration runs one step of each ray. In `while-while` the loop has an inner loop for
-each kernel. In `step, 256 pixels` fewer pixels branch together on NV40: as many as on its
-successor. If a program needs many registers, fewer pixels are probably in flight. In `while-while,
-uncoalesced` each lane of G80 loads nodes and triangles from memory, past the texture cache, in a
-transaction of its own. In `passes` each pass runs one kernel, and the early depth test rejects
-each quad of pixels without a waiting ray. In `passes, blocks` it rejects only whole blocks of 8x8
-pixels, in case the card's early depth was that coarse. In `packets` the 32 rays of a packet are
-the lanes of a warp. Each lane runs the kernels of a single ray at every node of its packet, and
-the warp loads a node or a triangle once. The packet visits the nodes that its two halves of 4x4
-rays visit, in an order that is not known. Votes and the shared stack are left out. On R580 a
-fragment traces a packet of 2x2 rays. A component of a vector belongs to a ray, and 48 packets
-branch together.
+The first form of a figure's programs is scored. Most papers do not publish the order of their
+loops, so the choice of the form is an assumption too; the table also lists the other forms. In
+`step` the program is a loop, and an iteration runs one step of each ray. In `while-while` the loop
+has an inner loop for each kernel. In `step, 256 pixels` fewer pixels branch together on NV40: as
+many as on its successor. If a program needs many registers, fewer pixels are probably in flight.
+In `while-while, uncoalesced` each lane of G80 loads nodes and triangles from memory, past the
+texture cache, in a transaction of its own. In `passes` each pass runs one kernel, and the early
+depth test rejects each quad of pixels without a waiting ray. In `passes, blocks` the early depth
+test rejects only whole blocks of 8x8 pixels, in case the card's early depth was that coarse. In
+`packets` the 32 rays of a packet are the lanes of a warp. Each lane runs the kernels of a single
+ray at every node of its packet, and the warp loads a node or a triangle once. The packet visits
+the nodes that its two halves of 4x4 rays visit, in an order that is not known. Votes and the
+shared stack are left out. On R580 a fragment traces a packet of 2x2 rays. Each component of a
+vector belongs to one of the four rays, and 48 packets branch together.
 """
 PARTS = """The survey shows the papers' images only as small pictures and does not state their
 views. Cornell University's data and BART's files publish a view. Our images of cornell, kitchen
@@ -110,7 +111,7 @@ def write_page(found: Sequence[PredictedRow], misses: Mapping[str, float],
 
 
 def bars(misses: Mapping[str, float], taus: Mapping[tuple[str, str], float]) -> list[str]:
-    """Return a sentence for each bar, which says by how much a bar is missed."""
+    """Return a sentence for each bar: whether it is met, or by how much it is missed."""
     stated, *changed = misses.values()
     low = [f"{figure} {panel} ({number(tau)})" for (figure, panel), tau in taus.items()
            if not tau >= TAU]
@@ -125,7 +126,8 @@ def bars(misses: Mapping[str, float], taus: Mapping[tuple[str, str], float]) -> 
 
 
 def by_method(found: Sequence[PredictedRow]) -> list[tuple[Any, ...]]:
-    """Return the median, least and most log2 ratio of each figure and method, over scored rows."""
+    """Return the median, the lowest and the highest log2 ratio of each figure and method, over the
+    scored rows."""
     groups: dict[tuple[str, ...], list[float]] = {}
     for row in found:
         if row.scored:
@@ -136,8 +138,11 @@ def by_method(found: Sequence[PredictedRow]) -> list[tuple[Any, ...]]:
 
 
 def far_off(found: Sequence[PredictedRow]) -> list[str]:
-    """Return a sentence for each scored row that is off by more than FAR, the farthest first: the
-    instructions that the published time leaves for a kernel, and those that the kernel takes."""
+    """Return a sentence for each scored row that is off by more than FAR, the farthest first.
+
+    The sentence compares the instructions that the published time leaves for a run of a kernel
+    with the instructions that the run takes.
+    """
     far = sorted((row for row in found if row.scored and abs(math.log2(row.ratio())) > FAR),
                  key=lambda row: -abs(math.log2(row.ratio())))
     return [f"{row.figure.name}, {row.panel.label}, {row.column.label}: predicted "
@@ -162,8 +167,8 @@ def _words(row: PredictedRow) -> tuple[str, ...]:
 
 
 def _chart(found: Sequence[PredictedRow], out: Path) -> None:
-    """Draw a chart for each card: where a ray's time goes, by method, as the mean of its scenes'
-    shares."""
+    """Draw a chart for each card: the shares of a ray's predicted time by resource, for each
+    method, as means over the scenes."""
     cards: dict[str, dict[str, list[PredictedRow]]] = {}
     for row in found:
         label = f"{row.column.label}, {row.form}"

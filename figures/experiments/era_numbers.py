@@ -37,8 +37,8 @@ compares the eye rays of an image with the exact hits: the hits in fp32 with the
 which are the same for all methods of this program. Some rays with an exact hit have *no hit* in
 the row's format, and some hit *another triangle*. Where two surfaces meet, both triangles may lie
 at the same distance, and rounding then decides which triangle is hit. A *false hit* is the hit of
-a ray that has no exact hit. Shares are of the rays with an exact hit. The error of t is relative,
-over rays with the same triangle.
+a ray that has no exact hit. Shares are of the rays with an exact hit. The median error of t is
+relative, over the rays that hit the same triangle in both formats.
 
 R300 and R420 could not run every row, because fp24 holds no index beyond 131,072 and some rows
 have longer lists of triangles. NV25's numbers have about 64 steps across a scene. The fixed point

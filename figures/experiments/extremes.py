@@ -30,7 +30,7 @@ def settings_of(row: Any) -> list[dict[str, Any]]:
     found += [{**stored, **capped} for stored in STORED if kd]
     found += [{option.name: value, **capped} for option in row.options
               for value in option.relaxed]
-    if row.name == "bvh-threaded":    # all methods share the tests, so one method is enough
+    if row.name == "bvh-threaded":    # all methods use the same tests, so one method is enough
         tests = next(o for o in TRACER_OPTIONS if o.name == "intersection")
         found += [{tests.name: c} for c in tests.choices or () if c != tests.default]
     return found
@@ -123,7 +123,7 @@ def _settings_table(results: dict[Cell, dict[str, Any]]) -> str:
 
 
 def _chart(results: dict[Cell, dict[str, Any]], path: Path, renderer: str) -> None:
-    """Draw for each setting and case the share of rays with a wrong hit or miss, or stopped."""
+    """Draw a map of settings and cases: the share of rays that are wrong or were stopped."""
     names = list(FAMILIES)
     shares = np.full((len(results), len(names)), np.nan)
     for i, result in enumerate(results.values()):

@@ -24,7 +24,7 @@ def measure(scene: rt.Scene, method: str, options: dict[str, Any], size: int,
     with rt.Tracer(scene, method, **options) as tracer:
         truth = tracer.eye_hits(size=(size, size))
         found: dict[str, dict[str, Any]] = {kind: {"seconds": []} for kind in FIRST_HITS}
-        for kind, row in found.items():      # this also warms up
+        for kind, row in found.items():      # these calls also warm up the timed calls
             hits = tracer.eye_hits(size=(size, size), first_hits=kind)
             wrong = np.flatnonzero((hits.triangle != truth.triangle) | (hits.t != truth.t))
             row.update(tracer.statistics.first_hits, wrong=wrong.tolist())

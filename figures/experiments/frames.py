@@ -20,7 +20,7 @@ SCENES = {"cloth": "a cloth waves", "walker": "an animal walks", "explosion": "a
 # The builds that are fast enough for frames, and the devices that run them. (The other builds by
 # passes are for graphics hardware; on a software renderer they need seconds for a frame.)
 BUILDS = {"sah": ("cpu",), "lbvh": ("cpu", "gpu"), "hybrid": ("cpu",)}
-REBUILT = ("bih", "kd-short-stack", "kd-stack")    # rebuilt in each frame: they cannot refit
+REBUILT = ("bih", "kd-short-stack", "kd-stack")    # cannot refit, so each frame rebuilds them
 BUDGE = "kd-stack"    # Budge et al. 2008: traced with a stack while the CPU builds the next tree
 IN_TURN, OVERLAPPED = f"{BUDGE} rebuilt", f"{BUDGE} rebuilt, a frame ahead"
 # These scenes are measured at full size only. At the quick size, the walker shows enough motion.
@@ -124,7 +124,7 @@ def _markdown(rows: list[dict[str, Any]], notes: list[str]) -> str:
              *(f"Not measured: {catalogue.how_to_get(catalogue.ROWS[scene])}."
                for scene in absent if not is_there(scene)),
              "Wrong distances: the number of rays, over all frames, whose t differs in a bit from "
-             "the t by a tree that is built anew for the frame."]
+             "the t that a tree gives which is built anew for the frame."]
     return "\n".join([*parts, *(f"* {note}" for note in notes), ""])
 
 

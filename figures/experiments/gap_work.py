@@ -24,8 +24,9 @@ from ..framework.era_counts import STEPWISE, tile_pixels
 from .coherence import observe_order
 
 # A kind is the prefix of ``Cell.work``; the name of a workload follows the prefix. MOVED measures
-# the bytes that the passes of the workload move. DONE measures the work at each width. STACKS
-# measures the stacks of the workload's rays.
+# the bytes that the passes of the workload move. DONE measures the runs of kernels at each width,
+# which is a number of pixels that branch together. STACKS measures the stacks of the workload's
+# rays.
 MOVED, DONE, STACKS = "moved by ", "run by ", "stacks of "
 KINDS = (MOVED, DONE, STACKS)
 # The (h, w) of the pixels that branch together, by their number: rectangles nearest to a square.
@@ -42,7 +43,7 @@ COMPILED = ("Each kernel was compiled as a separate program. Two errors are know
             "although a loop would keep the state in registers. This error makes the predicted "
             "times too long. Second, the counts leave out the set-up of rays and the branches of "
             "loops. This error makes the predicted times too short.")
-# Caches: their bytes, the bytes of a transfer, and the number of rays that fetch together.
+# The variants of the cache: its bytes, the bytes of a line, and how many rays fetch together.
 STORES, LINES, TOGETHER = (8192, 16384, 131072), (16, 128), (4, 32)
 MISSES = ("kd-restart", "kd-texture-stack", "bvh-threaded")     # methods whose misses are counted
 
@@ -55,7 +56,7 @@ def measure(kind: str, scene: rt.Scene, rays: Workload, method: str,
 
 def _moved(scene: rt.Scene, rays: Workload, method: str,
            options: dict[str, Any]) -> dict[str, Any]:
-    """The bytes of all passes by kind, as the pass log measured them."""
+    """The bytes that all passes move, by the pass log: of rays, of states, and written bytes."""
     with rt.Tracer(scene, method, **options) as tracer:
         with tracer.gpu, logged(tracer.gpu, Statistics()) as log:
             rays.trace(tracer)

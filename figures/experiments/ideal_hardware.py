@@ -23,11 +23,11 @@ from ..framework.results import finished, read
 from .gap_work import COMPILED, DONE, SIDE
 
 SCENES = ("kitchen", "conference")
-# kd-texture-stack stands for kd-stack, which has the same walk. The costs of kernels come from
-# compilers of the papers' cards, and kd-stack has no kernels that these can compile (docs/era.md).
+# kd-texture-stack stands for kd-stack, which has the same walk. The costs of kernels come from the
+# compilers of the papers' cards, which cannot compile kernels of kd-stack (docs/era.md).
 METHODS = ("kd-restart", "kd-texture-stack", "bvh-threaded")
 CARD, TREE = "G80", "kd-texture-stack"     # TREE: the method of the prototypes, which have a stack
-BVH = "bvh-threaded"               # the tree of Benthin et al. on the Cell; here without a stack
+BVH = "bvh-threaded"     # Benthin et al. used a BVH on the Cell; here its traversal has no stack
 HEADS = ("scene", "method", "machine", "shader ns", "steps ns", "tests ns", "memory ns",
          "waiting ns", "ns a ray", "Mrays/s", "bound by", "published Mrays/s")
 
@@ -207,7 +207,7 @@ def _paragraph(found: list[list[Any]], data: Path, full: bool) -> str:
         "transfers are assumed to cost no time, as Benthin et al. found; the Cell is then bound "
         f"by {hidden[10]}, at {number(hidden[9])} Mrays/s. " + _cell_sentence(times, scene)
         + " SaarCOR's design of 2002 was simulated; its published rates were not available to "
-        "this project, so its bar has no cross.")
+        "this project, so the chart shows no published rate for it.")
 
 
 def _cell_sentence(times: dict[tuple[str, str, str], list[Any]], scene: str) -> str:

@@ -12,7 +12,7 @@ import numpy as np
 import gpgpu_rt as rt
 
 WORK = "lost rays"
-EXACT = "bvh-packet"    # any method: the hits of all methods in fp32 are the same to the bit
+EXACT = "bvh-packet"    # the choice does not matter: in fp32 all methods have the same hits
 
 
 def measure(scene: rt.Scene, method: str, options: dict[str, Any], size: int) -> dict[str, Any]:

@@ -1,4 +1,5 @@
-"""Needs times: the costs of a renderer derived from its scene, and of one with all features on."""
+"""Needs times: the costs of a renderer derived from its scene, and of a renderer with all features
+on."""
 from __future__ import annotations
 
 import hashlib
@@ -31,8 +32,8 @@ def measure(step: int, method: str, size: int, runs: int, name: str = "bunny") -
     -------
     dict
         "derived" and "all" have, for each kind of renderer, the median ``seconds``, each of COUNTS
-        and ``passes_by_name``. ``ratio`` is the median of the pairs' ratios of seconds, and
-        ``differing`` the number of pixels that differ.
+        and ``passes_by_name``. ``ratio`` is the median, over the pairs, of the derived renderer's
+        seconds divided by the other renderer's. ``differing`` is the number of pixels that differ.
     """
     scene = scenes(name)[step]
     kinds = {"derived": False, "all": True}

@@ -19,7 +19,7 @@ SCENE = "kitchen"
 METHODS = ("bvh-threaded", "bvh-packet")
 ALIKE_WORK = (EYE, SHADOW, mirror(1), diffuse(1), diffuse(2))
 WORK = (*ALIKE_WORK, RANDOM)
-SORTERS = {"passes": "sort_rays", "host": "presort"}    # who sorts -> the option for it
+SORTERS = {"passes": "sort_rays", "host": "presort"}    # who sorts the rays -> tracer's option
 HEADS = ("rays", "method", "sorted by", "unsorted ms", "sorted ms", "ms of the sort",
          "trace alone, times as fast", "sort and trace, times as fast")
 ALIKE = ("rays", "nodes a ray", "nodes a tile", "nodes a tile, sorted",

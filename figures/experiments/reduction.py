@@ -1,4 +1,4 @@
-"""Reduction: the rates of stream reduction by blocks, of reduction in one piece, and of a scan."""
+"""Reduction: rates of stream reduction by blocks and over the whole stream, and of a scan."""
 from __future__ import annotations
 
 from pathlib import Path

@@ -14,7 +14,7 @@ SCENES = ("ball", "bunny")
 HEADS = ("scene", "triangles", "rasterised, ms", "two rays traced, ms",
          "light through both borders", "of these, also when rasterised", "error, median, degrees",
          "error, 90 % quantile, degrees")
-LEFT = 1
+LEFT = 1      # the kind of a pixel whose light leaves the mesh (render/image_space/refraction.py)
 
 
 def cells(full: bool) -> list[Cell]:
@@ -33,8 +33,8 @@ def draw(data: Path, out: Path, full: bool) -> None:
               *map(number, row[6:])] for row in rows]
     size = results[0][0].size
     note = (f"{results[0][1]['gpu']['renderer']}, {size} x {size} pixels, index 1.5, surrounded "
-            "by a distant chequered sphere. Grey pixels: by at least one of the two "
-            "methods, the light does not pass both borders.")
+            "by a distant chequered sphere. Grey pixels: at least one of the two methods says "
+            "that the light does not pass both borders.")
     write_text(out / "refraction.md", (
         "# Image-space refraction\n\n"
         "Two passes of the rasteriser estimate where light that a mesh refracts leaves the mesh. "

@@ -16,7 +16,7 @@ IOR = 1.5
 
 
 def scene_of(name: str) -> rt.Scene:
-    """The scene of this name, or the "ball"."""
+    """The scene of the catalogue with this name, or a sphere if the name is "ball"."""
     if name != "ball":
         return rt.load_scene(name)
     corners = np.asarray(ball(20000), np.float32).reshape(-1, 3)
@@ -27,10 +27,11 @@ def measure(name: str, method: str, options: dict[str, Any], size: int,
             runs: int) -> dict[str, Any]:
     """Compare image-space refraction with traced rays and with the truth.
 
-    ``seconds`` of the result has the time of each run of the rasterised passes, and of the
-    tracer's two sets of rays; the two alternate. The other entries are by pixel, row by row:
-    ``found`` and ``truth`` are the directions by rasterised passes and by float64 rays, ``kind``
-    and ``right`` the kinds of pixels by both, and ``off`` the angle between the directions.
+    ``seconds`` of the result has the time of each run of the rasterised passes, and of the two
+    waves of traced rays; passes and rays run alternately. All other entries have a value for each
+    pixel, row by row. ``found`` and ``truth`` are the directions of the refracted light by
+    rasterised passes and by float64 rays. ``kind`` and ``right`` are the kinds of the pixels by
+    passes and by float64 rays, and ``off`` is the angle between the two directions in degrees.
     """
     scene = scene_of(name)
     origins, directions = (r.reshape(-1, 3) for r in scene.camera.rays((size, size)))

@@ -98,8 +98,8 @@ def draw(data: Path, out: Path, full: bool) -> None:
     figure.tight_layout(rect=(0, 0.06, 1, 1))
     save_chart(figure, out / "retention.png", note + " Numbers above the bars: bytes divided by "
                "the bytes of `loop`.",
-               "Bars show the bytes that the streams of a ray move under each schedule, "
-               "divided by what the bytes hold")
+               "Bars show the bytes that the streams of a ray move under each schedule, split "
+               "into rays, state and written values")
 
 
 def _published() -> tuple[float, float]:

@@ -12,7 +12,7 @@ import gpgpu_rt as rt
 
 # number of sheets; height of the floor below the sheets, where the range of depth ends
 COUNT, FLOOR = 9, -7.0
-FAR = 1.0 - FLOOR         # distance from the highest rays to the floor, which depth covers
+FAR = 1.0 - FLOOR         # range of depth: from the highest origin of a ray to the floor
 GAPS = tuple(range(-27, -20))       # the measured gaps are 2 to these exponents, times FAR
 HEADS = ("gap / length", "wrong with MIN blending", "wrong with a depth buffer",
          "error of t / length, with a depth buffer")

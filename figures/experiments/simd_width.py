@@ -136,8 +136,8 @@ def _paragraph(found: list[tuple[Any, ...]]) -> str:
     single, packet = "kd-short-stack", "kd-packet 2x2"
     tree, packed = "bvh-stack", "bvh-packet 2x2"
     return (
-        "The survey makes three statements. Pixels that run in lockstep waste time, which a CPU "
-        "does not. Packets help where rays are coherent. Sorting might help where rays are "
+        "The survey makes three statements. Pixels that run in lockstep waste time, and rays on a "
+        "CPU do not. Packets help where rays are coherent. Sorting might help where rays are "
         "incoherent. If "
         f"{widest} eye rays branch together, {used(eye, single, plain)} of the lanes' kernel runs "
         f"are useful with {single}, and {used(eye, tree, plain)} with {tree}. For rays after two "

@@ -92,8 +92,13 @@ def cells(full: bool) -> list[Cell]:
 
 @dataclass(frozen=True)
 class WarpWork:
-    """The work of a ray, idle lanes of its warp included: instructions, fetches of tables, and the
-    fetches that wait for one another."""
+    """The work of a ray, including the idle lanes of its warp.
+
+    instructions : instructions of kernels
+    fetches : fetches of texels of tables
+    levels : sum over the kernels' runs of the longest chain in which each fetch needs the result
+        of the fetch before (`LoopCost.levels`)
+    """
 
     instructions: float
     fetches: float
@@ -129,7 +134,11 @@ class OnChip:
 
 @dataclass(frozen=True)
 class Flight:
-    """The rate of the rays that fit: ``kept`` bytes each, with the work of ``work``."""
+    """The rays that are in flight on the card at the same time, and the rate at which it traces.
+
+    kept : the bytes that a ray keeps on the chip
+    work : the work of a ray
+    """
 
     kept: OnChip
     work: WarpWork
@@ -182,7 +191,7 @@ def kept(data: Path, full: bool) -> dict[str, tuple[OnChip, int | None]]:
     stack)."""
     found: dict[str, tuple[OnChip, int | None]] = {}
     for label, (_, _, entry, entries) in METHODS.items():
-        if label not in DEPTHS:     # a few entries fit into registers
+        if label not in DEPTHS:     # the few entries of such a stack fit into registers
             found[label] = OnChip(state_bytes(label) + entry * (entries or 0), 0), None
         elif seen := read(_depths(label, full), data):
             found[label] = (OnChip(state_bytes(label), entry * seen["gap"]["levels"]),

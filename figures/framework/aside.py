@@ -30,7 +30,7 @@ def worth_workers(parts: int) -> bool:
 
 
 class Aside:
-    """Cells for worker processes to measure. A worker measures one cell at a time.
+    """Cells that worker processes measure. A worker measures one cell at a time.
 
     The caller may measure some of the cells as well: ``take`` returns the next cell.
 
@@ -54,7 +54,7 @@ class Aside:
             threading.Thread(target=self._keep_busy, daemon=True).start()
 
     def take(self) -> Cell | None:
-        """Return the next cell that nobody has begun, or None. The caller then measures it."""
+        """Return the next cell that nobody has begun, or None. The caller measures this cell."""
         with contextlib.suppress(IndexError):
             return self._waiting.popleft()
         return None

@@ -6,7 +6,9 @@ from typing import Any
 
 from gpgpu_rt.bench.workloads import EYE
 
-ON_CPU = "embreex"   # the method of cells that embreex traces, on `threads` threads of the CPU
+# The method of cells whose rays embreex traces on the CPU. The option `threads` of such a cell is
+# the number of threads.
+ON_CPU = "embreex"
 # The usual triangle test when the papers were written. The default of this program, the watertight
 # test, was published in 2013.
 PERIOD_TEST = ("intersection", "moller-trumbore")

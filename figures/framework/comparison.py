@@ -1,5 +1,5 @@
-"""Comparison: a table of times by scene and method: predicted for the paper's card, published, and
-measured here.
+"""Comparison: a table with three times for each scene and method. They are published, predicted
+for the paper's card, and measured here.
 
 Figures 12, 13, 16, 20 and 22 have this form.
 """
@@ -22,7 +22,7 @@ from .predicted_times import PaperCard, PredictedRow
 from .published_numbers import nanoseconds, published_row, published_triangles
 from .results import read
 
-LOW = 0.8    # a page explains the order of the methods on a panel whose tau-b is lower
+LOW = 0.8    # the page explains the order of each panel whose tau-b (kendall.py) is lower
 ACROSS = 2   # panels of a chart side by side, so that the chart is readable in a page
 TIE = 1.05   # published numbers within this factor count as equal
 TESTED_BY = ("Our methods test triangles as Möller and Trumbore 1997 do, because this test was in "
@@ -34,7 +34,7 @@ TESTED_BY = ("Our methods test triangles as Möller and Trumbore 1997 do, becaus
 HOW_PREDICTED = (
     "No constant is fitted. If the mesh of a scene is missing, no time is predicted. If the rays "
     "of a packet are the lanes of a warp, a lane is assumed to run the kernels of a single ray. "
-    "If a fragment traces a packet of 2x2, its vectors are assumed to hold a number of each ray.")
+    "If a fragment traces a packet of 2x2, each vector is assumed to hold one number per ray.")
 
 
 @dataclass(frozen=True)
@@ -66,7 +66,7 @@ class MethodColumn:
     skips: tuple[str, ...] = ()           # scenes on which the method is not measured
 
 
-Results = dict[tuple[Panel, str], dict[str, Any]]   # by panel and column label
+Results = dict[tuple[Panel, str], dict[str, Any]]   # (panel, label of the column) -> result
 Rows = dict[Panel, list[dict[str, Any]]]
 Taus = dict[Panel, tuple[float, float]]   # tau-b of the predicted and of the measured times
 
@@ -109,7 +109,8 @@ class Comparison:
         return replace(cell, options=(*cell.options, PERIOD_TEST))
 
     def cells(self, full: bool) -> list[Cell]:
-        """The cells that time methods here, and the cells that count what the card issues."""
+        """The cells that time methods here, and the cells that count the kernels that the card
+        would issue."""
         return [*(self.cell(panel, column, full) for panel, column in self.pairs(full)),
                 *predicted_times.cells(self, full)]
 
@@ -167,7 +168,7 @@ class Comparison:
                                      f"packets on this card: {', '.join(names)}.")
 
     def _predicted(self, data: Path, full: bool) -> dict[tuple[Panel, str], PredictedRow]:
-        """The predictions that the verdict takes, by panel and column label."""
+        """The predictions that the verdict uses; a key is a panel and a column's label."""
         return {(row.panel, row.column.label): row
                 for row in predicted_times.rows(self, data, full) if row.judged}
 
@@ -184,7 +185,7 @@ class Comparison:
         return verdicts.of_groups(groups)
 
     def _results(self, data: Path, full: bool) -> Results:
-        """The results of the finished cells, by panel and column label."""
+        """The results of the finished cells; a key is a panel and a column's label."""
         found = {(panel, column.label): read(self.cell(panel, column, full), data)
                  for panel, column in self.pairs(full)}
         return {key: result for key, result in found.items() if result is not None}

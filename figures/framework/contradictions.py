@@ -1,4 +1,4 @@
-"""Contradictions: where the survey contradicts itself or its sources, and the pages concerned."""
+"""Contradictions: where the survey contradicts itself or its sources, and which pages say so."""
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Contradiction:
-    """Sentences on a contradiction, and the names of the figures on whose pages they belong."""
+    """Sentences on a contradiction, and the names of the figures whose pages show them."""
 
     pages: tuple[str, ...]
     says: str
@@ -32,8 +32,8 @@ CONTRADICTIONS = (
                   "the Pentium 4's peak in double precision, but the 345.6 GFLOP/s are the "
                   "GeForce's peak in single precision. The same CPU has first \"2 threads "
                   "with hyperthreading\" and later \"two CPU cores\". The 16.2 \"million rays per "
-                  "second\" are in fact the frames per second that Figure 22 prints in "
-                  "parentheses, which are 17.0 million rays per second."),
+                  "second\" are in fact frames per second: Figure 22 prints 16.2 in parentheses. "
+                  "16.2 frames per second are 17.0 million rays per second."),
     Contradiction(("stacks",), "Section 4.3 counts 64 stacks of 256 bytes in a G80's 16 KiB and "
                   "128 processes in parallel. But each multiprocessor has its own 16 KiB, and 128 "
                   "counts the processes of all multiprocessors together."),
@@ -59,7 +59,7 @@ CONTRADICTIONS = (
                   "Ray Engine). The survey calls almost all methods "
                   "\"computation-bounded\", but also argues with bandwidth. It lists Horn as "
                   "stack-based, though Horn's short stack falls back on restarts. It lists "
-                  "Carr et al. 2002 without a structure, though their paper has one on the host."),
+                  "Carr et al. 2002 without a structure, though their host has a structure."),
     Contradiction(("fig07",), "The survey names a GeForce 6800 GTX, but no such card seems to "
                   "have been sold. By the survey's times the grid on this card was faster than a "
                   "commercial renderer, but the thesis's own abstract says that no version of its "
@@ -67,7 +67,7 @@ CONTRADICTIONS = (
     Contradiction(("fig13", "fig16", "fig22", "cpu"), "The survey gives three triangle counts for "
                   "the conference room: 282,801, 282,641 and 274 thousand."),
     Contradiction(("fig10",), "The pseudocode of Figure 10 descends into the first child if t_hit "
-                  "< 0, though it orders children by the direction's sign. A ray that "
+                  "< 0, though the pseudocode orders children by the direction's sign. A ray that "
                   "starts behind the plane would then descend into the wrong child first."),
 )
 

@@ -44,7 +44,10 @@ _NEEDED = {
 
 
 def write(out: Path) -> None:
-    """Write the description of all files in the folder ``out``, whole or not at all."""
+    """Write the description of all files in the folder ``out``.
+
+    The description is written completely or not at all.
+    """
     listed = [_file(path, out) for path in _files(out)]
     graph = [{"@id": NAME, "@type": "CreativeWork", "conformsTo": {"@id": PROFILE},
               "about": {"@id": ROOT}},
@@ -65,7 +68,7 @@ def faults(out: Path) -> list[str]:
     Raises
     ------
     Error
-        if the folder has no description, or one that is no RO-Crate 1.1
+        if the folder has no description, or if the description is not an RO-Crate 1.1
     """
     entities = _entities(out)
     found = [f"{NAME}: {name} has no {key}" for name, keys in _NEEDED.items()

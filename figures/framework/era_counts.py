@@ -1,7 +1,7 @@
-"""Era counts: the issues of a method's kernels on a card, from traces of an image's rays.
+"""Era counts: how often a card issues a method's kernels, from traces of an image's rays.
 
-Cells whose ``work`` is "issues of", a workload and a chip measure these issues. A method's era
-form is the form in which cards of the papers' time can run its kernels (docs/era.md).
+Cells (cell.py) whose ``work`` is "issues of", a workload and a chip count these issues. A method's
+era form is the form in which cards of the papers' time can run its kernels (docs/era.md).
 """
 from __future__ import annotations
 
@@ -25,17 +25,17 @@ from gpgpu_rt.methods import find_method
 from gpgpu_rt.traversal.packets import packet_of
 
 WORK, ON = "issues of ", " on "
-# The groups of every card divide a tile without remainder, and neighbours in a tile are neighbours
-# in the image.
+# TILE: side of a tile in pixels. The groups (pixels that branch together) of every card divide a
+# tile without remainder, and neighbours in a tile are neighbours in the image.
 TILE, TILES = 96, 2
-SPARSE = 128     # the image is also sampled by this many pixels a side, evenly spread
+SPARSE = 128     # the image is also sampled at SPARSE x SPARSE pixels, evenly spread
 PASSES, BLOCKS, PACKETS = "passes", "passes, blocks", "packets"
 # The form WHILE_WHILE on WARPS, if each lane loads nodes and triangles from memory by itself.
 UNCOALESCED = "while-while, uncoalesced"
 # The form STEP, if only as many pixels branch together as on the 7800 GTX, the next card of NV40's
 # family: about 256 (AnandTech's G80 article, p. 7). More than four registers slow a program down
-# (GPU Gems 2, chapter 30), probably because fewer pixels are in flight. No source says how
-# many then branch together.
+# (GPU Gems 2, chapter 30), probably because fewer pixels are in flight. No source says how many
+# pixels of such a program branch together.
 SMALLER = "step, 256 pixels"
 SMALLER_GROUPS = {"NV40": (16, 16)}
 BLOCK = (8, 8)   # the (h, w) of the pixels that early depth rejects together under BLOCKS
@@ -51,24 +51,25 @@ SINGLE_RAYS = {"kd-packet": "kd-push-down", "kd-ropes-packet": "kd-ropes",
 WARPS = "G80"    # the chip whose warps run packets
 # The largest packet here. Two of these packets make the packet of a warp (warp_packets.py).
 WARP_PACKET = (4, 4)
-# Kernel -> the counter of packets that says how often each lane runs the kernel, and the runs for
-# each count. bvh-packet tests the boxes of two children at a node. A packet's tests are the sum
-# over its rays.
+# Kernel -> the counter of packets that says how often each lane runs the kernel, and the number of
+# runs per count. bvh-packet tests the boxes of two children at a node. The counter of tests of a
+# packet is the sum over its rays.
 RUNS = {"down": ("nodes_visited", 1.0), "traverse": ("nodes_visited", 2.0),
         "follow_rope": ("leaves_visited", 1.0),
         "intersect": ("triangles_tested", 1 / math.prod(WARP_PACKET))}
-# Kernel -> the kernel of a packet's step that visits the same places, and the field of the place.
+# Kernel -> the kernel of a packet's step that visits the same nodes or triangles, and the field of
+# the state that holds the node or the cursor.
 PLACES = {"down": ("traverse", "node"), "traverse": ("traverse", "node"),
           "follow_rope": ("leave", "node"), "intersect": ("intersect", "cursor")}
 
 
 def kernels_from(method: str, form: str) -> str:
-    """Return the method whose compiled kernels stand for those of a method in a form."""
+    """Return the method whose kernels are compiled in place of the kernels of ``method``."""
     return (SINGLE_RAYS if form == PACKETS else SAME_WALK).get(method, method)
 
 
 def counted_as(form: str) -> str:
-    """Return the form whose issues are those of a form."""
+    """Return the form that is counted in place of ``form``, which has the same issues."""
     return WHILE_WHILE if form == UNCOALESCED else form
 
 
@@ -78,9 +79,10 @@ def packets_in_loop(method: str, chip: str) -> bool:
 
 
 def forms_of(method: str, chip: str, forms: Sequence[str]) -> tuple[str, ...]:
-    """Return which of ``forms``, the forms of a card's programs, a method has on the card's chip.
+    """Return the forms in which a method runs on a card's chip, or () if there is none.
 
-    The result is () if the method has no such form.
+    ``forms`` are the forms of the card's programs. Warps of packets and brute force have a single
+    form, whatever ``forms`` are.
     """
     if packets_in_loop(method, chip):
         return tuple(form for form in forms if form in ORDERS)
@@ -93,10 +95,10 @@ def forms_of(method: str, chip: str, forms: Sequence[str]) -> tuple[str, ...]:
 
 def measure(scene: rt.Scene, rays: Workload, method: str, options: dict[str, Any],
             chip: str) -> dict[str, Any]:
-    """Trace an even sample and tiles of the image, and return the issues of each form.
+    """Trace an even sample and tiles of the image. Return how often each form issues its kernels.
 
     The even sample gives the runs of each kernel and the numbers of passes and queries. The tiles
-    give the lanes of each run, because only neighbouring pixels share a group. Issues are scaled
+    give the lanes of each run, because only neighbouring pixels branch together. Issues are scaled
     to the whole image.
     """
     size, packets = rays.size, packets_in_loop(method, chip)
@@ -135,10 +137,10 @@ def measure(scene: rt.Scene, rays: Workload, method: str, options: dict[str, Any
 
 def _issued_of_packets(scene: rt.Scene, rays: Workload, method: str,
                        options: dict[str, Any]) -> KernelIssues:
-    """Return the issues of packets in warps.
+    """Return how often packets issue each kernel, if a packet's rays are the lanes of a warp.
 
-    The counters of all rays of the image give the runs of WARP_PACKET. The tiles give how many
-    more lanes the packet of a warp occupies.
+    The counters of all rays of the image give the runs of each kernel for packets of WARP_PACKET.
+    The tiles give the factor by which the larger packet of a warp occupies more lanes.
     """
     chosen = {**options, "intersection": "moller-trumbore", "packet": WARP_PACKET}
     with rt.Tracer(scene, method, **chosen) as tracer, tracer.counting():
@@ -168,7 +170,10 @@ def _recorded(tracer: rt.Tracer, part: Workload, packets: bool) -> KernelTrace:
 
 
 def _sparse(size: int, side: int) -> np.ndarray:
-    """Return SPARSE pixels a side in squares of ``side`` pixels, evenly spread."""
+    """Return the numbers of SPARSE x SPARSE pixels of the image, evenly spread.
+
+    The pixels form squares of ``side`` x ``side`` neighbours.
+    """
     count = SPARSE // side
     starts = (np.arange(count) * size + size // 2) // count // side * side
     places = (starts[:, None] + np.arange(side)).reshape(-1)
@@ -176,7 +181,9 @@ def _sparse(size: int, side: int) -> np.ndarray:
 
 
 def tile_pixels(size: int, tile: int = TILE, tiles: int = TILES) -> np.ndarray:
-    """Return the pixels of tiles in the middles of the image's parts, one tile beside another.
+    """Return the numbers of the pixels of ``tiles`` x ``tiles`` tiles, as a square array.
+
+    The image has as many equal parts as tiles, and each tile lies in the middle of a part.
 
     Parameters
     ----------
@@ -191,14 +198,14 @@ def tile_pixels(size: int, tile: int = TILE, tiles: int = TILES) -> np.ndarray:
 
 def _scaled(issued: KernelIssues, image: KernelTrace, pixels: int,
             host: KernelIssues | None = None) -> KernelIssues:
-    """Return the tiles' issues for the whole image, kernel by kernel.
+    """Return the issues of the tiles, scaled to the whole image kernel by kernel.
 
-    ``host`` has the passes and queries of the whole image.
+    ``host`` gives the passes and queries of the whole image.
     """
     factor = pixels / math.prod(image.steps.shape[1:])
     runs = [factor * image.totals()[name] for name in issued.kernels]
     grown = [new / max(old, 1) for new, old in zip(runs, issued.runs)]
-    # A kernel that no ray of the tiles runs has no known lanes: assume that none waits.
+    # If no ray of the tiles runs a kernel, its lanes are unknown: assume that no lane waits.
     lanes = [max(count * more, new) for count, more, new in zip(issued.lanes, grown, runs)]
     overall = sum(runs) / max(sum(issued.runs), 1)
     return KernelIssues(issued.kernels, tuple(map(round, runs)), tuple(map(round, lanes)),

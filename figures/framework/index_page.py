@@ -26,7 +26,7 @@ RULES = (
     "a figure's claims hold. Our machine, cameras and sometimes scenes differ from the papers'; "
     "the figure's page shows the reasons",
     f"**{verdicts.REFUTED}**: at most half of a figure's claims hold, and every judged claim is "
-    "about a method itself. No scene can change such a claim, so one example is enough",
+    "about a method itself. Such a claim depends on no scene, so one counterexample is enough",
     f"**{verdicts.TOO_LITTLE}**: the verdict would rest on fewer than {verdicts.LEAST_SCENES} "
     f"scored scenes, or on fewer than {verdicts.LEAST_PAIRS} pairs of methods in all. A pair "
     "counts if the published numbers of its two methods, for the same scene and kind of rays, "
@@ -36,10 +36,10 @@ RULES = (
     "method",
     f"**{verdicts.REDRAWN}**: a diagram or a picture, made from this program's own passes and "
     "tables; the survey prints nothing in it that could be scored",
-    f"**{verdicts.UNMEASURED}**: the measurements that would decide are missing",
+    f"**{verdicts.UNMEASURED}**: the measurements that would decide the verdict are missing",
     "If a figure's paper measured on a card, the first verdict compares the published times with "
     "the times that are predicted for that card. A second verdict, by the same rules, compares "
-    "them with the times measured on the present renderer",
+    "the published times with the times measured on the present renderer",
     "If the mesh of a scene is missing, a procedural stand-in is measured, but never scored. "
     "After the verdict, the page says which verdict the same rules would give on the stand-ins")
 

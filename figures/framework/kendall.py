@@ -13,8 +13,8 @@ class PairCounts:
 
     concordant : pairs that have the same order in our times and in the published times
     discordant : pairs that have the reverse order
-    only_ours : pairs whose published times tie and ours do not
-    only_published : pairs whose times tie here and the published times do not
+    only_ours : pairs whose published times tie, but whose times here differ
+    only_published : pairs whose times here tie, but whose published times differ
     """
 
     concordant: int

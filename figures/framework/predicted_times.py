@@ -1,7 +1,7 @@
 """Predicted times: the times that the machine model predicts for the card of a figure's paper.
 
-Mesa's compiler for the card compiles the kernels, traces count their issues, and no constant is
-fitted.
+Mesa's compiler for the card compiles the kernels, and traces of rays show how often the card
+issues each kernel. No constant is fitted.
 """
 from __future__ import annotations
 
@@ -36,8 +36,9 @@ if TYPE_CHECKING:
     from .comparison import Comparison, MethodColumn, Panel
 
 BUILT_IN = ("cornell", "tenk")     # scenes that need no mesh
-# Least instructions of a triangle test: t, u and v are a dot product each, even if all else is
-# known for the triangle (as for rays with a common origin). A pipe issues one a clock.
+# The least number of instructions of a triangle test. Each of t, u and v needs a dot product, even
+# if everything else is computed in advance per triangle (as for rays with a common origin). A pipe
+# issues one instruction per clock.
 LEAST_TEST = 3
 Options = tuple[tuple[str, Any], ...]
 
@@ -62,9 +63,11 @@ class PaperCard:
         return find_card(self.chip)
 
     def forms_of(self, method: str) -> tuple[str, ...]:
-        """Return the forms in which a method runs on this card; the first is judged. It is empty
-        for a method without an era form (docs/era.md), and for packets whose kernels are not
-        compiled."""
+        """Return the forms in which a method runs on this card; the first is judged.
+
+        The result is () for a method without an era form (docs/era.md), and for packets whose
+        kernels are not compiled.
+        """
         return forms_of(method, self.chip, self.forms)
 
 
@@ -144,7 +147,7 @@ class PredictedRow:
 
     @property
     def runs(self) -> float:
-        """Useful runs of kernels per ray or pixel."""
+        """Runs of kernels per ray or pixel, not counting lanes that wait."""
         return self._sum("runs", lambda cost: 1) / self._number
 
     @property
@@ -154,12 +157,12 @@ class PredictedRow:
 
     @property
     def issued_instructions(self) -> float:
-        """As `instructions`, with the instructions of the lanes that wait during a run."""
+        """The instructions of a run, including the instructions of lanes that wait meanwhile."""
         return self._sum("lanes", issue_slots) / max(self._sum("runs", lambda cost: 1), 1)
 
     @property
     def allowed(self) -> float:
-        """The number of instructions that the card can issue in the published time of a run."""
+        """The number of instructions that the published time leaves for one run of a kernel."""
         seconds = 1e-9 * self.published / max(self.runs, 1e-9)
         return float(seconds * self.paper_card.card.issue_rate)
 
@@ -194,7 +197,7 @@ def time_of_image(card: Card, method: str, form: str, counts: Mapping[str, Any],
     form : the form of the programs
     counts : a result of `era_counts.measure`
     any_hit : whether any hit is enough
-    options : of `compiled_options`
+    options : the result of `compiled_options`
     """
     found = {name: tuple(value) if isinstance(value, list) else value
              for name, value in counts["issued"][counted_as(form)].items()}
@@ -214,26 +217,28 @@ def time_of_image(card: Card, method: str, form: str, counts: Mapping[str, Any],
 @functools.cache
 def _compiled(chip: str, method: str, kernels: tuple[str, ...], any_hit: bool,
               in_loop: bool, options: Options) -> tuple[dict[str, StaticCost], dict[str, int]]:
-    """Return the static cost and the fetches of streams of each kernel."""
+    """Return the static cost of each kernel, and the number of its fetches from streams."""
     own = dict(options)
     return ({name: static_cost(chip, method, name, any_hit, in_loop, **own) for name in kernels},
             {name: stream_fetches(method, name, any_hit, in_loop, **own) for name in kernels})
 
 
 def compiled_options(method: str, chip: str, options: Options) -> Options:
-    """Return the options with which a method's kernels are compiled: those of packets in a loop.
-    All other methods are compiled with their defaults."""
+    """Return the options with which a method's kernels are compiled.
+
+    Packets in a loop are compiled with ``options``, and all other methods with their defaults.
+    """
     return options if packets_in_loop(method, chip) else ()
 
 
 def counted_cell(scene: str, method: str, options: tuple[tuple[str, Any], ...], size: int,
                  rays: str, chip: str) -> Cell:
-    """Return the cell (cell.py) that counts the issues of a method's kernels on a card."""
+    """Return the cell (cell.py) that counts how often a card issues a method's kernels."""
     return Cell(scene, method, options, size, WORK + rays + ON + chip, runs=1)
 
 
 def cells(figure: Comparison, full: bool) -> list[Cell]:
-    """Return the cells that count what a figure's card would have issued.
+    """Return the cells that count how often a figure's card would have issued each kernel.
 
     Stand-ins are left out, because they are never scored and may have very long rays.
     """

@@ -23,7 +23,7 @@ def published_row(figure: str, scene: str, method: str, options: str = "",
     ----------
     rays : the kind of rays, such as "primary"; needed if the figure has several kinds
     quantity : the quantity, such as "leaves"; needed if the figure has several quantities
-    hardware : the survey's name of the hardware; needed if the figure has several
+    hardware : the survey's name of the hardware; needed if the figure has several such names
     """
     asked = {"figure": figure, "scene": scene, "method": method, "options": options,
              "rays": rays, "quantity": quantity, "hardware": hardware}
@@ -70,7 +70,7 @@ def rows_of(figure: str) -> list[dict[str, str]]:
 
 
 def nanoseconds(row: dict[str, str] | None) -> float | None:
-    """Nanoseconds per ray of a published time or rate. For whole images it is ns per pixel."""
+    """The nanoseconds per ray of a published time or rate; for a whole image, per pixel."""
     if row is None:
         return None
     value, pixels = float(row["value"]), math.prod(map(int, row["resolution"].split("x")))

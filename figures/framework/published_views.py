@@ -1,7 +1,7 @@
 """Published views: scenes whose data set publishes the camera that our images use.
 
 The survey does not state the views of the papers' images. If a data set publishes a view, the
-paper probably used this view. The lights are chosen here, so the shadow rays of all scenes are.
+paper probably used this view. The lights of all scenes, and so their shadow rays, are chosen here.
 """
 from __future__ import annotations
 

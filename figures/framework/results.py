@@ -1,4 +1,4 @@
-"""Results: a JSON file for each finished cell (cell.py). Ignore a file if the settings changed."""
+"""Results: a JSON file for each finished cell (cell.py). Files with old settings are ignored."""
 from __future__ import annotations
 
 import importlib.metadata
@@ -16,7 +16,7 @@ from .works import work_of
 
 
 def settings(cell: Cell) -> dict[str, Any]:
-    """The settings of a cell. A finished cell counts only if all of them are unchanged."""
+    """The settings of a cell. A finished cell counts only if all its settings are unchanged."""
     return {**asdict(cell), "options": dict(cell.options), "renderer": open_gpu().renderer,
             "scene_sha256": work_of(cell).digest(cell),
             "version": importlib.metadata.version("gpgpu_rt")}

@@ -79,7 +79,8 @@ def _list(some: Sequence[Judged], one: str, many: str) -> str:
 def _order(judged: Sequence[Judged]) -> str:
     """A sentence on the order of methods in all tables of times, even those too small to judge;
     "" if no pair of methods was compared."""
-    # Leave out figures that make claims. Table 1 is one of them: its pairs are Figure 26's.
+    # Leave out figures that make claims. Table 1 is one of these figures; its pairs of methods are
+    # counted in Figure 26.
     tables = [one.verdict for one in judged if not one.verdict.claims]
     here = [one.renderer or one for one in tables]
     (agreed, pairs), (ours, all_ours), (others, rest) = (
@@ -97,8 +98,10 @@ def _order(judged: Sequence[Judged]) -> str:
 
 
 def _too_little(some: Sequence[Judged]) -> list[str]:
-    """Four sentences on the figures that rest on too little, and on what is missing; sentences on
-    no figures are left out."""
+    """At most four sentences on the figures that rest on too little, and on what is missing.
+
+    A sentence that would count nothing is left out.
+    """
     lacking = [one for one in some if _enough_with_meshes(one.verdict)]
     never = [one for one in some if one not in lacking]
     missing = sorted({scene for one in lacking if one.verdict.stand_ins is not None
@@ -107,7 +110,7 @@ def _too_little(some: Sequence[Judged]) -> list[str]:
     sentences = [
         (some, f"{counted(len(some), 'figure')} {'rests' if len(some) == 1 else 'rest'} on too "
          f"little to judge, because a verdict needs {LEAST_SCENES} scored scenes and, where it "
-         f"compares methods, {LEAST_PAIRS} pairs of them: {_figures(some)}."),
+         f"compares methods, {LEAST_PAIRS} pairs of methods: {_figures(some)}."),
         (lacking, f"{len(lacking)} of these would rest on enough if the papers' meshes had been "
          f"found (`gpgpu-rt scenes --fetch` gets most of them): {_figures(lacking)} had stand-ins "
          f"for {counted(len(missing), 'scene')} ({_and(missing)})."),

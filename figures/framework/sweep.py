@@ -1,7 +1,7 @@
 """Sweep: measures cells (cell.py) with workers, on one machine or several.
 
-Untimed cells run first and side by side: they build the structures that timed cells trace. A timed
-cell has its machine to itself. Results are yielded as they arrive.
+Untimed cells run first, several at the same time; they build the structures that timed cells
+trace. A timed cell has its machine to itself. Results are yielded as they arrive.
 """
 from __future__ import annotations
 
@@ -27,8 +27,8 @@ def results(cells: list[Cell], workers: Workers,
     Raises
     ------
     Error
-        if a worker has another renderer or version than this process, because its numbers would
-        not be comparable
+        if a worker has another renderer or version than this process, because the worker's numbers
+        would not be comparable
     """
     ordered = by_scene(cells)
     here = workers.scheduler == LOCAL    # local processes find the same meshes as this process
@@ -67,7 +67,7 @@ def _check(cell: Cell, asked: dict[str, Any], result: Result) -> None:
     if others:
         raise Error(f"a worker measured {cell.scene} with another {', '.join(others)}: "
                     f"{found.get(others[0])!r}, not {asked[others[0]]!r}; a figure must not mix "
-                    "different settings, so start it on a machine with the workers' settings")
+                    "different settings, so run the figures on a machine like the workers'")
 
 
 def _measured(cell: Cell, files: Files, measured: Callable[[Cell], Result]) -> Result:

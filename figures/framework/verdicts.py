@@ -84,7 +84,7 @@ class MethodTimes:
     """Our times and the published times of the same methods, on one scene and kind of rays."""
 
     scene: str
-    label: str      # the scene and the kind of rays, as reasons name them
+    label: str      # the scene and the kind of rays, as the reason of a verdict names them
     ours: Sequence[float]
     theirs: Sequence[float]
     stand_in: bool = False
@@ -120,8 +120,8 @@ class Claim:
 def off_by(ours: Sequence[float], theirs: Sequence[float]) -> float:
     """The factor by which our ratios between methods differ from the published ratios.
 
-    It is the median over all pairs of methods of |log2(our ratio / published ratio)|, as a factor.
-    A ratio does not depend on the speed of the machine.
+    It is 2 ** m, where m is the median of |log2(our ratio / published ratio)| over all pairs of
+    methods. A ratio does not depend on the speed of the machine.
     """
     logs = [math.log2(a / b) for a, b in zip(ours, theirs)]
     apart = [abs(x - y) for at, x in enumerate(logs) for y in logs[:at]]
@@ -175,7 +175,7 @@ def _of_groups(groups: Sequence[MethodTimes]) -> Verdict:
     factor = statistics.median(off_by(group.ours, group.theirs)
                                for group, _ in ordered or counts)
     low = [f"{group.label} {number(count.tau_b, 2)}" for group, count in ordered
-           if not count.tau_b >= HIGH]     # nan if ours all tie
+           if not count.tau_b >= HIGH]     # tau-b is nan if all times here tie
     why = [*([few] if few else []), *([_order(ordered, low, agreed, pairs)] if ordered else []),
            f"ratios between methods are off by a factor of {number(factor)} in the median",
            *_ties([group for group, count in counts if not count.ordered])]
@@ -238,14 +238,14 @@ def _answer(holds: bool | None) -> str:
 
 
 def rests_on(verdict: Verdict) -> str:
-    """A clause that counts the scored scenes, the pairs of methods, and the claims that no
-    scene can change."""
+    """A clause that counts the scored scenes, the pairs of methods, and the claims about a method
+    itself, which depend on no scene."""
     if verdict.word == REDRAWN:
         return "no number of the survey"
     parts = []
     if verdict.structure:
-        parts.append(f"{counted(verdict.structure, 'claim')} about a method itself, which no "
-                     "scene can change")
+        parts.append(f"{counted(verdict.structure, 'claim')} about a method itself, not about a "
+                     "scene")
     if verdict.scenes or not parts:
         parts.append(_counts(verdict, "scored scene"))
     return "; ".join(parts)

@@ -46,7 +46,7 @@ def _of_catalogue(cell: Cell) -> str:
 def _of_made(made: Any) -> Callable[[Cell], str]:
     """Return a function that gives the digest of a cell's scene.
 
-    The scene is one that the module `made` makes, or one of the catalogue.
+    The scene is one of the scenes that the module `made` makes, or a scene of the catalogue.
     """
     return lambda cell: (_digest_of_made(made, cell.scene) if cell.scene in made.MADE
                          else _digest_of(cell.scene))
@@ -89,7 +89,8 @@ def _accuracy(cell: Cell, _: str) -> dict[str, Any]:
 
 
 def _era_counts(cell: Cell, name: str) -> dict[str, Any]:
-    """The issues of kernels on a card; the rest of the cell's ``work`` names rays and chip."""
+    """How often a card issues each kernel; the rest of ``cell.work`` names the rays and the chip.
+    """
     rays, _, chip = name.partition(era_counts.ON)
     return {"counts": era_counts.measure(load(cell.scene), _rays(cell, rays), cell.method,
                                          dict(cell.options), chip)}

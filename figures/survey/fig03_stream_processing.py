@@ -128,9 +128,9 @@ def draw(data: Path, out: Path, full: bool) -> None:
                f"`kernels`, `{METHOD}` traces {SIDE * SIDE} rays in {len(every)} passes. Each "
                "term of the graphics pipeline has a counterpart in stream computation: a pass is "
                "a kernel, a texel is a stream element, and a full-screen triangle issues the "
-               "kernel. A table is read at computed positions (a gather), a stream only at the "
-               "fragment's own position. Textures are listed only if the linked program samples "
-               "them.\n\n"
+               "kernel. A table is read at computed positions (a gather). A stream is read only "
+               "at the fragment's own position. Textures are listed only if the linked program "
+               "samples them.\n\n"
                + markdown_table(HEADS, lines))
     figure, (axis, strip) = plt.subplots(2, 1, figsize=(12, 8.6), height_ratios=(5.2, 1))
     draw_pass(axis, kinds[SHOWN], row)

@@ -159,7 +159,7 @@ def draw(data: Path, out: Path, full: bool) -> None:
         "With `nearest by depth` a depth buffer of 24 bits keeps each ray's nearest hit, and hits "
         f"at nearly equal distances may be confused. In this test {sheets.COUNT} sheets lie one "
         "above another, with a floor far below them, where the range of depth ends. Rays hit the "
-        "sheets from above. The table shows, by the gap between sheets, the share of rays for "
+        "sheets from above. For each gap between sheets, the table shows the share of rays for "
         "which another sheet than the topmost is found. All lengths are divided by the height of "
         "the highest ray's origin over the floor.\n",
         markdown_table(sheets.HEADS, [[row[0], *map(number, row[1:])] for row in sheets.rows()])

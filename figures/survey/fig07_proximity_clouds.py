@@ -28,10 +28,11 @@ def cells(full: bool) -> list[Cell]:
 
 
 def judge(data: Path, full: bool) -> verdicts.Verdict:
-    """The verdict on the claim of the thesis's abstract, that proximity clouds are faster.
+    """The verdict on the claim of the thesis's abstract that proximity clouds are faster than the
+    plain grid.
 
     Two times do not decide if they differ by less than the runs of one method differ. The CPU
-    renderer that the thesis compares with is not available.
+    renderer with which the thesis compares its times is not available.
     """
     clouds, plain = (read(cell(method, full), data) for method in (METHOD, PLAIN))
     if clouds is None or plain is None:
@@ -70,9 +71,9 @@ def draw(data: Path, out: Path, full: bool) -> None:
     write_text(out / "fig07.md", "# Figure 7: a picture by the grid with proximity clouds "
                f"(Karlsson and Ljungstedt 2004)\n\n{SCENE} at {size}x{size}, Whitted's ray "
                f"tracing; renderer: {known['gpu']['renderer']}. The thesis's picture shows a "
-               "scene that is not available. The commercial renderer, which the thesis "
-               "compares with, is not available either. So the survey's seconds and ours are "
-               "times of different pictures. Compare the survey's rows only with each other, and "
+               "scene that is not available. The commercial renderer in the thesis's comparison "
+               "is not available either. So the survey's seconds and ours are times of different "
+               "pictures. Compare the survey's rows only with each other, and "
                "our rows only with each other. The last column is the time divided by the time of "
                "the first row of the same source.\n\n"
                + markdown_table(("picture by", "s", "s / s of the first row"), seconds)

@@ -39,7 +39,8 @@ def draw(data: Path, out: Path, full: bool) -> None:
             "from above, and the tree that the surface area heuristic builds over them. The tree "
             f"has {len(small.tree.axis) - leaves} splitting planes S and {leaves} leaves n. A "
             "triangle lies in every leaf that it overlaps. Siblings are neighbours in the "
-            "texture, so a node stores only its left child. All numbers come from the builder.\n")
+            "texture, so a node stores only the number of its left child. All numbers come from "
+            "the builder.\n")
     write_csv(out / "fig09.csv", HEADS, rows(small))
     write_text(out / "fig09.md", text + "\n" + markdown_table(HEADS, rows(small)))
     figure, (ground, tree) = plt.subplots(1, 2, figsize=(11, 5.4), width_ratios=(1, 1.35))

@@ -140,7 +140,7 @@ def _triangle_hits(small: World) -> np.ndarray:
 def judge(data: Path, full: bool) -> verdicts.Verdict:
     """The verdict on whether the printed pseudocode finds the triangle that the ray hits.
 
-    The claim is about every ray of every scene, so one ray that goes wrong refutes it.
+    The claim is about every ray of every scene, so one ray that goes wrong refutes the claim.
     """
     found = walk(METHOD)
     start = found.steps[0].before
@@ -166,8 +166,8 @@ def draw(data: Path, out: Path, full: bool) -> None:
             f"{' and '.join(map(small.name, printed.wrong))}, visits {names}, and {ends}. Under "
             f"the corrected rule it hits {hit}. (The printed rule would be right if near were "
             "the side of the plane that the origin is on.) If the plane lies exactly at t_min, "
-            "the ray also descends into far, so a ray that left a leaf through a plane never "
-            "comes back.")
+            "the ray descends into far too, so a ray that left a leaf through a plane never "
+            "returns to the leaf.")
     write_text(out / "fig10.md", "# Figure 10: the traversal of a kd-tree\n\n```\n" + CODE
                + f"```\n\nThe table follows one ray, which `{METHOD}` traces with one kernel per "
                "pass. It shows t_min, t_max and the stack that the textures hold after the "

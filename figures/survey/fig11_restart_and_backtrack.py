@@ -26,7 +26,7 @@ def rows(small: World, found: Walk) -> list[list[str]]:
 
 
 def turns(found: Walk) -> dict[int, list[int]]:
-    """Return for each node when the walk visits it, as numbers from 1 (the walk's first visit)."""
+    """Return for each node the numbers of the visits to it. The first visit has number 1."""
     numbers = defaultdict(list)
     for turn, node in enumerate(found.visited, 1):
         numbers[node].append(turn)
@@ -47,7 +47,7 @@ def draw(data: Path, out: Path, full: bool) -> None:
     counts = {found.method: len(found.visited) for found in walks}
     text = ["# Figure 11: kd-restart against kd-backtrack\n",
             "Both methods trace the same ray. After a leaf without a hit, kd-restart starts again "
-            "at the root with the rest of the ray's interval. kd-backtrack climbs, one parent a "
+            "at the root with the rest of the ray's interval. kd-backtrack climbs, one parent per "
             "step, to the first ancestor whose box the rest of the ray crosses, and descends from "
             "there. The visited nodes, in order:\n"]
     for found in walks:

@@ -52,7 +52,7 @@ FIGURE = Comparison(
      "Our schedule is `loop`, which runs the whole traversal in one pass. The paper's passes are "
      "those of our schedule `kernels`; schedules.md shows their cost.",
      "At the quick size brute force traces fewer rays, so compare times per ray.",
-     "At a node that it climbs to, kd-backtrack fetches a box and a parent, which no other step "
-     "fetches."),
+     "At each node to which kd-backtrack climbs, it fetches the node's box and parent. No other "
+     "step fetches these."),
     _remarks,
     paper_card=PaperCard("R420", 512, (PASSES, BLOCKS)))

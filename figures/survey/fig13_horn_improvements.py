@@ -24,7 +24,7 @@ SKIPPING = "+ empty leaves skipped"
 
 
 def size(scene: str, full: bool) -> int:
-    """Pixels per side: as published at full size; otherwise enough for times of some ms."""
+    """Pixels per side: as published at full size, else enough for times of a few milliseconds."""
     return 1024 if full else 512 if scene == "cornell" else 256
 
 
@@ -53,8 +53,8 @@ def _remarks(results: Results) -> list[str]:
             f"{panel.label}: in the order of the rows, a ray fetches "
             f"{', '.join(number(n) for n in nodes)} nodes, and the rate is "
             f"{', '.join(number(times[0] / t) for t in times)} times kd-restart's. A packet "
-            f"visits {number(shared)} times as many nodes as one of its rays alone, and fetches "
-            f"them once for four rays. Push-down saves {_spared(nodes[1], nodes[2])} of these "
+            f"visits {number(shared)} times as many nodes as one of its rays alone, and fetches a "
+            f"node once for four rays. Push-down saves {_spared(nodes[1], nodes[2])} of these "
             f"nodes; the short stack saves {_spared(nodes[2], nodes[3])} of the remaining nodes.")
         skipping = results.get((panel, SKIPPING))
         if skipping is not None:
@@ -81,8 +81,8 @@ FIGURE = Comparison(
     ("Each row includes the improvements of the rows above it. Packets are 2x2. In the published "
      "rows all methods visit empty leaves. The last row is not in the paper: its packets skip "
      "empty leaves, which their parents mark (`skip_empty_leaves`, this program's default).",
-     "At the quick size neighbouring rays are two to four times as far apart as at 1024x1024, and "
-     "packets share less.",
+     "At the quick size neighbouring rays are two to four times as far apart as at 1024x1024, so "
+     "the rays of a packet share fewer nodes.",
      "A shadow ray goes from each hit that faces the light to the one point light. Times are per "
      "ray that exists, not per pixel. Nodes, triangles and steps of a packet are divided among "
      "its rays.",

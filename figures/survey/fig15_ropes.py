@@ -19,7 +19,7 @@ HEADS = ("leaf", *(name for name, _, _ in FACES))
 
 @dataclass(frozen=True)
 class Followed:
-    """A rope that the ray followed from a leaf to a node, and the t at which it left the leaf."""
+    """A rope that the ray followed from a leaf to a node, and t where the ray left the leaf."""
 
     leaf: int
     node: int
@@ -31,7 +31,10 @@ def cells(full: bool) -> list[Cell]:
 
 
 def ropes_of(small: World) -> dict[tuple[int, str], int]:
-    """Return the ropes: (leaf, face) -> the node behind the face. Outer faces are left out."""
+    """Return the ropes: (leaf, face) -> the node behind the face.
+
+    Faces on the outside of the scene's box have no rope and are left out.
+    """
     ropes = small.ropes
     return {(int(leaf), name): int((ropes.rope_hi if upper else ropes.rope_lo)[at, axis])
             for at, leaf in enumerate(ropes.node) for name, axis, upper in FACES
@@ -57,7 +60,7 @@ def draw(data: Path, out: Path, full: bool) -> None:
     write_text(out / "fig15.md", "# Figure 15: a kd-tree with ropes\n\nEach face of a leaf has a "
                "rope to the smallest node that touches the whole face from outside. The node is a "
                "leaf n if a single neighbour covers the face, and otherwise a split S, from which "
-               "the ray descends again. Outer faces have no rope.\n\n"
+               "the ray descends again. Faces on the outside of the scene's box have no rope.\n\n"
                + markdown_table(HEADS, table) + f"\nThe ray follows ropes {way}. It visits the "
                f"nodes {', '.join(map(small.name, found.visited))} "
                f"({len(found.visited)} in all) and hits triangle {found.hits.triangle[0]} at "

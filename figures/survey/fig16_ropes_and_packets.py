@@ -80,9 +80,9 @@ FIGURE = Comparison(
      "\"Primary+secondary\" is a whole picture here: eye rays, shading and a shadow ray per hit. "
      "The survey does not say which secondary rays the paper traced. Counters are of the eye "
      "rays, and times are per pixel. A packet's counters are divided among its rays.",
-     "Measured packets are 2x2 and predicted packets 4x4; the paper's are as wide as a warp. At "
-     "the quick size neighbouring rays are "
-     "twice as far apart as at 1024x1024, so packets share less.", LEFT_OUT),
+     "Measured packets are 2x2, and predicted packets are 4x4. The paper's packets are as wide as "
+     "a warp. At the quick size neighbouring rays are twice as far apart as at 1024x1024, so the "
+     "rays of a packet share fewer nodes.", LEFT_OUT),
     _remarks, full_only=STAND_IN,
     # The paper does not publish the order of its loop.
     paper_card=PaperCard("G80", 1024, (WHILE_WHILE, STEP, UNCOALESCED)))

@@ -14,8 +14,8 @@ from ..framework.results import read
 from .fig16_ropes_and_packets import LEFT_OUT, SCENES, STAND_IN
 from .tree_sizes import NODE_BYTES, REFERENCE_BYTES
 
-# For each quantity: its key in a tree's record, its name in the published numbers, the scale by
-# which a column divides it, and the column's name.
+# For each quantity: its key in a tree's record, its name in the published numbers, the number by
+# which the column divides the quantity, and the column's name.
 QUANTITIES = (("leaves", "leaves", 1, "leaves"),
               ("empty_leaves", "empty leaves", 1, "empty leaves"),
               ("references_per_leaf", "references per triangle", 1,
@@ -26,7 +26,8 @@ QUANTITIES = (("leaves", "leaves", 1, "leaves"),
 # The depth at which a scene's tree has about as many leaves as in the paper. Scenes whose default
 # depth has this property are not listed.
 DEPTH = {"conference": 34}
-LOWEST, HIGHEST, SLACK = 3.06, 3.30, 0.1   # the published overheads, and the tolerance for ours
+# The lowest and the highest published overhead, and the relative tolerance for our overheads.
+LOWEST, HIGHEST, SLACK = 3.06, 3.30, 0.1
 
 
 def cell(scene: str, **options: int) -> Cell:
@@ -102,10 +103,10 @@ def draw(data: Path, out: Path, full: bool) -> None:
     write_text(out / "fig17.md", "\n".join((
         "# Figure 17: what ropes add to a kd-tree (Popov et al. 2007)\n",
         f"Bytes as in the paper's records: {NODE_BYTES} per node, {REFERENCE_BYTES} per "
-        "reference, and 48 per leaf for six ropes and a box. The paper's table counts "
-        "\"references\" but does not say the references of what. The sizes of "
-        "the table are right if it counts references per leaf that is not empty, so this table "
-        "does the same. The survey says that each node has six ropes, but the sizes are right "
+        "reference, and 48 per leaf for six ropes and a box. The paper's table has a column "
+        "\"references\" but does not say what the number counts. The sizes of the table are right "
+        "if it counts references per leaf that is not empty, so this table does the same. The "
+        "survey says that each node has six ropes, but the sizes are right "
         "only if inner nodes have none. The paper does not print the depths of its trees. "
         + " ".join(f"For the mesh of {scene} the depth {depth} was chosen so that the tree has "
                    "about as many leaves as the paper's." for scene, depth in DEPTH.items())
@@ -158,7 +159,10 @@ def _published_bytes(scene: str) -> tuple[float, float]:
 
 
 def _series(name: str, sizes: list[tuple[float, float]], look: tuple[str, str]) -> Series:
-    """Trees' bytes without and with ropes as lines in MiB; a pair of zeros has no line."""
+    """A series of lines in MiB, from each tree's size without ropes to its size with ropes.
+
+    ``sizes`` are in bytes; a pair of zeros has no line.
+    """
     pairs = [(bare / 2 ** 20, whole / 2 ** 20) for bare, whole in sizes]
     return Series(name, [whole for _, whole in pairs], look,
                   [pair if all(pair) else None for pair in pairs],

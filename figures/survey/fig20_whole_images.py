@@ -26,7 +26,7 @@ def _bvh(build: str) -> MethodColumn:
 
 
 def _remarks(results: Results) -> list[str]:
-    """Sentences that compare the kd-trees' nodes and times with those of Kay and Kajiya's BVH."""
+    """Sentences that compare nodes and times of the kd-trees and of Kay and Kajiya's BVH."""
     lines = []
     for panel in FIGURE.panels:
         found = {label: results.get((panel, label)) for label in
@@ -57,9 +57,9 @@ FIGURE = Comparison(
     _cell,
     ("A picture here is eye rays, one point light and its shadow rays. The survey does not say "
      "what the thesis shaded. Counters are of the eye rays.",
-     "The prediction's loop runs one step of each ray an iteration. Code that follows the thesis "
-     "has this form for its BVH; for the other methods it is an assumption. On the card 1024 "
-     "pixels branch together, so a loop for each kernel would make all of them wait for the "
+     "The prediction's loop runs one step of each ray per iteration. Code that follows the thesis "
+     "has this form for its BVH; for the other methods this form is an assumption. On the card "
+     "1024 pixels branch together, so a loop for each kernel would make all of them wait for the "
      "slowest ray in each loop.",
      "Our schedule is `loop`; grids have 50 cells an axis (2 for cornell), as in Figure 12.",
      "Our kd-trees are built by the surface area heuristic over clipped triangles, with a bonus "

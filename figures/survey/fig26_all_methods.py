@@ -35,8 +35,8 @@ COLUMNS = {"published": ("published", PUBLISHED),
            "predicted": ("predicted", PREDICTED), "measured": ("measured", HERE)}
 NOTES = (
     "The survey gives one number per paper. It does not say which of the paper's "
-    "methods the number belongs to, or from which scenes the number was computed. The figure has "
-    "no numbers of its own: they are Table 1's.",
+    "methods the number belongs to, or from which scenes the number was computed. The survey's "
+    "figure prints no numbers, so the published numbers are those of Table 1.",
     "`tenk` has 24 balls on a floor, 10,000 triangles.",
     TESTED_BY,
     "Predicted: the machine model of [era_machine](era_machine.md), with kernels that the card's "
@@ -55,7 +55,8 @@ NOTES = (
 class MethodSpeed:
     """A method's nanoseconds per ray, measured and predicted, and its speeds.
 
-    The last four fields are speeds relative to the Ray Engine.
+    ``bound`` names the part that takes most of the predicted time. The last four fields are speeds
+    relative to the Ray Engine; ``scaled`` has a speed by arithmetic and a speed by bandwidth.
     """
 
     entry: SurveyedMethod
@@ -69,7 +70,8 @@ class MethodSpeed:
 
 
 def cells(full: bool) -> list[Cell]:
-    """The measurements that time the entries here, and those that count what the card does."""
+    """The cells (cell.py) that time the methods here, and the cells that count the work of the
+    card."""
     return [cell for entry in entries() for cell in (entry.measured(full), entry.counted())
             if cell is not None]
 
@@ -165,8 +167,10 @@ def packet_pairs(found: list[MethodSpeed]) -> list[str]:
 
 
 def judge(data: Path, full: bool) -> verdicts.Verdict:
-    """The verdict on the predicted column, with the verdict on the measured column beside it. The
-    reason also covers the scaled column."""
+    """The verdict on the predicted column, with the verdict on the measured column beside it.
+
+    The reason of the verdict also says how well the scaled column agrees.
+    """
     found = rows(data, full)
     said, here = (_judge(found, column) for column in ("predicted", "measured"))
     said = verdicts.on_card(find_card(CHIP).name, said, here)

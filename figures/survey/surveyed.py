@@ -63,7 +63,7 @@ class SurveyedMethod:
         return next(row for row in rt.methods() if row.name == self.method)
 
     def measured(self, full: bool) -> Cell:
-        """The measurement that times eye rays of the scene here."""
+        """The cell (cell.py) that times eye rays of the scene here."""
         return Cell(SCENE, self.method, (*self.options, PERIOD_TEST), measured_size(full), EYE,
                     runs=timed_runs(full))
 
@@ -73,8 +73,10 @@ class SurveyedMethod:
         return next(iter(forms_of(self.method, CHIP, (WHILE_WHILE,))), None)
 
     def counted(self) -> Cell | None:
-        """The measurement that counts what the card does for the rays that the prediction covers,
-        or None for a method without a prediction."""
+        """The cell that counts the work of the card for the predicted column's rays.
+
+        The result is None for a method without a prediction.
+        """
         options = (*self.options, PERIOD_TEST)
         if self.method == ray_engine_work.METHOD:
             return Cell(SCENE, self.method, options, PREDICTED_SIZE, ray_engine_work.WORK + EYE,
@@ -119,5 +121,5 @@ def published_speed(source: str | None) -> float | None:
 
 
 def updated(entry: SurveyedMethod) -> Cell:
-    """The measurement that times how a method updates its structure after triangles have moved."""
+    """The cell (cell.py) that times a method's update of its structure after triangles moved."""
     return Cell(SCENE, entry.method, entry.options, 0, "updates", runs=3)

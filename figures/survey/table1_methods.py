@@ -1,4 +1,6 @@
-"""Table 1: properties of our methods, from the method table and measurements, beside the survey's.
+"""Table 1: properties of our methods, beside the properties that the survey prints.
+
+Our properties come from the method table and from measurements.
 """
 from __future__ import annotations
 
@@ -36,7 +38,10 @@ NOTES = (
 
 @dataclass(frozen=True)
 class MethodProperties:
-    """A paper's row: the survey's words and ours for each column, and the cost of updates."""
+    """A paper's row: the survey's words and ours for each column, and the cost of updates.
+
+    ``build`` and ``update`` are in seconds, and ``size`` is in bytes.
+    """
 
     entry: SurveyedMethod
     theirs: dict[str, str]
@@ -86,7 +91,7 @@ def lines(data: Path, full: bool) -> Iterator[MethodProperties]:
 def judge(data: Path, full: bool) -> verdicts.Verdict:
     """The worse of two verdicts: one on the properties, and Figure 26's on relative performance.
 
-    No scene can change the properties. Figure 26's verdict counts only if it rests on enough
+    The properties depend on no scene. Figure 26's verdict counts only if it rests on enough
     scenes and pairs.
     """
     found = list(lines(data, full))
@@ -179,8 +184,9 @@ def _chart(found: list[MethodProperties], out: Path) -> None:
     axis.spines[:].set_visible(False)
     figure.tight_layout(rect=(0, 0.04, 1, 1))
     save_chart(figure, out / "table1.png", "Ours: from the method table, the structures that were "
-               "built, and the updates that were timed. Blue: as the survey says. Orange: not as "
-               "the survey says. Grey: the survey says nothing.",
+               "built, and the updates that were timed. Blue: our method has the property that "
+               "the survey says. Orange: our method has another property. Grey: the survey says "
+               "nothing.",
                "A table of the properties of each paper's method here; colours and words say "
                "where the survey's word differs")
 

@@ -8,7 +8,7 @@ import gpgpu_rt as rt
 from gpgpu_rt.methods.kdtree.ropes import build_ropes
 from gpgpu_rt.methods.quality import quality
 
-NODE_BYTES, REFERENCE_BYTES = 8, 4   # Figure 17's sizes confirm these numbers, and Ropes.bytes
+NODE_BYTES, REFERENCE_BYTES = 8, 4   # these numbers and Ropes.bytes give the sizes of Figure 17
 
 
 def measure(scene: rt.Scene, options: Mapping[str, Any]) -> dict[str, float]:

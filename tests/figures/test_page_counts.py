@@ -222,7 +222,7 @@ def test_the_counts_on_a_page_are_those_of_its_cells(figure: str, drawn) -> None
 def test_no_figure_is_contradicted_by_too_little(drawn) -> None:
     """All faked times contradict the survey, but only figures with enough scenes and pairs are
     called contradicted. The claims of Figure 10 are about the printed pseudocode, and the claims
-    of Table 1 are about the methods. No scene can change these claims, so their verdicts need no
+    of Table 1 are about the methods. These claims depend on no scene, so their verdicts need no
     scenes."""
     meshes, _, out = drawn
     words = {name: json.loads((out / f"{name}.json").read_text())["verdict"]

@@ -132,8 +132,8 @@ def test_claims_on_stand_ins_and_exceptions() -> None:
 def test_claims_about_a_method_itself_are_judged_where_scenes_are_too_few() -> None:
     said = verdicts.of_claims([Claim("two planes a node", True), *_claims(1, 1)])
     assert (said.word, said.structure) == (verdicts.REPRODUCED, 1)
-    assert verdicts.rests_on(said) == ("1 claim about a method itself, which no scene can "
-                                       "change; 1 scored scene (s0) and 1 pair of methods")
+    assert verdicts.rests_on(said) == ("1 claim about a method itself, not about a scene; "
+                                       "1 scored scene (s0) and 1 pair of methods")
 
 
 def test_a_verdict_comes_back_from_its_file(tmp_path: Path) -> None:

@@ -20,7 +20,7 @@ MODULES = {
 
 
 def _names(module: str) -> dict[str, Any]:
-    """Returns the public functions, classes and modules of a module."""
+    """Returns the public functions and classes of a module that have a docstring, by name."""
     home = importlib.import_module(module)
     names = getattr(home, "__all__", None) or [
         name for name, one in vars(home).items() if not name.startswith("_")

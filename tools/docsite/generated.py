@@ -18,5 +18,5 @@ PAGES: dict[str, Callable[[], str]] = {
 
 
 def generate() -> Iterator[tuple[str, str]]:
-    """Yields name and text of each page that no page of docs/ stands for."""
+    """Yields name and text of each page of the site that has no file in docs/."""
     yield from api_pages()

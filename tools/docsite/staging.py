@@ -8,7 +8,7 @@ from pathlib import Path
 from .generated import PAGES, generate
 from .links import DOCS, MOVED, ROOT, with_links
 
-CHAPTERS = ("tour", "how-to")       # folders of docs/ whose pages follow each other by name
+CHAPTERS = ("tour", "how-to")       # folders of docs/ whose pages are listed in order of name
 _MARK = re.compile(r"^<!-- generated: (\w+) -->$", re.M)
 _ITEM = re.compile(r"^[-*] \[[^\]]*\]\(([^)#]+)\.md\)", re.M)
 
