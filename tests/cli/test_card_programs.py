@@ -1,4 +1,4 @@
-"""`gpgpu-rt program METHOD --card CARD` prints the kernels as a card's compiler left them."""
+"""`gpgpu-rt program METHOD --card CARD` prints each kernel as the card's compiler compiled it."""
 from __future__ import annotations
 
 import json
