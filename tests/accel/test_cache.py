@@ -174,7 +174,8 @@ def test_the_folder_of_nobodys_choice_is_done_without_in_silence(tmp_path, monke
 
 
 def test_a_home_that_is_not_there_is_told_of(monkeypatch) -> None:
-    """A `~name` without such a user turns the cache off, with a warning that contains the name."""
+    """If GPGPU_RT_CACHE names the home of an unknown user, the cache is off, and a warning
+    contains the name."""
     monkeypatch.setenv("GPGPU_RT_CACHE", "~nobody-of-that-name/cache")
     with pytest.warns(UserWarning, match="nobody-of-that-name"):
         assert cache.cache_folder() is None

@@ -30,7 +30,7 @@ def test_bounds_are_those_of_the_cut_polygon(size: float, seed: int) -> None:
     """Bounds are right for triangles that are smaller and that are larger than their boxes.
 
     All corners of the largest triangles lie outside the box. If such a triangle meets the box,
-    mostly edges of the box pierce the triangle.
+    usually edges of the box pierce the triangle.
     """
     rng = np.random.default_rng(seed)
     count = 500

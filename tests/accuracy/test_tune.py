@@ -52,8 +52,7 @@ def test_bounds_hold_their_probability(faults: int, rays: int) -> None:
 
 
 def test_rays_that_a_bound_takes() -> None:
-    """`rays_needed` is the smallest number of rays, all right, that proves a share of wrong
-    rays."""
+    """If no ray is wrong, `rays_needed` is the smallest number of rays that proves the bound."""
     assert rays_needed(1e-5) == 299_572
     for share in (1e-5, 1e-3, 0.3):
         enough = rays_needed(share)
@@ -79,8 +78,8 @@ def found_of(errors: np.ndarray, wrong: int = 0, quantile: float = 0.99) -> Find
 
 
 def test_t_is_decided_by_the_quantiles_bound() -> None:
-    """A promise is kept by the upper bound on the share of rays past the error. A promise is
-    hopeless by the lower bound on this share."""
+    """`misses` uses the upper bound on the share of rays past the error. `is_hopeless` uses the
+    lower bound on this share."""
     promise = Promise(**{**LOOSE, "max_t_error": 0.5})
     errors = np.zeros(2000)
     proved = max(k for k in range(30) if upper_confidence(k, 2000) <= 0.01)
@@ -192,7 +191,7 @@ def test_what_is_traced_keeps_the_promise(ball, few_rays) -> None:
 @pytest.mark.parametrize("changes", [{"kinds": ("random", "edges")}, {"kinds": ("eye",)},
                                      {"max_bytes": 10 ** 9}])
 def test_one_choice_where_two_cannot_be_told_or_held(changes: dict) -> None:
-    """There is one search, not two, without both eye and random rays or with a bound on bytes."""
+    """A promise is not split if it lacks eye rays or random rays, or if it bounds the bytes."""
     promise = Promise(**LOOSE, **changes)
     assert promise.split() == {"all": (promise, None)}
 

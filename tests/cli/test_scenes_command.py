@@ -180,7 +180,7 @@ def test_options_belong_to_fetch(capsys) -> None:
 
 
 def test_every_scene_has_a_source_or_a_page() -> None:
-    """A scene with a stand-in can be fetched, or its row of the catalogue names a web page."""
+    """A scene with a stand-in can be fetched, or the text ``page`` of its row says what to do."""
     assert set(source_files()) == set(ORIGINALS) <= set(catalogue.ROWS)
     derived = {"statue", "glass-teapot", "soft-shadows"}     # built around other scenes
     for row in catalogue.ROWS.values():

@@ -19,7 +19,8 @@ FULL_RAYS = 10**7       # number of rays in the full test, for all families toge
 
 
 def digests() -> dict[str, list[str]]:
-    """Returns the content of digests.json. After a change of a family, write it anew."""
+    """Returns the content of digests.json. After a change of a family, write this
+    content to the file as JSON."""
     return {name: [digest(make_case(name, 50, seed)) for seed in SEEDS] for name in FAMILIES}
 
 

@@ -51,7 +51,7 @@ FAULTS: dict[str, tuple[str, dict, list[tuple[str, str, str]]]] = {
         (WATERTIGHT, INSIDE, "bool inside = none_below_zero(w);")]),
     "not watertight": ("brute-force", {"intersection": "moller-trumbore"}, []),
 }
-CONTRACTION = "contraction"     # imitated by tests/mirror.py; no software renderer contracts
+CONTRACTION = "contraction"     # tests/mirror.py imitates it: no renderer at hand contracts
 
 # The faults that each family must find.
 FOUND = {

@@ -84,7 +84,7 @@ def test_streams_are_as_the_note_says(size: int, row: int) -> None:
 
 
 def test_the_table_of_streams_agrees_with_that_of_nodes() -> None:
-    """The note's table of streams and the page's table of nodes have the same counts of eye
+    """The note's table of streams and the page's table of nodes have the same node counts for eye
     rays."""
     text, nodes = NOTE.read_text(), tables()["nodes"]
     rows = text[text.index("| per ray |"):].split("\n\n")[0].splitlines()

@@ -89,8 +89,8 @@ def test_schedules_of_a_scene_differ_in_what_they_move() -> None:
                                         "kd-restart", {"schedule": schedule})
              for schedule in ("kernels", "loop")}
     alone = moved["loop"]["bytes"]
-    # Camera rays share one origin, which is a uniform. The only pass reads directions and writes
-    # hits; states stay in registers.
+    # Camera rays have one common origin, which is a uniform. The only pass reads directions and
+    # writes hits; states stay in registers.
     assert alone == {"rays": 16 * 1024, "state": 0, "written": 16 * 1024}
     for part in ("rays", "state", "written"):
         assert moved["kernels"]["bytes"][part] > 3 * alone[part]
