@@ -93,8 +93,8 @@ def test_a_link_that_leads_nowhere_is_found(tmp_path: Path) -> None:
 
 def test_the_map_has_each_page_once() -> None:
     """docs/index.md and docs/reference/index.md list each page; the site's sidebar shows the same
-    lists. The first pages of the folders tour, how-to and notes list the other
-    pages of their folders."""
+    lists. The first pages of the folders tour, how-to and notes list the other pages
+    of their folders."""
     for folder in (DOCS, DOCS / "reference"):
         index = folder / "index.md"
         listed = Counter((folder / name).resolve() for name in re.findall(

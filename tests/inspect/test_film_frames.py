@@ -29,7 +29,7 @@ def test_the_first_and_the_last_pass_are_frames(counts: list[int], frames: int) 
     chosen = even_loss(live, frames)
     assert len(chosen) <= frames and chosen == sorted(set(chosen))
     assert [chosen[0], chosen[-1]] == [0, len(live) - 1] if live else chosen == []
-    # Up to the pass before the next frame, at most 1 / (frames - 1) of the rays have ended.
+    # From a frame to the pass before the next frame, at most 1 / (frames - 1) of the rays end.
     for one, other in zip(chosen, chosen[1:]):
         assert live[one] - live[other - 1] <= live[0] / (frames - 1) or other == len(live) - 1
 
