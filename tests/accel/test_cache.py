@@ -56,6 +56,7 @@ def files(folder: Path) -> list[str]:
 
 
 def test_an_option_may_be_called_build_or_triangles(folder: Path) -> None:
+    """A builder's option may have the name of a parameter of `cached`."""
     triangles = random_soup(40, 1)
     for build in ("sah", "kay-kajiya"):
         bvh = cached(build_bvh, triangles, build=build)
@@ -69,6 +70,8 @@ def test_an_option_may_be_called_build_or_triangles(folder: Path) -> None:
 
 
 def test_a_structure_of_ones_own_comes_back(folder: Path, monkeypatch, tmp_path) -> None:
+    """`cached` keeps and reads a user's own class. A builder without a return annotation is an
+    error."""
     (tmp_path / "heights.py").write_text(HEIGHTS)
     monkeypatch.syspath_prepend(tmp_path)
     heights = importlib.import_module("heights")
@@ -82,6 +85,7 @@ def test_a_structure_of_ones_own_comes_back(folder: Path, monkeypatch, tmp_path)
 
 
 def test_builder_options_triangles_and_text_all_make_another_file(folder, monkeypatch) -> None:
+    """A new builder, option, triangle or source text makes a new file; an equal value does not."""
     triangles = random_soup(40, 2)
     nudged = triangles.copy()
     nudged[-1, -1, -1] = np.nextafter(nudged[-1, -1, -1], np.float32(9))
@@ -100,6 +104,8 @@ def test_builder_options_triangles_and_text_all_make_another_file(folder, monkey
 
 
 def test_the_digest_follows_every_file_of_the_builders(tmp_path, monkeypatch) -> None:
+    """The digest depends on each file beside `cache` and on the file of the builder's own
+    module."""
     monkeypatch.setattr(cache, "__file__", str(tmp_path / "cache.py"))
     digests = set()
     monkeypatch.setattr(sys.modules["pytest"], "__file__", str(tmp_path / "own" / "own.py"))
@@ -157,6 +163,8 @@ def test_a_folder_that_cannot_be_made_only_means_no_cache(tmp_path, monkeypatch)
 
 
 def test_the_folder_of_nobodys_choice_is_done_without_in_silence(tmp_path, monkeypatch) -> None:
+    """If the default folder cannot be made, there is no warning, because nobody chose this
+    folder."""
     (tmp_path / ".cache").write_text("in the way")
     monkeypatch.setenv("HOME", str(tmp_path))
     monkeypatch.delenv("GPGPU_RT_CACHE", raising=False)
@@ -166,6 +174,8 @@ def test_the_folder_of_nobodys_choice_is_done_without_in_silence(tmp_path, monke
 
 
 def test_a_home_that_is_not_there_is_told_of(monkeypatch) -> None:
+    """If GPGPU_RT_CACHE names the home of an unknown user, the cache is off, and a warning
+    contains the name."""
     monkeypatch.setenv("GPGPU_RT_CACHE", "~nobody-of-that-name/cache")
     with pytest.warns(UserWarning, match="nobody-of-that-name"):
         assert cache.cache_folder() is None
@@ -182,6 +192,7 @@ def test_a_failed_write_leaves_nothing(folder: Path, monkeypatch) -> None:
 
 
 def test_an_empty_name_turns_it_off(tmp_path, monkeypatch) -> None:
+    """An empty GPGPU_RT_CACHE turns the cache off."""
     monkeypatch.setenv("GPGPU_RT_CACHE", "")
     monkeypatch.chdir(tmp_path)
     cached(build_bvh, random_soup(30, 7))

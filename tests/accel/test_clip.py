@@ -1,4 +1,5 @@
-"""Clipped bounds equal those of polygons that are cut plane by plane, as Havran and Bittner do."""
+"""The bounds of clipped triangles equal the bounds of polygons that are cut plane by plane, as
+Havran and Bittner cut them."""
 from __future__ import annotations
 
 import numpy as np
@@ -26,10 +27,10 @@ def cut(triangle: np.ndarray, lo: np.ndarray, hi: np.ndarray) -> np.ndarray:
 @pytest.mark.parametrize("seed", [1, 2], ids="seed{}".format)
 @pytest.mark.parametrize("size", [0.3, 1, 8])
 def test_bounds_are_those_of_the_cut_polygon(size: float, seed: int) -> None:
-    """Triangles are smaller or larger than their boxes.
+    """Bounds are right for triangles that are smaller and that are larger than their boxes.
 
     All corners of the largest triangles lie outside the box. If such a triangle meets the box,
-    mostly edges of the box pierce the triangle.
+    usually edges of the box pierce the triangle.
     """
     rng = np.random.default_rng(seed)
     count = 500

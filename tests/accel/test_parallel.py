@@ -124,6 +124,8 @@ def test_a_tree_that_has_no_subtrees_to_deal_out(count: int) -> None:
 
 def test_beside_a_context_and_not_in_the_cache_s_name(precise_renderer, tmp_path,
                                                       monkeypatch) -> None:
+    """Workers build while an OpenGL context is open. One cache file serves any number of
+    workers."""
     monkeypatch.setenv("GPGPU_RT_CACHE", str(tmp_path))
     scene = soup_scene(2000, 45, size=0.05)
     rays = random_rays(scene, 500, 46)
@@ -168,7 +170,7 @@ def test_no_room_in_shared_memory_is_one_clear_line(monkeypatch) -> None:
 @pytest.mark.parametrize("guard, right", [("", False), ("if __name__ == '__main__': ", True)],
                          ids=["unguarded", "guarded"])
 def test_scripts(tmp_path, guard: str, right: bool) -> None:
-    """A spawned worker imports the calling script and would build again without end.
+    """A spawned worker imports the calling script, and this import must not start another build.
 
     A script without the guard `if __name__ == '__main__'` gets an error that names the guard.
     """
@@ -182,6 +184,7 @@ def test_scripts(tmp_path, guard: str, right: bool) -> None:
 
 @pytest.mark.parametrize("workers", [0, 1.5, "two", 257])
 def test_numbers_of_workers_that_are_none(workers) -> None:
+    """`workers` must be a whole number from 1 to 256."""
     with pytest.raises(rt.OptionError, match="workers"):
         build_kdtree(random_soup(3, 50), workers=workers)
 

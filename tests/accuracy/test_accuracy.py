@@ -51,6 +51,7 @@ def test_rays_follow_the_seed(ball) -> None:
 
 
 def answers(known: KnownRays, **changes: tuple[np.ndarray, object]):
+    """Judge the true hits, with the fields in ``changes`` replaced. A change is (rays, values)."""
     hits = copy.deepcopy(known.truth)
     for name, (rays, values) in changes.items():
         getattr(hits, name)[rays] = values
@@ -78,8 +79,8 @@ def test_a_miss_inside_a_closed_mesh_is_a_leak(known, kind: str) -> None:
 def test_a_leak_to_what_lies_behind(ball) -> None:
     """A ray from outside that leaks through an edge of the front hits the back of the mesh.
 
-    This hit counts as wrong. For each front triangle, float32's error bounds would excuse a miss.
-    But all rays in a ring around the ray hit the front, so the ray must hit the front, too.
+    This hit counts as wrong. For each front triangle alone, float32's error bounds would excuse a
+    miss. But all rays in a ring around the ray hit the front, so the ray must hit the front, too.
     """
     rng = np.random.default_rng(3)
     known = KnownRays(ball, 400, 3, ["edges"])
@@ -191,7 +192,7 @@ def test_full_precision_is_right(method: str, yardstick: Yardstick) -> None:
 @pytest.mark.parametrize("method", [
     name if name in ("bvh-threaded", "grid", "kd-restart") else
     pytest.param(name, marks=pytest.mark.full) for name in METHODS
-    # without `loop`, the test is too slow
+    # without the schedule `loop`, the test is too slow
     if "loop" in find_method(name).schedules and "fp16" in precisions(name)])
 def test_less_precision_is_measured(method: str, yardstick: Yardstick) -> None:
     rows = {word: yardstick.measure(method, {"precision": word}, 1) for word in ("fp32", "fp16")}
@@ -217,7 +218,7 @@ def test_accuracy_command(capsys, tmp_path) -> None:
     meanings = dict(re.findall(r"(?m)^([^:\n]+): (.+)", out.partition("\n\n")[2]))
     assert ", ".join(["method", "precision", *meanings]) == ", ".join(heads)
     assert "up to 64 rays of each kind" in out and "bench" in meanings["Mrays/s, ms"]
-    assert "0.012" in out  # 0 wrong rays of 256 prove at most 0.012
+    assert "0.012" in out  # 0 wrong rays of 256 prove a share of at most 0.012
     path.unlink()
     for more, message in ((["--precisions", "fp12"], "no precision"), (["--rays", "0"], "rays"),
                           (["-m", "gird"], "did you mean grid"),
@@ -243,6 +244,8 @@ def test_several_methods_are_named_together_or_one_by_one(capsys) -> None:
 
 
 def test_of_all_methods_those_are_left_out_that_refuse_an_option(ball) -> None:
+    """Without a list of methods, `accuracy` leaves out methods that lack an option, and names
+    them."""
     told: list[str] = []
     rows = accuracy(ball, formats=["fp32"], options={"build": "zhou", "schedule": "kernels"},
                     rays=4, size=(4, 4), report=told.append)
@@ -253,5 +256,6 @@ def test_of_all_methods_those_are_left_out_that_refuse_an_option(ball) -> None:
 
 
 def test_options_no_method_has(ball) -> None:
+    """An option that none of the given methods has is an error."""
     with pytest.raises(rt.OptionError, match="octants"):
         accuracy(ball, ["grid"], options={"octants": True}, rays=4)

@@ -39,6 +39,8 @@ def ball() -> rt.Scene:
 
 @pytest.mark.parametrize("faults, rays", [(1, 10), (5, 100), (40, 1000), (10, 10)])
 def test_bounds_hold_their_probability(faults: int, rays: int) -> None:
+    """At the lower bound, `faults` or more faults have a probability of 5 %. At the upper bound,
+    `faults` or fewer faults have this probability."""
     def at_most(k: int, p: float) -> float:
         return math.fsum(math.comb(rays, i) * p ** i * (1 - p) ** (rays - i)
                          for i in range(k + 1))
@@ -50,6 +52,7 @@ def test_bounds_hold_their_probability(faults: int, rays: int) -> None:
 
 
 def test_rays_that_a_bound_takes() -> None:
+    """If no ray is wrong, `rays_needed` is the smallest number of rays that proves the bound."""
     assert rays_needed(1e-5) == 299_572
     for share in (1e-5, 1e-3, 0.3):
         enough = rays_needed(share)
@@ -67,6 +70,7 @@ def test_promises_that_cannot_be(changes: dict, message: str) -> None:
 
 
 def found_of(errors: np.ndarray, wrong: int = 0, quantile: float = 0.99) -> Finding:
+    """Return the finding for rays with these errors of t. The first ``wrong`` rays leak."""
     rays = len(errors)
     masks = {name: np.arange(rays) < (wrong if name == "leak" else 0) for name in
              ("leak", "false hit", "wrong triangle", "wrong distance", "unfinished")}
@@ -74,6 +78,8 @@ def found_of(errors: np.ndarray, wrong: int = 0, quantile: float = 0.99) -> Find
 
 
 def test_t_is_decided_by_the_quantiles_bound() -> None:
+    """`misses` uses the upper bound on the share of rays past the error. `is_hopeless` uses the
+    lower bound on this share."""
     promise = Promise(**{**LOOSE, "max_t_error": 0.5})
     errors = np.zeros(2000)
     proved = max(k for k in range(30) if upper_confidence(k, 2000) <= 0.01)
@@ -185,6 +191,7 @@ def test_what_is_traced_keeps_the_promise(ball, few_rays) -> None:
 @pytest.mark.parametrize("changes", [{"kinds": ("random", "edges")}, {"kinds": ("eye",)},
                                      {"max_bytes": 10 ** 9}])
 def test_one_choice_where_two_cannot_be_told_or_held(changes: dict) -> None:
+    """A promise is not split if it lacks eye rays or random rays, or if it bounds the bytes."""
     promise = Promise(**LOOSE, **changes)
     assert promise.split() == {"all": (promise, None)}
 
@@ -220,7 +227,7 @@ def test_proof_and_confirmation_decide(ball) -> None:
                                              (("vertices",), None)])
 def test_a_rate_is_of_neither_the_first_run_nor_an_odd_one(ball, few_rays, monkeypatch,
                                                            kinds: tuple, timed_on: str) -> None:
-    """Slow runs do not change a rate, for each kind of rays. The first run takes 100 s, as if it
+    """Neither the first run nor one slow run changes a rate. The first run takes 100 s, as if it
     compiled programs. The second run takes 50 s, as an outlier. All other runs take 1 s."""
     trace, ahead = KnownRays.trace, {}
 
@@ -272,7 +279,7 @@ def test_tune_command(few_rays, capsys, tmp_path, monkeypatch) -> None:
     # candidate.
     assert cli.main([*arguments, "--max-t-error", "1e-12", "--json"]) == 1
     out, error = capsys.readouterr()
-    search, = json.loads(out)["searches"]  # after a failed search, no second search
+    search, = json.loads(out)["searches"]  # no second search starts after the first one fails
     assert search["chosen"] is None and not path.exists()
     last = error.splitlines()[-1]
     assert "for coherent rays; the closest is bvh-threaded" in last

@@ -1,5 +1,5 @@
-"""`gpgpu-rt bench`: the other engines return our hits, and ratios and verdicts follow from the
-timed rounds."""
+"""`gpgpu-rt bench`: the other engines return the hits of `Tracer`, and ratios and verdicts follow
+from the timed rounds."""
 from __future__ import annotations
 
 import functools
@@ -55,6 +55,7 @@ def test_engines_answer_the_same_question(engine, kind: str) -> None:
 
 
 def test_compact_rays_are_those_of_pixels_with_one() -> None:
+    """`compact` keeps the rays of pixels with a ray: no component is NaN, no direction is zero."""
     nan = np.float32(np.nan)
     rays = Workload(np.float32([[0, 0, 0], [nan] * 3, [2, 0, 0], [3, 0, 0]]),
                     np.float32(np.ones((4, 3))), 2, np.float32([1, 2, 3, 4]), True)
@@ -112,6 +113,8 @@ def test_embree_in_c_tells_of_a_failed_compilation(monkeypatch, tmp_path) -> Non
 
 
 def test_an_engine_of_few_rays_says_of_how_many(capsys) -> None:
+    """If an engine traces only a part of the rays, its title says how many of the rays it
+    traces."""
     own = next(one for one in ENGINES if one.name == OWN)
     if own.missing:
         pytest.skip(own.missing)
@@ -125,6 +128,7 @@ def test_an_engine_of_few_rays_says_of_how_many(capsys) -> None:
 
 
 def test_a_race_takes_ratios_turn_by_turn() -> None:
+    """A race divides the seconds of embreex by the seconds of an entry in each round."""
     entries = race("cornell", RAY_SETS["eye"], [("grid", {}), ("bvh-threaded", {"octants": True})],
                    SIZE, 2, [one for one in ENGINES if one.name == EMBREE])
     assert [entry.name for entry in entries][:2] == ["grid", "bvh-threaded"]
@@ -142,12 +146,14 @@ def _entry(name: str, seconds: list[float], over: list[float]) -> Entry:
 @pytest.mark.parametrize("over, verdict", [
     ([1.1, 1.5, 2.0], "faster"), ([0.9, 0.5, 0.99], "slower"), ([0.9, 1.1, 3], "not told apart")])
 def test_verdicts_need_every_turn(over: list[float], verdict: str) -> None:
+    """A method is faster or slower only if it is so in every round."""
     assert _entry("grid", [1, 1, 1], over).verdict() == verdict
 
 
 @pytest.mark.parametrize("seconds, why", [([1, 1.2, 1.1], ""), ([1, 1.6, 1.1], "too busy"),
                                           ([1, 1], "2 runs cannot decide")])
 def test_a_noisy_machine_gives_none(seconds: list[float], why: str) -> None:
+    """There is no verdict on a busy machine, from fewer than 3 runs, or without embreex."""
     assert why in too_noisy([_entry(EMBREE, seconds, seconds)])
     assert bool(too_noisy([_entry(EMBREE, seconds, seconds)])) == bool(why)
     assert "did not run" in too_noisy([_entry("grid", [1, 1, 1], [])])
@@ -166,8 +172,8 @@ def test_rates_of_a_large_spread_are_called_uncertain(capsys) -> None:
 
 @pytest.fixture
 def apart() -> list[Entry]:
-    """Returns entries in which the packets have the better median, but the grid is faster in most
-    rounds."""
+    """Returns entries in which the packets have the better median rate, but the grid is faster in
+    most rounds."""
     embree = _entry(EMBREE, [1.0, 2.0, 1.0], [1, 1, 1])
     grid = _entry("grid", [0.5, 1.1, 1.1], [2, 1.8, 0.9])
     packet = _entry("bvh-packet", [1.0, 2.0, 0.9], [1, 1.0, 1.1])
@@ -182,7 +188,7 @@ def test_rows_are_in_order_of_the_ratio(apart: list[Entry], capsys) -> None:
     assert [line.split()[0].strip(",") for line in out[3:6]] == ["grid", "embreex", "bvh-packet"]
     assert out[0].endswith("mirror rays of 64 x 64 pixels")
     assert out[6].startswith("no verdict: the slowest run")
-    for entry in apart:  # without embreex, only rates count
+    for entry in apart:  # without embreex, the rates decide the order
         entry.over = []
     assert [entry.name for entry in ranked(apart)][0] == EMBREE
 
@@ -201,8 +207,8 @@ def test_the_chart_says_what_the_table_does(apart: list[Entry], tmp_path) -> Non
     draw([("box", "mirror rays of 64 x 64 pixels", apart),
           ("box", "eye rays", [_entry("grid", [1.0, 1.0, 1.0], [])])],
          str(tmp_path / "b.svg"), "llvmpipe, on 2 threads")
-    # The SVG draws text as outlines, each with a comment that holds the text. The lowest bar comes
-    # first.
+    # The SVG draws text as outlines, each with a comment that holds the text. The chart's
+    # lowest bar comes first.
     texts = [line.strip()[5:-4] for line in (tmp_path / "b.svg").read_text().splitlines()
              if line.strip().startswith("<!--")]
     assert [text for text in texts if text.startswith(("grid", "embree", "bvh"))] == [
@@ -246,6 +252,7 @@ def test_an_engine_that_cannot_be_imported_is_left_out(capsys, tmp_path, monkeyp
 
 
 def test_a_kind_of_rays_is_raced_once_and_a_scene_told_of_once(capsys, tmp_path) -> None:
+    """A kind of rays that is named twice has one race. A bad scene gives one line of error."""
     bench = ["bench", "cornell", "--size", "8", "--runs", "1", "-m", "grid", "--json"]
     assert cli.main([*bench, "--rays", "random,eye,random"]) == 0
     assert [one["rays"] for one in json.loads(capsys.readouterr().out)["races"]] == [
@@ -280,6 +287,7 @@ def test_mistakes_are_one_line(capsys, words: list[str], message: str) -> None:
 
 
 def test_a_race_refuses_an_image_that_is_none() -> None:
+    """An image with a negative number of pixels is an error."""
     with pytest.raises(rt.Error, match="cannot have -3 pixels"):
         race("cornell", RAY_SETS["eye"], [("grid", {})], -3, 1, ())
 

@@ -1,5 +1,5 @@
-"""The helpers of charts keep the charts' rules, and the check of the rules finds what breaks
-them."""
+"""The helpers of charts keep the rules for charts (tests/chart_rules.py), and the check of these
+rules finds charts that break a rule."""
 from __future__ import annotations
 
 import ast
@@ -150,7 +150,7 @@ def test_dots_lie_where_their_numbers_are() -> None:
 
 
 def test_direct_labels_cover_nothing() -> None:
-    """Labels of 40 points, most of them on a line, overlap neither each other nor a point."""
+    """The labels of 40 points, most of which lie on a line, overlap no label and no point."""
     figure, axis = plt.subplots(figsize=(9, 7))
     points = [(1.1 ** k, 1.0 if k % 3 else 1.3 ** k, f"method-{k}") for k in range(40)]
     axis.plot([x for x, *_ in points], [y for _, y, _ in points], "o")
@@ -184,7 +184,7 @@ def test_a_file_describes_its_chart(tmp_path: Path, suffix: str) -> None:
 
 def test_every_chart_is_written_by_the_shared_helper() -> None:
     """No module writes a chart, or makes an axis logarithmic, without the shared helper, so the
-    rules reach every chart."""
+    rules apply to every chart."""
     own = PACKAGE / "charts"
     for folder in (PACKAGE, FIGURES):
         for path in folder.rglob("*.py"):

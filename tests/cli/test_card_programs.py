@@ -1,4 +1,5 @@
-"""`gpgpu-rt program METHOD --card CARD` prints the kernels as a card's compiler left them."""
+"""`gpgpu-rt program METHOD --card CARD` prints each kernel of a method with its costs on a
+card."""
 from __future__ import annotations
 
 import json

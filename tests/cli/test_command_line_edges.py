@@ -1,4 +1,4 @@
-"""Edge cases of the command line and of the Python API end in a single line, never in a
+"""Edge cases of the command line and of the Python API give a message of one line, never a
 traceback."""
 from __future__ import annotations
 
@@ -32,6 +32,7 @@ DEEP = "[" * 100_000
 
 
 def said(capsys, *words: str) -> tuple[int, str, str]:
+    """Return the exit status, the standard output and the standard error of ``gpgpu-rt WORDS``."""
     try:
         status = cli.main(list(words))
     except SystemExit as stopped:
@@ -173,6 +174,7 @@ def test_a_report_without_figures_says_how_to_name_them(tmp_path: Path, capsys) 
 
 
 def test_a_report_names_what_it_draws_in_words(tmp_path: Path, monkeypatch) -> None:
+    """The progress messages of a report are plain words, without Python's signs for a tuple."""
     pytest.importorskip("markdown_it")
 
     def drawn(*_: object) -> str:
@@ -205,6 +207,7 @@ def test_a_number_beyond_floats_is_an_option_error() -> None:
 
 
 def test_a_folder_at_the_locks_name_is_a_line(tmp_path: Path, monkeypatch) -> None:
+    """A folder in the place of the machine's lock file is an error that says what to remove."""
     monkeypatch.setattr(machine, "_file", lambda: tmp_path)
     with pytest.raises(rt.Error, match="cannot lock.*remove what is there"), machine.taken():
         pass

@@ -1,4 +1,5 @@
-"""Help: the short help fits a screen, a method's help has its options, and --help-all has all."""
+"""Help: the short help fits a screen, the help of a method lists the method's options, and
+--help-all lists every option."""
 from __future__ import annotations
 
 import re
@@ -28,7 +29,7 @@ def told(capsys, monkeypatch):
 
 
 def words_in(text: str) -> set[str]:
-    """Returns the options that a help text describes, at the beginnings of its lines."""
+    """Returns the options, such as --octants, with which lines of a help text begin."""
     return set(re.findall(r"^  (?:-\w(?: \S+)?, )?(--[a-z-]+)", text, re.M))
 
 
@@ -49,6 +50,8 @@ def test_the_commands_with_tables_of_options_are_known() -> None:
 
 @pytest.mark.parametrize("command", LONG)
 def test_every_option_is_in_one_of_the_three(told, command: str) -> None:
+    """--help-all lists every option. --help lists the common options of the tracer and all but a
+    few of the command's own options."""
     short, full = words_in(told(command, "--help")), words_in(told(command, "--help-all"))
     table = words_of(TRACER_OPTIONS).union(*(words_of(row.options) for row in methods()))
     assert table <= full and "--help-all for every option." in told(command, "-h")
@@ -78,6 +81,7 @@ def test_an_integrator_has_a_help_of_its_own(told, name: str) -> None:
 
 
 def test_several_methods_and_auto(told) -> None:
+    """The help of several methods lists the options of each. `auto` gives the short help."""
     text = told("bench", "--help", "-m", "grid,bvh-packet")
     assert text.index("options of method grid:") < text.index("options of method bvh-packet:")
     assert "default 5.0\n" in text and "for ray-engine" not in text

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 HANG = 60  # seconds after which an interrupted process counts as hung
-STARTS = 2.0  # the interrupt comes within these first seconds of a command
+STARTS = 2.0  # the interrupt comes within this time after the start of a command
 
 COMMANDS = {
     "render": "-m gpgpu_rt render bunny --size 256x256 -o {folder}/picture.png",
@@ -95,6 +95,7 @@ def test_an_interrupt_is_silent_whenever_it_comes(command: str, seed: int, tmp_p
 
 # Where exceptions are lost ----------------------------------------------------------------------
 
+# A module that raises an interrupt during its own import and swallows it.
 SWALLOWING = """
 try:
     import signal
@@ -102,6 +103,7 @@ try:
 except BaseException:
     pass
 """
+# A program with an interrupt in a place where Python may lose an exception.
 LOSING = """
 import signal, sys, time
 from gpgpu_rt.interrupts import run
@@ -143,6 +145,7 @@ def test_a_command_that_ignores_interrupts_goes_on(tmp_path) -> None:
 
 
 def test_the_command_line_is_loaded_once_it_can_be_interrupted() -> None:
+    """The entry modules import no slow module before the package can react to Ctrl-C."""
     code = ("import sys, gpgpu_rt.__main__, gpgpu_rt.figures.__main__\n"
             "print([name for name in sys.modules if name in ('numpy', 'typing', 'moderngl')])")
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)

@@ -30,7 +30,7 @@ def _file(scene: str, path: str, content: bytes) -> SourceFile:
 @pytest.fixture
 def folder(tmp_path, monkeypatch) -> Path:
     """A user's folder, with small originals of two scenes in ``copy``. The bunny is in an archive.
-    The robots are in files that are kept, two of which are equal."""
+    The robots are in three files, two of which are equal; the command keeps these files."""
     monkeypatch.setenv("GPGPU_RT_SCENES", "")
     monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path / "data"))
     monkeypatch.chdir(tmp_path)
@@ -128,7 +128,8 @@ def test_a_damaged_file_leaves_the_finished_scenes(folder: Path, capsys) -> None
 @pytest.mark.parametrize("before", [False, True], ids=["after", "before"])
 def test_an_interrupted_fetch_ends_the_same(folder: Path, monkeypatch, capsys, step: str,
                                             number: int, before: bool) -> None:
-    """The user interrupts before or after a call of a step; the same command then continues."""
+    """The user interrupts before or after a call of a step. The command, run again, completes the
+    fetch."""
     done, calls = getattr(module, step), 0
 
     def interrupted(*given):
@@ -179,7 +180,7 @@ def test_options_belong_to_fetch(capsys) -> None:
 
 
 def test_every_scene_has_a_source_or_a_page() -> None:
-    """A scene with a stand-in can be fetched, or its row says what to do."""
+    """A scene with a stand-in can be fetched, or the text ``page`` of its row says what to do."""
     assert set(source_files()) == set(ORIGINALS) <= set(catalogue.ROWS)
     derived = {"statue", "glass-teapot", "soft-shadows"}     # built around other scenes
     for row in catalogue.ROWS.values():
@@ -188,7 +189,7 @@ def test_every_scene_has_a_source_or_a_page() -> None:
 
 
 ORIGINALS_FOLDER = os.environ.get("GPGPU_RT_ORIGINALS")
-# The beginning of the SHA-256 of each scene's triangles, (n, 3, 3) float32.
+# The first 16 digits of the SHA-256 of each scene's triangles, (n, 3, 3) float32.
 DIGESTS = {"bunny": "6b43d979b823ec6d", "conference": "b0aa5e61551c000e",
            "cornell": "9c55162aee16d84b", "kitchen": "c9a80d31113513e2",
            "robots": "77e556aee7a6f557", "teapot": "68274553c11df5f9"}

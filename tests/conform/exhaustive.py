@@ -1,8 +1,10 @@
-"""Exhaustive search: nearest hits in integers, for all triangles whose box a ray's line meets.
+"""Exhaustive search: finds nearest hits in integer arithmetic. It tests each triangle whose box is
+met by the line of a ray.
 
 This search shares no code with `gpgpu_rt.reference`: it finds candidates with a slab test of its
-own, and it decides with signs of volumes instead of Cramer's rule. Only with ``tree`` does it use
-the reference's tree of boxes to find candidates, which is ten times as fast.
+own. It decides with the signs of the volumes that a ray's direction and each edge of a triangle
+span, instead of Cramer's rule. With ``tree``, however, it finds candidates in the reference's tree
+of boxes, which is ten times as fast.
 """
 from __future__ import annotations
 
@@ -10,7 +12,7 @@ import numpy as np
 
 from gpgpu_rt.reference.tree import ReferenceTree
 
-BLOCK = 1 << 22     # most pairs of ray and box in a slab test
+BLOCK = 1 << 22     # largest number of pairs (ray, box) in one slab test
 
 
 def nearest(triangles: np.ndarray, origins: np.ndarray, directions: np.ndarray,
@@ -25,8 +27,8 @@ def nearest(triangles: np.ndarray, origins: np.ndarray, directions: np.ndarray,
                                *search(triangles, origins, directions))
     best = [None] * n
     exact = volumes(triangles[triangle], origins[ray], directions[ray])
-    # `above` and `below` are the integers of the fraction t = above / below of a hit. `outside`
-    # also turns t_min and t_max into fractions. Products of integers compare fractions exactly.
+    # The t of a hit is the fraction above / below of two integers. `outside` also turns t_min and
+    # t_max into fractions. Products of integers compare fractions exactly.
     for one, which, above, below in zip(ray.tolist(), triangle.tolist(), *exact):
         if not below or outside(above, below, first[one], last[one]):
             continue
@@ -40,6 +42,7 @@ def nearest(triangles: np.ndarray, origins: np.ndarray, directions: np.ndarray,
 
 
 def outside(above: int, below: int, first: float, last: float) -> bool:
+    """Return whether t = above / below lies outside the interval [first, last]."""
     for end, sign in ((float(first), 1), (float(last), -1)):
         if np.isinf(end):
             if end * sign > 0:
@@ -53,8 +56,11 @@ def outside(above: int, below: int, first: float, last: float) -> bool:
 
 def candidates(triangles: np.ndarray, origins: np.ndarray, directions: np.ndarray
                ) -> tuple[np.ndarray, np.ndarray]:
-    """Return all pairs (ray, triangle) whose line meets the triangle's box, widened by more than
-    the errors of float64; boxes of 16 triangles are tested first."""
+    """Return all pairs (ray, triangle) in which the ray's line meets the triangle's box.
+
+    Each box is widened by more than the rounding errors of float64. Boxes around 16 triangles are
+    tested first.
+    """
     o, d = origins.astype(np.float64), directions.astype(np.float64)
     lo, hi = (fold(triangles.astype(np.float64), 1) for fold in (np.min, np.max))
     middle = (lo + hi) / 2
@@ -80,6 +86,7 @@ def candidates(triangles: np.ndarray, origins: np.ndarray, directions: np.ndarra
 
 def candidates_of_tree(triangles: np.ndarray, origins: np.ndarray, directions: np.ndarray
                        ) -> tuple[np.ndarray, np.ndarray]:
+    """Return the pairs of `candidates`, found in the reference's tree of boxes."""
     n = len(origins)
     found = list(ReferenceTree(triangles.astype(np.float64)).pairs(
         origins.astype(np.float64), directions.astype(np.float64), np.full(n, -np.inf),
@@ -90,8 +97,8 @@ def candidates_of_tree(triangles: np.ndarray, origins: np.ndarray, directions: n
 
 def straddling(triangles: np.ndarray, origins: np.ndarray, directions: np.ndarray,
                ray: np.ndarray, triangle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Drop the pairs that have two volumes of different signs, where both volumes are larger than
-    the errors of float64."""
+    """Return the pairs (ray, triangle) that may be hits. A pair is dropped if two of its volumes
+    have different signs and both are larger than the rounding errors of float64."""
     o, d = origins.astype(np.float64)[ray], directions.astype(np.float64)[ray]
     d = d / np.abs(d).max(1, keepdims=True)
     size = np.abs(triangles.astype(np.float64)).max() + np.abs(o).max(1)
@@ -114,7 +121,7 @@ def in_slabs(o: np.ndarray, d: np.ndarray, lo: np.ndarray, hi: np.ndarray) -> np
     meets = np.ones(len(o), bool)
     with np.errstate(over="ignore", invalid="ignore"):
         for i, j in ((0, 1), (1, 2), (2, 0)):
-            # d_i y - d_j x over the box's corners must contain 0.
+            # The range of d_i y - d_j x over the box's corners must contain 0.
             first, second = d[:, i, None] * np.stack([a[:, j], b[:, j]], 1), \
                 d[:, j, None] * np.stack([a[:, i], b[:, i]], 1)
             least, most = first.min(1) - second.max(1), first.max(1) - second.min(1)
@@ -125,7 +132,8 @@ def in_slabs(o: np.ndarray, d: np.ndarray, lo: np.ndarray, hi: np.ndarray) -> np
 
 def volumes(triangles: np.ndarray, origins: np.ndarray, directions: np.ndarray
             ) -> tuple[list, list]:
-    """Return above and below of t = above / below for k pairs; below is 0 for a miss."""
+    """Return the integers of t = above / below for each of k pairs (ray, triangle). For a miss,
+    below is 0."""
     scale = 149     # every float32 is a multiple of 2^-149
     v, o, d = (whole(array, scale) for array in (triangles, origins, directions))
     a, b, c = (v[:, i] - o for i in range(3))
@@ -141,6 +149,7 @@ def volumes(triangles: np.ndarray, origins: np.ndarray, directions: np.ndarray
 
 
 def whole(values: np.ndarray, scale: int) -> np.ndarray:
+    """Return float32 values, multiplied by 2^scale, as Python integers."""
     fraction, exponent = np.frexp(values.astype(np.float64))
     number = np.ldexp(fraction, 24).astype(np.int64).astype(object)
     shift = exponent.astype(int) - 24 + scale

@@ -16,7 +16,7 @@ from gpgpu_rt.options import TRACER_OPTIONS
 
 TESTS = next(option.choices for option in TRACER_OPTIONS if option.name == "intersection")
 
-# Here a test's errors are more than 16 times those of the watertight test.
+# Pairs (triangle test, family) with more than 16 times the errors of the watertight test.
 BEYOND = {("moller-trumbore", "slivers"), ("plucker", "slivers"), ("plucker", "stadium")}
 
 

@@ -15,11 +15,12 @@ from gpgpu_rt.conform.families import make_case
 
 DIGESTS = json.loads((Path(__file__).parent / "digests.json").read_text())
 SEEDS = (1, 2)
-FULL_RAYS = 10**7       # of all families together
+FULL_RAYS = 10**7       # number of rays in the full test, for all families together
 
 
 def digests() -> dict[str, list[str]]:
-    """Returns the content of digests.json. After a change of a family, print it as JSON."""
+    """Returns the content of digests.json. After a change of a family, write this
+    content to the file as JSON."""
     return {name: [digest(make_case(name, 50, seed)) for seed in SEEDS] for name in FAMILIES}
 
 
@@ -35,12 +36,12 @@ def test_the_scene_does_not_depend_on_the_number_of_rays(name: str) -> None:
 
 
 def check_exact(name: str, rays: int, seed: int, tree: bool = False) -> None:
-    """Compare the answers of two paths that share no code but numpy. With ``tree`` they share the
-    tree of boxes that finds candidates.
+    """Compare the answers of two computations that share no code but numpy. With ``tree``, both
+    find candidates in the reference's tree of boxes.
 
-    The first path is float64 with error bounds, and integers where the bounds decide nothing. The
-    second path is integers for every triangle whose box the ray's line meets, except triangles on
-    whose edges the ray clearly passes on different sides.
+    The first computation is the reference: float64 with error bounds, and integers where the
+    bounds decide nothing. The second is `nearest`: integers for every triangle whose box is met by
+    the ray's line. `nearest` leaves out a triangle only if float64 already proves a miss.
     """
     case = make_case(name, rays, seed)
     rays = reference.as_rays(*case.rays, "raise")[:4]

@@ -1,5 +1,5 @@
-"""Each family finds faults: a fault is put into the project's own programs, and the family's rays
-must go wrong."""
+"""Each family of the suite finds faults: a test puts a fault into the project's own programs, and
+some of the family's rays must then get wrong answers."""
 from __future__ import annotations
 
 import shutil
@@ -51,7 +51,7 @@ FAULTS: dict[str, tuple[str, dict, list[tuple[str, str, str]]]] = {
         (WATERTIGHT, INSIDE, "bool inside = none_below_zero(w);")]),
     "not watertight": ("brute-force", {"intersection": "moller-trumbore"}, []),
 }
-CONTRACTION = "contraction"     # see mirror.py: no software renderer at hand contracts
+CONTRACTION = "contraction"     # tests/mirror.py imitates it: no renderer at hand contracts
 
 # The faults that each family must find.
 FOUND = {
@@ -81,7 +81,7 @@ FOUND = {
 @pytest.fixture
 def faulty(request: pytest.FixtureRequest, tmp_path: Path,
            monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
-    """The programs of a copy of glsl/ with a fault."""
+    """Makes tracers use a copy of glsl/ with the fault that the test asks for."""
     changes = FAULTS[request.param][2]
     if changes:
         shutil.copytree(shader.ROOT, tmp_path / "glsl")

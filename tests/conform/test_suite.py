@@ -25,16 +25,18 @@ from gpgpu_rt.reference.verdicts import (
 )
 
 METHODS = [(row.name, schedule) for row in rt.methods() for schedule in row.schedules]
-# Under these schedules, long lists take a pass for each entry.
+# Under schedules other than `loop`, these families take a pass for each entry of a long list.
 LONG_LISTS = ("coincident", "coplanar", "one-centroid", "long-way")
 
-# Two parallel triangles, and rays at their middle, past them, and through the first one's edge.
+# Two parallel triangles, and three rays: through the middle of both triangles, past both, and
+# through an edge of the first triangle.
 TWO = np.float32([[[-1, -1, 0], [1, -1, 0], [0, 1, 0]], [[-1, -1, -1], [1, -1, -1], [0, 1, -1]]])
 ORIGINS = np.float32([[0, 0, 2], [5, 5, 2], [0, -1, 2]])
 DIRECTIONS = np.float32([[0, 0, -1]] * 3)
 
 
 def wrong(method: str, schedule: str, name: str, rays: int) -> dict[str, int]:
+    """Return the number of rays for each kind of wrong answer that occurs."""
     known = Known.of(name, rays)
     answers = Spec(METHOD, method, schedule).load()(known.case)
     verdicts = known.judge(answers, slice(None))
@@ -85,7 +87,7 @@ def test_how_much_an_answer_is_wrong() -> None:
 
 
 def test_a_miss_between_two_triangles_is_a_leak() -> None:
-    """No triangle is certainly hit, but all neighbours of the ray hit."""
+    """No triangle is certainly hit, but all rays in a ring around the ray hit a triangle."""
     quad = np.float32([[[-1, -1, 0], [1, -1, 0], [1, 1, 0]], [[-1, -1, 0], [1, 1, 0], [-1, 1, 0]]])
     known = reference.acceptance(quad, [[0.5, 0.5, 1]], [[0, 0, -1]])
     assert known.must_hit[0] and known.triangle.tolist() == [0, 1]
@@ -131,7 +133,7 @@ def test_a_crash_is_counted(engine, body: str, reason: str) -> None:
     with Runner(seconds=2) as runner:
         with pytest.raises(Crash, match=reason.replace("(", r"\(").replace(")", r"\)")):
             runner.trace(spec, case)
-        # The runner starts anew.
+        # After a crash, the runner starts a new process.
         answers, _ = runner.trace(Spec(METHOD, "brute-force"), case) if "60" not in body else (
             EngineAnswers(np.zeros(4)), 0)
         assert len(answers.triangle) == 4
@@ -210,8 +212,8 @@ def test_wrong_specs_are_named(spec, message: str) -> None:
 
 @pytest.mark.parametrize("name", ENGINES)
 def test_every_installed_engine_answers(name: str) -> None:
-    """Each adapter reports triangles and distances in the suite's units. Rays aimed inside
-    triangles therefore get right answers."""
+    """Each adapter converts an engine's triangles and distances to the suite's units, so rays that
+    are aimed inside triangles get right answers."""
     engine = ENGINES[name]
     if any(importlib.util.find_spec(module) is None for module in engine.modules):
         pytest.skip(engine.missing)
@@ -225,8 +227,8 @@ WALL = np.float32([[[-9, -9, -1], [9, -9, -1], [0, 9, -1]]])
 
 
 def test_a_wall_behind_an_edge_is_no_excuse() -> None:
-    """A ray through the diagonal of a square must hit the square, though the wall behind it is a
-    certain hit."""
+    """A ray through the diagonal of a square must hit the square, although the hit of the wall
+    behind the square is certain."""
     rays = np.concatenate([QUAD, WALL]), [[0.5, 0.5, 1]], [[0, 0, -1]]
     assert reference.acceptance(*rays).triangle.tolist() == [0, 1]
     assert reference.check(*rays, [2.0], [2]).kind.tolist() == [WRONG_NEAREST]
@@ -237,7 +239,7 @@ def test_a_wall_behind_an_edge_is_no_excuse() -> None:
     ("a T-junction", np.float32([[[-1, -1, 0], [0.6, 0.6, 0], [-1, 1, 0]],
                                  [[0.6, 0.6, 0], [1, 1, 0], [-1, 1, 0]]]))])
 def test_edges_that_only_seem_to_meet_prove_no_leak(what: str, second: np.ndarray) -> None:
-    """All neighbours of the ray hit, but no corners are common to their triangles."""
+    """All rays in a ring around the ray hit, but their triangles have no common edge."""
     known = reference.acceptance(np.concatenate([QUAD[:1], second]), [[0.5, 0.5, 1]], [[0, 0, -1]])
     assert known.may_hit[0] and not known.must_hit[0]
 
@@ -247,7 +249,7 @@ def test_the_length_of_a_direction_changes_no_verdict(length: float) -> None:
     directions = np.float32([[0, 0, -1]]) * np.float32(length)
     for triangles, must in ((QUAD, True), (QUAD[:1], False)):
         known = reference.acceptance(triangles, [[0.5, 0.5, 1]], directions)
-        fits = 1 / length < 3e38    # else float32 cannot hold t, and no engine must hit
+        fits = 1 / length < 3e38    # otherwise float32 cannot hold t, and a miss is right, too
         assert known.must_hit[0] == (must and fits)
 
 

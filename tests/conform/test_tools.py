@@ -20,7 +20,8 @@ from gpgpu_rt.conform.page import page
 from gpgpu_rt.conform.shrink import Minimal, shrink
 from gpgpu_rt.conform.suite import KINDS, Known, Row
 
-# Names of verdicts that the reader, which knows no geometry, calls by another name.
+# Verdict of the suite -> verdict of the exported reader, where the two differ. The reader knows no
+# geometry.
 READER_NAMES = {"undecidable": "right", "false hit": "wrong triangle",
                 "wrong nearest": "wrong triangle", "not finite": "wrong t"}
 
@@ -74,9 +75,10 @@ def test_the_reader_judges_as_the_suite_does(exported: Path, tmp_path: Path, nam
 
 
 def test_shrinking_keeps_the_fault() -> None:
-    """A case fails if its ray has a hit and a triangle lies near `lost`.
+    """`shrink` finds a case of one triangle that still fails.
 
-    `lost` is the centre of the triangle that the ray hits in the whole case.
+    Here a case fails if its ray has a hit and a triangle lies near `lost`. `lost` is the centre of
+    the triangle that the ray hits in the whole case.
     """
     known = Known.of("sphere-random", 300, 1)
     ray = int(np.flatnonzero(known.answers.exact.triangle >= 0)[0])
@@ -162,7 +164,7 @@ def test_mistakes_get_one_line(tmp_path: Path, capsys: pytest.CaptureFixture, wo
 
 @pytest.fixture
 def own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
-    """The name of a user's module in the working directory."""
+    """Writes a user's module to the working directory; returns the name of the module."""
     (tmp_path / "own_tracer.py").write_text(
         "import numpy as np\nno_function = 3\n"
         "def indices(triangles, origins, directions):\n    return np.full(len(origins), -1)\n"

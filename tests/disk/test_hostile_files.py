@@ -130,6 +130,7 @@ def test_a_missing_texture_of_a_ply_file_is_refused(tmp_path: Path, capfd) -> No
 # Sizes ------------------------------------------------------------------------------------------
 
 def test_blanks_of_an_obj_are_read_once(tmp_path: Path) -> None:
+    """The time to read long runs of blanks does not grow with the square of their length."""
     (tmp_path / "m.obj").write_text(f"{TRIANGLE}{' ' * 200_000}\nf 1{' ' * 200_000}2 3\n")
     assert isinstance(within_seconds(20, lambda: rt.load_scene(tmp_path / "m.obj")), rt.Scene)
 
@@ -235,7 +236,7 @@ def test_an_archive_that_inflates_is_refused(tmp_path: Path, monkeypatch) -> Non
         read_npz(tmp_path / "r.npz", "rays")
     assert read_npz(tmp_path / "r.npz", "rays", names=("directions",)) == {}
     np.savez(tmp_path / "r.npz", origins=np.zeros((10 ** 6, 3)))
-    assert len(read_npz(tmp_path / "r.npz", "rays")) == 1  # uncompressed: no larger than its file
+    assert len(read_npz(tmp_path / "r.npz", "rays")) == 1  # uncompressed, no larger than its file
 
 
 @pytest.mark.parametrize("shape", [(10 ** 9, 3), (10 ** 18, 10 ** 18), (-1, 3)])
@@ -311,6 +312,7 @@ def test_cameras_in_a_fifo_are_passed_over(tmp_path: Path) -> None:
 
 
 def test_names_that_no_file_has_are_told() -> None:
+    """A name that no file can have raises an OSError, as a missing file does."""
     for name in ("a\0b", "x" * 5000):
         with pytest.raises(OSError):
             open_input(name)

@@ -99,6 +99,7 @@ def test_an_own_folder_is_for_this_user_alone(temporary: Path) -> None:
 
 @pytest.mark.parametrize("what", ["link", "folder", "fifo"])
 def test_what_is_no_lock_is_named(what: str, temporary: Path) -> None:
+    """A link, a folder or a FIFO in the place of the lock file is an error that gives its path."""
     path = machine._file()
     if what == "link":
         path.symlink_to(temporary / "elsewhere")
@@ -183,6 +184,8 @@ def test_indices_that_lead_astray_are_not_believed(build, kind: str | None, harm
 
 
 def test_a_tree_that_turns_back_is_not_believed(tmp_path: Path, monkeypatch) -> None:
+    """A kd-tree is unsound if a node's child is the root or a child of another node, or if the
+    depth is wrong."""
     structure = build_kdtree(random_soup(40, 2))
     inner = np.flatnonzero(structure.axis != 3)
     for node, child in ((inner[1], 0), (inner[1], int(structure.left[inner[0]]))):

@@ -59,6 +59,7 @@ def plane_rays(tree: KdTree, n: int, rng: np.random.Generator) -> tuple[np.ndarr
 @pytest.mark.parametrize("seed", [1, 2], ids="seed{}".format)
 @pytest.mark.parametrize("method", KD)
 def test_rows_24_and_25_rays_from_split_planes(precise_renderer, method: str, seed: int) -> None:
+    """Rays from split planes end within a bound on their steps, with the hits of brute force."""
     case = make_case("spanning", 1, seed)
     with rt.Tracer(case.scene, method, statistics=True) as tracer:
         tree = tracer.accelerator.structure
@@ -79,7 +80,7 @@ def test_rows_24_and_25_rays_from_split_planes(precise_renderer, method: str, se
 @pytest.mark.parametrize("seed", [3], ids="seed{}".format)
 @pytest.mark.parametrize("method", KD)
 def test_row_25_triangles_in_split_planes(precise_renderer, method: str, seed: int) -> None:
-    """Hits on triangles that lie in split planes equal those of brute force.
+    """Hits on triangles that lie in split planes equal the hits of brute force.
 
     The test builds a tree and adds flat triangles in its split planes. Many of these planes are
     also split planes of the second tree, which contains the flat triangles.
@@ -170,7 +171,7 @@ def test_grids_visit_the_exact_cells(method: str, name: str, row: int, share: fl
 @pytest.mark.parametrize("far", [False, True], ids=["near", "moved-1e4"])
 @pytest.mark.parametrize("method, options", [
     pytest.param(name, options, id="-".join([name, *map(str, options.values())]))
-    for name in BVH if not ROWS[name].single  # the rays of a packet share their nodes
+    for name in BVH if not ROWS[name].single  # no packets: their rays visit nodes together
     for options in variants(name) if set(options) <= {"quantise_nodes"}])
 def test_rows_31_and_32_nodes_visited_contain_the_exact_ones(method: str, options: dict, far: bool,
                                                              seed: int) -> None:
@@ -244,6 +245,7 @@ def stated_cap(structure: object, triangles: int, stack: bool) -> int:
 @pytest.mark.parametrize("name", ["long-way", "in-planes", "box-corners"])
 @pytest.mark.parametrize("method", ROWS)
 def test_row_40_the_cap_follows_from_the_structure(method: str, name: str) -> None:
+    """The step cap is one step more than the accelerator's bound, and no ray reaches the cap."""
     case = make_case(name, 200, 7) if name != "long-way" else long_way(300, 4, 7)
     with rt.Tracer(case.scene, method, statistics=True) as tracer:
         structure = tracer.accelerator.structure

@@ -1,4 +1,5 @@
-"""The table of docs/extremes.md on hits whose t lies outside the box of their triangle."""
+"""Counts the lost hits in the table of docs/extremes.md: the t of a hit can lie outside the box of
+the hit triangle."""
 from __future__ import annotations
 
 import re
@@ -49,7 +50,7 @@ def test_the_page_has_the_table() -> None:
 @pytest.mark.parametrize("kind, power, lost", ROWS)
 def test_rays_that_begin_and_end_at_their_hit(exact_renderer, kind: str, power: int, lost: int
                                               ) -> None:
-    """The page scales the number of lost hits to RAYS hits."""
+    """The page says how many of RAYS hits are lost if t_min and t_max both equal the hit's t."""
     case = {"triangles": needles, "a plane": planes}[kind](power, np.random.default_rng(1))
     with rt.Tracer(case.scene, "brute-force") as brute, rt.Tracer(
             case.scene, "bvh-threaded") as tracer:

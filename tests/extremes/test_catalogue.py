@@ -88,6 +88,7 @@ def test_brute_force_is_right(name: str, seed: int) -> None:
     if row.name != "brute-force" and ("loop" in row.schedules or name not in LONG_LISTS)])
 def test_every_method_returns_its_bits(precise_renderer, name: str, method: str,
                                        seed: int) -> None:
+    """Every method returns the bits of brute force."""
     check_method(name, method, {}, rays_of(name, False), seed)
 
 
@@ -96,6 +97,7 @@ def test_every_method_returns_its_bits(precise_renderer, name: str, method: str,
 @pytest.mark.parametrize("name", [p for p in NAMES if p.values[0] in TELLING])
 def test_every_option_returns_its_bits(precise_renderer, name: str, method: str, options: dict,
                                        seed: int) -> None:
+    """With every choice of its options, a method returns the bits of brute force."""
     check_method(name, method, options, rays_of(name, False), seed)
 
 

@@ -1,8 +1,9 @@
-"""The watertight test equals its numpy mirror bit for bit, and contraction makes the mirror leak.
+"""The watertight test equals its copy in numpy, tests/mirror.py, bit for bit. Contraction makes
+the copy leak.
 
 A compiler may turn a b - c d into a fused multiply-add, which rounds only one of the two products.
 An edge function is then no longer the exact negative of the neighbour's edge function, so rays
-leak through the edge. No software renderer at hand contracts, so the mirror shows the effect.
+leak through the edge. No software renderer at hand contracts, so the copy shows the effect.
 """
 from __future__ import annotations
 

@@ -52,6 +52,8 @@ def test_rows_16_and_17_are_exact(method: str, name: str, seed: int) -> None:
 @pytest.mark.parametrize("seed", [2], ids="seed{}".format)
 @pytest.mark.parametrize("method", METHODS)
 def test_row_19_denormal_components(method: str, seed: int) -> None:
+    """Each hit is exact for the given direction, or for the direction with 0 in place of each
+    denormal component."""
     case = small_case("denormals", 200, seed)
     with rt.Tracer(case.scene, method) as tracer:
         hits = tracer.trace(case.origins, case.directions)

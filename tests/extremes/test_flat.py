@@ -1,9 +1,9 @@
 """Row 41 of the catalogue of extreme cases (docs/extremes.md): scenes that are flat along an axis,
 and rays that start on or near the plane of the scene.
 
-All hits equal those of brute force to the bit. This also holds for a search that begins and ends
-at the t of a hit, so a method must visit every box that contains a hit. The hits of brute force
-are within the derived error bounds.
+All hits equal the hits of brute force to the bit. This also holds for a search that begins and
+ends at the t of a hit, so a method must visit every box that contains a hit. The hits of brute
+force are within the derived error bounds.
 """
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def traced(flat: Flat, rays: int, seed: int, together: bool = False) -> tuple[Ca
 
 
 def check(flat: Flat, rays: int, seed: int, method: str, **options) -> int:
-    """Compares a method's hits with brute force's; returns the number of rays compared."""
+    """Compares a method's hits with the hits of brute force; returns the number of rays."""
     count = 0
     with rt.Tracer(flat.case(1, seed).scene, method, **options) as tracer:
         for together in (False, True):
@@ -70,6 +70,7 @@ def test_brute_force_is_right(flat: Flat, seed: int) -> None:
                                     if row.name != "brute-force"])
 def test_every_method_returns_its_bits(precise_renderer, method: str, flat: Flat,
                                        seed: int) -> None:
+    """Every method returns the bits of brute force."""
     check(flat, 2000, seed, method)
 
 

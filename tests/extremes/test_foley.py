@@ -18,7 +18,7 @@ SIDE = 500  # 10^6 rays per scene: 250,000 of each kind
 # test for a million incoherent rays in tiles is in tests/methods/ray_tiles.
 SIDES = {"brute-force": 160, "kd-texture-stack": 160, "ray-classification": 40,
          "visibility-field": 160, "ray-tiles": 160, "ray-hierarchy": 32}
-COHERENT = ("ray-tiles",)  # traces all eye rays, as one image
+COHERENT = ("ray-tiles",)  # these methods trace all eye rays, as one image
 
 
 def check(name: str, kind: str, side: int, sides: dict[str, int], seed: int) -> None:
@@ -60,6 +60,7 @@ def test_few_rays_find_no_fault(name: str, kind: str) -> None:
 
 
 def test_the_judge_is_not_asleep() -> None:
+    """The judge counts exactly the seven hits whose t the test makes wrong."""
     scene = real_scene("cornell")
     origins, directions = RAY_SETS["random"](scene, 400, 1)
     with rt.Tracer(scene) as tracer:

@@ -21,6 +21,7 @@ NO_END = {"t_max", "t_exit"}  # fields that may hold infinity for "no end"
 
 
 def scan(state: Fields, hit: Fields) -> None:
+    """Fails if the states or the hits of a pass hold a NaN or an infinity that has no meaning."""
     for name, values in state.items():
         assert not np.isnan(values).any(), f"NaN in {name}"
         assert name in NO_END or np.isfinite(values).all(), f"infinity in {name}"
@@ -36,6 +37,7 @@ def scan(state: Fields, hit: Fields) -> None:
 
 
 def few(name: str, method: str, rays: int, seed: int) -> tuple[rt.Scene, np.ndarray, np.ndarray]:
+    """Returns the scene of a case, reduced to its last triangles, and the case's rays."""
     case = make_case(name, rays, seed)
     case.triangles = case.triangles[-SMALL.get(method, 300):]
     return case.scene, case.origins.copy(), case.directions.copy()

@@ -1,4 +1,4 @@
-"""The table of docs/extremes.md on long thin triangles: errors of t for rays that start
+"""Checks the table of docs/extremes.md on long thin triangles: the errors of t for rays that start
 beside such triangles."""
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
-"""Faked cells: result files as the figures' measurements (cells) write them, with numbers that a
-test chooses."""
+"""Faked cells: files like the result files of the figures' measurements (cells), but with numbers
+that a test chooses."""
 from __future__ import annotations
 
 import json

@@ -1,4 +1,4 @@
-"""The tables of docs/bvh.md, and two of docs/notes/bvh.md, equal measured numbers."""
+"""The tables of docs/bvh.md, and two tables of docs/notes/bvh.md, equal measured numbers."""
 from __future__ import annotations
 
 import argparse
@@ -30,7 +30,7 @@ def tables() -> dict[str, dict[str, dict[str, float]]]:
 
 
 def asked(words: str) -> tuple[str, dict[str, object]]:
-    """Returns the method and the options of a table row."""
+    """Returns the method and the options that a row names, such as bvh-packet --packet 4x2."""
     parser = argparse.ArgumentParser()
     parser.add_argument("method")
     parser.add_argument("--packet", type=lambda text: tuple(map(int, text.split("x"))))
@@ -84,7 +84,8 @@ def test_streams_are_as_the_note_says(size: int, row: int) -> None:
 
 
 def test_the_table_of_streams_agrees_with_that_of_nodes() -> None:
-    """Both tables show the same node counts for eye rays."""
+    """The note's table of streams and the page's table of nodes have the same node counts for eye
+    rays."""
     text, nodes = NOTE.read_text(), tables()["nodes"]
     rows = text[text.index("| per ray |"):].split("\n\n")[0].splitlines()
     heads, *rows = [[cell.strip() for cell in row.strip("|").split("|")]

@@ -58,6 +58,7 @@ def test_every_row_of_table_1_has_a_method() -> None:
 
 
 def test_rates_between_scenes_lie_on_a_line_of_logarithms() -> None:
+    """A rate at 10,000 triangles is interpolated between the logarithms of sizes and rates."""
     points = [(100, 8.0), (1_000_000, 2.0)]
     assert scaled.at_triangles(points) == pytest.approx(4)
     assert [scaled.at_triangles([one]) for one in points] == pytest.approx([8, 2])
@@ -74,8 +75,8 @@ def test_the_survey_s_own_scaling() -> None:
     assert arithmetic == pytest.approx(foley.rate / 8.32e9 / (114_499 / 2.4e9))
     assert bandwidth == pytest.approx(foley.rate / foley.card.bandwidth
                                       / (114_499 / engine.card.bandwidth))
-    # Rates are compared at 10,000 triangles. All scenes of Günther et al. are larger. The smallest
-    # of them, fairy forest, has 13.2 frames/s.
+    # Rates are compared at 10,000 triangles. All scenes of Günther et al. are larger, so the rate
+    # in their smallest scene is used: 13.2 frames/s in fairy forest.
     assert rows["Günther et al. 2007"].rate == pytest.approx(13.2 * 1024 ** 2)
 
 
@@ -131,11 +132,11 @@ def test_figure_26_and_table_1_hold_what_the_data_say(tmp_path: Path) -> None:
     assert rows["ray-tiles"]["predicted_ns"] == ""     # it has no era form (docs/era.md)
     said = fig26.judge(tmp_path, False)
     assert said.renderer is not None and said.scenes == ("tenk",)
-    # The faked measured times equal the published times, but they are of a single scene.
+    # The faked measured times equal the published times, but one scene is too little to judge.
     here = said.renderer
     assert (here.word, here.scenes, here.pairs) == (verdicts.TOO_LITTLE, ("tenk",), here.agreed)
     assert "tau-b is 0.8 or more in 1 of 1 group;" in here.why
-    # The predicted times grow with the row of Table 1.
+    # The predicted times grow with the row of Table 1, unlike the published times.
     assert said.pairs > said.agreed and said.why.startswith("Times predicted for the NVIDIA")
     page = (tmp_path / "fig26.md").read_text()
     assert surveyed.rays_of_columns(False) in page
@@ -176,7 +177,7 @@ def test_the_ray_engine_is_predicted_from_its_pairs() -> None:
     work = ray_engine_work.measure(load("cornell"), workload("cornell", EYE, 16), {})
     assert work["rays"] == 256 and work["pairs"] >= work["rays"] and work["draws"] >= 1
     card, cost = find_card("G80"), static_cost("g80", "brute-force", "intersect")
-    # A pair fetches its ray's two texels from a stream, and writes one target.
+    # For each pair, the kernel fetches the ray's two texels from a stream and writes one target.
     each = max(cost.arithmetic / card.issue_rate, 2 * card.stream_fetch / card.texel_rate,
                3 * ASSUMED.texel_bytes / card.bandwidth)
     seconds, bound = ray_engine_work.predicted_seconds(card, work)
@@ -207,6 +208,7 @@ def test_figure_26_shows_reversed_times_but_one_scene_does_not_judge(tmp_path: P
 
 
 def test_the_cpu_s_rays_a_gflop(tmp_path: Path) -> None:
+    """The page divides each rate by the peak rate of arithmetic of the threads that traced."""
     for column in cpu.columns():
         more = {} if column.threads is None else {"peak": {
             "nominal": 50e9 * column.threads, "attained": 1e9, "fragments": 2e9,
@@ -222,7 +224,7 @@ def test_the_cpu_s_rays_a_gflop(tmp_path: Path) -> None:
     assert float(ours["rays_per_gflop"]) == pytest.approx(4e7 / (50 * CORES))
     assert float(ours["over_one_thread"]) == pytest.approx(4)
     page = (tmp_path / "cpu.md").read_text()
-    assert "1917 Mrays/s" in page  # not the survey's 1,887
+    assert "1917 Mrays/s" in page  # the survey prints 1,887
     assert "1 GHz (a guess) times 50 operations per clock" in page
     assert f"times cores, 1 for {CORES} threads" in page
     assert (tmp_path / one["file"]).exists()
@@ -360,6 +362,7 @@ def test_contradictions_quote_what_is_published() -> None:
 
 
 def test_contradictions_stand_on_pages() -> None:
+    """Each contradiction names pages of figures or tables that exist."""
     assert len(CONTRADICTIONS) == 16
     of_survey = {name for one in CONTRADICTIONS for name in one.pages
                  if name.startswith(("fig", "table"))}

@@ -48,7 +48,7 @@ def test_the_description_is_an_ro_crate(out: Path) -> None:
     links = [value["@id"] for entity in held["@graph"] for key, found in entity.items()
              if key != "conformsTo" for value in (found if isinstance(found, list) else [found])
              if isinstance(value, dict)]
-    assert set(links) <= set(entities)      # no link leads nowhere
+    assert set(links) <= set(entities)      # each link leads to an entity
 
 
 def test_every_file_is_listed_with_its_size_and_digest(out: Path) -> None:

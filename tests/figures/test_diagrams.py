@@ -1,5 +1,5 @@
-"""The diagrams draw the walk of a traced ray. The tests predict the same walk only by
-geometry."""
+"""The diagrams draw the walk of a traced ray. The tests compute the same walk from geometry
+alone."""
 from __future__ import annotations
 
 import csv
@@ -72,6 +72,8 @@ def expected(small: World, method: str) -> list[int]:
 
 
 def test_the_world_shows_what_it_is_for() -> None:
+    """In the diagrams' scene, the tree has full depth and no split along z, and the ray crosses
+    four leaves with triangles."""
     tree = SMALL.tree
     assert 2 not in tree.axis and tree.depth == MAX_DEPTH
     assert len(crossed(SMALL)) == 4 and all(SMALL.inside(leaf) for leaf in crossed(SMALL))
@@ -159,6 +161,8 @@ def test_figure_9_lists_the_tree() -> None:
 
 
 def test_figure_10_is_the_walk_and_shows_the_slip() -> None:
+    """Figure 10 lists each step of the walk, and the nodes where the rule that the survey prints
+    goes wrong."""
     found = walk(fig10.METHOD)
     rows = fig10.rows(SMALL, found)
     assert len(rows) == found.hits.steps[0]
@@ -205,6 +209,8 @@ def test_figure_11_numbers_every_visit(method: str) -> None:
 
 
 def test_figure_15_follows_ropes_of_the_tree() -> None:
+    """From each leaf, the ray follows the rope of the face through which the ray leaves the
+    leaf."""
     ropes, found = fig15.ropes_of(SMALL), walk(fig15.METHOD)
     taken, leaves = fig15.followed(found), crossed(SMALL)
     assert [rope.leaf for rope in taken] == leaves[:-1]
@@ -286,8 +292,8 @@ def test_figure_19_miss_links_lead_past_the_subtree() -> None:
 
 
 def test_figure_19_visits_are_those_of_geometry() -> None:
-    """The visited nodes are the nodes that geometry predicts. The prediction tests boxes by slabs
-    in float64, and triangles by the float64 reference, without a stack."""
+    """The visited nodes are the nodes that geometry predicts. The prediction follows hit links
+    and miss links. It tests boxes by slabs in float64, and triangles by the float64 reference."""
     found, ray = hierarchy(), walk(fig19.METHOD)
     origin, direction = SMALL.origin.astype(float), SMALL.direction.astype(float)
     node, nearest, expected = 0, np.inf, []
@@ -312,8 +318,9 @@ def test_figure_19_visits_are_those_of_geometry() -> None:
 
 @pytest.mark.parametrize("height", range(7))
 def test_figure_21_shows_the_least_and_greatest_positions(height: int) -> None:
-    """Each level shows the minimum and maximum of each block of texels, computed directly. A block
-    shares its last row and its last column of texels with the next blocks."""
+    """Each level shows the minimum and maximum of each block of texels. The test computes both
+    directly from the positions. A block shares its last row and its last column of texels with the
+    next blocks."""
     tree, *found = fig21.pyramids()
     positions, side = fig21.image().charts[0], 2**height
     for boxes, reduce in zip(found, (np.min, np.max)):

@@ -31,6 +31,7 @@ PIXELS, RUNS = 1000, 400_000
 
 
 def _counts(kernels: Sequence[str] = ("down", "intersect")) -> dict:
+    """Returns a cell's counts: the first kernel has RUNS runs in 2 RUNS lanes."""
     issued = {"kernels": list(kernels), "runs": [RUNS, 0], "lanes": [2 * RUNS, 0],
               "iterations": 0, "passes": [0, 0], "queries": 0}
     return {"pixels": PIXELS, "rays": PIXELS / 2, "issued": {
@@ -50,8 +51,8 @@ def test_the_table_holds_what_the_counts_say(tmp_path: Path) -> None:
         rows = {(row["scene"], row["form"]): row for row in csv.DictReader(file)}
     assert len(rows) == 6
     card, cost = find_card("R580"), static_cost("r580", "kd-restart", "down", in_loop=True)
-    # A run in the loop fetches only a node. A pass also fetches the ray, its state and its hit. A
-    # separate unit executes the branches.
+    # In a loop, a run of `down` fetches only a node. As a pass, `down` would also fetch the ray,
+    # its state and its hit. A separate unit executes the branches.
     each = max(cost.arithmetic / card.issue_rate, 1 / card.texel_rate)
     # The two texels of the ray take longer than the instructions of `init`, and longer than
     # writing the hit.
@@ -79,7 +80,7 @@ def test_a_prediction_that_is_far_off_names_its_instructions(tmp_path: Path) -> 
     primary = next(row for row in rows if row.panel.rays == "primary")
     assert (primary.per, primary.runs, primary.instructions) == ("a ray", RUNS / PIXELS, cost)
     assert primary.issued_instructions == 2 * cost
-    # The published 38.3 million rays a second leave this many instructions for each run.
+    # The published 38.3 million rays per second leave this many instructions for each run.
     assert primary.allowed == pytest.approx(card.issue_rate / 38.3e6 / (RUNS / PIXELS))
     said = far_off(rows)
     assert len(said) == len(rows) == 2 and "kd-restart: predicted" in said[0]
@@ -91,7 +92,7 @@ def test_parts_of_the_rows_have_medians_of_their_own(tmp_path: Path) -> None:
     _write(tmp_path)
     rows = era_machine.rows(tmp_path, False)
     primary, shadow = (row for row in rows if row.scored)
-    # Cornell's data publish a view, but no light for the shadow rays.
+    # The published data of cornell give a view, but no light for shadow rays.
     assert primary.published_view and not shadow.published_view
     published, chosen, possible = era_machine.parts(rows).values()
     assert published == (1, pytest.approx(abs(math.log2(primary.ratio()))))
@@ -154,7 +155,7 @@ def test_a_form_that_was_not_counted_has_no_row(tmp_path: Path) -> None:
     assert set(forms["kd-ropes"]) == {WHILE_WHILE, STEP, era_counts.UNCOALESCED}
     cached, alike, past = (forms["kd-ropes"][name] for name in (
         WHILE_WHILE, STEP, era_counts.UNCOALESCED))
-    # Half of the lanes wait here, and load nothing past the texture units.
+    # Half of the lanes wait here. A lane that waits loads nothing past the texture units.
     assert cached == alike and past < 0.9 * cached
 
 
@@ -166,6 +167,7 @@ def test_a_missed_bar_is_named_with_its_distance() -> None:
 
 
 def test_counts_of_an_image_keep_the_runs_of_each_ray() -> None:
+    """All four forms have the same kernel runs. The forms differ in lanes and passes."""
     scene = load_scene("cornell")
     found = era_counts.measure(scene, workload("cornell", EYE, 256), "bvh-threaded", {}, "G80")
     assert found["pixels"] == 256 * 256
@@ -187,7 +189,7 @@ def test_lanes_of_a_warp_run_what_their_packet_visits() -> None:
     # Each ray of a packet stores the packet's counts. A node has two boxes.
     assert issued["kernels"] == ("traverse", "intersect")
     assert issued["runs"] == (2 * hits.nodes_visited.sum(), hits.triangles_tested.sum() / 16)
-    # The two packets of a warp have places in common, but not all places.
+    # The two packets of a warp have some nodes and triangles in common, but not all.
     for runs, lanes in zip(issued["runs"], issued["lanes"]):
         assert runs < lanes < 1.9 * runs
     assert era_counts.forms_of("bvh-packet", "R580", (STEP,)) == ()

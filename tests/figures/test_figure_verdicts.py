@@ -36,8 +36,8 @@ def _mirrors(scene: str, last: float, shared: float, folder: Path) -> None:
     """Writes Figure 14's cells on a scene.
 
     ``last`` is the rate of packets divided by the rate of single rays at the last bounce.
-    ``shared`` is the number of nodes that a packet visits, divided by the number that one of its
-    rays visits.
+    ``shared`` is the number of nodes that a packet visits, divided by the number of nodes that
+    one of its rays visits.
     """
     for bounces in fig14.BOUNCES:
         gain = 2 + (last - 2) * bounces / 5

@@ -32,7 +32,7 @@ from gpgpu_rt.figures.survey import fig22_large_scenes as fig22
 from gpgpu_rt.figures.survey import tree_sizes
 from gpgpu_rt.methods.kdtree.tree import LEAF as KD_LEAF_AXIS
 
-# Columns of this program's own, without a published number.
+# Columns that only this program has, so no paper publishes their numbers.
 NOT_PUBLISHED = {("fig13", fig13.SKIPPING), ("fig22", fig22.FAST), ("fig22", fig22.CPU)}
 COMPARISONS = [fig12.FIGURE, fig13.FIGURE, fig16.FIGURE, fig20.FIGURE, fig22.FIGURE]
 CELL = Cell("cornell", "kd-restart", size=16, runs=1)
@@ -220,8 +220,8 @@ def test_packets_counters_are_shared_out() -> None:
     (3.0, "The claim does not hold on")])
 def test_mirrors_and_packets(last: float, says: str, tmp_path) -> None:
     """Figure 14 shows the ratio of rates at each bounce and over all bounces so far, and the
-    verdict. A packet of four rays visits 4 * 5 = 20 nodes, twice the 10 of a single ray, so its
-    rays have parted."""
+    verdict. A packet of four rays visits 4 * 5 = 20 nodes, but a single ray only 10, so the rays
+    of a packet have parted."""
     for bounces in fig14.BOUNCES:
         ratio = 2 + (last - 2) * bounces / 5
         for method, ns, nodes in ((fig14.SINGLE, 100.0, 10), (fig14.PACKET, 100.0 / ratio, 5)):

@@ -23,6 +23,8 @@ NOTE = PAGE.parent / "notes" / "moving.md"
 
 
 def test_columns_come_from_the_table() -> None:
+    """The table of methods decides the columns: each method that can refit has a refitted
+    column."""
     columns = frames.columns()
     labels = [label for label, _, _ in columns]
     assert len(set(labels)) == len(labels)
@@ -39,7 +41,7 @@ def test_columns_come_from_the_table() -> None:
     ("kd-stack", {}, 2), ("kd-stack", dict([frame_times.AHEAD]), 2)])
 def test_a_measured_cell(method: str, options: dict, rebuilt: int, monkeypatch) -> None:
     """A measured cell of a small cloth has the times of updating and of tracing for each frame.
-    All distances equal those in a newly built tree."""
+    All distances equal the distances in a newly built tree."""
     monkeypatch.setattr("gpgpu_rt.scene.procedural.animations.CLOTH_CELLS", 20)
     for cached in (frame_times._start, frame_times._vertices, frame_times._distances):
         cached.cache_clear()
@@ -123,6 +125,7 @@ def test_pages_hold_the_measured_numbers(tmp_path) -> None:
 @pytest.mark.parametrize("name, at", [("cloth", (8, 48)), ("walker", (8, 48, 96)),
                                       ("explosion", (8, 24, 48))])
 def test_how_a_refitted_tree_fares(name: str, at: tuple[int, ...]) -> None:
+    """The note states the SAH cost of a refitted tree relative to the first and to a new tree."""
     page, animation = NOTE.read_text(), rt.load_animation(name)
     built = build_bvh(animation.scene.triangles)
     refitter = Refitter.of(built)

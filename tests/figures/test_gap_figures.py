@@ -24,12 +24,14 @@ from gpgpu_rt.hardware.trace import record_trace
 
 
 def _keep(data: Path, cell: Cell, gap: dict[str, Any]) -> None:
+    """Writes a cell's file as if the cell had been measured with the result ``gap``."""
     (data / cell.name).write_text(json.dumps({
         "settings": results.settings(cell), "gap": gap, "commit": "none",
         "gpu": {"renderer": "none"}, "scene": {"stand_in": None}}))
 
 
 def _page(module: Any, tmp_path: Path) -> list[dict[str, str]]:
+    """Draws the page and the chart of an experiment; returns the rows of its CSV file."""
     module.draw(tmp_path, tmp_path, False)
     name = module.__name__.rpartition(".")[2]
     assert (tmp_path / f"{name}.png").stat().st_size > 10_000
@@ -87,15 +89,16 @@ def test_schedules_of_a_scene_differ_in_what_they_move() -> None:
                                         "kd-restart", {"schedule": schedule})
              for schedule in ("kernels", "loop")}
     alone = moved["loop"]["bytes"]
-    # Camera rays share one origin, which is a uniform. The only pass reads directions and writes
-    # hits; states stay in registers.
+    # Camera rays have one common origin, which is a uniform. The only pass reads directions and
+    # writes hits; states stay in registers.
     assert alone == {"rays": 16 * 1024, "state": 0, "written": 16 * 1024}
     for part in ("rays", "state", "written"):
         assert moved["kernels"]["bytes"][part] > 3 * alone[part]
 
 
 def test_utilisation_is_what_lanes_do_over_what_they_wait(tmp_path: Path) -> None:
-    """A push is not counted as a run."""
+    """Utilisation is the number of lanes that run, divided by the number of lanes that are issued.
+    A push is not counted as a run."""
     for cell in simd_width.cells(False):
         _keep(tmp_path, cell, _done(cell, 40 if cell.method == "bvh-stack" else 10, 5))
     rows = _page(simd_width, tmp_path)
@@ -173,7 +176,7 @@ def test_the_paragraph_on_stacks_follows_the_numbers(tmp_path: Path, monkeypatch
 
 
 def test_fewer_instructions_need_more_rays_to_hide_fetches() -> None:
-    """A warp waits as long as it computes, so 64 rays hide its fetches; 48 rays fit."""
+    """A warp waits as long as it computes, so 64 rays would hide its fetches, but 48 rays fit."""
     peak = 16 * 1350 * 32 / (4 * 17280)     # Mrays/s
     row = ["", 0, 0, None, 17280, 0, 64.0, 48, 0.75, 0.75 * peak, peak]
     assert stacks._rate(row, 1) == pytest.approx(7.5)

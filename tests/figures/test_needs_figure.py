@@ -20,6 +20,8 @@ from gpgpu_rt.render.needs import Asked, SceneNeeds
 
 @pytest.mark.parametrize("step", range(len(STEPS)))
 def test_derived_draws_the_same_from_no_more(exact_renderer, step: int) -> None:
+    """With only the features that a scene requires, a renderer draws the same picture as with all
+    features, with no more bytes or passes."""
     found = needs_times.measure(step, "bvh-threaded", 24, 1, "tenk")
     one, other = found["derived"], found["all"]
     assert not found["differing"]
@@ -51,6 +53,7 @@ def test_the_page_says_what_was_measured(tmp_path: Path, monkeypatch) -> None:
 
 @pytest.mark.parametrize("module", [fig01, fig07], ids=["fig01", "fig07"])
 def test_lit_pictures_are_drawn_with_what_they_took(module, tmp_path: Path, monkeypatch) -> None:
+    """The CSV file of a lit picture has the number of its rays and its seconds."""
     def tiny(*asked: Any, **more: int) -> Cell:
         *_, method, _ = asked
         return Cell("cornell-light", method, (), 12, "picture", runs=1)

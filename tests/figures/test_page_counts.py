@@ -26,7 +26,7 @@ from gpgpu_rt.figures.framework.cell import Cell
 from gpgpu_rt.figures.survey import fig14_mirrors as fig14
 
 JUDGED = [name for name in FIGURES if of_survey(name) and hasattr(figure_of(name), "judge")]
-TABLES = ("fig12", "fig13", "fig16", "fig20", "fig22")     # tables of measured, published times
+TABLES = ("fig12", "fig13", "fig16", "fig20", "fig22")     # tables of measured and published times
 PREDICTED = ("fig12", "fig20")    # tables for which the test also writes predicted times
 BUILT_IN = ("cornell", "tenk", *(f"stadium:{ratio:g}" for ratio in (1, 0.1, 0.01, 0.001, 1e-4)))
 MESHES = ("bunny", "robots", "kitchen", "conference")
@@ -46,7 +46,7 @@ def _options(method: str, options: dict[str, Any]) -> str:
 
 
 def _row(figure: str, settings: dict[str, Any]) -> dict[str, str] | None:
-    """Returns the row of published.csv with the published number of a cell."""
+    """Returns the row of published.csv with the published number of a cell, or None."""
     rays = {EYE: ("primary",), SHADOW: ("shadow",),
             "picture": ("rendered image", "primary+secondary", "primary+shadow")}.get(
                 settings["work"], ("primary", "rendered image"))
@@ -98,7 +98,7 @@ def _write(cell: Cell, figure: str, folder: Path, real: tuple[str, ...]) -> None
 
 
 def _write_counts(cell: Cell, figure: str, folder: Path, real: tuple[str, ...]) -> None:
-    """Writes a cell of predicted work: the paper's fastest method has most kernel runs."""
+    """Writes a cell of predicted work: the paper's fastest method has the most kernel runs."""
     row, paper = _row(figure, asdict(cell)), figure_of(figure).paper_card
     assert row is not None
     runs = round(1e8 / float(row["value"]))
@@ -112,7 +112,7 @@ def _write_counts(cell: Cell, figure: str, folder: Path, real: tuple[str, ...]) 
 
 @dataclass(frozen=True)
 class Counts:
-    """Scenes and pairs of methods."""
+    """The scenes, and the number of pairs of methods, that a verdict rests on."""
 
     scenes: frozenset[str]
     pairs: int
@@ -276,7 +276,7 @@ def test_the_index_opens_with_sentences_from_the_verdicts(drawn) -> None:
         assert not re.search(r"\b0 (figures|scenes|of 0)\b", line)
 
     def find(words: str) -> str:
-        """The sentence with these words, or "" if it would count nothing."""
+        """Return the sentence that matches ``words``, or "" if the index does not have it."""
         return next((line for line in opening if re.search(words, line)), "")
     said = {name: json.loads((out / f"{name}.json").read_text())["verdict"] for name in JUDGED}
 
@@ -302,8 +302,9 @@ def test_the_index_opens_with_sentences_from_the_verdicts(drawn) -> None:
         scored = [one for one in some if one["agreed"] is not None]
         assert says.format(*(sum(one[key] for one in scored) for key in ("agreed", "pairs"))
                            ) in order
-    # With any set of meshes, Figures 7 and 26 have fewer than four pairs or fewer than two scenes.
-    # The test writes no predictions for Figures 13, 16 and 22.
+    # Five figures always have too little to judge. With any set of meshes, Figures 7 and 26 have
+    # fewer than four pairs or fewer than two scenes. The test writes no predictions for Figures
+    # 13, 16 and 22.
     more = len(of(verdicts.TOO_LITTLE)) - 5
     assert (f"* {more} of these would rest on enough" in lacking) if more else not lacking
     assert ("(bunny, conference, cows, kitchen, robots and shirley6)" in lacking) == (not meshes)

@@ -1,4 +1,4 @@
-"""Figures 6 and 23 draw logged passes, and ray coherence is measured by the nodes that rays
+"""Figures 6 and 23 draw logged passes. The measure of ray coherence counts the nodes that rays
 need."""
 from __future__ import annotations
 
@@ -26,6 +26,7 @@ def test_figure_6_has_purcells_kernels() -> None:
 
 
 def test_figure_23_tells_the_order_and_what_cones_reject() -> None:
+    """Figure 23 shows the passes in order. The cones reject most pairs of triangle and tile."""
     log, batches = fig23.passes()
     kernels = [one.kernel for one in log]
     assert kernels[:4] == ["tile_spans", "tile_cones", "tile_ends", "tile_pairs"]
@@ -70,6 +71,7 @@ def test_needed_nodes(seed: int) -> None:
 
 
 def test_tiles() -> None:
+    """A tile is a block of 8x8 pixels of an image, or 64 consecutive rays of an order."""
     image = coherence.tiles_of_image(20).reshape(20, 20)
     assert image[0, 7] == image[7, 0] == 0 and image[0, 8] == 1 and image[19, 19] == 8
     order = np.random.default_rng(1).permutation(200)

@@ -1,5 +1,6 @@
 """The figure path_noise: its errors shrink with more samples, and its page path_noise.md names the
-renderer of the reference picture. This picture's own noise is below the figure's target."""
+renderer of the reference picture. The reference picture's own noise is below the figure's
+target."""
 from __future__ import annotations
 
 import numpy as np

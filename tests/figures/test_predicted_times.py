@@ -1,4 +1,4 @@
-"""A figure whose paper measured on a card is judged by the times predicted for the card."""
+"""If a paper measured on a card, its figure is judged by the times predicted for this card."""
 from __future__ import annotations
 
 from dataclasses import replace
@@ -29,9 +29,9 @@ def _cells(figure: Comparison) -> list[Cell]:
 
 
 def _write(data: Path, reverse: bool = False, **scene: object) -> None:
-    """Writes the cells of Figure 12. The predicted times of the counts have the published order,
-    and the measured times the reverse order. With ``reverse``, the predicted times have the
-    reverse order, and the measured times the published order."""
+    """Writes the cells of Figure 12. The times predicted from the counts have the published
+    order, and the measured times have the reverse order. With ``reverse``, the predicted times
+    have the reverse order, and the measured times have the published order."""
     figure = fig12.FIGURE
     assert figure.paper_card is not None
     for name in SCENES:
@@ -95,7 +95,7 @@ def test_without_predictions_the_verdict_says_which_methods_lack_them(tmp_path: 
 
 
 def test_each_improvement_of_packets_has_kernels_of_its_own(tmp_path: Path) -> None:
-    """With the same runs in every row, the rows differ by what the compiler left of each row."""
+    """All rows have the same kernel runs, so their times differ only by their compiled kernels."""
     kernels = ("traverse", "intersect", "leave", "begin", "pop")
     issued = {"kernels": kernels, "runs": [5000] * 5, "lanes": [6000] * 5, "iterations": 0,
               "passes": [0] * 5, "queries": 0}

@@ -17,8 +17,8 @@ WORK = {"eye": workloads.EYE, "shadow": workloads.SHADOW, "mirror, once": worklo
 
 
 def rows() -> list[list[str]]:
-    """Returns the cells of all rows of all tables. An empty first cell means the first cell
-    above."""
+    """Returns the cells of all rows of all tables. An empty first cell repeats the first cell of
+    the row above."""
     found: list[list[str]] = []
     for line in PAGE.read_text().splitlines():
         if line.startswith("|") and "---" not in line:
@@ -32,7 +32,7 @@ def number(word: str) -> float:
 
 
 def counters(scene: str, method: str, packet: tuple[int, int], **options: object) -> list[float]:
-    """Returns the number of nodes that a packet visits, and of triangles that it tests."""
+    """Returns two numbers: the nodes that a packet visits, and the triangles that it tests."""
     with rt.Tracer(real_scene(scene), method, packet=packet, statistics=True,
                    **options) as tracer:
         tracer.trace(*tracer.scene.camera.rays((256, 256)))

@@ -100,7 +100,7 @@ def test_verdicts_on_claims(holds: tuple[bool | None, ...], word: str) -> None:
 
 
 def _claims(scenes: int, pairs: int, holds: bool = False, **more: bool) -> list[Claim]:
-    """Returns a claim on each scene; each compares ``pairs`` pairs of methods."""
+    """Returns a claim for each of ``scenes`` scenes, which compares ``pairs`` pairs of methods."""
     return [Claim(f"claim on s{at}", holds, (f"s{at}",),
                   tuple(Pair(f"s{at}", "eye rays", "grid", f"m{k}") for k in range(pairs)), **more)
             for at in range(scenes)]
@@ -146,7 +146,8 @@ def test_a_verdict_comes_back_from_its_file(tmp_path: Path) -> None:
     assert held is not None
     assert Verdict.from_json(held["verdict"]) == said
     assert set(held["verdict"]) == set(asdict(said)) and held["verdict"]["pairs"] == 3
-    # A page by an older version, whose verdicts had no counts, is not shown until drawn again.
+    # The verdict of a page by an older version has no counts. The page is not shown until it is
+    # drawn again.
     held["verdict"] = {"word": verdicts.CONTRADICTED, "why": "one scene"}
     (tmp_path / "fig12.json").write_text(json.dumps(held))
     assert provenance.held("fig12", tmp_path) is None

@@ -51,6 +51,7 @@ def test_shadow_rays_are_answered_as_by_the_reference() -> None:
 
 @pytest.mark.parametrize("bounces", [1, 2])
 def test_mirror_rays_leave_as_they_came(bounces: int) -> None:
+    """Mirror rays leave hits in the reflected direction, except near the edges of triangles."""
     scene, before = rt.load_scene("cornell"), workload("cornell", mirror(bounces - 1), SIZE)
     rays = workload("cornell", mirror(bounces), SIZE)
     came = np.isfinite(before.origins).all(axis=1)

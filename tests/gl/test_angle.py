@@ -54,8 +54,8 @@ void main() {
 def angle() -> Iterator[Gpu]:
     """Return the context of ANGLE, or skip the test if this machine has no ANGLE.
 
-    ANGLE runs in separate processes. After its tests, tests of Mesa in the same process once
-    found denormals flushed.
+    Tests of ANGLE run in processes of their own. After tests of ANGLE, tests of Mesa in the same
+    process once found denormals flushed to 0.
     """
     if os.environ.get("GPGPU_RT_CONTEXT") != "angle":
         pytest.skip("this process does not run on ANGLE: set GPGPU_RT_CONTEXT=angle")
@@ -91,7 +91,7 @@ def test_missing_and_broken_libraries_get_one_line(
         shutil.copy(np._core._multiarray_umath.__file__, tmp_path / library)
     with pytest.raises(ContextError, match="an empty stand-in without functions; set"):
         AngleLoader()
-    # Try again, although the context may exist. The contexts of other tests must stay.
+    # Make the context again, although it may exist. The contexts of other tests must stay.
     monkeypatch.setattr(contexts, "_made", contexts._made.__wrapped__)
     picture = tmp_path / "x.png"
     assert main(["render", "cornell", "--context", "angle", "-o", str(picture)]) == 1
@@ -150,7 +150,7 @@ def test_fragments_are_counted_as_in_opengl(angle: Gpu, counted: FullScreenPass)
     depth = angle.context.depth_renderbuffer(SIZE)
     target = angle.context.framebuffer([drawn], depth)
     some = Rectangles(angle)
-    some.write(np.array([[0, 0, 10, 3], [5, 0, 10, 2]], np.float32))   # 30 texels, 10 again
+    some.write(np.array([[0, 0, 10, 3], [5, 0, 10, 2]], np.float32))   # 30 texels, 10 twice
     x = (np.arange(SIZE[0]) % 3) + np.where(np.arange(SIZE[0]) < 3, -3, 0)
     for most, rectangles in ((2, None), (0, None), (-9, None), (2, some)):
         target.clear(depth=1.0)
@@ -186,7 +186,8 @@ def test_a_query_counts_several_draws_of_any_size(angle: Gpu, counted: FullScree
 
 def test_counts_begin_at_0_in_memory_that_held_other_values(
         angle: Gpu, counted: FullScreenPass) -> None:
-    """The render target is smaller than the viewport."""
+    """Counts begin at 0, even if the memory of the counts held infinities. The render target is
+    smaller than the viewport."""
     size = 4096, 2
     counted.set(most=2)
     for _ in range(3):
@@ -232,8 +233,9 @@ def test_the_context_names_its_largest_point(angle: Gpu, tmp_path: Path) -> None
 
 
 def test_eight_targets(angle: Gpu, counted: FullScreenPass, tmp_path: Path) -> None:
-    """A program may use the target in which fragments are counted. Its draws count as the whole
-    viewport, and the counts before and after are not mixed into this target."""
+    """A program may draw into all eight targets, one of which otherwise holds counts of fragments.
+    Each draw of such a program counts as the whole viewport. Counts of other draws do not get into
+    this target."""
     outputs = "".join(f"layout(location = {at}) out float out_{at};\n" for at in range(8))
     values = "".join(f"out_{at} = {at}.5; " for at in range(8))
     (tmp_path / "eight.frag").write_text(
@@ -265,8 +267,9 @@ def test_masks_of_single_targets_and_readbacks(angle: Gpu) -> None:
 
 
 def test_infinity_in_a_half_float_target(angle: Gpu, tmp_path: Path) -> None:
-    """SwiftShader's fault, which an entry of tests/angle_exceptions.py names. If this test fails,
-    the fault is repaired, and the entry can go."""
+    """SwiftShader stores an infinity as a NaN in a half-float target. An entry of
+    tests/angle_exceptions.py names this fault. If this test fails, the fault is repaired, and the
+    entry can go."""
     (tmp_path / "infinity.frag").write_text(
         "#version 330 core\nout vec4 a;\n"
         "void main() { a = vec4(uintBitsToFloat(0x7f800000u)); }\n")

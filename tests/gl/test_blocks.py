@@ -58,6 +58,7 @@ def test_rows_end_anywhere_in_a_block(gpu, seed: int) -> None:
 @pytest.mark.parametrize("seed", [SEED], ids="seed{}".format)
 @pytest.mark.parametrize("count", [1, 15, 16, 17, 1024, 5000])
 def test_four_targets_become_one_stream(gpu, count: int, seed: int) -> None:
+    """`reduce_children` packs the used slots of four render targets into one stream, in order."""
     rng = np.random.default_rng(seed)
     slots = rng.integers(0, 1000, (count, 4, 3))
     slots[rng.random((count, 4)) < 0.6] = -1

@@ -30,10 +30,11 @@ def test_a_checkout_need_not_be_installed(monkeypatch: pytest.MonkeyPatch) -> No
 
 def test_a_repository_around_an_installed_package_gives_no_commit(
         monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    """A user may install the package into an environment inside the user's own repository."""
+    """The commit of a user's own repository, in which the package is installed, is not
+    recorded."""
     checkout = Path(rt.__file__).parents[1]
     monkeypatch.setattr(environment, "_ROOT", checkout / "gpgpu_rt")
     assert environment.commit.__wrapped__() is None
-    (tmp_path / ".git").mkdir()     # is no repository
+    (tmp_path / ".git").mkdir()     # an empty folder is no repository
     monkeypatch.setattr(environment, "_ROOT", tmp_path)
     assert environment.commit.__wrapped__() is None

@@ -21,7 +21,8 @@ LOW = ("fp24", "fp16")
 
 
 def awkward_values(seed: int) -> np.ndarray:
-    """Return values at and between the edges of every format, infinities, and their negatives."""
+    """Return values at and between the limits of every format, infinity, and all their
+    negatives."""
     rng = np.random.default_rng(seed)
     edges = [v for f in FORMATS.values() for v in (f.smallest, f.quantum, f.quantum / 2, f.largest,
                                                    1 + f.unit, 1 + 3 * f.unit)]

@@ -1,4 +1,5 @@
-"""Loops in another form: the condition moves from behind the body to the loop's head."""
+"""`without_do` rewrites a do-while loop as a for loop: the condition moves from behind the body to
+the loop's head."""
 from __future__ import annotations
 
 import pytest

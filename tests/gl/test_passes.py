@@ -27,6 +27,7 @@ TEXT = ("#version 330 core\nuniform sampler2D values;\nuniform float factor;\nou
 
 @pytest.fixture
 def doubled(gpu: Gpu, tmp_path: Path) -> FullScreenPass:
+    """A pass that multiplies texels by its uniform ``factor`` and discards results below 4."""
     (tmp_path / "probe.frag").write_text(TEXT)
     return FullScreenPass(gpu, str(tmp_path / "probe.frag"))
 
@@ -87,6 +88,7 @@ def test_fragments_are_those_of_the_hosts_own_query(gpu: Gpu, doubled) -> None:
 
 
 def test_release_takes_whatever_parts_are_kept_in(gpu: Gpu) -> None:
+    """`release` accepts None and objects of OpenGL, also inside dicts, lists and iterators."""
     textures = [make_texture(gpu, (2, 2), 4, "kept") for _ in range(4)]
     target = gpu.context.framebuffer(textures[:1])
     target.use()

@@ -1,4 +1,5 @@
-"""Platforms: which context each operating system is asked for. No test has a Windows or macOS."""
+"""Platforms: which context the package asks each operating system for. The tests imitate Windows
+and macOS, and need neither."""
 from __future__ import annotations
 
 import functools
@@ -15,7 +16,7 @@ from gpgpu_rt.gl import context as contexts
 
 
 class FakeContext:
-    """A context as a driver with OpenGL 4.1 would offer it."""
+    """Stands for the context of a driver with OpenGL 4.1."""
 
     version_code, extra = 410, None
     info = {"GL_RENDERER": "Apple M2", "GL_VERSION": "4.1", "GL_MAX_TEXTURE_SIZE": 16384,
@@ -27,7 +28,7 @@ class FakeContext:
 
 @pytest.fixture
 def asked(monkeypatch) -> list[dict[str, Any]]:
-    """The arguments of each context that is asked for; none is made."""
+    """Returns a list that collects the arguments of each request for a context. Requests fail."""
     found: list[dict[str, Any]] = []
 
     def refuse(**settings: Any) -> None:

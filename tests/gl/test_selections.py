@@ -1,4 +1,5 @@
-"""Selections on ANGLE: which operators become calls, and which stay."""
+"""Selections on ANGLE: the operators ?:, && and || become calls of functions where this is safe,
+and stay elsewhere."""
 from __future__ import annotations
 
 import pytest
@@ -78,7 +79,7 @@ def test_selections_become_calls(line: str, written: str) -> None:
 
 
 @pytest.mark.parametrize("line", [
-    "y = c ? a : b;",                              # ANGLE makes no branch of names
+    "y = c ? a : b;",                              # ANGLE makes no branch if both values are names
     "y = c ? s[i] : b + b;",                       # the index may be outside the array
     "y = c ? stepped(a) : b;", "y = c && stepped(a) > 0.0;", "y = stepped(a) > 0.0 && c;",
     "y = c ? NEXT(a) : b;", "y = c ? a++ : b;", "y = (a = b) > 0.0 && c;",
@@ -86,13 +87,14 @@ def test_selections_become_calls(line: str, written: str) -> None:
     "y = stepped(a) > 0.0 ? a + b : b;", "y = c ? split(a, b) : b;",
     "y = c ? dropped(a) : b;", "y = c ? s[x + 1] : b;", "y = c ? element(i) : b;",
     "y = c ? unknown(a) : b;", "y = c ? Pair(a, b) : p;",
-    "const int y = 1 > 0 ? 1 + 1 : 2;",            # constants call no functions
+    "const int y = 1 > 0 ? 1 + 1 : 2;",            # a constant may not call functions
     "y = c\n#ifdef D\n        ? a + b : b;\n#else\n        ? a - b : b;\n#endif"])
 def test_the_text_stays(line: str) -> None:
     assert without_branches(PROGRAM.format(line)) == PROGRAM.format(line)
 
 
 def test_a_bracket_that_two_branches_open() -> None:
+    """Both branches of an #ifdef may open a bracket that is closed once, after the #endif."""
     line = ("#ifdef D\n    if (a) {\n#else\n    if (b > 0 && c) {\n#endif\n"
             "        y = c ? 1 + 1 : 2;\n    }")
     written = line.replace("b > 0 && c", "both_hold(b > 0, c)").replace(

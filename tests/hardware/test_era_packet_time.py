@@ -1,4 +1,4 @@
-"""The time that a card with loops would have taken for packets that ran here."""
+"""The time that a card with loops would have needed for packets that were traced here."""
 from __future__ import annotations
 
 import pytest
@@ -20,6 +20,7 @@ HORN = {"push_down": True, "stack_size": 3, "skip_empty_leaves": False}
 
 
 def _predicted(scene: rt.Scene, *calls: str, size=SIZE, **more) -> float:
+    """Returns the seconds that `era_timed` predicts for the ``calls`` of a tracer."""
     rays = scene.camera.rays(size)
     with rt.Tracer(scene, "kd-packet", era="r580", **more) as tracer:
         with era_timed(tracer) as seen:
@@ -31,6 +32,7 @@ def _predicted(scene: rt.Scene, *calls: str, size=SIZE, **more) -> float:
 
 
 def _from_trace(scene: rt.Scene, call: str) -> float:
+    """Returns the seconds that follow from a recorded trace of the same packets."""
     rays, card, any_hit = scene.camera.rays(SIZE), find_card("R580"), call == "occluded"
     with rt.Tracer(scene, "kd-packet", schedule="step", intersection="moller-trumbore",
                    **HORN) as tracer:
@@ -42,7 +44,7 @@ def _from_trace(scene: rt.Scene, call: str) -> float:
              for name in trace.kernels}
     streams = {name: era_packet_time.stream_fetches("kd-packet", name, any_hit, **HORN)
                for name in trace.kernels}
-    # The program as a whole, less its kernels, is shared by the four rays of a packet.
+    # The instructions outside the kernels run once for the four rays of a packet.
     whole = static_cost("r580", "kd-packet", "loop", any_hit, True, **HORN).arithmetic
     setup = (whole - sum(cost.arithmetic for cost in costs.values())) / 4
     assert setup_slots("r580", "kd-packet", any_hit, **HORN) == setup > 20

@@ -1,4 +1,5 @@
-"""Traces of kernels, the issues that follow from them, and the times that a card then needs."""
+"""Traces of kernels, how often groups of lanes then issue each kernel, and the time that a card
+needs for these issues."""
 from __future__ import annotations
 
 from collections import Counter
@@ -193,9 +194,10 @@ def test_passes_and_queries_cost_the_host_time() -> None:
 
 
 def test_a_loop_keeps_the_ray_in_registers() -> None:
-    # Two texels of the ray, two of the state and one of the hit; the sixth is a node.
+    # `down` fetches six texels. Five are from streams: two of the ray, two of the state and one of
+    # the hit. The sixth is a node.
     assert stream_fetches("kd-restart", "down") == 5
-    # A pass reads as many texels.
+    # As a pass, `down` fetches as many texels from streams.
     assert stream_fetches("kd-restart", "down", in_loop=False) == 5
     card, streams = find_card("NV40"), {"down": 5}
     issued = KernelIssues(("down",), (1000,), (1000,))
@@ -212,12 +214,12 @@ def test_lanes_of_a_warp_load_a_texel_together() -> None:
                        for sharing in (1, 32))
     assert alone.seconds - ASSUMED.draw_seconds == pytest.approx(2000 * 32 / card.texel_rate)
     assert together.seconds - ASSUMED.draw_seconds == pytest.approx(2000 / card.texel_rate)
-    # A pixel's instructions beside the loop run while the texels of its ray are fetched.
+    # A pixel's instructions outside the loop run while the texels of its ray are fetched.
     short, long = (time_of_loop(card, issued, costs, streams, 1000, setup=setup).seconds
                    - alone.seconds for setup in (1, 1000))
     assert short == pytest.approx(1000 * 2 * card.stream_fetch / card.texel_rate)
     assert long == pytest.approx(1000 * 1000 / card.issue_rate)
-    # Past the texture units, each run loads its own bytes, and waiting lanes load none.
+    # If loads bypass the texture units, each run loads its own bytes, and waiting lanes load none.
     past = time_of_loop(card, issued, costs, streams, 0, uncoalesced=True)
     assert past.seconds - ASSUMED.draw_seconds == pytest.approx(
         1000 * 32 * UNCOALESCED_BYTES / card.bandwidth)

@@ -12,7 +12,9 @@ from gpgpu_rt.hardware.machines import (
 )
 from gpgpu_rt.hardware.static_costs import static_cost
 
-# The work of 32 rays. A ray runs 20 visits, 3 tests and 5 pushes.
+# The work of 32 rays. A ray runs 20 visits, 3 tests and 5 pushes. A key of `lanes` is a SIMD
+# width. A key of `transfers` holds the bytes of a cache, the bytes of a line, and the number of
+# rays that fetch together.
 WORK: dict[str, Any] = {
     "count": 32, "runs": {"down": 640, "intersect": 96, "push": 160},
     "lanes": {"1": {"down": 640, "intersect": 96, "push": 160},
@@ -55,7 +57,8 @@ def test_a_card_that_fetches_more_than_it_computes_is_bound_by_its_texels() -> N
 
 
 def test_prototypes_step_packets() -> None:
-    """The RPU's units traverse and push, and its shader tests triangles for packets of four."""
+    """The RPU's units traverse and push, and its shader tests triangles for packets of four
+    rays."""
     rpu, saarcor = machines()["RPU"], machines()["SaarCOR"]
     least = on_prototype(rpu, WORK, COSTS)
     assert least.steps == pytest.approx(800 / 4 / 32 / rpu.clock)
@@ -103,7 +106,7 @@ def test_the_saarcor_of_2002_outruns_the_prototype_by_clock_and_cores() -> None:
 
 def test_a_loop_fetches_tables_alone() -> None:
     """A visit of a kd-tree reads a node, and a test reads a reference and then a triangle. A push
-    and a pop access on-chip memory. The other fetches of a kernel are its streams."""
+    and a pop access on-chip memory. All other fetches of a kernel read streams."""
     costs = loop_costs("g80", "kd-texture-stack")
     found = {kernel: (cost.fetches, cost.levels) for kernel, cost in costs.items()}
     assert found == {"init": (0, 0), "down": (1, 1), "intersect": (4, 2), "push": (0, 0),

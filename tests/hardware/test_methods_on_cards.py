@@ -34,7 +34,7 @@ def test_the_largest_table_of_a_program_counts() -> None:
 
 @pytest.fixture
 def few(monkeypatch: pytest.MonkeyPatch) -> list[rt.Method]:
-    """Three methods replace the whole table, for speed."""
+    """Replaces the table of methods by a table of three methods, for speed; returns its rows."""
     rows = [row for row in rt.methods() if row.name in ("grid", "kd-short-stack", "ray-tiles")]
     monkeypatch.setattr(methods_on_cards, "methods", lambda: rows)
     return rows
@@ -59,7 +59,7 @@ def test_the_table_fits_a_terminal_and_says_why(few, capsys) -> None:
     assert at["grid", "era"] == {**floats, **dict.fromkeys(rest, "yes")}
     assert at["grid", "loop"]["R420"] == "loops"
     assert at["kd-short-stack", "step"]["R580"] == "targets"
-    assert at["kd-short-stack", "era"]["R580"] == "yes"     # its state there is smaller
+    assert at["kd-short-stack", "era"]["R580"] == "yes"     # the era form has a smaller state
     assert ("targets: for example kd-short-stack kernels on the R300: needs 6 render targets, "
             "the card has 4") in text
 
@@ -79,7 +79,7 @@ def test_json_has_every_reason_of_every_card(few, capsys) -> None:
 
 
 def test_the_era_form_is_judged_by_every_kernel() -> None:
-    """A limit below the count of any single kernel refuses the method."""
+    """A card cannot run a method if a limit of the card is below the count of a single kernel."""
     texels = era_texels(["kd-backtrack"])
     card = find_card("R420")
     assert not era_refusals(card, texels)["kd-backtrack", "era"]

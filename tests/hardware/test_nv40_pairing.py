@@ -1,4 +1,5 @@
-"""The clocks in which a pipe of the GeForce 6800 issues the operations of a listing."""
+"""The number of clocks that a pipe of the GeForce 6800 needs to issue the operations of a
+listing."""
 from __future__ import annotations
 
 import pytest
@@ -13,7 +14,7 @@ def _listing(*lines: str) -> str:
 
 
 def _independent(name: str, *masks: str, operands: str = "IN[0].xyzw, IN[1].xyzw") -> str:
-    """Return independent operations of a name, one for each mask."""
+    """Return a listing of independent operations with the same name, one for each mask."""
     return _listing(*(f"{name} TEMP[{at}].{mask}, {operands}" for at, mask in enumerate(masks)))
 
 

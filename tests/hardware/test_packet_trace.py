@@ -1,5 +1,5 @@
-"""Pushes and pops of packets become separate kernels. tests/traversal/test_era_packets.py
-compares the counts with a program that runs these kernels."""
+"""`in_loop` turns the pushes and pops in a trace of packets into separate kernels.
+tests/traversal/test_era_packets.py compares the counts with a program that runs these kernels."""
 from __future__ import annotations
 
 import numpy as np
@@ -17,7 +17,7 @@ def _column(*values: int) -> np.ndarray:
 
 def test_runs_follow_their_steps_ray_by_ray() -> None:
     steps = np.array([[1, 2], [2, 1], [1, 0]], np.uint8)[:, None, :]
-    more = {"a": np.array([[2, 0], [0, 0], [0, 9]])[:, None, :],    # no run after a finished ray
+    more = {"a": np.array([[2, 0], [0, 0], [0, 9]])[:, None, :],    # a finished ray has no runs
             "b": np.array([[0, 1], [1, 0], [0, 0]])[:, None, :]}
     found = with_more_runs(KernelTrace(("x", "y"), steps), more)
     assert found.kernels == ("x", "y", "a", "b")
@@ -26,7 +26,7 @@ def test_runs_follow_their_steps_ray_by_ray() -> None:
 
 
 def test_a_visit_of_both_children_pushes_and_a_leaf_pops_or_restarts() -> None:
-    """The first leaf pops two nodes, because no ray is awake in the first. The second leaf
+    """The first leaf pops two nodes, because no ray is awake in the first node. The second leaf
     restarts. A visit of a leaf does not push, although `needed` keeps its value."""
     steps = _column(BEGIN, VISIT, VISIT, TEST, LEAVE, VISIT, LEAVE, VISIT, LEAVE).astype(np.uint8)
     # Each step reads the state that the step before it wrote.

@@ -1,4 +1,4 @@
-"""Stored costs of era kernels (docs/era.md): each present kernel text has its costs, and the costs
+"""Stored costs of era kernels (docs/era.md): each current kernel text has its costs, and the costs
 agree with the compilers' listings."""
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ def test_a_comment_changes_no_digest() -> None:
 
 @pytest.mark.parametrize("method, options", PACKETS, ids=str)
 def test_packets_were_compiled_in_loops(method: str, options: dict) -> None:
-    """Every kernel fits a card. Only the whole loop is refused by cards without branches."""
+    """Every kernel fits every card. Cards without branches refuse only the whole loop."""
     for card in COMPILERS:
         for one in era_programs(method, in_loop=True, **options):
             cost = static_cost(card, method, one.kernel, in_loop=True, **options)
@@ -119,7 +119,8 @@ def test_what_was_not_compiled_is_refused() -> None:
 
 
 def test_the_page_has_these_counts() -> None:
-    """Each row of docs/era.md gives a method, a kernel, and instructions + fetches by card."""
+    """Each row of docs/era.md gives a method, a kernel, and instructions + fetches for each
+    card."""
     page = (Path(__file__).parents[2] / "docs" / "era.md").read_text()
     rows = re.findall(r"^\| `([\w-]+)` \| `(\w+)` \| (.*) \|$", page, re.M)
     assert {(method, kernel) for method, kernel, _ in rows} >= {

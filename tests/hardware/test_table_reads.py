@@ -1,4 +1,4 @@
-"""The texels that rays read, from traces of their kernels, and the misses of a cache."""
+"""The texels that rays read, computed from traces of their kernels, and the misses of a cache."""
 from __future__ import annotations
 
 import numpy as np
@@ -21,7 +21,7 @@ NODE, TREE, LIST, CORNERS = (TABLE * TABLES.index(one)
 
 
 def _trace(kernels: tuple[str, ...], steps: list, node: list, cursor: list) -> KernelTrace:
-    """Returns a trace of a row of rays; a row of each argument is a step."""
+    """Returns a trace of a row of rays; each row of an argument is a step."""
     def image(rows: list, kind: type) -> np.ndarray:
         return np.array(rows, kind)[:, None, :]
     return KernelTrace(kernels, image(steps, np.uint8), {
@@ -44,7 +44,7 @@ def test_bvh_rays_read_both_texels_of_a_node_before_the_next_ray_s_step() -> Non
     trace = _trace(("traverse", "intersect"), [[1, 1], [2, 0], [1, 0]], [[3, 4], [0, 0], [5, 0]],
                    [[0, 0], [6, 0], [0, 0]])
     tables = {"bvh_node": {}, "triangle": {}}
-    boxes = [TREE + 16 * texel for texel in (6, 8, 7, 9)]   # 6, 8: first texels of both rays
+    boxes = [TREE + 16 * texel for texel in (6, 8, 7, 9)]   # the first texels of both rays first
     assert table_reads(trace, tables, (1, 2)).tolist() == boxes + [
         CORNERS + 16 * (18 + k) for k in range(3)] + [TREE + 16 * 10, TREE + 16 * 11]
 
@@ -95,6 +95,8 @@ def test_lines_begin_anew_in_each_table() -> None:
 
 @pytest.mark.parametrize("seed", [3, 4])
 def test_a_direct_mapped_cache_misses_what_its_places_lost(seed: int) -> None:
+    """`transfers` counts the same misses as a simulation that looks up one line after the
+    other."""
     random = np.random.default_rng(seed)
     lines = random.integers(0, 40, 500) + (random.integers(1, 3, 500) << 40)
     for places in (1, 8, 16, 1000):

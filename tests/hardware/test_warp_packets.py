@@ -1,4 +1,5 @@
-"""The packet of a warp visits the union of the places that its parts visit."""
+"""A packet as large as a warp visits the union of the places (nodes and triangles) that its parts
+visit."""
 from __future__ import annotations
 
 import numpy as np
@@ -23,14 +24,14 @@ def _trace(parts: list[list[tuple[int, int]]]) -> KernelTrace:
 
 
 @pytest.mark.parametrize("parts, traverse, intersect", [
-    # Parts that visit the same places in another order make one packet that visits them once.
+    # Parts that visit the same places in another order make one packet that visits each once.
     ([[(1, 7), (1, 5), (2, 7)], [(1, 5), (2, 7), (1, 7)]], 1, 1),
     ([[(1, 7), (2, 3)], [(1, 5), (2, 4)]], 2, 2),
-    # A part of a warp beyond the image, or with nothing to visit, leaves the lanes to the other.
+    # If one part is beyond the image or visits nothing, the warp makes the other part's visits.
     ([[(1, 7), (2, 3)], []], 2, 2),
-    # Three of four visits are common. A repeated visit is a visit more.
+    # Three of four visits are common. A repeated visit counts again.
     ([[(1, 1), (1, 2), (1, 1)], [(1, 1), (1, 2), (1, 1), (1, 3)]], 2 * 4 / 7, 1),
-    # The places of two warps are apart.
+    # Places that only different warps have in common are visited once per warp.
     ([[(1, 1)], [(1, 2)], [(1, 2)], [(1, 2)]], 2 * 3 / 4, 1)])
 def test_common_places_are_visited_once(parts: list[list[tuple[int, int]]], traverse: float,
                                         intersect: float) -> None:
@@ -48,7 +49,7 @@ def test_the_packet_of_a_warp_is_the_packet_that_is_traced(method: str) -> None:
             found[packet] = record_trace(
                 tracer, size, lambda: tracer.trace(*scene.camera.rays(size)), ("cursor", "node"))
     parts = found[2, 2]
-    # Parts of 2x2 of a packet of 4x2 are as parts of 4x4 of a packet of 8x4.
+    # Parts of 2x2 rays in a packet of 4x2 behave like parts of 4x4 rays in a packet of 8x4.
     more = growth(parts, (4, 4), PLACES)
     for kernel in PLACES:
         union = more[kernel] * parts.totals()[kernel] / 2

@@ -80,7 +80,7 @@ def test_dir_is_what_is_public() -> None:
 
 
 def test_the_page_of_the_package_runs(tmp_path: Path) -> None:
-    """The lines of use in `rt.__doc__` run as they stand, on a small scene."""
+    """The example code in `rt.__doc__` runs, here with a small scene and a small picture."""
     lines = re.search(r"::\n\n((?:    .*\n|\n)+)", rt.__doc__)[1]
     code = "\n".join(line[4:] for line in lines.splitlines())
     assert 8 <= len(code.strip().splitlines()) <= 12

@@ -1,4 +1,4 @@
-"""The error messages that how-to pages show are those that a reader gets.
+"""The error messages that how-to pages show are the messages that a user gets.
 
 A ``text`` block that begins with ``$ COMMAND`` shows the message of a command that fails. "..."
 stands for words that are left out, and lines may be broken elsewhere than on a terminal.
@@ -31,7 +31,7 @@ MESSAGES = [pytest.param(*found, id=block.place) for page in HOW_TO for block in
 
 
 def shell(command: str, folder: Path) -> subprocess.CompletedProcess[str]:
-    """Returns the finished command; stdout also has what it wrote to stderr."""
+    """Runs a command; returns its result, in which stdout also contains the command's stderr."""
     path = os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]])
     return subprocess.run(["bash", "-eo", "pipefail", "-c", command], cwd=folder, text=True,
                           stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=180,

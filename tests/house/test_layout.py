@@ -54,6 +54,7 @@ def test_pack_and_unpack(record: Record, seed: int) -> None:
 
 @pytest.mark.parametrize("record", RECORDS, ids=lambda r: r.name)
 def test_what_is_not_given_is_zero_wherever_it_is_packed(record: Record) -> None:
+    """`pack` and `pack_into` write 0 to the fields that are not given."""
     fields = fields_of(record, 3, 1)
     some = dict(list(fields.items())[::2])
     out = np.full((3, record.texels, 4), np.nan, np.float32)

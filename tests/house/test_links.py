@@ -13,7 +13,7 @@ ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
 PAGES = sorted([*ROOT.glob("*.md"), *DOCS.glob("**/*.md")])
 PICTURES = sorted(path for path in DOCS.glob("**/*") if path.suffix in (".png", ".gif", ".jpg"))
-MOST_BYTES = 1_500_000      # of a picture: a reader's page loads all of its pictures
+MOST_BYTES = 1_500_000      # largest size of a picture; a page loads all of its pictures
 _LINK = re.compile(r"(?<!!)\[(?:[^\[\]]|\[[^\]]*\])*\]\(([^)\s]+)\)")
 _PICTURE = re.compile(r"!\[([^\]]*)\]\(([^)\s]+)\)")
 _FENCE = re.compile(r"(?ms)^```.*?^```$|`[^`\n]*`")
@@ -31,7 +31,7 @@ def _anchors(page: Path) -> set[str]:
                     ).replace(" ", "-") for head in re.findall(r"(?m)^#+ (.+)$", text)]
     count: Counter[str] = Counter()
     found = set()
-    for name in names:      # the second heading of a name gets -1
+    for name in names:      # the second heading with the same name gets the suffix -1
         found.add(f"{name}-{count[name]}" if count[name] else name)
         count[name] += 1
     return found
@@ -42,7 +42,7 @@ def _name(path: Path) -> str:
 
 
 def _broken(page: Path) -> list[str]:
-    """Returns the links of a page that lead nowhere."""
+    """Returns each link of a page whose target does not exist."""
     found = []
     for link in _LINK.findall(_text(page)):
         if link.startswith(("http:", "https:")):
@@ -93,7 +93,8 @@ def test_a_link_that_leads_nowhere_is_found(tmp_path: Path) -> None:
 
 def test_the_map_has_each_page_once() -> None:
     """docs/index.md and docs/reference/index.md list each page; the site's sidebar shows the same
-    lists. Pages of a tour, of how-to pages and of notes are listed by the folder's first page."""
+    lists. The first pages of the folders tour, how-to and notes list the other pages
+    of their folders."""
     for folder in (DOCS, DOCS / "reference"):
         index = folder / "index.md"
         listed = Counter((folder / name).resolve() for name in re.findall(

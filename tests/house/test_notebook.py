@@ -1,4 +1,5 @@
-"""The notebook of the examples runs from top to bottom, and each of its values shows itself."""
+"""The notebook examples/tour.ipynb runs from top to bottom, and each value of a cell can show
+itself."""
 from __future__ import annotations
 
 import ast

@@ -64,6 +64,7 @@ def test_a_choice_may_be_given_as_it_is_spelt(options: dict, wanted: object) -> 
 
 
 def test_steps_a_pass_ask_for_the_schedule_that_has_them() -> None:
+    """Without a schedule, the option `steps_per_pass` selects the schedule `step`."""
     with rt.Tracer("cornell", steps_per_pass=4) as tracer:
         assert tracer.options["schedule"] == "step"
 

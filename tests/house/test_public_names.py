@@ -55,6 +55,8 @@ def test_every_public_name_is_described(name: str) -> None:
 
 
 def test_that_would_find_what_is_not() -> None:
+    """`undescribed` finds a function without a docstring, and a parameter without a
+    description."""
     def bare(x): ...
 
     def half(x, y):

@@ -18,7 +18,7 @@ SCALE = (0, 340, 270, 392)      # the part of the film with the scale and its nu
 
 
 def alike(before: Image.Image, after: Image.Image, tolerance: int = 24) -> float:
-    """The share of pixels whose channels differ by at most ``tolerance``."""
+    """Returns the share of pixels whose channels differ by at most ``tolerance``."""
     assert before.size == after.size
     first, second = (np.asarray(one.convert("RGB")).astype(int) for one in (before, after))
     return float((np.abs(first - second).max(axis=2) <= tolerance).mean())

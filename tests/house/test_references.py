@@ -18,7 +18,7 @@ from gpgpu_rt.methods.references import SECTIONS, citations, cited, find_work, r
 ROOT = Path(rt.__file__).parents[1]
 FOLDERS = ("gpgpu_rt", "glsl", "figures", "docs", "examples", "README.md", "CONTRIBUTING.md")
 TEXTS = (".py", ".md", ".glsl", ".frag", ".vert", ".csv", ".json")
-MADE = ("figures/data", "figures/out")     # by `make figures`
+MADE = ("figures/data", "figures/out")     # made by `make figures`
 NOT_WORKS = {"ComputerBase 2006"}    # a magazine's review of a card
 # Works that were once cited with a wrong section, and the section that discusses them.
 DISCUSSED = {"Arvo and Kirk 1987": "5", "Mortensen et al. 2007": "5",
@@ -33,7 +33,8 @@ OF_SURVEY = re.compile(
 
 @functools.cache
 def texts() -> dict[str, str]:
-    """The texts of the project's files, each with its comments and strings on one line."""
+    """Returns file name -> text. A comment or a string that fills several lines is joined to one
+    line."""
     paths = [path for folder in FOLDERS
              for path in ([ROOT / folder] if "." in folder else (ROOT / folder).rglob("*"))]
     names = [str(path.relative_to(ROOT)) for path in paths if path.suffix in TEXTS]
@@ -89,7 +90,7 @@ def test_every_published_number_has_a_source() -> None:
 
 
 def _sections(text: str) -> list[tuple[int, str]]:
-    """The places where a text cites sections of the survey, and each section."""
+    """Returns (place in the text, section) for each section of the survey that a text cites."""
     return [(at.start(), section) for at in OF_SURVEY.finditer(text)
             for section in re.findall(r"\d(?:\.\d+)*", at[1])]
 

@@ -1,4 +1,4 @@
-"""The commands and the Python of README, tour and how-to pages run as they stand."""
+"""The commands and the Python code of README, tour and how-to pages run as the pages show them."""
 from __future__ import annotations
 
 import re
@@ -25,7 +25,8 @@ def test_page_runs(exact_renderer, page: Path, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("page", PAGES, ids=name_of)
 def test_a_word_to_be_replaced_is_explained(page: Path) -> None:
-    """A word in capitals, such as ADDRESS, stands for something else; the prose says for what."""
+    """A word in capitals, such as ADDRESS, is a placeholder that the prose of the page
+    explains."""
     prose = re.sub(r"(?ms)^```.*?^```$", "", page.read_text(encoding="utf-8"))
     words = {word for block in snippets(page) if block.language == "sh"
              for line in commands(block)
@@ -122,6 +123,8 @@ def test_an_error_names_its_place(page: Path, tmp_path: Path, old: str, new: str
     ("ray (...) s", "ray (...) s"), ("ray 2", "ray 2"), ("ay of", "ay of"), ("ray o", "ray o"),
     ("2 ... ray", "ray"), ("1 ... 1", "1"), ("1 ray of 3 ... s", "1 ray of 3")])
 def test_left_out_words_must_be_marked(shown: str, part: str | None) -> None:
+    """`missing` returns the first shown part that the output lacks. Words may be left out only
+    where the page shows "..."."""
     assert missing(shown, "1 ray of  2\n\n0.5 s") == part
 
 

@@ -1,5 +1,5 @@
-"""The tour's chapters follow one another, and its pictures can be made anew. The test of snippets
-runs the commands of the tour and compares their output."""
+"""The tour's chapters follow one another, and its pictures can be made anew. test_snippets.py runs
+the commands of the tour and compares their output."""
 from __future__ import annotations
 
 import re
@@ -15,12 +15,12 @@ from snippets import ROOT, commands, snippets
 tour_pictures = SimpleNamespace(**runpy.run_path(str(ROOT / "tools" / "tour_pictures.py")))
 TOUR = ROOT / "docs" / "tour"
 CHAPTERS = sorted(TOUR.glob("[0-9]-*.md"))
-MOST_BYTES = 4 << 20     # of all pictures and films
+MOST_BYTES = 4 << 20     # of all pictures and films together
 LONG = "measures for minutes"
 
 
 def shown(page: Path) -> list[str]:
-    """The pictures of a page."""
+    """Returns the names of the pictures and films that a page shows."""
     return re.findall(r"!\[[^\]]+\]\(([^)]+)\)", page.read_text(encoding="utf-8"))
 
 
@@ -46,7 +46,7 @@ def test_a_chapter_has_all_its_parts(page: Path) -> None:
 
 @pytest.mark.parametrize("page", CHAPTERS, ids=lambda page: page.name)
 def test_only_figures_that_measure_are_left_out(page: Path) -> None:
-    """The test of snippets skips only blocks that draw a figure measured over minutes."""
+    """test_snippets.py leaves out a block only if the block draws a figure that takes minutes."""
     left_out = [block for block in snippets(page) if block.marker]
     assert {(block.marker, block.value) for block in left_out} <= {("not run", LONG)}
     assert all(command.startswith("python -m gpgpu_rt.figures --only ")

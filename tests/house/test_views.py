@@ -1,4 +1,4 @@
-"""Objects show themselves: a line of text, and in a notebook a table with escaped texts."""
+"""Objects show themselves as a line of text, and in a notebook as a table with escaped texts."""
 from __future__ import annotations
 
 import base64
@@ -133,7 +133,7 @@ def test_scenes_and_animations_in_a_line() -> None:
 
 
 def test_a_sketch_shows_what_the_camera_sees() -> None:
-    """A red sheet fills the left half, before a green sheet that fills the picture."""
+    """A red sheet fills the left half, in front of a green sheet that fills the picture."""
     corners = [(-9, -9, 0), (0, -9, 0), (0, 9, 0), (-9, 9, 0),
                (-9, -9, -1), (9, -9, -1), (9, 9, -1), (-9, 9, -1)]
     faces = [(0, 1, 2), (0, 2, 3), (4, 5, 6), (4, 6, 7)]
@@ -178,7 +178,7 @@ def test_progress_is_a_bar_in_a_notebook(monkeypatch, capsys, kernel: bool) -> N
         tell(3, 4, "noise 5%")
         tell(4, 4)
     err = capsys.readouterr().err
-    assert ("4/4" in err and "100%" in err) == kernel     # else lines: this is no terminal
+    assert ("4/4" in err and "100%" in err) == kernel     # otherwise lines: this is no terminal
     assert ("4 of 4 samples" in err) == (not kernel)
 
 

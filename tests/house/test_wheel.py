@@ -15,7 +15,7 @@ import gpgpu_rt as rt
 
 ROOT = Path(rt.__file__).parents[1]
 FOLDERS = {"gpgpu_rt": "gpgpu_rt", "glsl": "gpgpu_rt.glsl", "figures": "gpgpu_rt.figures"}
-MADE = ("figures/out", "figures/data")      # by `make figures`
+MADE = ("figures/out", "figures/data")      # made by `make figures`
 
 
 def config() -> configparser.ConfigParser:
@@ -101,8 +101,8 @@ def test_commands_run_without_a_checkout(installed: Path, tmp_path: Path, words:
 
 
 def test_it_is_the_installed_package_that_ran(installed: Path, tmp_path: Path) -> None:
-    """The commands above import no file of the checkout. A missing extra is installed from the
-    wheel, as there is no checkout."""
+    """The commands above import no file of the checkout. The advice on a missing extra names the
+    wheel, because there is no checkout."""
     code = ("import sys, gpgpu_rt as rt, gpgpu_rt.figures\nfrom gpgpu_rt.cli import main\n"
             "main(['render', 'cornell', '--size', '8', '-o', 'a.png'])\n"
             "from gpgpu_rt.errors import how_to_install\nprint(how_to_install('view'))\n"

@@ -1,4 +1,5 @@
-"""Frames of a film lie where the live rays fall evenly, however long the last rays take."""
+"""From each frame of a film to the next, about the same number of rays ends, however many passes
+the last rays take."""
 from __future__ import annotations
 
 import numpy as np
@@ -16,7 +17,7 @@ def test_a_long_tail_takes_few_frames() -> None:
     live = np.array(LONG_TAIL)[chosen]
     lost = -np.diff(live)
     assert chosen[0] == 0 and chosen[-1] == len(LONG_TAIL) - 1 and 40 < len(chosen) <= 60
-    # Frames differ by 1/59 of the rays, but a pass may end up to 50 rays more.
+    # Between two frames, 1/59 of the rays end, and up to 50 more rays that end in the same pass.
     assert lost.min() >= 40 and lost.max() <= 4096 / 59 + 50
     # Frames at equal distances in passes would nearly all show the last 90 rays.
     assert (live <= 90).mean() < 0.05 < 0.8 < (np.array(LONG_TAIL) <= 90).mean()
@@ -28,13 +29,13 @@ def test_the_first_and_the_last_pass_are_frames(counts: list[int], frames: int) 
     chosen = even_loss(live, frames)
     assert len(chosen) <= frames and chosen == sorted(set(chosen))
     assert [chosen[0], chosen[-1]] == [0, len(live) - 1] if live else chosen == []
-    # Between two frames, no pass was due: less than a share of the rays had ended.
+    # From a frame to the pass before the next frame, at most 1 / (frames - 1) of the rays end.
     for one, other in zip(chosen, chosen[1:]):
         assert live[one] - live[other - 1] <= live[0] / (frames - 1) or other == len(live) - 1
 
 
 @pytest.mark.parametrize("live", [[], [7], [7, 7], [0, 0, 0], [7, 7, 7, 7, 0]])
 def test_short_traces_are_shown_in_full(live: list[int]) -> None:
-    """Rays of brute force all end in the same pass; its film shows the passes before, too."""
+    """All rays of brute force end in the same pass, but its film also shows the passes before."""
     assert even_loss(live, 5) == list(range(len(live)))
     assert even_loss([7, *live], 2) == ([0, len(live)] if live else [0])

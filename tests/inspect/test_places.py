@@ -50,7 +50,7 @@ def test_records_are_what_the_textures_hold(soup: str, method: str, options: dic
 
 
 def test_a_texel_is_read_although_passes_wrote_it(soup: str) -> None:
-    """The tables of geometry images are completed by passes, so only the textures hold boxes."""
+    """Passes write the boxes of geometry images, so only the textures hold these boxes."""
     with rt.Tracer(rt.load_scene(soup), "geometry-image", schedule="step") as tracer:
         places = Places(tracer, states(tracer)[0])
         numbers = np.arange(0, places.count, max(1, places.count // 7))

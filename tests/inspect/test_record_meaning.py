@@ -25,6 +25,7 @@ def test_the_texts_name_each_field_of_a_state(row: rt.Method) -> None:
 
 
 def test_a_text_leads_to_the_records_that_it_names() -> None:
+    """`meaning` also returns the texts of the records that a text names."""
     state = next(row.state for row in ROWS if row.name == "kd-short-stack")
     assert [*meaning(state)] == ["KD_SHORT_STACK_STATE", "KD_PUSH_DOWN_STATE", "KD_STATE"]
 

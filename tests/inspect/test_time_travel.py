@@ -59,7 +59,7 @@ def test_the_last_state_is_what_a_trace_finds(method: str, schedule: str) -> Non
     nearest = np.array([one.hit["t"] for one in passes])
     assert (nearest[1:] <= nearest[:-1]).all(), "a hit got farther from one pass to the next"
     assert set().union(*(one.served for one in passes)) <= names
-    if "turn" not in passes[0].state:    # the rays of a packet share their steps
+    if "turn" not in passes[0].state:    # a packet's step counts for all its rays
         runs = sum(sum(one.served.values()) for one in passes)
         assert runs == expected.steps.sum()
         assert all(sum(after.served.values()) <= before.live
@@ -77,6 +77,7 @@ def test_what_is_pushed_is_popped(method: str) -> None:
 
 
 def test_a_tracer_of_two_choices_is_watched_by_the_one_it_takes() -> None:
+    """A tracer with two choices is watched with the choice that it makes for the rays."""
     scene, *rays = few_rays(150, 4)
     both = Choices(*(Choice(name, {"schedule": "step"}) for name in ("kd-restart", "grid")))
     with rt.Tracer(scene, both) as tracer:
@@ -115,6 +116,7 @@ def test_any_state_leads_to_the_same_hits(precise_renderer, method: str, schedul
 
 
 def test_what_an_earlier_call_left_is_not_taken_for_new() -> None:
+    """States that an earlier call left in textures do not appear in the passes of a later call."""
     scene, *rays = few_rays(100, 3)
     with rt.Tracer(scene, "kd-restart", schedule="kernels") as tracer:
         before, _ = passes_of(tracer, *rays)
@@ -235,7 +237,8 @@ def test_the_commands(tmp_path, capsys) -> None:
 
 
 def test_heat_is_what_rays_cost() -> None:
-    """With one step per pass, a ray has as many passes as steps. Heat maps share a scale."""
+    """With one step per pass, a ray has as many passes as steps. The heat maps of a page have one
+    scale."""
     with rt.Tracer("cornell", "kd-restart", schedule="step", statistics=True) as tracer:
         steps, passes = (heat(tracer, what, (20, 10)) for what in ("steps", "passes"))
     assert (steps.values == passes.values).all() and steps.values.shape == (10, 20)

@@ -122,6 +122,8 @@ def test_any_resolution(precise_renderer, resolution: object, seed: int) -> None
 @pytest.mark.parametrize("statistics", [False, True])
 def test_rays_that_a_packet_leaves_behind_go_alone(precise_renderer, monkeypatch, statistics: bool,
                                                    seed: int) -> None:
+    """If a packet reaches its limit on steps, its live rays are traced as single rays, and no hit
+    is lost."""
     scene = soup_scene(200, seed)
     rays = RAY_SETS["random"](scene, 1024, seed)
     with rt.Tracer(scene, "brute-force") as tracer:

@@ -91,7 +91,8 @@ def test_passes_can_be_watched(scenes, name):
 
 @pytest.mark.parametrize("name", NAMES)
 def test_rays_along_an_axis_end(scenes, name):
-    """A zero component has an infinite inverse, and zero times infinity is NaN."""
+    """Rays with zero components end, although the inverse of zero is infinite, and zero times
+    infinity is NaN."""
     scene = scenes["cornell"]
     lo, hi = scene.bounds
     at = np.linspace(lo, hi, 9)[:, None] * [1.0, 1.0, 0.0] + [0, 0, lo[2] - 1]
@@ -153,7 +154,7 @@ def test_a_state_of_too_many_targets_is_refused(scenes):
 
 
 def test_a_search_that_does_not_end_is_an_error(scenes):
-    """No setting is known that searches without end; a low cap stands for such a setting."""
+    """No setting with an endless search is known, so the test lowers the cap instead."""
     rays = scenes["cornell"].camera.rays((16, 16))
     with rt.Tracer(scenes["cornell"], "kd-restart", era="nv40") as tracer:
         tracer.session.driver.step_cap = 3

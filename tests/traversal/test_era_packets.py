@@ -1,5 +1,5 @@
-"""The packets of the era form find the same triangles as today's packets. The tests run a program
-that contains all kernels in a loop, as on a card with branches: the whole program."""
+"""The packets of the era form find the same triangles as today's packets. The tests run one
+program with all kernels in a loop, as a card with branches would: the whole program."""
 from __future__ import annotations
 
 import re
@@ -67,7 +67,8 @@ def test_images_of_odd_sizes(scenes, shape):
 
 
 def test_rays_of_all_directions_take_turns(scenes):
-    """Each packet has rays of several octants, as after a bounce, also along axes."""
+    """Each packet has rays of several octants, as after a bounce. Some directions have a zero
+    component."""
     scene, rng = scenes["cornell"], np.random.default_rng(5)
     middle = np.mean(scene.bounds, axis=0)
     directions = rng.normal(size=(SIDE * SIDE, 3))
@@ -99,7 +100,7 @@ def test_moved_triangles_are_followed():
 
 
 def test_a_loop_that_the_renderer_ends_early_is_an_error(scenes, monkeypatch):
-    """No scene is known whose loops are so long; a loop that stops early stands for them."""
+    """No scene with such long loops is known, so the test makes the loop stop early."""
     def cut_short(*given):
         found = packet_loop(*given)
         text = (ROOT / "era" / "packet_loop.glsl").read_text()
@@ -158,7 +159,8 @@ def test_the_loop_runs_the_kernels_of_the_trace(scenes, monkeypatch, more, any_h
 
 @pytest.mark.parametrize("more", HORN, ids=str)
 def test_a_kernel_writes_what_it_changes(more):
-    """Each kernel assigns every field that it is said to change, and fits a card's targets."""
+    """Each kernel assigns every field that the method declares for it, and fits a card's
+    targets."""
     for any_hit in (False, True):
         for kernel in packet_kernels(PACKET, _resolved(**more), any_hit):
             text = program_text(kernel.source("card"))

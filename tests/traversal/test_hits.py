@@ -1,4 +1,5 @@
-"""Every method of the method table finds the hits of brute force and of the oracle."""
+"""Every method of the method table finds the hits of brute force and of the oracle, which is the
+float64 reference."""
 from __future__ import annotations
 
 import functools

@@ -1,5 +1,5 @@
-"""Rays of a packet that share the fetched corners of a triangle get the same results as single
-rays."""
+"""The corners of a triangle are fetched once for all rays of a packet, and the rays get the same
+results as single rays."""
 from __future__ import annotations
 
 import numpy as np
@@ -30,7 +30,7 @@ def fanned(seed: int, one_origin: bool) -> tuple[np.ndarray, np.ndarray]:
 def test_as_alone(precise_renderer, options: dict, one_origin: bool, precision: str,
                   seed: int) -> None:
     """The schedules ``step`` and ``loop`` give the same hits. Under ``step`` each ray fetches the
-    corners that it tests; under ``loop`` the rays of a packet share the fetched corners."""
+    corners that it tests; under ``loop`` corners are fetched once for all rays of a packet."""
     scene = soup_scene(300, seed)
     rays = fanned(seed, one_origin)
     axes = np.abs(rays[1]).argmax(2).reshape(SIDE // 2, 2, SIDE // 4, 4)

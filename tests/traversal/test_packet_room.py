@@ -17,7 +17,7 @@ PACKETS = [(1, 1), (2, 1), (2, 2), (4, 2), (4, 4)]
 def test_arrays_and_passes_get_the_same_hits(precise_renderer, method: str,
                                              packet: tuple[int, int], size: tuple[int, int]
                                              ) -> None:
-    """All hits equal those of brute force. This also holds if statistics need the hits in the
+    """All hits equal the hits of brute force. This also holds if statistics need the hits in the
     textures of single rays, and if packets do not divide the image."""
     scene = soup_scene(500, 5)
     rays = scene.camera.rays(size)

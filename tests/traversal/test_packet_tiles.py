@@ -158,7 +158,7 @@ def test_what_is_left_out_counts_nothing(precise_renderer, tile: int | None) -> 
         expected = whole(tracer, origins, directions, t_max=t_max.ravel())
         calls, log = tracer.statistics.draw_calls, fragments(tracer)
         hits = tracer.trace(origins, directions, t_max=t_max.ravel())
-        # One draw call more for hits, and one more for counters.
+        # A call that skips tiles needs one more draw call for hits, and one for counters.
         assert tracer.statistics.draw_calls == calls + 2
         left = fragments(tracer)
     assert_same_bits(hits, expected)

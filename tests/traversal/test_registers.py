@@ -9,7 +9,7 @@ from gpgpu_rt import hits
 from gpgpu_rt.inspect.observe import observe_states
 from gpgpu_rt.rays.ray_sets import random_rays
 
-# The methods whose driver under `loop` is that of single rays.
+# The methods that use the driver of single rays under `loop`.
 SINGLE = [row.name for row in rt.methods() if "loop" in row.schedules
           and "loop" not in row.drivers]
 

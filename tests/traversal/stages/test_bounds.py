@@ -134,5 +134,7 @@ def test_nothing_to_draw() -> None:
 
 @pytest.mark.parametrize("options", [{"intersection": "moller-trumbore"}, {"precision": "fp16"}])
 def test_refused_where_it_proves_nothing(options: dict) -> None:
+    """Bounds are refused with a triangle test or a precision for which the bounds prove
+    nothing."""
     with pytest.raises(rt.OptionError, match="woop-watertight"):
         rt.Tracer("cornell", rasterised_bounds=8, **options)

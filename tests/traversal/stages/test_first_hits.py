@@ -42,8 +42,8 @@ def fans(count: int, seed: int) -> np.ndarray:
 
 
 def layers(count: int, seed: int) -> np.ndarray:
-    """Return triangles in a few parallel planes, some of them twice. Their depths are equal, or
-    differ by a rounding error."""
+    """Return triangles in a few parallel planes, some triangles twice. The depths of many
+    triangles are equal, or differ by a rounding error."""
     random = np.random.default_rng(seed)
     flat = random_soup(count, seed, 0.5)
     flat[:, :, 2] = random.choice([0.5, 0.5 + 1e-7, 0.5 - 6e-8, 0.3], (count, 1))
@@ -93,6 +93,7 @@ def test_hits_are_the_same(precise_renderer, monkeypatch, shape: str, seed: int,
 
 @pytest.mark.parametrize("row", [pytest.param(row, id=row.name) for row in rt.methods()])
 def test_every_method_traces_the_rest(precise_renderer, row: rt.Method) -> None:
+    """Every method traces only the rays whose rasterised hit is in doubt. These rays are few."""
     scene = scene_of(np.concatenate([fans(12, 5), layers(20, 5)]))
     with rt.Tracer(scene, row.name, statistics=True) as tracer:
         expected = tracer.eye_hits(size=SIZE)
@@ -102,7 +103,7 @@ def test_every_method_traces_the_rest(precise_renderer, row: rt.Method) -> None:
             assert (hits.status == expected.status).all()
         found = tracer.statistics.first_hits
         assert 0 < found["retraced"] < 0.1 * SIZE[0] * SIZE[1]
-        assert (hits.steps > 0).sum() <= found["retraced"]     # rays not in doubt: no steps
+        assert (hits.steps > 0).sum() <= found["retraced"]     # other rays take no steps
 
 
 @pytest.mark.parametrize("shape", ["fans", "slivers", "soup"])
@@ -193,6 +194,7 @@ def test_command(tmp_path, capsys) -> None:
 
 
 def test_rays_beside_the_centres_are_refused() -> None:
+    """Rays that miss the centres of pixels, as in path tracing, cannot have rasterised hits."""
     with rt.Tracer(soup_scene(3, 1)) as tracer:
         with pytest.raises(rt.Error, match="integrator path .* give first_hits=traced"):
             tracer.render(size=(8, 8), integrator="path", first_hits="rasterised")

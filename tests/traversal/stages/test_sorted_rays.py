@@ -61,7 +61,7 @@ def test_hits_are_the_same(precise_renderer, way: str, method: str, settings: di
 
 
 def test_pictures_are_the_same(precise_renderer) -> None:
-    """Eye rays share their origin, shadow rays do not; both are made on the GPU."""
+    """Eye rays have a common origin, shadow rays do not. Both are made on the GPU."""
     pictures = []
     for sort_rays in (False, True):
         with rt.Tracer(SCENE, "bvh-threaded", sort_rays=sort_rays) as tracer:
