@@ -245,8 +245,12 @@ def assert_same_hits(hits: rt.Hits, oracle: rt.Hits, extent: float, allowed: flo
 
 
 def assert_threaded(bvh: Bvh, triangles: np.ndarray) -> None:
-    """Check that a BVH has all triangles, that its escape links are those of depth-first order,
-    and that each box just holds its children's boxes or contains its leaf's triangles."""
+    """Check that a BVH has all triangles, and that its escape links are those of depth-first
+    order.
+
+    The box of an inner node must be the smallest box around its children's boxes. The box of a
+    leaf must contain the leaf's triangles.
+    """
     assert (np.sort(bvh.order) == np.arange(len(triangles))).all()
     if not len(triangles):
         return

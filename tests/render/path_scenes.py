@@ -26,8 +26,10 @@ def closed_box(**parts: object) -> rt.Scene:
 
 
 def furnace(diffuse: float = 0.6) -> tuple[rt.Scene, np.ndarray]:
-    """Return a box whose walls emit and reflect evenly, and its radiance: emission / (1 -
-    reflectance)."""
+    """Return a box that emits and reflects evenly, and its radiance.
+
+    The radiance is emission / (1 - reflectance).
+    """
     return closed_box(diffuse=(diffuse,) * 3, emission=EMITTED), EMITTED / (1 - diffuse)
 
 

@@ -1,5 +1,5 @@
-"""Pictures of scenes without a camera or a light: a camera that sees the whole scene and a light
-are added."""
+"""Pictures of scenes without a camera or a light: the package adds a light, and a camera
+that sees the whole scene."""
 from __future__ import annotations
 
 import json

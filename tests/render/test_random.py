@@ -57,8 +57,8 @@ def test_numbers_are_cell_middles_and_their_range_is_refused() -> None:
 
 
 def test_no_two_counters_share_their_numbers() -> None:
-    """All counters of a picture are different, and the hash gives different counters different
-    numbers."""
+    """The counters of a picture are all different, and the hash maps different counters to
+    different numbers."""
     x, y, sample, bounce = (a.ravel() for a in np.meshgrid(*(np.arange(16),) * 4))
     words = np.stack([x, y, sample, bounce << 4], axis=1).astype(np.uint32)
     assert len(np.unique(random_bits(words), axis=0)) == len(words)

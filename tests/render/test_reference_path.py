@@ -177,7 +177,7 @@ def test_asking_lights_changes_the_noise_alone(seed: int, monkeypatch) -> None:
 @pytest.mark.parametrize("count", [1, 2, 3, 64, 5000])
 @pytest.mark.parametrize("seed", [8])
 def test_lights_are_chosen_as_often_as_they_shine(seed: int, count: int) -> None:
-    """The chance of a light is proportional to its area times its luminance."""
+    """The chance of an emitting triangle is proportional to its area times its luminance."""
     rng = np.random.default_rng(seed)
     materials = tuple(Material(emission=rng.random(3) ** 4) for _ in range(count))
     scene = rt.Scene.from_arrays(rng.normal(size=(3 * count, 3)),

@@ -242,7 +242,7 @@ def test_films_and_maps(tmp_path: Path, figures: Path, monkeypatch) -> None:
     assert first[0] == "0" and last[0] == last[1] and live[-1] == 0
     lost = -np.diff(live)
     assert (lost > 0).all()
-    # The next frame follows as soon as a share 1 / (FRAMES - 1) of all rays has ended.
+    # A frame follows as soon as 1 / (FRAMES - 1) of all rays have ended since the last frame.
     passes = [int(re.match(r"pass ([\d,]+)", one)[1].replace(",", "")) for one in texts]
     scene, every = rt.load_scene("cornell"), []
     with rt.Tracer(scene, "kd-restart", schedule="step") as tracer:

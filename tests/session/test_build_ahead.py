@@ -57,8 +57,8 @@ def test_frames_built_ahead_are_those_of_update(method: str, options: dict) -> N
 
 
 def test_a_frame_is_built_while_the_frame_before_it_is_traced(monkeypatch) -> None:
-    """When the caller gets frame n, the build of frame n + 1 has begun, but the build of frame n +
-    2 has not."""
+    """When the caller gets frame n, the build of frame n + 1 has begun. No later build has
+    begun."""
     begun: list[int] = []
     begin = build_ahead.Builds.begin
     monkeypatch.setattr(build_ahead.Builds, "begin", lambda builds, scene: (

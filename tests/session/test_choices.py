@@ -47,7 +47,7 @@ def random(scene: rt.Scene) -> ray_sets.Rays:
 
 
 def took(tracer: rt.Tracer) -> tuple[str, str, str]:
-    """Return the choice and the method of the last call, and the method of the taken choice."""
+    """Return the choice and the method of the last call, and the method of the current choice."""
     statistics = tracer.statistics
     assert statistics.method == tracer.method.name
     return statistics.choice, statistics.method, tracer.choices.of(tracer.taken).method

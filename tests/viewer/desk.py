@@ -1,4 +1,4 @@
-"""A desk: the viewer's panels without a window. A test names a widget by its label to click on it.
+"""A desk: the viewer's panels without a window. A test clicks on a widget by giving its label.
 
 The panels draw into a framebuffer of the suite's own context. While a desk is open, the functions
 of ImGui that draw widgets also note where each widget is, and each text that is written.

@@ -133,7 +133,8 @@ def test_a_narrow_picture_shows_what_a_square_shows() -> None:
 
 @pytest.mark.parametrize("pixel_seconds", [1e-8, 1e-6, 1e-4])
 def test_the_pace_keeps_to_its_limits(clock: Clock, pixel_seconds: float) -> None:
-    """While the camera moves, pictures keep to the limit MOVING; at rest, to PATIENCE."""
+    """While the camera moves, drawing keeps to the time limit MOVING. At rest, it keeps to
+    PATIENCE."""
     pace, pixels = Pace(clock), 640 * 480
 
     def take(divisor: int) -> float:
@@ -195,7 +196,7 @@ def test_moving_is_coarse_and_rest_is_fine(viewer: Viewer, clock: Clock) -> None
 
 @pytest.mark.parametrize("seed", [1, 2])
 def test_moves(seed: int) -> None:
-    """The moves of the camera keep its distance, target or eye, as each move should."""
+    """Each move keeps what it should keep: the camera's distance, its target or its eye."""
     rng = np.random.default_rng(seed)
     camera = Camera(tuple(rng.normal(size=3)), tuple(rng.normal(size=3)))
     distance = np.linalg.norm(np.subtract(camera.target, camera.eye))

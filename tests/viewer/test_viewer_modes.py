@@ -252,7 +252,7 @@ def test_a_click_is_followed_and_survives_a_move(viewer: Viewer) -> None:
 
 
 def test_what_stands_for_none_is_a_dash(soup: str) -> None:
-    """A field without a value shows a dash, such as the hit of a ray that misses, and the
+    """A field without a value shows a dash. Examples are the hit of a ray that misses, and the
     postponed node in a packet's state."""
     scene = rt.load_scene(soup)
     away = replace(scene.camera, target=tuple(2 * np.array(scene.camera.eye)

@@ -33,8 +33,8 @@ MISSING = [
 pytestmark = [pytest.mark.full, pytest.mark.once, pytest.mark.skipif(
     bool(MISSING), reason=f"the window is not tested: no {', '.join(MISSING)}")]
 SIZE = (640, 480)
-# Points in the left panel: the list of methods, and the heading of the graphs. Once the graphs are
-# folded: the last heading, and the text field under it.
+# Points in the left panel: the list of methods, and the heading of the graphs (COSTS). If the
+# graphs are folded, LAST is the last heading, and FILE is the text field under it.
 METHODS, COSTS, LAST, FILE = (150, 44), (150, 198), (150, 302), (200, 328)
 PATIENCE = 240.0  # seconds; long enough for a busy machine
 CLIENT = Path(__file__).with_name("x_client.py")

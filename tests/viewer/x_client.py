@@ -51,7 +51,7 @@ class Client:
         types = (ctypes.c_ulong * 4)(uri, *map(self.atom, ("text/plain", "STRING", "TEXT")))
         xlib.XChangeProperty(self.display, self.own, self.atom("XdndTypeList"), XA_ATOM, 32, 0,
                              ctypes.cast(types, ctypes.POINTER(ctypes.c_ubyte)), len(types))
-        self.tell("XdndEnter", self.own, VERSION << 24 | 1, uri)  # 1: see XdndTypeList
+        self.tell("XdndEnter", self.own, VERSION << 24 | 1, uri)  # 1: XdndTypeList exists
         self.tell("XdndPosition", self.own, 0, x << 16 | y, 0, self.atom("XdndActionCopy"))
         status = self._until("XdndStatus")
         assert status.data.l[1] & 1, "the window refuses the file"

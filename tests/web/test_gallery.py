@@ -1,4 +1,4 @@
-"""The gallery: a page for each method, a page ("twin") beside each of some figures, and an index
+"""The gallery: a page for each method, a page ("twin") beside some of the figures, and an index
 that links to all pages."""
 from __future__ import annotations
 

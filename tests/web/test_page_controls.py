@@ -185,7 +185,7 @@ def test_a_heat_without_end_is_not_followed(page: Browser) -> None:
 
 
 def test_a_pause_shows_the_step_of_the_slider(page: Browser) -> None:
-    """The player shows each fifth step. The pause comes while it looks for rays that are alive."""
+    """The player shows every fifth step. The pause comes while the page counts the live rays."""
     page.wait("element('selftest').dataset.state === 'done'")
     page.run("""{
         counted.last = 5 * PLAYED;
@@ -223,7 +223,8 @@ def test_a_second_pointer_does_not_turn_the_scene(page: Browser) -> None:
 
 
 def test_a_camera_near_its_up_can_be_turned_away(page: Browser) -> None:
-    """A camera that looks along its up vector can be turned, and never gets nearer to up."""
+    """A camera that looks almost along its up vector can be turned, and never gets nearer to
+    it."""
     page.run("""{
         const {target: at, up} = page.camera, across = unit(cross(up, [1, 2, 3]));
         const offset = scaled(unit(up), 1000).map((x, k) => x + 30 * across[k]);

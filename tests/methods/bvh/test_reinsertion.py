@@ -19,7 +19,7 @@ seeds = pytest.mark.parametrize("seed", range(4))
 
 
 def scrambled(count: int, seed: int) -> tuple[LooseTree, np.ndarray]:
-    """Return a tree that joins random pairs of subtrees, beginning with single triangles, and the
+    """Return a tree and its triangles. The tree joins random pairs, beginning with single
     triangles."""
     rng = np.random.default_rng(seed)
     left, right = (np.full(2 * count - 1, -1) for _ in range(2))

@@ -59,8 +59,8 @@ def test_max_depth_is_kept(gpu, max_depth: int) -> None:
 @pytest.mark.parametrize("count", [SMALL // 2, 3 * SMALL])
 @pytest.mark.parametrize("axis", range(3))
 def test_two_heaps_are_parted_first(gpu, axis: int, count: int) -> None:
-    """The first split separates the two heaps in any order of the triangles. Small nodes search
-    splits by a sweep and large nodes by bins, so both sizes are tested."""
+    """The first split separates the two heaps in any order of the triangles. The build finds the
+    split of a small node by a sweep and of a large node by bins, so both sizes are tested."""
     heaps = random_soup(2 * count, 32)
     heaps[::2, :, axis] += 50
     bvh = build_bvh_by_passes(gpu, heaps, build="sah")

@@ -41,8 +41,8 @@ RAYS: dict[str, Callable] = {
 
 
 def cones_over(origins: np.ndarray, directions: np.ndarray, **intervals: np.ndarray) -> tuple:
-    """Return the fields of all nodes, one dict per level, the fan-out of each level, and the
-    hierarchy's unit of length."""
+    """Return three values: a list of dicts with the fields of the nodes of each level, the fan-out
+    of each level, and the hierarchy's unit of length."""
     with rt.Tracer(scene_of(LARGE), "ray-hierarchy") as tracer, tracer.gpu:
         tracer.trace(origins, directions, **intervals)
         cones = tracer.session.driver.cones

@@ -163,8 +163,8 @@ def test_boxes_that_cannot_be_counted_are_refused() -> None:
 
 
 def test_boxes_grow_and_forget(precise_renderer) -> None:
-    """A call fills the lists that its rays need. If the budget is exceeded, it drops older
-    lists."""
+    """A call fills the lists that its rays need. If the budget is exceeded, the call
+    drops older lists."""
     scene = soup_scene(200, 55, 0.1)
     calls = []
     for seed in (55, 56, 57, 58):       # all rays of a call start at one point
