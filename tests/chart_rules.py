@@ -25,7 +25,8 @@ def faults(figure: Any) -> list[str]:
 
 
 def _bars(axis: Any) -> Iterator[str]:
-    """Bars, and filled areas, must lie on a linear axis that contains zero."""
+    """Yields a sentence for each axis with bars or filled areas that is logarithmic or does not
+    contain zero."""
     from matplotlib.collections import FillBetweenPolyCollection
     from matplotlib.container import BarContainer
     from matplotlib.patches import StepPatch
@@ -43,7 +44,8 @@ def _bars(axis: Any) -> Iterator[str]:
 
 
 def _ticks(axis: Any) -> Iterator[str]:
-    """Numbers at ticks must be round, and must have no exponent."""
+    """Yields a sentence for each tick whose number is not round or has an exponent, and for each
+    logarithmic axis with fewer than two numbers."""
     if not axis.axison:
         return
     for one in (axis.xaxis, axis.yaxis):
@@ -72,7 +74,7 @@ def _round(text: str) -> bool:
 
 @pytest.fixture(scope="session", autouse=True)
 def checked_charts() -> Iterator[None]:
-    """Fails each test, and each fixture, that writes a chart that breaks a rule."""
+    """Makes a test or a fixture fail if it writes a chart that breaks a rule."""
     try:
         from matplotlib.figure import Figure
     except ImportError:

@@ -34,7 +34,7 @@ __all__ = ["checked_charts"]     # a fixture of all tests
 # The tests have a new, empty cache, so they build each structure themselves, but only once.
 _CACHE = tempfile.TemporaryDirectory(prefix="gpgpu_rt_tests")
 os.environ["GPGPU_RT_CACHE"] = _CACHE.name
-# Tests find fetched scenes only by GPGPU_RT_SCENES, so that a test can hide them.
+# Tests find fetched scenes only through GPGPU_RT_SCENES, so that a test can hide the scenes.
 if "GPGPU_RT_SCENES" not in os.environ and catalogue.data_folder().is_dir():
     os.environ["GPGPU_RT_SCENES"] = str(catalogue.data_folder())
 os.environ["XDG_DATA_HOME"] = _CACHE.name
@@ -79,13 +79,13 @@ def schedules_of(row: rt.Method, names: Iterable[str] = SCHEDULES,
             and not (row.steps_once and "steps_per_pass" in SCHEDULES[name])}
 
 
-# The full tests in these folders only build with numpy, or count operations. Their results are the
-# same on every OpenGL backend, so they run on one backend.
+# The tests marked `full` in these folders only build with numpy, or count operations. Their
+# results are the same on every OpenGL backend, so they run on one backend.
 ON_ANY_BACKEND = ("accel", "figures", "reference")
 
 
 def pytest_runtest_teardown(item: pytest.Item) -> None:
-    """Fail the test after which the processor flushes denormal numbers, as later tests would then
+    """Fail a test if the processor flushes denormal numbers after it. Later tests would otherwise
     lose hits."""
     assert not flushed(), f"after {item.nodeid} the processor flushes denormal numbers to 0"
 
@@ -217,7 +217,10 @@ def part_of(hits: rt.Hits, some: slice) -> rt.Hits:
 
 
 def assert_same_bits(hits: rt.Hits, expected: rt.Hits, allowed: float = 0.0) -> None:
-    """Check t, triangle, u and v to the bit; a share ``allowed`` of the rays may differ."""
+    """Check that t, triangle, u and v have the same bits.
+
+    At most a share ``allowed`` of the rays may differ.
+    """
     differing = np.zeros(len(hits), bool)
     for name in ("t", "u", "v", "triangle"):
         differing |= getattr(hits, name) != getattr(expected, name)
@@ -242,8 +245,12 @@ def assert_same_hits(hits: rt.Hits, oracle: rt.Hits, extent: float, allowed: flo
 
 
 def assert_threaded(bvh: Bvh, triangles: np.ndarray) -> None:
-    """Check that a BVH has all triangles, and that each box is as small as possible. The BVH's
-    nodes are in depth-first order."""
+    """Check that a BVH has all triangles, and that its escape links are those of depth-first
+    order.
+
+    The box of an inner node must be the smallest box around its children's boxes. The box of a
+    leaf must contain the leaf's triangles.
+    """
     assert (np.sort(bvh.order) == np.arange(len(triangles))).all()
     if not len(triangles):
         return

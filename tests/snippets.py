@@ -13,9 +13,9 @@ their names. Comments in the page, each on the line before a block, change what 
 
 A block without such a comment must consist of commands that every machine has (COMMANDS).
 
-A ``text`` block behind a block that is run shows its output. "..." stands for words and lines that
-are left out. Lines may be broken elsewhere, and spaces count as one space. A ``text`` block that
-begins with ``$ COMMAND`` shows another command, and is not compared here.
+A ``text`` block after a block that is run shows the output of that block. "..." stands for words
+and lines that are left out. Lines may be broken elsewhere, and spaces count as one space. A
+``text`` block that begins with ``$ COMMAND`` shows another command, and is not compared here.
 """
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ PAGES = sorted([ROOT / "README.md", ROOT / "docs" / "replication.md",
                 *ROOT.glob("docs/tour/*.md"), *ROOT.glob("docs/how-to/*.md")])
 # A block that begins a line with any other word needs a reason why the block is not run.
 COMMANDS = ("gpgpu-rt", "python", "mkdir", "cd", "cat", "ls", "echo")
-SECONDS = 180       # a block that takes longer is no block for a test
+SECONDS = 180       # time limit of a ``sh`` block
 _OTHER_NAMES = ("bash", "shell", "console", "shell-session", "py", "python3", "pycon")
 _BLOCK = re.compile(r"(?ms)^(?:<!-- (not run|test with|file): (.+?) -->\n\n?)?"
                     r"^(`{3,})([\w-]*)[^\n]*\n(.*?)^\3$")
@@ -139,7 +139,7 @@ def without_meshes(folder: Path) -> Iterator[None]:
 
 def _run_blocks(page: Path, folder: Path, names: dict[str, object]) -> int:
     count = 0
-    said: str | None = None      # the output of the block before
+    said: str | None = None      # the output of the previous block
     for block in snippets(page):
         if block.marker == "file":
             target = folder / block.value
@@ -159,9 +159,12 @@ def _run_blocks(page: Path, folder: Path, names: dict[str, object]) -> int:
 
 
 def missing(shown: str, said: str) -> str | None:
-    """Returns the first part of ``shown``, the content of a ``text`` block, that does not follow
-    in the output ``said``; None if the output has all parts in this order. Parts are separated by
-    the word "...". "..." inside a word stands for any letters and spaces there."""
+    """Returns the first part of ``shown`` that the output ``said`` lacks; None if the output has
+    all parts in their order.
+
+    ``shown`` is the content of a ``text`` block. The word "..." separates its parts. "..." inside
+    a word stands for any letters and spaces.
+    """
     said, at = " ".join(said.split()), 0
     for part in re.split(r"(?:^|(?<=\s))\.\.\.(?=\s|$)", shown):
         words = " ".join(part.split())
@@ -176,7 +179,7 @@ def missing(shown: str, said: str) -> str | None:
 def _run_commands(block: Snippet, folder: Path, _: Mapping[str, object]) -> str:
     """Runs a block's commands in one shell, which ends at the first error, also inside a pipe.
     Returns what the commands printed."""
-    here = Path(sys.executable).parent      # of the commands gpgpu-rt and python
+    here = Path(sys.executable).parent      # the folder of the commands gpgpu-rt and python
     environment = {**os.environ, "PATH": os.pathsep.join([str(here), os.environ["PATH"]])}
     answer = subprocess.run(["bash", "-eo", "pipefail", "-c", "\n".join(commands(block))],
                             cwd=folder, text=True, stdout=subprocess.PIPE,
@@ -187,9 +190,11 @@ def _run_commands(block: Snippet, folder: Path, _: Mapping[str, object]) -> str:
 
 
 def _run_python(block: Snippet, folder: Path, names: dict[str, object]) -> str:
-    """Runs a block with the names of the blocks before. A traceback shows the page's own line.
-    The block can import files of the folder, as a script there can. Returns what the block
-    printed."""
+    """Runs a block with the names that earlier blocks defined, and returns what the block printed.
+
+    A traceback shows the page's own line. The block can import files of the folder, as a script
+    there can.
+    """
     code = compile("\n" * (block.line - 1) + block.text, str(block.page), "exec")
     before = Path.cwd()
     os.chdir(folder)

@@ -39,6 +39,7 @@ def python(*arguments: str, cwd: Path | None = None, **environment: str
 
 
 def test_what_is_quoted_is_in_the_files() -> None:
+    """Each block of Python or GLSL on the page is a part of the example's files."""
     files = "".join(path.read_text() for path in METHODS.iterdir() if path.is_file())
     quoted = [text for language, text in BLOCKS if language in ("python", "glsl")]
     assert len(quoted) >= 4
@@ -47,6 +48,7 @@ def test_what_is_quoted_is_in_the_files() -> None:
 
 
 def test_the_commands_run_as_they_stand(folder: Path, tmp_path: Path) -> None:
+    """The page's `gpgpu-rt` commands succeed, with a copy of the example's folder."""
     lines = [line for language, text in BLOCKS if language == "sh" for line in text.splitlines()
              if line.startswith("gpgpu-rt")]
     assert len(lines) == 3
@@ -85,6 +87,7 @@ CHECKS = ["tests/traversal/test_hits.py::test_soup_matches_brute_force",
     pytest.param(CHECKS, id="some"),
     pytest.param(["tests"], id="all", marks=[pytest.mark.full, pytest.mark.once])])
 def test_the_tests_know_it(precise_renderer, folder: Path, checks: list[str]) -> None:
+    """The project's tests include the user's method if GPGPU_RT_METHODS names its folder."""
     answer = python("-m", "pytest", "-q", "-m", "not full", "-p", "no:cacheprovider", *checks,
                     "-k", "sweep", cwd=ROOT, GPGPU_RT_METHODS=str(folder))
     assert answer.returncode == 0, answer.stdout[-3000:]
@@ -94,7 +97,7 @@ def test_the_tests_know_it(precise_renderer, folder: Path, checks: list[str]) ->
 @pytest.mark.full
 @pytest.mark.once
 def test_those_tests_find_what_is_wrong(precise_renderer, folder: Path) -> None:
-    """The tests notice a changed search that ends before it reaches the nearest hit."""
+    """The tests fail if the method's search is changed so that it ends before the nearest hit."""
     glsl = folder / "sweep.glsl"
     assert "> hit.t)" in glsl.read_text()
     glsl.write_text(glsl.read_text().replace("> hit.t)", "> 0.5 * hit.t)"))
@@ -126,6 +129,8 @@ if __name__ == "__main__":
 
 @pytest.mark.full
 def test_from_python_and_in_processes_started_from_it(folder: Path, tmp_path: Path) -> None:
+    """After `load_methods`, a script can trace with the method, and so can a process that it
+    starts."""
     script = tmp_path / "loaded.py"
     script.write_text(LOADED)
     answer = python(str(script), str(folder))
@@ -160,6 +165,7 @@ BROKEN = {
     pytest.param(name, marks=() if name in ("syntax", "kernel", "absent") else pytest.mark.full)
     for name in BROKEN])
 def test_what_is_broken_is_named_in_a_line(folder: Path, tmp_path: Path, name: str) -> None:
+    """Each fault in a user's method gives an error message of one line that names the fault."""
     file, text, instead, message = BROKEN[name]
     path = folder / file
     assert text in path.read_text()
@@ -187,6 +193,7 @@ def test_what_is_broken_is_named_in_a_line(folder: Path, tmp_path: Path, name: s
 ])
 def test_a_row_of_other_kinds_is_named_in_a_line(folder: Path, text: str, instead: str,
                                                  message: str) -> None:
+    """A value of a wrong type in a method's row gives an error message of one line."""
     path = folder / "sweep.py"
     assert text in path.read_text()
     path.write_text(path.read_text().replace(text, instead, 1))
@@ -196,6 +203,7 @@ def test_a_row_of_other_kinds_is_named_in_a_line(folder: Path, text: str, instea
 
 
 def test_files_of_one_name_are_two_modules(folder: Path, tmp_path: Path) -> None:
+    """Files with the same name in two folders become two modules."""
     other = Path(shutil.copytree(folder, tmp_path / "others"))
     paths = [one / "sweep.py" for one in (folder, other)]
     for path in paths:

@@ -18,6 +18,8 @@ BUILDERS = (build_grid, build_kdtree, build_bvh)
 @pytest.mark.parametrize("build", BUILDERS)
 @pytest.mark.parametrize("scale", [1e-30, 1e-12, 1e15, 1e33])
 def test_any_scale_gives_the_same_counts(build, scale: float) -> None:
+    """If all coordinates are scaled, a builder makes a structure of about the same size and
+    cost."""
     triangles = random_soup(100, 31)
     plain = quality(build(triangles))
     scaled = quality(build((triangles.astype(float) * scale).astype(np.float32)))
@@ -78,6 +80,8 @@ def test_goldsmith_salmon_follows_its_seed() -> None:
 
 
 def test_sah_beats_the_median_and_insertion_shuffled() -> None:
+    """The SAH cost is lowest for `sah`, lower than for median splits and for shuffled
+    insertion."""
     triangles = np.concatenate([random_soup(300, 37), random_soup(300, 38, 0.01) * 0.1])
     cost = {build: sah_cost(build_bvh(triangles, build=build))
             for build in ("sah", "kay-kajiya", "goldsmith-salmon")}
@@ -99,6 +103,7 @@ def test_cost_of_trees_by_hand() -> None:
 
 @pytest.mark.full
 def test_bunny_has_the_leaves_of_figure_17() -> None:
+    """The kd-tree of the bunny has about as many leaves as Figure 17 of the survey says."""
     figures = quality(build_kdtree(real_scene("bunny").triangles))
     assert figures["leaves"] == pytest.approx(349_833, rel=0.15)
     assert figures["references_per_leaf"] <= 3.2
@@ -106,7 +111,8 @@ def test_bunny_has_the_leaves_of_figure_17() -> None:
 
 @pytest.mark.parametrize("build", ["sah", "goldsmith-salmon"])
 def test_triangles_ascend_within_a_leaf(build: str) -> None:
-    """Among hits at an equal distance, the lowest triangle wins only if it is tested first."""
+    """Among hits at the same distance, the triangle that is tested first wins. It must be the
+    triangle with the lowest index."""
     bvh = build_bvh(random_soup(400, 39), build=build)
     leaf = bvh.count > 0
     owner = np.repeat(np.flatnonzero(leaf), bvh.count[leaf])

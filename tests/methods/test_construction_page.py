@@ -1,5 +1,5 @@
-"""docs/construction.md, and the passes in docs/notes/builds.md: the tables hold the measured
-values."""
+"""The tables of docs/construction.md, and the table of passes in docs/notes/builds.md, hold the
+values that these tests measure."""
 from __future__ import annotations
 
 import re
@@ -27,7 +27,7 @@ ROWS = {f"`{build}`" + (", gpu" if device == "gpu" else ""): (build, device)
 def tables() -> list[dict[str, dict[str, str]]]:
     """Return the tables of page and note: first cell of a row -> scene -> text of its cell.
 
-    In the third table, which is the note's, a cell has two numbers: all passes, and the passes
+    The third table is the note's. Each of its cells has two numbers: all passes, and the passes
     that scatter.
     """
     found: list[dict[str, dict[str, str]]] = []
@@ -41,7 +41,7 @@ def tables() -> list[dict[str, dict[str, str]]]:
 
 
 def reinserted() -> dict[tuple[int, str, str], float]:
-    """Return the page's SAH costs after reinsertion, by rounds of reinsertion, build and scene."""
+    """Return the page's SAH costs: (rounds of reinsertion, build, scene) -> cost."""
     rows = re.findall(r"^\| (\d+), (\S+) \| (.*) \|$", PAGE.read_text(), re.MULTILINE)
     return {(int(rounds), build, scene): float(cost) for rounds, build, costs in rows
             for scene, cost in zip(SCENES, costs.split(" | "))}

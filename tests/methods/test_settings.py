@@ -24,6 +24,7 @@ def scene() -> rt.Scene:
 
 @pytest.fixture
 def found(scene: rt.Scene) -> settings.Settings:
+    """Return settings with one choice, kd-restart, for all rays."""
     return settings.Settings(settings.describe(scene), open_gpu().renderer, Choices.one(Choice(
         "kd-restart", {"schedule": "loop", "intersection": "moller-trumbore"},
         {"max_wrong": 1e-3}, {"rays": 10})))
@@ -31,6 +32,7 @@ def found(scene: rt.Scene) -> settings.Settings:
 
 @pytest.fixture
 def pair(found: settings.Settings) -> settings.Settings:
+    """Return settings with two choices: packets for coherent rays, kd-restart for other rays."""
     packets = Choice("bvh-packet", {"packet": (4, 2), "octants": True}, {"max_wrong": 1e-4}, {})
     return replace(found, choices=Choices(packets, found.choices.incoherent))
 
@@ -56,6 +58,8 @@ def test_settings_trace_as_their_options_do(scene, found, tmp_path) -> None:
 
 
 def test_two_choices_come_back(scene, pair, tmp_path) -> None:
+    """A tracer made from a file with two choices picks one of the methods according to its
+    rays."""
     path = tmp_path / "settings.json"
     pair.save(path)
     assert settings.load(path) == pair and pair.choices.differ
@@ -70,6 +74,7 @@ def test_two_choices_come_back(scene, pair, tmp_path) -> None:
 
 
 def test_one_choice_of_before_serves_all_rays(scene, found, tmp_path) -> None:
+    """A file in the earlier format, with one choice, serves coherent and incoherent rays."""
     path = tmp_path / "settings.json"
     found.save(path)
     path.write_text(json.dumps(one_choice(json.loads(path.read_text()))))
@@ -124,6 +129,7 @@ def check_refusal(path, entries: dict, message: str) -> None:
 
 @pytest.mark.parametrize("content", [b"", b"[1]", b"{", b"\xff\xfe\x00"])
 def test_what_is_no_settings_file(tmp_path, content: bytes) -> None:
+    """A missing file is refused, and so is a file whose content is no JSON object."""
     path = tmp_path / "settings.json"
     path.write_bytes(content)
     with pytest.raises(rt.SettingsError, match="settings.json"):
@@ -149,6 +155,7 @@ def test_another_scene_or_renderer_is_refused(scene, found, tmp_path) -> None:
 
 
 def test_options_beside_settings(scene, found, tmp_path) -> None:
+    """Next to a settings file, an option of the method may only repeat the file's value."""
     path = tmp_path / "settings.json"
     found.save(path)
     with rt.Tracer.from_settings(scene, path, statistics=True, schedule="loop") as tracer:
@@ -159,6 +166,8 @@ def test_options_beside_settings(scene, found, tmp_path) -> None:
 
 
 def test_auto(scene, found, tmp_path, monkeypatch) -> None:
+    """`auto` uses the settings stored for the scene. Without usable settings, it uses a safe
+    default."""
     def chosen(**options) -> tuple[str, settings.Settings | None]:
         with rt.Tracer(scene, "auto", **options) as tracer:
             return tracer.method.name, tracer.settings

@@ -23,6 +23,7 @@ def _rays(count: int, seed: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 @pytest.fixture(params=[1, 10 ** 9], ids=["threads", "alone"])
 def blocks(request, monkeypatch) -> None:
+    """Make blocks small, and lay them out in several threads or in one thread."""
     monkeypatch.setattr(ray_batch, "AT_ONCE", BLOCK)
     monkeypatch.setattr("gpgpu_rt.threads.WORTH", request.param)
 
@@ -34,6 +35,7 @@ def _all_at_once(monkeypatch, *rays: np.ndarray, **more: object) -> RayBatch:
 
 
 def _texels(batch: RayBatch) -> np.ndarray:
+    """Return the two texels of each ray, (n, 2, 4)."""
     return np.stack([batch.texels(k).reshape(-1, 4) for k in range(2)], 1)
 
 
@@ -54,6 +56,7 @@ def test_blocks_are_laid_out_as_all_at_once(blocks, monkeypatch, count: int, end
     "direction long", "direction short", "t_min NaN", "t_max NaN"])
 def test_one_ray_that_is_not_well_is_seen_in_any_block(blocks, monkeypatch, what: str,
                                                        at: int) -> None:
+    """An invalid, far or unusually scaled ray gets the right texels in any block."""
     name, fault = what.split()
     origins, directions, t_max = _rays(1000, seed=4)
     given = {"origin": origins, "direction": directions, "t_min": np.zeros(1000, np.float32),
@@ -78,6 +81,7 @@ def test_one_ray_that_is_not_well_is_seen_in_any_block(blocks, monkeypatch, what
 @pytest.mark.parametrize("count", [1, 128, 257, 1000])
 @pytest.mark.parametrize("other", [None, 0, -1, 130])
 def test_a_shared_start_is_that_of_all(blocks, count: int, other: int | None) -> None:
+    """A batch has a shared start only if all of its rays have the same origin."""
     origins, directions, _ = _rays(count, seed=5)
     origins[:] = origins[0]
     if other is not None and -count <= other < count and count > 1:
@@ -121,7 +125,8 @@ def test_a_start_is_laid_out_where_it_is_asked_for(blocks, fault: str | None) ->
 @pytest.mark.parametrize("share", [0.01, 0.5, 1.0])
 @pytest.mark.parametrize("seed", [6, 7], ids="seed{}".format)
 def test_invalid_rays_leave_the_others_alone(blocks, share: float, seed: int) -> None:
-    """Few or many invalid rays lie among far rays and rays with directions of other lengths."""
+    """Valid rays keep their texels if some rays are invalid. Some of the rays are far away or have
+    directions of other lengths."""
     rng = np.random.default_rng(seed)
     origins, directions, t_max = _rays(1000, seed)
     origins[::7] *= 50
@@ -143,8 +148,8 @@ def test_invalid_rays_leave_the_others_alone(blocks, share: float, seed: int) ->
 
 
 def test_padding_is_never_live() -> None:
-    """Texels after the last ray hold empty rays. They stay empty even if the t_min of
-    all rays is below the t_max of an empty ray, which is -1."""
+    """The texels after the last ray hold empty rays, whose t_max is -1. They stay empty even if
+    the t_min of all rays is below -1."""
     count = ray_batch.ROW + 5
     batch = RayBatch(np.zeros((count, 3)), np.full((count, 3), 0.5), t_min=-2.0)
     width, height = batch.size

@@ -1,5 +1,5 @@
-"""Ray order: if the rays of each block start in a few cells of the block, each block is sorted
-separately. Otherwise all rays are sorted together."""
+"""Ray order: if the rays of each block start in few of the cells in which all rays start, each
+block is sorted separately. Otherwise all rays are sorted together."""
 from __future__ import annotations
 
 import numpy as np
@@ -34,6 +34,7 @@ def rows_of_a_picture(count: int) -> np.ndarray:
 @pytest.mark.parametrize("scattered", [False, True], ids=["rows", "scattered"])
 def test_each_ray_lies_once_and_comes_back(monkeypatch, scattered: bool, count: int, share: float,
                                            seed: int) -> None:
+    """`planes` sorts each ray that is not empty to one place, and `back` undoes this."""
     monkeypatch.setattr(ray_order, "BLOCK", 64)
     rng = np.random.default_rng(seed)
     origins = rng.uniform(0, 1, (count, 3)) if scattered else rows_of_a_picture(count)
@@ -52,6 +53,8 @@ def test_each_ray_lies_once_and_comes_back(monkeypatch, scattered: bool, count: 
 @pytest.mark.parametrize("share", [0, 0.3], ids="empty-{}".format)
 def test_blocks_stay_apart_where_they_begin_apart(monkeypatch, share: float, scattered: bool
                                                   ) -> None:
+    """Blocks are sorted separately if each block's rays start in few cells, and together
+    otherwise."""
     rng = np.random.default_rng(3)
     origins = rows_of_a_picture(4096)
     if scattered:       # every block has rays in all eight cells

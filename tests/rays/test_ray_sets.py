@@ -80,6 +80,8 @@ def test_a_wide_image_keeps_the_vertical_angle() -> None:
 
 
 def test_cameras_round_trip_and_see_the_whole(ball: rt.Scene) -> None:
+    """A camera survives `to_dict` and `from_dict`, and a scene's own camera sees the whole
+    scene."""
     camera = rt.Camera((1, 2, 3), (4, 5, 7), (0, 0, 1), 33)
     assert rt.Camera.from_dict(camera.to_dict()) == camera
     for broken in ({}, {"eye": [0, 0, 0]}, [1], {"eye": [0, 0, 0], "target": "abc"}):

@@ -1,5 +1,5 @@
-"""Rays with one origin and one t_min: programs read these values from a uniform, which changes no
-hit."""
+"""Shared start: if all rays have the same origin and t_min, programs read them from a uniform.
+This changes no hit."""
 from __future__ import annotations
 
 import numpy as np
@@ -46,7 +46,8 @@ def test_rays_from_one_point(method: str, t_min) -> None:
 
 def aimed(scene: rt.Scene, origin: np.ndarray, count: int,
           seed: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return (h, w, 3) origins and directions, from one point to vertices and points of edges.
+    """Return (h, w, 3) origins and directions of rays from one point to vertices and points on
+    edges.
 
     Each ray is repeated eight times in a tile of 4x2, so a packet's bounds are as narrow as a ray.
     """
@@ -64,6 +65,7 @@ def aimed(scene: rt.Scene, origin: np.ndarray, count: int,
 @pytest.mark.parametrize("method, options", CASES)
 def test_aimed_rays_from_one_point(precise_renderer, method: str, options: dict, seed: int,
                                    place: tuple[float, float, float]) -> None:
+    """Rays from one point, aimed at vertices and edges, have the hits of brute force."""
     scene = soup_scene(2000, seed)
     rays = aimed(scene, np.array(place, float), 64, seed)
     if "packet" in method:

@@ -15,6 +15,7 @@ from gpgpu_rt.numerics.watertight import intersect_pairs
 
 
 def counts(quick: int, full: int) -> list:
+    """Return the parameters for a quick test and a full test."""
     return [pytest.param(quick, id=f"n{quick}"),
             pytest.param(full, id=f"n{full}", marks=pytest.mark.full)]
 
@@ -38,6 +39,7 @@ def exact_pair(triangle: np.ndarray, origin: np.ndarray, direction: np.ndarray
 
 
 def depths(triangle: np.ndarray, origin: np.ndarray, direction: np.ndarray) -> list[Fraction]:
+    """Return the exact t at which the ray has each corner's coordinate along its dominant axis."""
     axis = int(np.abs(direction).argmax())
     return [(Fraction(float(x)) - Fraction(float(origin[axis]))) / Fraction(float(direction[axis]))
             for x in triangle[:, axis]]
@@ -72,8 +74,8 @@ def test_against_rationals(kind: str, seed: int) -> None:
             elif accepted[k]:
                 for value, true, bound in zip(found, (t, u, v), (b.t_bound, b.u_bound, b.v_bound)):
                     assert abs(Fraction(float(value[k])) - true) <= Fraction(bound[k])
-    # For rays at an edge, float32 leaves almost all pairs undecided and float64 decides almost
-    # all.
+    # For rays at an edge, the bounds of float32 leave almost all pairs undecided, and the bounds
+    # of float64 decide almost all.
     assert decided >= (90 if kind in ("edge", "vertex", "slivers", "grazing") else 180)
 
 
@@ -81,6 +83,7 @@ def test_against_rationals(kind: str, seed: int) -> None:
 @pytest.mark.parametrize("seed", [2])
 @pytest.mark.parametrize("kind", KINDS)
 def test_the_float32_test_stays_within(kind: str, seed: int, count: int) -> None:
+    """No error exceeds its bound, and the largest error is at least 5 % of its bound."""
     reached = 0.0
     for part in range(-(-count // 100_000)):
         pairs = aimed_pairs(kind, min(count, 100_000), seed + 1000 * part)
@@ -108,6 +111,7 @@ def test_bounds_scale_with_the_scene(seed: int, exponent: int) -> None:
 
 
 def test_what_overflows_is_open() -> None:
+    """If the arithmetic of a bound overflows, the bound is infinite and no hit is certain."""
     triangles, origins, directions = aimed_pairs("inside", 1000, 4)
     b = bound_pairs(triangles * np.float32(1e25), origins * np.float32(1e25), directions)
     assert not b.inside.any() and np.isinf(b.t_bound).all() and b.possible.all()
@@ -118,7 +122,8 @@ def test_what_overflows_is_open() -> None:
 
 
 def test_edges_are_rounded_from_the_vertices() -> None:
-    """float64 loses digits of a far origin's corners, so their differences are no edges."""
+    """The bounds compute edges from the vertices. The corners relative to a far origin lose digits
+    even in float64, so differences of these corners would be wrong edges."""
     triangle = np.float32([[[0, 4.95309503928767e-16, 5.167001563413719e-16],
                             [1, 2.537529391983612e-16, 3.197630373410565e-16],
                             [0.5, 4.2386055429219263e-16, 4.667619525074553e-16]]])
@@ -130,8 +135,8 @@ def test_edges_are_rounded_from_the_vertices() -> None:
 
 
 def test_far_from_a_speck_is_certainly_outside() -> None:
-    """A ray beside a tiny triangle is certainly outside, although the errors exceed the edge
-    functions. The box test decides."""
+    """A ray beside a tiny triangle is certainly outside. Here errors exceed the edge functions, so
+    the box test decides."""
     triangles, origins, directions = aimed_pairs("small", 2000, 5)
     centre = triangles.mean(axis=1, keepdims=True)
     triangles = (centre + (triangles - centre) * np.float32(1e-4)).astype(np.float32)

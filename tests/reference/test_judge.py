@@ -37,6 +37,7 @@ def case(request):
 
 
 def category(case, changed: rt.Hits, **options) -> np.ndarray:
+    """Return the category of each ray, (n,) str."""
     verdict = judge(*case[:3], changed, **options)
     return np.array(CATEGORIES)[verdict.category]
 
@@ -52,6 +53,7 @@ def test_right_answers_are_right(case) -> None:
 
 
 def test_seeded_faults(case) -> None:
+    """Each kind of fault gets its category, and the statistics count it."""
     scene, origins, directions, hits = case
     n = len(hits)
     bound = bound_pairs(scene.triangles[hits.triangle], origins, directions).t_bound
@@ -109,6 +111,7 @@ def test_hits_that_are_not_there(case) -> None:
 
 @pytest.mark.parametrize("seed", SEEDS)
 def test_zero_area_and_invalid_rays(seed: int) -> None:
+    """A hit on a triangle of zero area is false. An invalid ray must be reported as invalid."""
     flat = np.float32([[[0, 0, 0], [1, 1, 0], [2, 2, 0]], [[0, 0, -1], [3, 0, -1], [0, 3, -1]]])
     origins, directions = np.float32([[1, 1, 1]] * 4), np.float32([[0, 0, -1]] * 4)
     directions[2:] = 0
@@ -143,8 +146,8 @@ def test_neighbours_are_excused_and_leaks_told(at: str, seed: int) -> None:
 @pytest.mark.parametrize("seed", SEEDS)
 def test_a_miss_through_an_edge_leaks_at_what_is_behind(seed: int) -> None:
     """A ray that goes through an edge on the front of a ball must hit the back of the ball, so a
-    miss is a leak. At the edge no front triangle is certainly hit, so the judge searches the
-    reference's tree for a certain hit."""
+    miss is a leak. Near the edge, no front triangle is certainly hit. The judge therefore searches
+    the reference's tree for a triangle that is certainly hit."""
     rng = np.random.default_rng(seed)
     ball = rt.load_scene(trimesh.creation.icosphere(subdivisions=3))
     corner = rng.integers(len(ball.triangles), size=500)
@@ -162,6 +165,7 @@ def test_a_miss_through_an_edge_leaks_at_what_is_behind(seed: int) -> None:
 
 
 def test_every_method_is_right_on_a_soup() -> None:
+    """Brute force has no wrong hit for any set of rays."""
     scene = soup_scene(300, 5)
     for name, rays in RAY_SETS.items():
         chosen = rays(scene, 1024, 3)

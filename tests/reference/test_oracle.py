@@ -1,5 +1,5 @@
-"""The oracle, the float64 reference, gives known answers: edges, ties, flat triangles, intervals,
-rounding and batches."""
+"""The oracle (the float64 reference) gives known answers for edges, ties, flat triangles,
+intervals, rounding and batches."""
 from __future__ import annotations
 
 import itertools
@@ -58,8 +58,8 @@ def test_collinear_triangles_are_never_hit(way: str, seed: int) -> None:
 
 @pytest.mark.parametrize("seed", [3, 4])
 def test_answers_do_not_depend_on_batches(seed: int, monkeypatch) -> None:
-    """Batches of any size give the same hits, and the lowest index wins across batches. Each
-    triangle occurs three times, in random order."""
+    """Batches of any size give the same hits. Each triangle occurs three times, in random order,
+    and the lowest index wins even if the copies are in different batches."""
     rng = np.random.default_rng(seed)
     soup = np.tile(random_soup(60, seed, 0.5), (3, 1, 1))[rng.permutation(180)]
     origins, directions = rng.random((50, 3)), rng.normal(size=(50, 3))
@@ -88,6 +88,7 @@ def test_vertices_and_rays_are_rounded_on_entry() -> None:
 @pytest.mark.parametrize("way", WAYS)
 @pytest.mark.parametrize("exponent", [-60, -20, 20, 60])
 def test_scale_changes_nothing(way: str, exponent: int) -> None:
+    """Scaling a scene by a power of two scales t exactly."""
     rng = np.random.default_rng(5)
     soup, origins = random_soup(200, 5, 0.4).astype(np.float32), np.float32(rng.random((300, 3)))
     directions = np.float32(rng.normal(size=(300, 3)))
@@ -102,6 +103,7 @@ def test_scale_changes_nothing(way: str, exponent: int) -> None:
     dict(scene_or_triangles=np.zeros((4, 3))), dict(directions=np.zeros((2, 3))),
     dict(directions=np.full((2, 3), np.inf)), dict(t_max=np.nan)])
 def test_bad_arguments(bad: dict) -> None:
+    """Arguments of wrong shapes or values raise ValueError."""
     good = dict(scene_or_triangles=square(1), origins=np.zeros((2, 3)), directions=np.ones((2, 3)))
     with pytest.raises(ValueError):
         trace(**{**good, **bad})
@@ -109,11 +111,11 @@ def test_bad_arguments(bad: dict) -> None:
 
 @pytest.mark.parametrize("seed", [7])
 def test_a_speck_far_from_the_ray_is_not_hit(seed: int) -> None:
-    """A ray far from a tiny triangle misses the triangle. The edge functions consist of rounding
-    errors only, because the triangle is tiny compared with the coordinates of the origin."""
+    """A ray far from a tiny triangle misses the triangle, although the edge functions hold nothing
+    but rounding errors. The triangle is tiny compared with the origin's coordinates."""
     rng = np.random.default_rng(seed)
     specks = (10 ** rng.uniform(-17, -15, (400, 1, 1)) * rng.normal(size=(400, 3, 3)))
-    # the rays pass the specks at a great distance
+    # The rays pass the specks at a great distance.
     origins, directions = rng.normal(size=(2, 400, 3))
     for way in WAYS.values():
         assert not trace(specks, origins, directions, **way).hit.any()
@@ -122,8 +124,8 @@ def test_a_speck_far_from_the_ray_is_not_hit(seed: int) -> None:
 @pytest.mark.parametrize("seed", [8, 9])
 def test_settle_agrees_with_rationals(seed: int) -> None:
     """`settle` corrects float64 hits to the hits of exact rational arithmetic. The rays pass
-    through edges and vertices. Many rays meet several triangles at the same t. Vertices have whole
-    coordinates."""
+    through edges and vertices, which have whole coordinates. Many rays meet several triangles at
+    the same t."""
     rng = np.random.default_rng(seed)
     triangles = np.concatenate((square(4), square(4)[:, ::-1], square(2) * (2, 2, 1)))
     triangles = triangles @ np.array(((1, 0, 1), (0, 1, -1), (0, 0, 1)))  # tilted

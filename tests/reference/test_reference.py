@@ -1,5 +1,5 @@
-"""The oracle, the float64 reference, agrees with exact rationals, with its own search by a tree,
-and with known answers."""
+"""The oracle (the float64 reference) agrees with exact rationals, with its own search that uses a
+tree, and with known answers."""
 from __future__ import annotations
 
 import numpy as np
@@ -19,7 +19,8 @@ def test_against_rationals(rays: str, seed: int) -> None:
     ours, exact = (f(scene.triangles, origins, directions) for f in (trace, trace_exact))
     both = ours.hit & exact.hit
     np.testing.assert_allclose(ours.t[both], exact.t[both].astype(float), rtol=1e-9)
-    # Rounding a ray to float32 moves the ray to one side of an edge; float64 resolves the side.
+    # A ray aimed at an edge lies on one side of the edge after rounding to float32. float64 finds
+    # this side.
     assert (ours.hit == exact.hit).all() and (ours.triangle == exact.triangle).all()
 
 
@@ -42,6 +43,8 @@ def test_closed_meshes_do_not_leak(at: str) -> None:
 
 
 def test_ties_intervals_and_odd_rays() -> None:
+    """The lowest index wins ties, intervals include their ends, and an invalid ray is refused or
+    misses."""
     square = np.float32([[[0, 0, 0], [1, 0, 0], [0, 1, 0]]] * 3)
     origins, directions = np.float32([[0.2, 0.2, 1]] * 3), np.float32([[0, 0, -2]] * 3)
     hits = trace(square, origins, directions, t_min=[0, 0.5, 0.6], t_max=[0.5, 9, 9])

@@ -1,5 +1,5 @@
-"""Row 37 of docs/extremes.md: rays that leave a hit do not hit the same surface again. The tests
-cover spawned rays and shadow rays."""
+"""Row 37 of docs/extremes.md: a spawned ray or a shadow ray, which starts at a hit, does not hit
+the same surface again."""
 from __future__ import annotations
 
 import numpy as np
@@ -20,8 +20,8 @@ KINDS = ("coordinates", "sizes", "slivers", "ball")
 
 
 def triangles_of(kind: str, count: int, rng: np.random.Generator) -> np.ndarray:
-    """Returns triangles, (count, 3, 3) float32. Either each coordinate or each triangle's size
-    varies from 1e-8 to 1e8, except in the ball."""
+    """Returns triangles, (count, 3, 3) float32, of one of KINDS. In "coordinates", each coordinate
+    varies from 1e-8 to 1e8. In "sizes" and "slivers", each triangle's size does."""
     if kind == "coordinates":
         size = 10 ** rng.uniform(-8, 8, (count, 3, 3))
         return (rng.choice((-1, 1), (count, 3, 3)) * size).astype(np.float32)
@@ -75,6 +75,7 @@ def test_spawned_rays_miss_what_they_leave(kind: str, seed: int, each: int) -> N
 @pytest.mark.parametrize("seed", [3])
 @pytest.mark.parametrize("method", [row.name for row in rt.methods()])
 def test_no_self_hit_in_a_trace(method: str, seed: int) -> None:
+    """No method lets a spawned ray hit the triangle that it leaves."""
     rng = np.random.default_rng(seed)
     scene = soup_scene(300, seed)
     hits = hits_on(scene.triangles, 10, rng)
@@ -145,9 +146,9 @@ def test_the_shader_starts_where_numpy_does(precise_renderer, name: str) -> None
     """The shader and numpy's `spawn` give a shadow ray the same origin, bit for bit. No shadow ray
     hits the triangle that it leaves.
 
-    For a sliver, the shader tries several origins. The ray to the light turns slightly with each
-    origin. Numpy gets only the last direction, so its origin may differ. At least 90 % of the
-    origins at slivers are equal.
+    For a sliver, the shader tries several origins, and each origin gives the ray to the light a
+    slightly different direction. Numpy gets only the last direction, so its origin may differ. At
+    least 90 % of the origins at slivers are equal.
     """
     with rt.Tracer(slivers_scene() if name == "slivers" else real_scene(name)) as tracer:
         hits, start, end = shadow_rays(tracer, (160, 120))
@@ -172,7 +173,7 @@ def test_a_ball_has_no_shadow_on_its_lit_side(scale: float, precision: str) -> N
         lit = hits.hit & (end[:, 3] > 0)
         assert lit.sum() > 500
         shadowed = tracer.occluded(start[lit, :3], end[lit, :3], end[lit, 3], start[lit, 3])
-    # With a 17-bit significand, a ray along the surface may enter the next facet.
+    # fp24 has a significand of 17 bits, so a ray along the surface may enter the next facet.
     assert shadowed.mean() <= (0 if precision == "fp32" else 0.01)
     height = np.linalg.norm(start[lit, :3], axis=1) / scale
     assert height.max() < 1 + (1e-5 if precision == "fp32" else 1e-3)

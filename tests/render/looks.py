@@ -1,5 +1,5 @@
-"""Small test scenes: a scene for each property of appearance (such as a mirror or a point light),
-and a scene with all of them."""
+"""Small test scenes: one scene for each property of appearance (such as a mirror or a point
+light), and one scene with all properties."""
 from __future__ import annotations
 
 from collections.abc import Callable

@@ -1,4 +1,5 @@
-"""Scenes whose pictures follow from formulas, each with the radiance that it must show."""
+"""Scenes for tests of path tracing. Most come with the radiance that a formula gives for their
+picture."""
 from __future__ import annotations
 
 from dataclasses import replace
@@ -25,13 +26,16 @@ def closed_box(**parts: object) -> rt.Scene:
 
 
 def furnace(diffuse: float = 0.6) -> tuple[rt.Scene, np.ndarray]:
-    """Return walls that emit and reflect evenly: the radiance is emission / (1 - reflectance)."""
+    """Return a box that emits and reflects evenly, and its radiance.
+
+    The radiance is emission / (1 - reflectance).
+    """
     return closed_box(diffuse=(diffuse,) * 3, emission=EMITTED), EMITTED / (1 - diffuse)
 
 
 def white_ball() -> tuple[rt.Scene, np.ndarray]:
-    """Return a white convex body in a light that is equal from all directions. All pixels must be
-    as bright as the light."""
+    """Return a white convex body in a light that is equal from all directions, and this light. All
+    pixels must be as bright as the light."""
     ball = trimesh.creation.icosphere(subdivisions=2)
     light = np.array((0.7, 0.8, 0.9))
     return rt.Scene.from_arrays(ball.vertices, ball.faces, lights=(),
@@ -40,7 +44,8 @@ def white_ball() -> tuple[rt.Scene, np.ndarray]:
 
 
 def mirror_box(bounces: int) -> tuple[rt.Scene, np.ndarray]:
-    """Return mirrors that emit light: the radiance is a geometric series without noise."""
+    """Return a box of mirrors that emit light, and its radiance: a geometric series without
+    noise."""
     share = np.array((0.9, 0.8, 0.5))
     return closed_box(mirror=share, emission=EMITTED), EMITTED * sum(
         share ** k for k in range(bounces + 1))
@@ -81,7 +86,8 @@ def lit_floor_radiance(size: tuple[int, int], fine: int = 8) -> np.ndarray:
 
 
 def point_lit_floor() -> tuple[rt.Scene, np.ndarray]:
-    """Return a floor under two lights in a vertical line: nothing blocks the upper light."""
+    """Return a floor under two point lights in a vertical line, and the floor's radiance. The
+    lower light does not block the upper light."""
     floor = np.array([[-9, 0, -9], [-9, 0, 9], [9, 0, 9], [9, 0, -9]], float)
     lights = PointLight((0, 1e6, 0), (0.5, 0.25, 1.0)), PointLight((0, 2e6, 0), (0.1, 0.2, 0.3))
     scene = rt.Scene.from_arrays(floor, QUAD, materials=(Material(diffuse=(0.8, 0.5, 0.2)),),
@@ -122,7 +128,8 @@ def image_lit_floor() -> tuple[rt.Scene, np.ndarray]:
 
 
 def image_lit_ball() -> tuple[rt.Scene, np.ndarray]:
-    """Return the white ball in an environment image of even brightness."""
+    """Return the white ball in an environment image of even brightness, and the ball's
+    radiance."""
     scene, _ = white_ball()
     return replace(scene, environment=image_sky(None, 0.75)), np.full(3, 0.75)
 
@@ -142,7 +149,7 @@ def sunny_ball() -> rt.Scene:
 
 
 def everything_under_an_image() -> rt.Scene:
-    """Return the room with all kinds of surface; its window shows an image with a small sun."""
+    """Return the room of `everything`. Its window shows an environment image with a small sun."""
     return replace(everything(), environment=image_sky((5, 15), 0.5, 3))
 
 

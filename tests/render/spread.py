@@ -5,8 +5,11 @@ import numpy as np
 
 
 def chi_square(counts: np.ndarray) -> float:
-    """Return by how many standard deviations the chi-square statistic of ``counts`` exceeds its
-    mean, if all cells are equally likely."""
+    """Return how far the chi-square statistic of ``counts`` exceeds its mean, in standard
+    deviations.
+
+    Mean and standard deviation are those of cells that are all equally likely.
+    """
     expected = counts.sum() / counts.size
     cells = counts.size - 1
     return float((((counts - expected) ** 2).sum() / expected - cells) / np.sqrt(2 * cells))
@@ -15,7 +18,7 @@ def chi_square(counts: np.ndarray) -> float:
 def box_counts(points: np.ndarray, halvings: tuple[int, ...]) -> np.ndarray:
     """Count the (n, d) points of the unit cube in each box.
 
-    The boxes halve axis k ``halvings[k]`` times.
+    The boxes result from halving axis k of the cube ``halvings[k]`` times.
     """
     cells = np.zeros(len(points), int)
     for numbers, times in zip(points.T, halvings):

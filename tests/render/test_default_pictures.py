@@ -1,4 +1,5 @@
-"""Pictures of scenes without a camera or a light: the scene is framed and lit."""
+"""Pictures of scenes without a camera or a light: the package adds a light, and a camera
+that sees the whole scene."""
 from __future__ import annotations
 
 import json
@@ -47,6 +48,7 @@ def test_moving_objects_are_whole_in_the_picture(frame: int) -> None:
 @pytest.mark.parametrize("seed", [1, 2], ids="seed{}".format)
 def test_framed_objects_touch_their_margin(seed: int, size: tuple[int, int], scale: float,
                                            far: float) -> None:
+    """A framed object fills the picture up to the margin, at any scale and place."""
     rng = np.random.default_rng(seed)
     triangles = scale * (rng.normal(size=(40, 3, 3)) * rng.uniform(0.1, 3, 3) + far)
     found = places(framed(triangles, size), triangles, size)
@@ -113,6 +115,8 @@ def test_objects_are_seen_from_outside(name: str, inwards: bool) -> None:
 @pytest.mark.parametrize("name, bounces", [("glass-teapot", 2), ("glass-teapot", 4),
                                            ("statue", 1)])
 def test_where_paths_end_the_surroundings_show(name: str, bounces: int) -> None:
+    """Rays that end at the limit of bounces show the surroundings, so hardly any pixel is
+    black."""
     built = catalogue.ROWS[name].make()
     scene = rt.Scene(name, built.triangles, built.colours, camera=built.camera,
                      **built.appearance)
@@ -123,6 +127,7 @@ def test_where_paths_end_the_surroundings_show(name: str, bounces: int) -> None:
 
 
 def test_nothing_is_said_where_no_path_is_cut_short(recwarn) -> None:
+    """No warning about bounces appears if no path reaches the limit of bounces."""
     with rt.Tracer("cornell") as tracer:
         tracer.render(size=(8, 8))
     assert not [w for w in recwarn if "bounces" in str(w.message)]
@@ -153,6 +158,7 @@ def test_a_floor_is_there_when_asked_for(capsys, tmp_path) -> None:
     (["cornell", "-m", "auto", "-o", "{}/a.png"], "auto"),
     (["boulder", "-m", "geometry-image", "-o", "{}/a.png"], "geometry-image")])
 def test_floors_that_cannot_be(capsys, tmp_path, words: list[str], message: str) -> None:
+    """`--floor` is refused for animations, for `auto` and for geometry images."""
     assert cli.main(["render", "--floor", *(w.replace("{}", str(tmp_path)) for w in words)]) == 1
     error = capsys.readouterr().err
     assert message in error and error.count("\n") == 1 and not list(tmp_path.iterdir())
@@ -166,6 +172,7 @@ def _saved(triangles: np.ndarray, path) -> str:
 
 
 def test_a_floor_takes_corners_and_materials_of_its_own() -> None:
+    """The floor's triangles have their own material, no normals, and lie below the scene."""
     from gpgpu_rt.cli.floor import on_floor
     scene = rt.load_scene("soft-shadows")
     more = on_floor(replace(scene, uv=np.zeros((len(scene), 3, 2), np.float32)))

@@ -86,6 +86,7 @@ def test_textures_repeat_and_blend(tmp_path) -> None:
 
 
 def test_the_ambient_term_is_the_irradiance_of_the_environment() -> None:
+    """`ambient` agrees with a Monte Carlo estimate of the irradiance."""
     rng = np.random.default_rng(7)
     d = rng.normal(size=(200_000, 3))
     d /= np.linalg.norm(d, axis=1, keepdims=True)

@@ -1,5 +1,5 @@
-"""A renderer does only what its scene needs. Its picture equals the picture that a renderer with
-all features draws."""
+"""A renderer uses only the defines, textures and passes that its scene needs. Its picture equals
+the picture that a renderer with all features draws."""
 from __future__ import annotations
 
 import numpy as np
@@ -93,6 +93,7 @@ def test_the_picture_of_all_features_is_the_same(precise_renderer, name: str) ->
 
 
 def test_what_was_left_out_says_why() -> None:
+    """The plan gives a reason for each define, texture and pass that was left out."""
     plan = plan_of(ALONE["point light"](plain()))
     assert plan.left_out["define"]["MIRRORS"] == "no material is a mirror"
     assert plan.left_out["texture"]["corner_normals"] == "the mesh has no normals"
@@ -117,6 +118,7 @@ def test_the_plan_counts_every_byte(name: str) -> None:
 
 @pytest.mark.parametrize("share, bounces", [(0.5, 10), (0.1, 3), (0.9, 65), (1.0, 99)])
 def test_mirrors_that_weigh_too_little_are_not_followed(share: float, bounces: int) -> None:
+    """A plan has only the bounces after which a ray's weight can still reach CUTOFF."""
     from looks import with_material
     scene = with_material(plain(), 1, rt.Material("m", mirror=(share,) * 3))
     assert SceneNeeds.of(scene, Asked(bounces=99)).bounces == bounces

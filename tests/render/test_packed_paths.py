@@ -1,5 +1,5 @@
-"""Packed paths: live paths move into smaller textures, which changes no bit of the picture.
-Further tests check what packing adds to the plan."""
+"""Packed paths: moving the live paths into smaller textures changes no bit of the picture. Further
+tests check what packing adds to the plan."""
 from __future__ import annotations
 
 import numpy as np
@@ -10,7 +10,7 @@ import gpgpu_rt as rt
 from gpgpu_rt.render import packed_paths, path
 from gpgpu_rt.render.packed_paths import PackedPaths, packed_sizes
 
-SIZE, SAMPLES = (14, 11), 16    # the wave's texels fill no whole number of 8 x 8 squares
+SIZE, SAMPLES = (14, 11), 16    # the wave's texels do not fill whole squares of 8 x 8
 SCENES = {"cornell": path_scenes.cornell_lit, "everything": path_scenes.everything,
           "slab": lambda: path_scenes.glass_slab()[0]}
 TRACERS = [("bvh-threaded", {}), ("bvh-threaded", {"sort_rays": True}),
@@ -23,7 +23,7 @@ TRACERS = [("bvh-threaded", {}), ("bvh-threaded", {"sort_rays": True}),
 
 @pytest.fixture
 def small(monkeypatch) -> None:
-    """Let packing go down to 64 texels, a single square."""
+    """Allow packed textures as small as 64 texels, which is one square."""
     monkeypatch.setattr(packed_paths, "LEAST", 64)
 
 
@@ -41,7 +41,8 @@ def pictures(scene: rt.Scene, method: str, ways: tuple[object, ...], tracer_opti
 
 def check_same_bits(scene: rt.Scene, method: str, tracer_options: dict, **options: object
                     ) -> dict[str, int]:
-    """Check that packing changes no bit; return the passes drawn under ``compact=0.5``."""
+    """Check that packing changes no bit, and return the numbers of passes under
+    ``compact=0.5``."""
     ways = ("off", 0.5, "on", "off")
     (expected, whole), *others = pictures(scene, method, ways, tracer_options, **options)
     assert "pack paths" not in whole and "path live" not in whole and expected.any()
@@ -82,7 +83,8 @@ def test_auto_packs_large_waves(precise_renderer, small, monkeypatch, least: int
 @pytest.mark.parametrize("samples", [5, 37])
 def test_the_same_bits_of_several_waves(precise_renderer, small, monkeypatch,
                                         samples: int) -> None:
-    """The last wave has texels without a path."""
+    """Packing changes no bit if a picture takes several waves and the last wave has texels without
+    a path."""
     monkeypatch.setattr(path, "WAVE", 8 * SIZE[0] * SIZE[1])
     found = {}
     with rt.Tracer(path_scenes.everything()) as tracer:
@@ -131,7 +133,7 @@ def test_live_paths_are_those_that_the_light_is_from(small) -> None:
 
 
 def test_what_packing_adds(small) -> None:
-    """Packing adds its streams for each size and its passes; without packing, nothing is added."""
+    """Packing adds textures for each packed size, and its own passes, to the plan."""
     with rt.Tracer(path_scenes.cornell_lit(), "brute-force") as tracer:
         plans = {way: tracer.plan(size=SIZE, integrator="path", samples=SAMPLES, compact=way)
                  for way in ("off", 0.25)}
@@ -175,6 +177,7 @@ def test_a_plan_says_what_runs_at_its_size() -> None:
 
 @pytest.mark.parametrize("count", [0, 1, 2])
 def test_a_vertex_asks_one_light(count: int) -> None:
+    """A vertex of a path samples one light, however many lights the scene has."""
     scene = rt.Scene.from_arrays(np.eye(3), [[0, 1, 2]], environment=None,
                                  lights=(rt.PointLight((0, 0, 9)),) * count)
     with rt.Tracer(scene, "brute-force") as tracer:
@@ -233,6 +236,7 @@ def test_shares_that_make_no_sense_are_refused(wrong: object) -> None:
                                         ([], "auto")], ids=str)
 def test_the_words_of_the_command_line(monkeypatch, tmp_path, words: list[str], way: object
                                        ) -> None:
+    """`--compact` reaches the integrator, and `auto` is its default."""
     from gpgpu_rt.cli import main
     seen = []
     start = path.Path.start

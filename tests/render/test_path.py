@@ -55,7 +55,8 @@ def test_cornell_box_within_its_noise(seed: int) -> None:
     found = radiance(scene, (16, 16), 128, seed=seed)
     truth = path_picture(scene, (16, 16), 128, PathSettings(seed=seed + 1))
     off = np.abs(found - truth.mean)
-    assert off.mean() < 2 * truth.error.mean()      # sqrt(2) for two noises, and more for tails
+    # Two noises of equal size give a factor of sqrt(2). A factor of 2 also allows for long tails.
+    assert off.mean() < 2 * truth.error.mean()
     total = np.sqrt(2 * (truth.error ** 2).sum(axis=(0, 1)))
     assert (np.abs((found - truth.mean).sum(axis=(0, 1))) < 4 * total).all()
 
@@ -79,8 +80,8 @@ def test_cornell_box_at_4096_samples() -> None:
 
 @pytest.mark.parametrize("seed", [12])
 def test_cornell_box_as_by_another_renderer(seed: int) -> None:
-    """In each channel, the mean of each quarter of the picture agrees with the mean of the same
-    quarter by an independent renderer. A few samples suffice for these means."""
+    """In each channel, the mean of each quarter of the picture agrees with the same quarter of an
+    independent renderer's picture. A few samples suffice for these means."""
     truth = cornell_truth()[0]
     found = radiance(path_scenes.cornell_lit(), (64, 64), 16, seed=seed)
     for rows, columns in ((slice(0, 32), slice(0, 32)), (slice(0, 32), slice(32, 64)),
@@ -92,12 +93,15 @@ def test_cornell_box_as_by_another_renderer(seed: int) -> None:
 
 @pytest.mark.parametrize("diffuse", [0.3, 0.8])
 def test_furnace(diffuse: float) -> None:
+    """In a box that emits and reflects evenly, the mean radiance follows from a geometric
+    series."""
     scene, expected = path_scenes.furnace(diffuse)
     found = radiance(scene, (16, 16), 256)
     assert np.abs(found.mean(axis=(0, 1)) / expected - 1).max() < 0.005
 
 
 def test_a_white_ball_cannot_be_seen() -> None:
+    """A white ball in even light is as bright as the light around it."""
     scene, expected = path_scenes.white_ball()
     assert np.abs(radiance(scene, (24, 24), 2, roulette=60) / expected - 1).max() < 2e-6
 
@@ -130,7 +134,10 @@ def test_direct_light_of_a_bright_texel() -> None:
 
 @pytest.mark.parametrize("seed", [13])
 def test_asking_finds_a_small_sun(seed: int, monkeypatch) -> None:
-    """docs/path-tracing.md quotes the two errors that this test prints."""
+    """Direct sampling of a small sun reduces the error to less than a tenth.
+
+    docs/path-tracing.md quotes the two errors that this test prints.
+    """
     scene = path_scenes.sunny_ball()
     truth = radiance(scene, (24, 24), 4096, seed=seed + 1)
     asked = relative_error(radiance(scene, (24, 24), 64, seed=seed), truth)
@@ -228,6 +235,7 @@ def test_seeds_differ_and_repeat() -> None:
 @pytest.mark.parametrize("sampler, least, most", [("random", 0.3, 1.5), ("sobol", 0, 0.6)])
 def test_noise_target_stops_and_progress_is_told(monkeypatch, sampler: str, least: float,
                                                  most: float) -> None:
+    """Rendering stops at the noise target, and reports its progress after every wave."""
     monkeypatch.setattr(path, "WAVE", 16 * 64)
     scene = path_scenes.cornell_lit()
     with rt.Tracer(scene) as tracer:
@@ -237,7 +245,7 @@ def test_noise_target_stops_and_progress_is_told(monkeypatch, sampler: str, leas
         done, of, noise = told[-1]
         assert 64 <= done < 4096 and of == 4096 and noise <= 0.1 < told[-2][2]
         assert [row[0] for row in told] == list(range(16, done + 1, 16))
-        # The reported noise is true for independent samples and too large for Sobol' samples.
+        # The reported noise is right for independent samples. For Sobol' samples, it is too large.
         few = tracer.radiance
         tracer.render(size=(8, 8), integrator="path", samples=2048, bounces=2, seed=9)
         off = (few - tracer.radiance) @ (0.2126, 0.7152, 0.0722)

@@ -12,8 +12,8 @@ from gpgpu_rt.reference.random_numbers import random_bits, random_numbers
 def streams() -> dict[str, np.ndarray]:
     """Return the numbers of each stream, (n, k).
 
-    A stream runs along the pixels, samples, bounces, blocks or seeds of a picture. A picture uses
-    the numbers of a stream together.
+    Along a stream, the pixel, sample, bounce, block or seed changes. A picture uses the numbers of
+    a stream together, so they must be independent.
     """
     count = np.arange(1 << 16)
     line, column = count >> 8, count & 255
@@ -57,7 +57,8 @@ def test_numbers_are_cell_middles_and_their_range_is_refused() -> None:
 
 
 def test_no_two_counters_share_their_numbers() -> None:
-    """The hash is injective, and the counters of a picture are all different."""
+    """The counters of a picture are all different, and the hash maps different counters to
+    different numbers."""
     x, y, sample, bounce = (a.ravel() for a in np.meshgrid(*(np.arange(16),) * 4))
     words = np.stack([x, y, sample, bounce << 4], axis=1).astype(np.uint32)
     assert len(np.unique(random_bits(words), axis=0)) == len(words)
@@ -79,7 +80,8 @@ def test_numbers_are_uniform_and_independent(name: str) -> None:
         for lag in (1, 2, 16, 256, 512):
             pairs += [(numbers[:-lag, a], numbers[lag:, b]) for b in range(4)]
         spectrum = np.abs(np.fft.rfft(numbers[:, a] - 0.5))[1:] ** 2 * 12 / n
-        assert spectrum.max() < np.log(n) + 10          # n / 2 exponential variables of mean 1
+        # The values of the spectrum are n / 2 exponential variables of mean 1.
+        assert spectrum.max() < np.log(n) + 10
     for first, second in pairs:
         cells = (16 * first).astype(int) * 16 + (16 * second).astype(int)
         assert abs(chi_square(np.bincount(cells, minlength=256))) < 5
@@ -87,7 +89,7 @@ def test_numbers_are_uniform_and_independent(name: str) -> None:
 
 
 def test_mean_over_samples_converges_as_it_should() -> None:
-    """Integrals over all dimensions of several bounces are right within their noise."""
+    """The mean of a product over all dimensions of several bounces is right within its noise."""
     samples = np.arange(1 << 14)
     numbers = np.concatenate([random_numbers(3, 4, samples, bounce, block) for bounce in range(6)
                               for block in (0, 1)], axis=1)

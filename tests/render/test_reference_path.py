@@ -18,7 +18,8 @@ from gpgpu_rt.scene.texture import Texture
 
 
 def assert_within_noise(picture: PathPicture, expected: np.ndarray, closeness: float) -> None:
-    """Check each pixel within its noise, and the mean within a relative ``closeness``."""
+    """Check that each pixel is right within its noise, and the picture's mean within a relative
+    ``closeness``."""
     off = np.abs(picture.mean - expected)
     assert (off <= 5.5 * picture.error + 1e-9).all()
     mean = np.broadcast_to(expected, off.shape).mean(axis=(0, 1))
@@ -92,8 +93,8 @@ def test_direct_light_of_a_bright_texel(seed: int, monkeypatch) -> None:
 @pytest.mark.parametrize("name", ["sky", "image"])
 @pytest.mark.parametrize("seed", [11])
 def test_asking_surroundings_changes_the_noise_alone(seed: int, name: str, monkeypatch) -> None:
-    """Direct sampling of the surroundings changes only the noise. The surroundings alone light a
-    room with all kinds of surface, through its window."""
+    """Direct sampling of the surroundings changes only the noise. The scene is a room with all
+    kinds of surface, and its only light comes through the window."""
     scene = path_scenes.everything() if name == "sky" else path_scenes.everything_under_an_image()
     dark = [dataclasses.replace(m, emission=(0, 0, 0)) for m in scene.materials]
     scene = dataclasses.replace(scene, materials=dark, lights=())
@@ -110,6 +111,8 @@ def test_asking_surroundings_changes_the_noise_alone(seed: int, name: str, monke
 @pytest.mark.parametrize("name, alone, beside", [("sky", 1, 0), ("image", 1, 0.5), ("dark", 0, 0)])
 def test_how_often_surroundings_are_asked(name: str, alone: float, beside: float,
                                           lamps: int) -> None:
+    """The share of direct samples that go to the surroundings depends on the sky and on the
+    lamps."""
     sky = {"sky": Environment.constant((9, 9, 9)), "image": path_scenes.image_sky(None, 9),
            "dark": path_scenes.image_sky(None, 0)}[name]
     scene = dataclasses.replace(path_scenes.point_lit_floor()[0], environment=sky)
@@ -120,7 +123,8 @@ def test_how_often_surroundings_are_asked(name: str, alone: float, beside: float
 
 @pytest.mark.parametrize("seed", [12])
 def test_directions_to_an_image_come_as_often_as_they_are_bright(seed: int) -> None:
-    """Each region of the sphere receives the share of directions that its density predicts."""
+    """Each region of the sphere receives the share of directions that the density predicts for
+    it."""
     rng = np.random.default_rng(seed)
     texels = rng.random((5, 8, 3)) ** 3
     texels[1:3, 3], texels[3] = 0, 0            # dark texels and a dark row
@@ -150,8 +154,8 @@ def test_directions_to_an_image_come_as_often_as_they_are_bright(seed: int) -> N
 
 @pytest.mark.parametrize("seed", [7])
 def test_asking_lights_changes_the_noise_alone(seed: int, monkeypatch) -> None:
-    """Direct sampling of a lamp changes only the noise. The lamp lights glossy and diffuse walls;
-    without direct sampling, paths find the lamp by chance."""
+    """Direct sampling of a lamp changes only the noise. The lamp lights glossy and diffuse walls.
+    Without direct sampling, paths find the lamp by chance."""
     scene = path_scenes.closed_box(diffuse=(0.4, 0.4, 0.4), glossy=(0.4, 0.3, 0.2), roughness=0.4)
     lamp = np.array([[[-0.9, 0.9, -0.9], [-0.9, 0.9, 0.9], [0.9, 0.9, 0.9]]], np.float32)
     scene = rt.Scene.from_arrays(
@@ -173,6 +177,7 @@ def test_asking_lights_changes_the_noise_alone(seed: int, monkeypatch) -> None:
 @pytest.mark.parametrize("count", [1, 2, 3, 64, 5000])
 @pytest.mark.parametrize("seed", [8])
 def test_lights_are_chosen_as_often_as_they_shine(seed: int, count: int) -> None:
+    """The chance of an emitting triangle is proportional to its area times its luminance."""
     rng = np.random.default_rng(seed)
     materials = tuple(Material(emission=rng.random(3) ** 4) for _ in range(count))
     scene = rt.Scene.from_arrays(rng.normal(size=(3 * count, 3)),
@@ -182,7 +187,7 @@ def test_lights_are_chosen_as_often_as_they_shine(seed: int, count: int) -> None
     lights = LightChoice.of(scene)
     names = np.r_[np.arange(count), -1]
     assert sorted(lights.triangle) == sorted(names)
-    chance = np.zeros(count + 1)                # the last entry is the point light's
+    chance = np.zeros(count + 1)                # the last entry is for the point light
     np.add.at(chance, lights.triangle, lights.keep / len(lights))
     np.add.at(chance, lights.alias, (1 - lights.keep.astype(float)) / len(lights))
     corners = scene.triangles.astype(float)

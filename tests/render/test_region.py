@@ -1,4 +1,4 @@
-"""Regions: a region of a picture equals that part of the whole picture to the bit."""
+"""Regions: a region that is drawn alone equals the same part of the whole picture to the bit."""
 from __future__ import annotations
 
 import numpy as np
@@ -36,8 +36,11 @@ def test_tiles_make_up_the_picture(scene: str, method: str, asked: dict, precise
 
 
 def test_however_many_waves_it_takes(monkeypatch, precise_renderer) -> None:
-    """A wave is a set of paths that are traced at once. A region traces all its samples in one
-    wave; the whole picture needs a wave per sample."""
+    """A region equals its part of the picture even if the numbers of waves differ.
+
+    A wave is a set of paths that are traced at once. Here the region traces all of its samples in
+    one wave, and the whole picture needs one wave per sample.
+    """
     monkeypatch.setattr("gpgpu_rt.render.path.WAVE", 2048)
     with rt.Tracer("cornell-light", "bvh-packet") as tracer:
         whole = np.asarray(tracer.render(size=SIZE, integrator="path", samples=6))
@@ -49,11 +52,13 @@ def test_however_many_waves_it_takes(monkeypatch, precise_renderer) -> None:
 @pytest.mark.parametrize("region", [(-1, 0, 2, 2), (0, 0, 0, 2), (36, 0, 2, 2), (0, 28, 1, 2),
                                     (0, 0, 4), "here"])
 def test_regions_that_are_none(region: object) -> None:
+    """Regions that are empty, malformed or not inside the picture are refused."""
     with rt.Tracer("cornell") as tracer, pytest.raises(rt.OptionError, match="region"):
         tracer.render(size=SIZE, region=region)
 
 
 def test_the_rasteriser_draws_whole_pictures() -> None:
+    """Rasterised first hits are refused for a region, and rasterised bounds are allowed."""
     with rt.Tracer("cornell", rasterised_bounds=8) as tracer:
         with pytest.raises(rt.OptionError, match="traced"):
             tracer.render(size=SIZE, region=(0, 0, 8, 8), first_hits="rasterised")

@@ -1,5 +1,5 @@
-"""Several samples per pixel under whitted and direct: a pixel shows the share of its area that is
-covered."""
+"""Several samples per pixel under `whitted` and `direct`: a pixel is as bright as the covered
+share of its area."""
 from __future__ import annotations
 
 import numpy as np
@@ -35,6 +35,7 @@ def test_a_pixel_shows_how_much_of_it_is_covered(integrator: str, samples: int, 
 
 @pytest.mark.parametrize("samples", [2, 8, 32, 8192])
 def test_places_are_a_net_around_the_middle(samples: int) -> None:
+    """The samples of a pixel are a (0, m, 2)-net whose mean is the pixel's middle."""
     places = np.array(list(places_in_pixel(samples)))
     assert np.abs(places).max() < 0.5 and np.abs(places.mean(axis=0)).max() < 1e-12
     for halved in range(samples.bit_length()):
@@ -51,6 +52,7 @@ def bits(method: str = "bvh-threaded", options: dict = {}, **asked: object) -> n
 
 
 def test_the_same_bits_by_any_way(precise_renderer) -> None:
+    """Another method, rasterised bounds and all features give the same picture."""
     expected = bits()
     assert (bits("kd-restart") == expected).all()
     assert (bits(options={"rasterised_bounds": 8}) == expected).all()
@@ -61,6 +63,7 @@ def test_the_same_bits_by_any_way(precise_renderer) -> None:
 
 
 def test_first_hits_beside_the_middle_are_not_rasterised() -> None:
+    """Several samples per pixel need traced first hits, and report their progress."""
     with rt.Tracer(sheet(3.3)) as tracer:
         with pytest.raises(rt.Error, match="first_hits=traced"):
             tracer.render(size=(8, 8), samples=2, first_hits="rasterised")

@@ -33,8 +33,8 @@ def test_cosine_directions() -> None:
     found = evaluate("sample", "result = vec4(sample_cosine(x.xy), 0.0);", np.float32(numbers))
     expected = sampling.sample_cosine(numbers)
     assert np.abs(found[:, :3] - expected).max() < 3 * ULP
-    # The relative error of the cosine is small even for grazing directions: cancellation loses no
-    # digits.
+    # The relative error of the cosine is small even for grazing directions, because no digits
+    # cancel.
     assert np.abs(found[:, 2] / expected[:, 2] - 1).max() < 4 * ULP
 
 
@@ -90,7 +90,7 @@ def test_frames_are_orthonormal(seed: int) -> None:
 
 
 def cosines_and_iors() -> tuple[np.ndarray, np.ndarray]:
-    """Return cosines and refractive indices of all kinds.
+    """Return cosines and refractive indices that cover all kinds of refraction.
 
     There are grazing rays, perpendicular rays, rays next to the critical angle, and rays beyond
     it. The rays enter and leave glass, water, diamond, a medium of index 1.0003, and a medium of
@@ -110,13 +110,13 @@ def test_fresnel() -> None:
     c, n = cosine.astype(np.float64), ior.astype(np.float64)
     expected = sampling.fresnel(c, n)
     assert found.min() >= 0 and found.max() <= 1
-    # `known` is the change of the result if cosine and ior change by a unit of rounding. This
-    # change is large near the critical angle.
+    # `known` is the largest change of the result if cosine and ior change by a unit of rounding.
+    # It is large near the critical angle.
     known = np.maximum.reduce([np.abs(sampling.fresnel(c * (1 + a), n * (1 + b)) - expected)
                                for a in (-ULP, 0, ULP) for b in (-ULP, 0, ULP)])
     assert (np.abs(found - expected) <= 16 * ULP * expected + 4 * known).all()
     ordinary = known < 1e-4 * expected
-    assert ordinary.mean() > 0.75           # rounding dominates the result at 1.0003
+    assert ordinary.mean() > 0.75           # at index 1.0003, rounding dominates
     assert (np.abs(found - expected)[ordinary] < 1e-4).all()
     # Known textbook values.
     some = np.float32([[1, 1.5], [1, 1 / 1.5], [0.5, 1 / 1.5], [np.cos(np.arctan(1.5)), 1.5]])
@@ -173,7 +173,7 @@ def test_densities_integrate_to_one(exponent: float) -> None:
 
 @pytest.mark.parametrize("exponent", [None, 0.0, 12.5, 300.0])
 def test_samples_follow_their_density(exponent: float | None) -> None:
-    """Chi-square test of 200,000 directions in 8 x 16 cells of equal probability."""
+    """200,000 directions pass a chi-square test with 8 x 16 cells of equal probability."""
     numbers = random_numbers(np.arange(200_000), 0, 0, 2, 3)[:, :2]
     if exponent is None:
         d, power = sampling.sample_cosine(numbers), 2.0
@@ -198,8 +198,8 @@ def test_triangle_points_are_uniform() -> None:
 
 @pytest.mark.parametrize("ior", [1.5, 1 / 1.5, 2.42])
 def test_reflection_is_the_same_from_both_sides(ior: float) -> None:
-    """A border reflects the same share of the light of a ray and of the light that travels back
-    along the ray's refracted ray (Stokes)."""
+    """A border reflects the same share of light from both sides (Stokes). The light from the other
+    side comes along the refracted ray."""
     cosine = np.linspace(0.01, 1, 500)
     through = 1 - (1 - cosine ** 2) / ior ** 2
     some = through > 0

@@ -40,9 +40,9 @@ def test_numbers_are_cell_middles_and_their_range_is_refused() -> None:
 @pytest.mark.parametrize("first", [0, 1 << 12, 3 << 16])
 @pytest.mark.parametrize("pixel", [(0, 0), (17, 5), (4000, 3000)], ids=str)
 def test_pairs_are_nets(pixel: tuple[int, int], first: int) -> None:
-    """Every box of area 2^-k holds exactly one of 2^k consecutive samples, for any box shape.
+    """Every box of area 2^-k, of any shape, holds exactly one of 2^k consecutive samples.
 
-    This holds for the pair of numbers for discrete choices, and for the pair for a position or
+    This is true for the two numbers of discrete choices, and for the two numbers of a position or
     direction. Each single number is stratified too.
     """
     for bounce, k in itertools.product((0, 1, 7), range(11)):
@@ -70,9 +70,9 @@ def test_a_direction_and_the_light_behind_it_are_one_net(bounce: int) -> None:
 
 
 def streams() -> dict[str, np.ndarray]:
-    """Return (n, 8) numbers for each stream: two blocks of four that must be independent.
+    """Return (n, 8) numbers for each stream: two groups of four numbers that must be independent.
 
-    The blocks differ in the pixel, the vertex of the path, the choice, the seed or the sample.
+    The groups differ in the pixel, the vertex of the path, the choice, the seed or the sample.
     """
     count = np.arange(1 << 14)
     line, column = count >> 7, count & 127
@@ -91,6 +91,7 @@ def streams() -> dict[str, np.ndarray]:
 
 @pytest.mark.parametrize("name", list(streams()))
 def test_what_is_not_one_net_is_independent(name: str) -> None:
+    """Numbers of different pixels, events, choices, seeds or samples are independent."""
     numbers = streams()[name]
     for axis in range(8):
         assert chi_square(box_counts(numbers[:, [axis]], (7,))) < 5
@@ -102,8 +103,8 @@ def test_what_is_not_one_net_is_independent(name: str) -> None:
 @pytest.mark.parametrize("seed", [3])
 @pytest.mark.parametrize("kind", ["smooth", "edge"])
 def test_means_converge_faster_than_random_ones(seed: int, kind: str) -> None:
-    """Integrals over a direction and a light, in 64 pixels, are unbiased. Their error is smaller
-    than with random numbers."""
+    """Estimates of an integral over a direction and a light, in 64 pixels, are unbiased. Their
+    error is smaller than with random numbers."""
     pixel, sample = (a.ravel() for a in np.meshgrid(np.arange(64), np.arange(256)))
 
     def error(draw) -> np.ndarray:

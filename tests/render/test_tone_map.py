@@ -14,7 +14,7 @@ INTEGRATORS = ["direct", "whitted", "path"]
 
 
 def lamp(*radiance: float) -> rt.Scene:
-    """Returns a lamp that fills the picture, in darkness."""
+    """Returns a lamp that fills the picture and is the only light."""
     corners = [(-9, -9, 0), (9, -9, 0), (9, 9, 0), (-9, 9, 0)]
     return rt.Scene.from_arrays(corners, [[0, 1, 2], [0, 2, 3]], lights=(), environment=None,
                                 colours=(0, 0, 0), materials=(rt.Material(emission=radiance),),
@@ -38,6 +38,7 @@ def grey(linear: float) -> int:
     ({"tone_map": "aces", "exposure": 1}, [grey(4 * 10.07 / (4 * 10.31 + 0.14)), grey(2.54 / 3.16),
                                            grey(0.6425 / 1.0425)])])
 def test_light_of_known_strength(integrator: str, options: dict, wanted: list[int]) -> None:
+    """Exposure and tone map give the grey levels that follow from their formulas."""
     with rt.Tracer(lamp(2.0, 0.5, 0.25)) as tracer:
         more = {"samples": 2} if integrator == "path" else {}
         found = np.asarray(tracer.render(size=(4, 4), integrator=integrator, **more, **options))
@@ -47,7 +48,8 @@ def test_light_of_known_strength(integrator: str, options: dict, wanted: list[in
 
 @pytest.mark.parametrize("integrator", INTEGRATORS)
 def test_the_options_come_and_go(precise_renderer, integrator: str) -> None:
-    """A picture with an exposure leaves nothing behind, and its regions fit together."""
+    """After a picture with an exposure, a picture without options is as before. A region of the
+    picture with an exposure equals its part of the whole picture."""
     drawing = {"size": (24, 16), "integrator": integrator,
                **({"samples": 4} if integrator == "path" else {})}
     with rt.Tracer("cornell-light") as tracer:
@@ -72,6 +74,7 @@ def test_curves_rise_from_black_to_white(tone_map: str) -> None:
 
 
 def test_an_interrupted_picture_has_them_too(monkeypatch) -> None:
+    """An interrupted picture has the exposure."""
     monkeypatch.setattr(path_tracing, "WAVE", 4 * 16 * 16)
 
     def interrupt(done: int, samples: int, noise: float) -> None:
@@ -84,6 +87,7 @@ def test_an_interrupted_picture_has_them_too(monkeypatch) -> None:
 
 
 def test_on_the_command_line(precise_renderer, tmp_path) -> None:
+    """`gpgpu-rt render` draws the same picture as `Tracer.render` with the same options."""
     target = tmp_path / "a.png"
     words = ["render", "cornell-light", "--size", "16x12", "-o", str(target)]
     assert cli.main([*words, "--exposure=-1", "--tone-map", "reinhard"]) == 0

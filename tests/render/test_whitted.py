@@ -15,12 +15,13 @@ DIM = rt.Environment.constant((0.25, 0.5, 0.75))
 
 
 def radiance(tracer: rt.Tracer, size: tuple[int, int], **options: object) -> np.ndarray:
-    """Return the (height, width, 3) linear radiance of a picture that has a radiance texture."""
+    """Draw a picture and return its linear radiance, (height, width, 3)."""
     tracer.render(size=size, **options)
     return stream(tracer, "radiance")[0][:, :, :3]
 
 
 def stream(tracer: rt.Tracer, name: str) -> list[np.ndarray]:
+    """Return the textures of the named stream of the latest picture, one array per texture."""
     with tracer.gpu:
         room = tracer.sessions.pictures.integrator.room
         return [read_texture(texture) for texture in room.textures(name)]
@@ -33,8 +34,8 @@ def scene_of(triangles: np.ndarray, material: rt.Material, camera: rt.Camera,
 
 
 def test_a_box_of_mirrors_adds_up_to_a_geometric_series() -> None:
-    """All walls emit light and reflect shares that float32 holds exactly. The sum shows that no
-    ray leaves the box, is lost or counts twice."""
+    """All walls emit light and reflect shares that float32 holds exactly. The radiance equals the
+    series only if no ray leaves the box, is lost or counts twice."""
     wall = rt.Material("wall", mirror=(0.5, 0.25, 0.0), emission=(0.125, 0.25, 1))
     camera = rt.Camera((0.3, 0.4, 0.45), (1, 0.7, 0.1), fov=100)
     scene = scene_of(boxes((0, 0, 0), (1, 1, 1)), wall, camera, None)
@@ -45,7 +46,8 @@ def test_a_box_of_mirrors_adds_up_to_a_geometric_series() -> None:
 
 
 def fresnel(cosine: np.ndarray, ior: float) -> np.ndarray:
-    """Return the textbook's Fresnel reflectance in float64; 1 past the critical angle."""
+    """Return the Fresnel reflectance by the textbook formula, in float64; 1 past the critical
+    angle."""
     sine = np.sqrt(1 - cosine ** 2) / ior
     beyond = np.sqrt(np.maximum(1 - sine ** 2, 0))
     across = (cosine - ior * beyond) / (cosine + ior * beyond)
@@ -58,8 +60,8 @@ def test_a_slab_of_glass_reflects_and_lets_through_by_fresnel(ior: float) -> Non
     """The expected radiance is a sum over all paths that leave the slab after at most six turns.
 
     A turn is a reflection or a refraction. The sky is brighter behind the slab than before it.
-    Light that is still inside after six turns hits the glass once more. Its reflected and its
-    refracted share each get the radiance of the surroundings in the direction of that share.
+    Light that is still inside after six turns is reflected and refracted once more. Each of these
+    two shares gets the radiance of the sky in its direction.
     """
     camera = rt.Camera((0, 0, 3), (0.8, 0.5, 0), fov=70)
     slab = boxes((-500, -500, -0.5), (500, 500, 0.5))
@@ -168,7 +170,8 @@ def test_smooth_normals_shade_a_ball_as_a_ball() -> None:
 
 @pytest.mark.parametrize("method", [row.name for row in rt.methods()])
 def test_every_method_draws_the_same_picture(precise_renderer, method: str) -> None:
-    """The picture has glass, mirrors, a lamp, a point light, textures and smooth normals."""
+    """All methods draw the same picture of a scene with glass, mirrors, a lamp, a point light,
+    textures and smooth normals."""
     assert (picture(method) == picture("brute-force")).all()
 
 
@@ -194,18 +197,21 @@ def drawn(scene: rt.Scene, method: str = "bvh-threaded", all_features: bool = Fa
     {"schedule": "step"}, {"schedule": "kernels"}, {"sort_rays": True}, {"statistics": True},
     {"octants": True}], ids=str)
 def test_how_rays_are_traced_does_not_show(precise_renderer, options: dict[str, object]) -> None:
+    """Schedules, sorting, statistics and octants do not change the picture."""
     assert (drawn(everything(), **options) == picture("brute-force")).all()
 
 
 @pytest.mark.parametrize("precision, most", [("fp24", 0.1), ("fp16", 3.0)])
 def test_low_precision_shows_little(precise_renderer, precision: str, most: float) -> None:
-    """With all_features, which builds the programs of every feature, the picture is the same."""
+    """Low precision changes the picture little. The option all_features, which builds the programs
+    with every feature, does not change it."""
     derived = drawn(everything(), precision=precision)
     assert np.abs(derived.astype(int) - picture("brute-force")).mean() < most
     assert (drawn(everything(), all_features=True, precision=precision) == derived).all()
 
 
 def test_what_moves_looks_as_what_was_there_from_the_start(precise_renderer) -> None:
+    """After an update, the picture equals a new tracer's picture of the moved scene."""
     scene = everything()
     triangles = scene.triangles * np.float32(1.1) + np.float32(0.05)
     with rt.Tracer(scene) as tracer:

@@ -1,4 +1,5 @@
-"""Loads a page in headless Chromium and reports requests, broken images and errors of scripts."""
+"""Loads a page in headless Chromium, and reports its requests, its broken images and the errors of
+its scripts."""
 from __future__ import annotations
 
 import json

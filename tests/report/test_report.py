@@ -1,4 +1,4 @@
-"""The teaching page is complete, works offline, and says which figures are missing."""
+"""The page of `gpgpu-rt report` is complete, works offline, and says which figures are missing."""
 from __future__ import annotations
 
 import base64
@@ -49,8 +49,8 @@ def picture(width: int, seed: int) -> Image.Image:
 
 @pytest.fixture
 def figures(tmp_path: Path) -> Path:
-    """Returns a folder like a folder from `make figures`, with two figures and a figure that no
-    chapter names."""
+    """Returns a folder such as `make figures` writes. It holds two figures of the page's chapters,
+    and a figure that no chapter names."""
     folder = tmp_path / "out"
     folder.mkdir()
     (folder / "fig12.md").write_text(TABLE)
@@ -63,7 +63,7 @@ def figures(tmp_path: Path) -> Path:
 
 
 class Reader(HTMLParser):
-    """Collects a page's text and all references."""
+    """Collects a page's text, references, ids, tags, titles, and texts of images."""
 
     def __init__(self, text: str) -> None:
         super().__init__()
@@ -71,7 +71,7 @@ class Reader(HTMLParser):
         self.ids: list[str] = []
         self.tags: list[str] = []
         self.alternatives: list[str] = []
-        self.titles: list[str] = []     # of headings and captions
+        self.titles: list[str] = []     # the texts of headings and captions
         self.words = ""
         self.within: list[str] = []     # the open elements
         self.boxed = False      # whether the latest element scrolls sideways
@@ -106,6 +106,7 @@ class Reader(HTMLParser):
 
 
 def test_everything_is_carried_along(figures: Path, tmp_path: Path) -> None:
+    """The page contains all pictures and refers to nothing outside it."""
     found = write_report(tmp_path / "report.html", figures, films=False)
     text = (tmp_path / "report.html").read_text()
     read = Reader(text)
@@ -195,7 +196,7 @@ def test_the_page_says_first_what_came_out(judged: Path, tmp_path: Path) -> None
     assert groups == {"confirmed": {"fig13"}, "confirmed in part": {"fig16"},
                       "contradicted": {"fig12", "fig14"}, "not judged": {"fig20", "fig22"}}
     assert "3 of 10 pairs of methods in the published order, on 2 scenes" in section
-    for name, word in WORDS.items():    # and each figure has its badge
+    for name, word in WORDS.items():    # each figure has its badge
         figure = text[text.index(f'id="{name}"'):].partition("</section>")[0]
         assert re.search(rf'class="badge"[^>]*>{word}<', figure)
         assert figure.count(f"Title of {name}") == 1
@@ -241,7 +242,7 @@ def test_films_and_maps(tmp_path: Path, figures: Path, monkeypatch) -> None:
     assert first[0] == "0" and last[0] == last[1] and live[-1] == 0
     lost = -np.diff(live)
     assert (lost > 0).all()
-    # A frame follows as soon as a sixtieth of the rays has ended since the last frame.
+    # A frame follows as soon as 1 / (FRAMES - 1) of all rays have ended since the last frame.
     passes = [int(re.match(r"pass ([\d,]+)", one)[1].replace(",", "")) for one in texts]
     scene, every = rt.load_scene("cornell"), []
     with rt.Tracer(scene, "kd-restart", schedule="step") as tracer:
@@ -249,7 +250,7 @@ def test_films_and_maps(tmp_path: Path, figures: Path, monkeypatch) -> None:
     assert [every[at] for at in passes] == live
     assert all(live[k] - every[at - 1] < live[0] / (FRAMES - 1)
                for k, at in enumerate(passes[1:]))
-    # Fewer frames than passes show the last few rays.
+    # The last few rays take up a smaller share of the frames than of the passes.
     of_frames, of_passes = (np.mean(np.array(some) < live[0] / 20) for some in (live, every))
     assert of_frames < 0.6 * of_passes, (of_frames, of_passes)
     # Frames do not overlap: the seam below each frame is white.
@@ -257,12 +258,12 @@ def test_films_and_maps(tmp_path: Path, figures: Path, monkeypatch) -> None:
                for pixel in (picture.convert("RGB").getpixel((9, 31 * k - 1)),))
     assert 'type="button">Play<' in film and 'type="range"' in film
     assert "on one scale" in text
-    # the method has no passes; the page shows all other parts
+    # ray-tiles has no passes, so its film is missing; the page shows all other parts.
     assert "Not shown: method ray-tiles" in text
 
 
 def test_pictures_are_described(tmp_path: Path, judged: Path, monkeypatch) -> None:
-    """Each picture has a text that describes only it, and repeats no title."""
+    """Each picture has its own describing text, and this text repeats no title."""
     described = PngImagePlugin.PngInfo()
     described.add_text("Description", "Dots show the times of three methods on two scenes.")
     picture(64, 1).save(judged / "fig13.png", pnginfo=described)

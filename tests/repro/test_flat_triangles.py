@@ -32,7 +32,7 @@ def test_three_corners_on_a_line_are_never_hit(method: str, intersection: str, s
     start, step = rng.integers(-4000, 4000, (2, 300, 1, 3)) * 2.0 ** -12  # the sums are exact
     triangles = start + step * np.array((0, 2, 1))[:, None]
     scene = rt.Scene.from_arrays(triangles.reshape(-1, 3), np.arange(900).reshape(-1, 3))
-    # without `loop`, each step is a pass
+    # Without `loop`, each step is a pass, so fewer rays are traced.
     count = 20_000 if "loop" in find_method(method).schedules else 1000
     chosen = rng.integers(300, size=count)
     aims = start[chosen, 0] + step[chosen, 0] * rng.random((count, 1)) * 2

@@ -14,7 +14,7 @@ import gpgpu_rt as rt
 from gpgpu_rt.numerics.denormals import flushed, keeps_denormals
 
 FLUSH = 0x8040      # the bits FTZ and DAZ of MXCSR
-MXCSR = 7           # the register's place in x86-64's fenv_t, in words of 32 bits
+MXCSR = 7           # the index of MXCSR in x86-64's fenv_t, in words of 32 bits
 
 pytestmark = pytest.mark.skipif(platform.machine() != "x86_64" or platform.system() != "Linux",
                                 reason="the test knows fenv_t of x86-64 Linux only")
@@ -55,8 +55,8 @@ def test_the_state_comes_back_after_an_error() -> None:
 
 @pytest.mark.parametrize("method", ("brute-force", "bvh-threaded", "kd-restart"))
 def test_hits_at_denormal_t(method: str) -> None:
-    """The rays start in the triangle's plane, so they could hit at t = 0. Most t_min are denormal
-    numbers just below or above 0."""
+    """A thread that flushes denormal numbers gives the same hits. The rays start in the triangle's
+    plane, so each hit is at t = 0. Most t_min are denormal numbers just below or above 0."""
     scene = rt.Scene.from_arrays([[0, 0, 0], [4, 0, 0], [0, 4, 0]], [[0, 1, 2]])
     origins = np.tile([1.0, 1.0, 0.0], (8, 1))
     directions = np.tile([0.0, 0.0, 1.0], (8, 1))

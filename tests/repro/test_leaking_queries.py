@@ -1,5 +1,5 @@
-"""Schedules made a new query of OpenGL for every count of rays. moderngl cannot delete queries, so
-a search with millions of passes filled gigabytes of memory."""
+"""Schedules used to make a new OpenGL query each time they counted rays. moderngl cannot delete
+queries, so a search with millions of passes filled gigabytes of memory."""
 from __future__ import annotations
 
 import moderngl

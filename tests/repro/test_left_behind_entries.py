@@ -1,7 +1,7 @@
-"""Rays that a packet leaves unfinished continue as single rays from the root.
+"""With entry points, rays that a packet leaves unfinished continue as single rays from the root.
 
-The program for single rays used to fail to compile with entry points, because nothing built entry
-lists for single rays.
+The program for these single rays used to fail to compile, because nothing built entry lists for
+single rays.
 """
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def test_single_rays_begin_at_the_root(monkeypatch: pytest.MonkeyPatch, precise_
         expected = tracer.trace(*rays)
     with rt.Tracer(scene, method, octants=octants, entry_points=tile) as tracer:
         hits = tracer.trace(*rays)
-        # some rays continued as single rays
+        # This is set only if some rays continued as single rays.
         assert tracer.session.driver.driver.kept.get("single") is not None
         hidden = tracer.occluded(*rays)
     assert_same_bits(hits, expected)

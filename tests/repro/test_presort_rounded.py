@@ -1,5 +1,5 @@
-"""The option `presort` used to leave out rays with t_max < t_min. But rounding to textures may
-make the two ends equal, and without `presort` such rays were traced."""
+"""The option `presort` used to leave out rays with t_max < t_min. Rounding to the precision of the
+textures may make the two ends equal. Such rays were traced without `presort`, but not with it."""
 from __future__ import annotations
 
 import numpy as np

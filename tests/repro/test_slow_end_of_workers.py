@@ -1,5 +1,5 @@
-"""On a busy machine, a local worker process took longer to end than Dask waits. `make figures`
-then ended in a traceback, although every cell (measurement of a figure) was complete."""
+"""`make figures` used to end in a traceback if a local worker process took longer to end than Dask
+waits, as on a busy machine. By then, all measurements were complete."""
 from __future__ import annotations
 
 import contextlib

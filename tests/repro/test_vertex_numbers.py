@@ -1,5 +1,5 @@
-"""softpipe restarts gl_VertexID at 0 after every 4,096 vertices. Later points were therefore
-scattered to the targets of the first 4,096."""
+"""softpipe restarts gl_VertexID at 0 after every 4,096 vertices. All later points were therefore
+scattered to the targets of the first 4,096 points."""
 from __future__ import annotations
 
 import numpy as np

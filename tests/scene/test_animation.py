@@ -1,4 +1,5 @@
-"""Frames of an animation depend only on their numbers, and the command line writes every frame."""
+"""The vertices of a frame depend only on the frame's number, and the command line writes every
+frame."""
 from __future__ import annotations
 
 import numpy as np
@@ -54,6 +55,7 @@ def small_animation(path, frames: int = 3) -> None:
 
 
 def test_numbered_files(tmp_path, capsys) -> None:
+    """Frames are written to numbered files, and equal the pictures of an updated tracer."""
     small_animation(tmp_path / "soup.npz")
     assert main(["render", str(tmp_path / "soup.npz"), "--frames", "3", *SMALL, "-o",
                  str(tmp_path / "out_%03d.png")]) == 0
@@ -76,6 +78,7 @@ def test_numbered_files(tmp_path, capsys) -> None:
 
 @pytest.mark.parametrize("suffix", ["gif", "png"])
 def test_films(suffix: str, tmp_path) -> None:
+    """Frames are written to one film file, and no other file is left."""
     small_animation(tmp_path / "soup.npz")
     film = tmp_path / f"film.{suffix}"
     assert main(["render", str(tmp_path / "soup.npz"), "--frames", "3", *SMALL, "-o",

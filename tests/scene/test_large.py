@@ -1,5 +1,5 @@
 """Large scenes: tables are uploaded in slices, and trees keep their node numbers within float32's
-exact integers. The full suite also keeps millions of triangles within a memory limit."""
+exact integers. The full suite also checks the memory for scenes of millions of triangles."""
 from __future__ import annotations
 
 import json
@@ -45,6 +45,7 @@ def test_slices_make_the_same_table(gpu, count: int, monkeypatch) -> None:
 
 
 def test_a_table_is_written_into_where_it_fits(gpu) -> None:
+    """A table is written into the given texture if it fits, and else into a new texture."""
     corners = {f"v{k}": np.full((10, 3), k) for k in range(3)}
     first = table_textures(gpu, TRIANGLE, {**corners, "index": np.arange(10)})
     again = table_textures(gpu, TRIANGLE, {**corners, "index": np.arange(10) + 5}, into=first)
@@ -59,6 +60,7 @@ def test_a_table_is_written_into_where_it_fits(gpu) -> None:
 @pytest.mark.parametrize("most", [1, 2, 3, 40, 333, 10**6])
 @pytest.mark.parametrize("build", BUILDS)
 def test_coarsened_trees(build: str, most: int) -> None:
+    """A BVH with a limit of nodes keeps all triangles, and its boxes contain them."""
     triangles = random_soup(500, 3)
     fine, tree = (build_bvh(triangles, build=build, most_nodes=m) for m in (None, most))
     assert len(tree.escape) <= most
@@ -86,8 +88,8 @@ def test_coarsened_trees(build: str, most: int) -> None:
     ids=lambda o: "-".join(map(str, o.values())) or "plain" if isinstance(o, dict) else str(o))
 def test_more_nodes_than_can_be_indexed(precise_renderer, method: str, options: dict, limit: int,
                                         monkeypatch) -> None:
-    """With too many nodes for the index limit, leaves hold more triangles and the hits stay the
-    same. A small limit replaces 2^24."""
+    """If a tree would have more nodes than float32 can index, its leaves hold more triangles and
+    the hits stay the same. The test replaces the limit of 2^24 by a small limit."""
     scene = soup_scene(700, 4)
     rays = RAY_SETS["random"](scene, 800, 5)
     with rt.Tracer(scene, "brute-force") as tracer:
@@ -108,8 +110,8 @@ def test_more_nodes_than_can_be_indexed(precise_renderer, method: str, options: 
 
 
 def test_a_lopsided_tree_shares_less(precise_renderer, monkeypatch) -> None:
-    """A lopsided tree that is built for shared subtrees may store too many nodes. The tracer then
-    builds the tree again, with the node limit for eight whole copies."""
+    """With shared subtrees, a lopsided tree may need more records than its node limit assumes. The
+    tracer then builds the tree again, with the node limit for eight whole copies."""
     flat = np.float32([[0, 0, 0], [1, 0, 0], [0, 1, 0]])
     triangles = flat * np.float32(1.5) ** np.arange(-60, 60, dtype=np.float32)[:, None, None]
     options = {"octants": True, "shared_subtrees": 16}
@@ -154,6 +156,7 @@ def test_coarsened_kd_trees(most: int) -> None:
 
 
 def test_the_limit_is_asked_for_only_where_it_could_be_passed() -> None:
+    """`node_limit` sets a limit only if a tree of so many triangles could exceed it."""
     assert node_limit(10**6) == node_limit(EXACT_INTEGER // 2) == {}
     assert node_limit(EXACT_INTEGER // 2 + 1) == {"most_nodes": EXACT_INTEGER}
     assert node_limit(10**6, 8) == {} and node_limit(1_048_577, 8) == {

@@ -1,4 +1,5 @@
-"""Truncated mesh files are refused, and faces keep the file's order whatever their material."""
+"""Truncated mesh files are refused, and faces keep the file's order even if their materials
+differ."""
 from __future__ import annotations
 
 from pathlib import Path
@@ -49,6 +50,7 @@ def test_obj_faces_keep_their_order_and_material(tmp_path: Path) -> None:
 
 
 def test_instances_are_placed_one_after_another(tmp_path: Path) -> None:
+    """Two instances of a mesh become two copies of its triangles, each at its own place."""
     scene, box = trimesh.Scene(), trimesh.creation.box()
     for x in (0.0, 5.0):
         scene.add_geometry(box, transform=trimesh.transformations.translation_matrix([x, 0, 0]))
@@ -110,6 +112,7 @@ def textured(tmp_path: Path) -> Path:
 
 
 def test_faces_without_places_do_not_take_them_from_others(textured: Path) -> None:
+    """A face without texture coordinates gets none from other faces with the same vertices."""
     textured.write_text(f"mtllib m.mtl\n{SQUARE}{PLACES}usemtl a\no x\nf 1 2 3\no y\n{QUAD}")
     scene = rt.load_scene(textured)
     assert not scene.uv[0].any() and np.array_equal(scene.uv[1:], scene.triangles[1:, :, :2])
@@ -130,6 +133,7 @@ def test_groups_keep_their_materials(textured: Path) -> None:
 @pytest.mark.filterwarnings("error")
 @pytest.mark.parametrize("name", TEXTURED)
 def test_corners_of_textured_obj_files_keep_their_places(name: str, textured: Path) -> None:
+    """Each corner keeps its own texture coordinates."""
     textured.write_text("mtllib m.mtl\n" + SQUARE + TEXTURED[name])
     scene = rt.load_scene(textured)
     places = scene.triangles[..., :2].copy()

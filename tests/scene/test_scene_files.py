@@ -164,7 +164,7 @@ def test_missing_textures_of_mesh_files_are_errors(folder: Path) -> None:
         with pytest.raises(rt.SceneError, match=message):
             rt.load_scene(folder / "two.obj")
     (folder / "two.mtl").write_text("newmtl green\nKd 1 1 1\nmap_Kd my wood.png\n")
-    # this error shows that the texture was read
+    # This error shows that the texture was read.
     with pytest.raises(rt.SceneError, match="green has a texture, but the mesh has no"):
         rt.load_scene(folder / "two.obj")
 
@@ -217,6 +217,7 @@ def test_a_texture_without_places_is_refused(folder: Path) -> None:
 
 
 def test_what_is_too_deep_or_marked_as_utf8(folder: Path) -> None:
+    """JSON that is nested too deeply is refused. A byte order mark at the start is skipped."""
     with pytest.raises(rt.SceneError, match="no JSON"):
         rt.load_scene(written(folder, "[" * 100_000))
     path = written(folder, GOOD)
@@ -225,8 +226,11 @@ def test_what_is_too_deep_or_marked_as_utf8(folder: Path) -> None:
 
 
 def gltf(folder: Path, material: dict[str, Any], **images: tuple[int, int, int]) -> Path:
-    """Writes a textured triangle with the given material; returns its path. ``images`` maps names
-    to colours."""
+    """Writes a glTF file of a textured triangle with the given material, and returns the file's
+    path.
+
+    images : the colour of each image by its name; the order gives the indices of textures
+    """
     box = trimesh.Trimesh([(0, 0, 0), (1, 0, 0), (0, 1, 0)], [(0, 1, 2)], process=False)
     box.visual = trimesh.visual.TextureVisuals(uv=[(0, 0), (1, 0), (0, 1)])
     box.export(folder / "m.gltf")
@@ -242,6 +246,7 @@ def gltf(folder: Path, material: dict[str, Any], **images: tuple[int, int, int])
 
 
 def test_textures_without_a_factor_are_taken_as_they_are(folder: Path) -> None:
+    """A texture without a factor has the factor 1, in glTF and in MTL files."""
     texture = {"baseColorTexture": {"index": 0}}
     for said, share in ((texture, 1), ({**texture, "baseColorFactor": [0.2, 0.2, 0.2, 1]}, 0.2),
                         ({}, 1)):
@@ -255,6 +260,7 @@ def test_textures_without_a_factor_are_taken_as_they_are(folder: Path) -> None:
 
 
 def test_a_lamp_is_its_factor_times_the_mean_of_its_texture(folder: Path) -> None:
+    """A material's emission is its factor times the mean of its emission texture."""
     said = {"emissiveFactor": [1, 0.5, 1], "emissiveTexture": {"index": 0}}
     for colour, radiance in (((0, 0, 0), (0, 0, 0)), ((255, 255, 0), (1, 0.5, 0))):
         scene = rt.load_scene(gltf(folder, said, glow=colour))
@@ -281,7 +287,7 @@ def test_a_textured_metal_is_tinted_by_its_mean(folder: Path) -> None:
 def test_names_in_gltf_files_are_uris(folder: Path) -> None:
     path = gltf(folder, {"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}, a=(9, 0, 0))
     path.write_text(path.read_text().replace("a.png", "my%20tex.png"))
-    # some writers do not encode file names
+    # The file exists under the decoded name or, as some writers leave it, under the encoded name.
     for name in ("my tex.png", "my%20tex.png"):
         (folder / "a.png").rename(folder / name)
         texture = rt.load_scene(path).materials[0].texture
@@ -292,6 +298,7 @@ def test_names_in_gltf_files_are_uris(folder: Path) -> None:
 
 
 def test_corners_that_share_one_place_have_one(folder: Path) -> None:
+    """Texture coordinates are kept if all corners of a triangle have the same coordinates."""
     (folder / "n.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nf 1/1 2/1 3/1\n")
     said = {**GOOD, "meshes": [{"file": "n.obj", "material": "wood"}]}
     scene = rt.load_scene(written(folder, said))
@@ -323,6 +330,7 @@ def textured_scene(*sizes: tuple[int, int]) -> rt.Scene:
 
 
 def test_textures_lie_side_by_side_and_apart(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The atlas holds each texture at its place, and textures that do not fit are refused."""
     monkeypatch.setattr(images, "WIDTH", 8)
     monkeypatch.setattr(images, "HEIGHT", 15)
     scene = textured_scene((3, 4), (9, 2), (9, 2), (5, 4), (7, 4), (1, 9))

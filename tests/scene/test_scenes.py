@@ -24,6 +24,7 @@ def no_meshes(monkeypatch, tmp_path) -> None:
     pytest.param(name, marks=pytest.mark.full if catalogue.ROWS[name].triangles > 10**6 else ())
     for name in scene_names() if catalogue.ROWS[name].make])
 def test_built_scenes(name: str) -> None:
+    """A built scene has its catalogue's number of triangles, and is the same each time."""
     scene, row = rt.load_scene(name), catalogue.ROWS[name]
     assert len(scene) == row.triangles and scene.stand_in == row.stand_in
     assert np.isfinite(scene.triangles).all() and scene.extent > 0
@@ -37,8 +38,8 @@ def test_built_scenes(name: str) -> None:
 
 @pytest.mark.parametrize("name", ["robots-moving", "kitchen-moving"])
 def test_a_scene_without_its_file(name: str, capsys) -> None:
-    """The error says how to get the file. The list of scenes names the scene without a word on
-    standard error."""
+    """If the file of a scene is missing, the error says how to get it. The list of scenes names
+    the scene and prints nothing to standard error."""
     for load in (rt.load_scene, rt.load_animation):
         with pytest.raises(rt.SceneError, match=f"--fetch {name.split('-')[0]}`$") as caught:
             load(name)
@@ -59,6 +60,7 @@ def test_stadium_ratio() -> None:
 
 
 def test_meshes_in_folders_come_first(monkeypatch, tmp_path) -> None:
+    """A mesh in a folder of GPGPU_RT_SCENES replaces the built-in scene of the same name."""
     trimesh.Trimesh(SQUARE, FACES, process=False).export(tmp_path / "bunny.ply")
     (tmp_path / "cameras.json").write_text(
         '{"bunny": {"eye": [0, 0, 9], "target": [0, 0, 0], "fov_degrees": 30}}')

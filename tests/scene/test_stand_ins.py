@@ -33,12 +33,13 @@ COMMANDS = {
              "-o", "OUT.json"),
     "web": (*METHOD, "-o", "OUT.html"),
 }
-# The viewer marks a stand-in in its panel. No stand-in is a single surface, so `remesh` accepts
-# none.
+# Commands that are not tested here. The viewer marks a stand-in in its panel. `remesh` needs a
+# single surface, which no stand-in is.
 APART = {"view", "remesh"}
 
 
 def with_a_scene() -> set[str]:
+    """Return the names of the commands that have a scene as an argument."""
     parser = command_parser()
     commands = next(action for action in parser._actions
                     if isinstance(action, argparse._SubParsersAction)).choices
@@ -53,6 +54,7 @@ def test_no_command_is_left_out() -> None:
 
 @pytest.fixture
 def words(tmp_path, monkeypatch):
+    """Return a function that gives the command line of a command for the stand-in scene."""
     monkeypatch.setenv("GPGPU_RT_SCENES", "")
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("GPGPU_RT_CACHE", str(tmp_path / "cache"))
@@ -63,6 +65,7 @@ def words(tmp_path, monkeypatch):
 
 @pytest.mark.parametrize("command", COMMANDS)
 def test_commands_tell(command: str, words, capsys) -> None:
+    """Each command says that the scene is a stand-in, also in its JSON."""
     assert cli.main(words(command)) == 0
     assert f"{SCENE} is a procedural stand-in for" in capsys.readouterr().out
     assert cli.main((*words(command), "--json")) == 0
@@ -72,7 +75,7 @@ def test_commands_tell(command: str, words, capsys) -> None:
 
 
 def test_pictures_tell(words, monkeypatch) -> None:
-    """Every picture, page and film shows the marked title."""
+    """Every picture, page and film shows the title that marks a stand-in."""
     drawn: list[str] = []
 
     def note(*title: object) -> None:
@@ -93,5 +96,6 @@ def test_pictures_tell(words, monkeypatch) -> None:
 
 
 def test_titles_tell(words) -> None:
+    """The title of a stand-in scene is marked, and no other title."""
     assert rt.load_scene(SCENE).title == TITLE
     assert rt.load_scene("cornell").title == "cornell"

@@ -1,4 +1,5 @@
-"""All hits of a ray: every method finds the hits that a test of all pairs finds, in order."""
+"""`trace_all`: every method finds all hits that a test of all pairs of ray and triangle finds, in
+order of t."""
 from __future__ import annotations
 
 import multiprocessing
@@ -17,7 +18,7 @@ METHODS = {row.name: row for row in rt.methods()}
 
 
 def doubled_soup(seed: int, count: int = 40) -> rt.Scene:
-    """Return triangles of which a third occur two or three times."""
+    """Return a scene of random triangles, a third of which occur two or three times."""
     triangles = random_soup(count, seed)
     triangles = np.concatenate([triangles, triangles[::3], triangles[::6, [1, 2, 0]]])
     corners = triangles[np.random.default_rng(seed).permutation(len(triangles))].reshape(-1, 3)
@@ -25,7 +26,7 @@ def doubled_soup(seed: int, count: int = 40) -> rt.Scene:
 
 
 def rays_through(scene: rt.Scene, seed: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return random rays and rays at vertices.
+    """Return random rays and rays that aim at vertices.
 
     The lengths of the directions are no powers of two. One ray starts far away.
     """
@@ -56,7 +57,8 @@ def test_all_hits_are_those_of_all_pairs(exact_renderer, method: str, schedule: 
                                          seed: int) -> None:
     scene = doubled_soup(seed)
     origins, directions = rays_through(scene, seed)
-    origins = np.delete(origins, 5, 0)    # a far ray is first moved, so its t rounds differently
+    # Leave out the far ray: the tracer moves its origin, so its t rounds differently.
+    origins = np.delete(origins, 5, 0)
     directions = np.delete(directions, 5, 0)
     ray, t, triangle = all_pairs(scene, origins, directions)
     assert len(np.unique(np.column_stack([ray, t.view(np.int32)]), axis=0)) < len(t) - 20
@@ -101,6 +103,7 @@ def test_options_change_no_hit(exact_renderer, options: dict, seed: int) -> None
 
 
 def test_packets_that_leave_rays_behind_go_on_too(precise_renderer, monkeypatch) -> None:
+    """Rays that packets leave unfinished also get all of their hits."""
     scene = doubled_soup(3, 200)
     rays = rays_through(scene, 3)
     with rt.Tracer(scene, "kd-packet") as tracer:
@@ -114,6 +117,7 @@ def test_packets_that_leave_rays_behind_go_on_too(precise_renderer, monkeypatch)
 
 
 def test_rays_that_are_none_and_caps_are_flagged() -> None:
+    """`status` marks invalid rays and rays that a step cap stopped."""
     scene = doubled_soup(4)
     origins, directions = rays_through(scene, 4)
     origins[2], directions[4] = np.nan, 0
@@ -162,7 +166,8 @@ with rt.Tracer(scene, "kd-restart") as shared:
 
 
 def test_threads_take_turns() -> None:
-    """The test needs its own process: here, a current context locks out other threads."""
+    """Several threads may use the same tracer and their own tracers. The test needs its own
+    process, because the current context of this process locks out other threads."""
     subprocess.run([sys.executable, "-c", THREADS], check=True, timeout=120)
 
 

@@ -1,4 +1,5 @@
-"""Frames that another process builds ahead: hits, pictures and errors are those of `update`."""
+"""If another process builds the frames ahead, hits, pictures and errors are the same as with
+`update`."""
 from __future__ import annotations
 
 import os
@@ -20,12 +21,14 @@ RAYS = RAY_SETS["random"](SCENE, 200, 3)
 
 
 def positions(count: int = 3) -> list[np.ndarray]:
-    """Return the (n, 3, 3) float32 triangles of each frame; each triangle moves on its own way."""
+    """Return the (n, 3, 3) float32 triangles of each frame. Each triangle moves in its own
+    direction."""
     way = np.random.default_rng(5).normal(0, 0.2, (len(SCENE), 1, 3)).astype(np.float32)
     return [SCENE.triangles + np.float32(frame + 1) * way for frame in range(count)]
 
 
 def in_turn(method: str, **options: object) -> Iterator[rt.Hits]:
+    """Yield the hits of each frame, as `update` builds one frame after another."""
     with rt.Tracer(SCENE, method, **options) as tracer:
         for frame in positions():
             tracer.update(frame)
@@ -41,7 +44,7 @@ def test_frames_built_ahead_are_those_of_update(method: str, options: dict) -> N
     with rt.Tracer(SCENE, method, **options) as tracer:
         first = tracer.trace(*RAYS)
         moves = tracer.updates(positions())
-        # The first frame is being built; the tracer still has the triangles of the scene.
+        # While the first frame is built, the tracer still has the triangles of the scene.
         assert_same_bits(tracer.trace(*RAYS), first)
         count = 0
         for expected, _ in zip(in_turn(method, **options), moves):
@@ -54,7 +57,8 @@ def test_frames_built_ahead_are_those_of_update(method: str, options: dict) -> N
 
 
 def test_a_frame_is_built_while_the_frame_before_it_is_traced(monkeypatch) -> None:
-    """When the caller gets frame n, the build of frame n + 1 has begun, and no later build has."""
+    """When the caller gets frame n, the build of frame n + 1 has begun. No later build has
+    begun."""
     begun: list[int] = []
     begin = build_ahead.Builds.begin
     monkeypatch.setattr(build_ahead.Builds, "begin", lambda builds, scene: (
@@ -84,6 +88,7 @@ def test_a_bad_frame_is_reported_after_the_frame_before_it() -> None:
     ("kd-stack", {"build": "zhou", "build_device": "gpu"}, "builds with passes"),
     (rt.Choices(rt.Choice("bvh-packet"), rt.Choice("kd-restart")), {}, "has two")], ids=str)
 def test_what_cannot_be_built_ahead(method, options: dict, message: str) -> None:
+    """`updates` is refused if passes build the structure, or if the tracer has two structures."""
     with rt.Tracer(SCENE, method, **options) as tracer:
         with pytest.raises(rt.OptionError, match=message):
             tracer.updates(positions())
@@ -103,7 +108,7 @@ def test_a_process_that_is_killed_gives_one_line() -> None:
         with pytest.raises(rt.Error, match="ended early") as caught:
             list(moves)
         assert "\n" not in str(caught.value)
-        tracer.update(SCENE.triangles)      # the tracer is still of use
+        tracer.update(SCENE.triangles)      # the tracer still works
 
 
 def run(*words: str) -> int:

@@ -47,6 +47,7 @@ def random(scene: rt.Scene) -> ray_sets.Rays:
 
 
 def took(tracer: rt.Tracer) -> tuple[str, str, str]:
+    """Return the choice and the method of the last call, and the method of the current choice."""
     statistics = tracer.statistics
     assert statistics.method == tracer.method.name
     return statistics.choice, statistics.method, tracer.choices.of(tracer.taken).method
@@ -57,11 +58,13 @@ def took(tracer: rt.Tracer) -> tuple[str, str, str]:
 
 def share_of(origins: np.ndarray, directions: np.ndarray, diagonal: float = 1.0,
              **more) -> float | None:
+    """Return the share of coherent neighbours among the rays."""
     return coherence(RayBatch(origins, directions, **more), diagonal)
 
 
 @pytest.mark.parametrize("height, width", [(1, 2), (3, 5), (8, 8), (40, 24), (300, 300)])
 def test_what_all_rays_share_is_all(height: int, width: int) -> None:
+    """Rays with the same direction are coherent if their origins are near each other."""
     origins, directions = np.zeros((height, width, 3)), np.ones((height, width, 3)) * (1, 2, 3)
     assert share_of(origins, directions) == 1
     assert share_of(origins, -directions) == 1
@@ -76,7 +79,8 @@ def test_what_all_rays_share_is_all(height: int, width: int) -> None:
 
 
 def test_what_makes_rays_unlike() -> None:
-    """Every other ray differs only in a sign, only in the dominant axis, or only in the origin."""
+    """Neighbouring rays are not coherent if they differ in a sign, the dominant axis or the
+    origin."""
     origins, directions = np.zeros((1, 8, 3)), np.ones((1, 8, 3)) * (1, 2, 3)
     for change in ((-1, 2, 3), (1, 3, 2)):
         other = directions.copy()
@@ -89,6 +93,7 @@ def test_what_makes_rays_unlike() -> None:
 
 
 def test_rays_that_are_none_say_nothing() -> None:
+    """Invalid rays do not count. Without two valid neighbours, there is no share."""
     origins, directions = np.zeros((4, 4, 3)), np.ones((4, 4, 3)) * (1, 2, 3)
     directions[:, 2:] *= -1
     assert share_of(origins, directions) == 1 - 4 / 24
@@ -103,6 +108,7 @@ def test_rays_that_are_none_say_nothing() -> None:
 
 @pytest.mark.parametrize("name", ["cornell", "kitchen"])
 def test_the_rays_of_the_bench_are_told_apart(name: str) -> None:
+    """Eye and shadow rays of `bench` count as coherent. Diffuse and random rays do not."""
     scene = rt.load_scene(name)
     diagonal = float(np.linalg.norm(np.subtract(*scene.bounds)))
     for kind, coherent in (("eye rays", True), ("shadow rays", True), ("diffuse rays 1", False),
@@ -116,6 +122,7 @@ def test_the_rays_of_the_bench_are_told_apart(name: str) -> None:
 
 
 def test_rays_decide(scene, auto) -> None:
+    """Each call uses the choice for its rays, and finds the hits of brute force."""
     assert took(auto) == (COHERENT, "bvh-packet", "bvh-packet")
     kinds = {COHERENT: ("bvh-packet", eye(scene)), INCOHERENT: ("kd-restart", random(scene))}
     with rt.Tracer(scene, "brute-force") as truth:
@@ -166,6 +173,7 @@ def test_a_choice_that_cannot_be_built_changes_nothing(scene, auto, monkeypatch)
 
 
 def test_both_follow_triangles_that_move(scene, auto) -> None:
+    """After an update, both structures find hits on the moved triangles."""
     given = eye(scene), random(scene)
     for rays in given:
         auto.trace(*rays)
@@ -202,6 +210,7 @@ def test_pictures_are_the_same(scene, auto) -> None:
 
 
 def test_release_frees_both(scene) -> None:
+    """`release` frees the textures of both structures."""
     tracer = rt.Tracer(scene, PAIR)
     for rays in (eye(scene), random(scene)):
         tracer.trace(*rays)
@@ -214,6 +223,7 @@ def test_release_frees_both(scene) -> None:
 
 
 def test_both_go_to_other_processes(scene, auto) -> None:
+    """A pickled tracer keeps both choices."""
     given = random(scene)
     hits = auto.trace(*given)
     with pickle.loads(pickle.dumps(auto)) as copy:
@@ -234,6 +244,7 @@ def test_one_choice_is_one_structure(scene) -> None:
 
 
 def test_choices_that_cannot_be(scene) -> None:
+    """Unknown methods and wrong options are refused, and `statistics` applies to both choices."""
     for choices, options, message in (
             (Choices(Choice("grid"), Choice("gird")), {}, "did you mean grid"),
             (Choices(Choice("grid"), Choice("grid", {"octants": True})), {}, "octants"),
@@ -246,6 +257,7 @@ def test_choices_that_cannot_be(scene) -> None:
 
 
 def test_what_moves_on_the_gpu_moves_in_one_structure() -> None:
+    """A tracer with two choices cannot be deformed."""
     surface = Choices(Choice("geometry-image"), Choice("bvh-threaded"))
     with rt.Tracer("boulder", surface) as tracer:
         with pytest.raises(rt.OptionError, match="make the tracer with method geometry-image"):
@@ -256,6 +268,7 @@ def test_what_moves_on_the_gpu_moves_in_one_structure() -> None:
 
 
 def test_the_default_pair(scene) -> None:
+    """Without settings, `auto` uses packets for coherent rays and single rays for other rays."""
     with rt.Tracer(scene, "auto") as tracer, rt.Tracer(scene, "brute-force") as truth:
         assert tracer.settings is None
         for rays, given, method in ((COHERENT, eye(scene), "bvh-packet"),
@@ -275,6 +288,7 @@ def test_the_default_pair(scene) -> None:
 
 @pytest.mark.parametrize("count", [0, 1, 2])
 def test_the_default_pair_on_next_to_nothing(count: int) -> None:
+    """The default pair also works on scenes of 0, 1 and 2 triangles."""
     few = rt.Scene.from_arrays(np.random.default_rng(count).random((3 * count, 3)),
                                np.arange(3 * count).reshape(-1, 3))
     some = soup_scene(10, seed=1)

@@ -19,7 +19,7 @@ COUNT = 300
 
 
 def moved(triangles: np.ndarray, amount: float, seed: int) -> np.ndarray:
-    """Return the triangles, each moved to another place; triangle 4 becomes a point."""
+    """Return the triangles, each moved by its own random offset. Triangle 4 becomes a point."""
     rng = np.random.default_rng(seed)
     after = triangles + amount * rng.normal(size=(len(triangles), 1, 3)).astype(np.float32)
     after[4] = after[4, :1]
@@ -60,9 +60,10 @@ def test_an_updated_tracer_hits_what_a_new_one_does(precise_renderer, method: st
 @pytest.mark.parametrize("method", [row.name for row in rt.methods()
                                     if row.stack or row.stack_entry is not None])
 def test_trees_of_like_depth_share_programs(gpu, method: str) -> None:
-    """The array of a stack has a few more entries than the tree has levels.
+    """Trees of slightly different depth use the same programs.
 
-    A tree that is a level deeper therefore needs no new program.
+    The array of a stack has a few more entries than the tree has levels. A tree with one more
+    level therefore needs no new program.
     """
     depths, made = set(), set()
     for seed, count in enumerate((20, 30, 45)):
@@ -81,7 +82,8 @@ def test_trees_of_like_depth_share_programs(gpu, method: str) -> None:
 
 @pytest.mark.parametrize("octants", [False, True])
 def test_pictures_move_too(precise_renderer, octants: bool) -> None:
-    """Shading reads the new triangles, and an update makes no program or texture."""
+    """After an update, pictures show the new triangles. The update makes no program and no
+    texture."""
     triangles = random_soup(COUNT, 2)
     after = moved(triangles, 0.3, 3)
     with rt.Tracer(scene_of(triangles), "bvh-threaded", octants=octants) as tracer:
@@ -106,6 +108,7 @@ def test_pictures_move_too(precise_renderer, octants: bool) -> None:
 
 @pytest.mark.parametrize("ratio, rebuilt", [(np.inf, False), (1e6, False), (1.2, True), (0, True)])
 def test_the_ratio_decides(ratio: float, rebuilt: bool) -> None:
+    """A tree is rebuilt if a refit raises its cost by more than the ratio `rebuild_ratio`."""
     triangles = random_soup(COUNT, 5, size=0.02)
     shuffled = triangles[np.random.default_rng(1).permutation(COUNT)]   # the worst case of a refit
     with rt.Tracer(scene_of(triangles), "bvh-threaded", rebuild_ratio=ratio) as tracer:
@@ -121,8 +124,8 @@ def test_the_ratio_decides(ratio: float, rebuilt: bool) -> None:
 
 
 def test_a_rebuilt_tree_is_the_new_measure() -> None:
-    """Larger triangles raise the cost of any tree. After a rebuild, later costs are compared with
-    the cost of the new tree, so the tree is not rebuilt again."""
+    """After a rebuild, later costs are compared with the cost of the new tree. Larger triangles
+    raise the cost of any tree, but cause only one rebuild."""
     triangles = random_soup(COUNT, 5, size=0.02)
     grown = triangles + 8 * (triangles - triangles.mean(axis=1, keepdims=True))
     with rt.Tracer(scene_of(triangles), "bvh-threaded") as tracer:

@@ -1,4 +1,4 @@
-"""A pytest plugin for trimesh's own tests that replaces trimesh's ray engines by our intersector.
+"""A pytest plugin for trimesh's own tests: it replaces trimesh's ray engines by our intersector.
 
 test_trimeshs_own_tests.py runs the plugin in a separate process, because the replacement cannot be
 undone. trimesh's source distribution lacks the tests' common module and meshes, so this file
@@ -25,7 +25,7 @@ asked = 0  # queries that our intersector answered
 
 
 class Counting(RayMeshIntersector):
-    """Counts queries, so a run without queries does not count as a proof."""
+    """Counts queries, because a run without queries would prove nothing."""
 
     def _current(self):
         global asked
@@ -34,6 +34,8 @@ class Counting(RayMeshIntersector):
 
 
 class AsNative(Counting):
+    """Accepts the arguments of trimesh's own engine."""
+
     def __init__(self, mesh):
         super().__init__(mesh, METHOD)
 
@@ -98,8 +100,10 @@ def meshes() -> dict[str, trimesh.Trimesh]:
 
 
 def seven_eighths(half: float) -> trimesh.Trimesh:
-    """Returns a cube around the origin without the octant of positive x, y and z. Its faces
-    separate filled cells from empty cells."""
+    """Returns a cube around the origin without the octant of positive x, y and z.
+
+    The cube consists of filled cells. Its faces are those between a filled cell and an empty cell.
+    """
     filled = np.zeros((4, 4, 4), bool)
     filled[1:3, 1:3, 1:3] = True
     filled[2, 2, 2] = False

@@ -22,7 +22,7 @@ OURS = {"bvh-threaded": {}, "kd-short-stack": {},
 ENGINES = {"native": Native, "embree": Embree,
            **{name: lambda mesh, name=name, options=options: RayMeshIntersector(
                mesh, name, **options) for name, options in OURS.items()}}
-# Embree finds the next hit by an offset behind the last hit, so it is not exact
+# Embree is not exact: it looks for the next hit from a point a small offset behind the last hit.
 EXACT = [name for name in ENGINES if name != "embree"]
 
 
@@ -105,8 +105,8 @@ def test_points_inside_a_closed_mesh(engine, name: str) -> None:
 
 
 def test_rays_at_vertices_and_along_edges(exact) -> None:
-    """A ray at a vertex has one location, however many triangles meet there. A query for triangles
-    returns all of them."""
+    """A ray through a vertex has one location there. A query for triangles returns all triangles
+    that meet at the vertex."""
     mesh = trimesh.creation.box()
     origins = np.zeros_like(mesh.vertices)
     ray = exact(mesh)
@@ -116,8 +116,8 @@ def test_rays_at_vertices_and_along_edges(exact) -> None:
     tri, rays = ray.intersects_id(origins, mesh.vertices)
     around = np.bincount(mesh.faces.ravel(), minlength=8)
     assert np.bincount(rays, minlength=8).tolist() == around.tolist()
-    # A ray through the diagonals of two faces enters and leaves the box, through two triangles
-    # each time.
+    # A ray through the diagonals of two faces enters and leaves the box. It hits two triangles at
+    # each of the two locations.
     _, rays, _ = ray.intersects_location([[0.1, 0.1, -9]], [[0, 0, 1]])
     assert len(rays) == 2
 
@@ -148,8 +148,8 @@ def test_triangles_that_coincide_are_all_found_in_order(name: str) -> None:
 @pytest.mark.filterwarnings("error")
 @pytest.mark.parametrize("length", [1e-300, 1e-46, 1e-41, 1e-38, 1e30, 1e39, 1e300])
 def test_directions_of_any_length(length: float) -> None:
-    """Directions of any length give the same hits. For a short direction, t overflowed float32 in
-    an earlier version: all hits were at infinity, in triangle order, with NaN locations."""
+    """Directions of any length give the same hits. In an earlier version, t of short directions
+    overflowed float32. All hits then were at infinity, in triangle order, with NaN locations."""
     mesh = trimesh.creation.icosphere(subdivisions=2)
     origins, directions = random_rays(mesh, 300, 4)
     directions /= np.linalg.norm(directions, axis=1, keepdims=True)
@@ -166,8 +166,8 @@ def test_directions_of_any_length(length: float) -> None:
 
 @pytest.mark.parametrize("name", OURS)
 def test_a_sheet_seen_from_afar_has_two_sides(name: str) -> None:
-    """A box of one millimetre at a distance of ten kilometres has two sides. In float32, both
-    sides have almost the same t."""
+    """A ray hits both sides of a box of one millimetre at a distance of ten kilometres, although
+    both hits have almost the same t in float32."""
     mesh = trimesh.creation.box(extents=(1e-3, 1e-3, 1e-3))
     rays = [[0, 0, 1e4], [1e-4, 2e-4, 1e4]], [[0, 0, -1.0]] * 2  # the first ray hits diagonals
     with ENGINES[name](mesh) as ray:
@@ -244,6 +244,7 @@ def test_copies_and_pickles() -> None:
 
 
 def test_rays_that_are_none_and_those_that_do_not_fit(exact) -> None:
+    """Queries accept empty arrays and invalid rays, and refuse arrays of different lengths."""
     mesh = closed("box")
     ray = exact(mesh)
     nothing = np.zeros((0, 3))
@@ -271,6 +272,7 @@ def test_arrays_of_other_shapes_are_refused(rays) -> None:
 
 
 def test_a_ray_that_is_stopped_is_no_miss() -> None:
+    """If a step cap stops a ray, a query raises an error and does not report a miss."""
     ray = RayMeshIntersector(closed("ball"), "kd-restart", step_cap=2)
     rays = random_rays(ray.mesh, 30, 6)
     for ask in (ray.intersects_id, ray.intersects_first, ray.intersects_any):
@@ -280,6 +282,7 @@ def test_a_ray_that_is_stopped_is_no_miss() -> None:
 
 @pytest.mark.parametrize("method, options", [("nosuch", {}), ("kd-restart", {"octants": True})])
 def test_mistakes_show_at_once(method: str, options: dict) -> None:
+    """Unknown methods and options are refused when the intersector is made."""
     with pytest.raises(rt.Error):
         RayMeshIntersector(trimesh.creation.box(), method, **options)
 

@@ -21,7 +21,7 @@ PLUGIN = "ours_in_trimesh"
 
 
 def published() -> list[Path]:
-    """Returns trimesh's test files; skips the test with a reason if no folder is named."""
+    """Returns trimesh's test files. Skips the test if TRIMESH_TESTS names no folder."""
     folder = os.environ.get(VARIABLE)
     if not folder:
         pytest.skip(f"{VARIABLE} names no folder with trimesh's test_ray.py")
@@ -35,7 +35,7 @@ def published() -> list[Path]:
 def test_ours_passes_trimeshs_ray_tests(method: str) -> None:
     files, left_out = published(), []
     if importlib.util.find_spec("manifold3d") is None:
-        # the test cuts a hole with manifold3d
+        # The deselected test cuts a hole with manifold3d.
         left_out = ["--deselect", f"{files[0].name}::test_contains_cavity"]
     here = str(Path(__file__).parent)
     answer = subprocess.run(

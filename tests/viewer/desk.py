@@ -1,4 +1,4 @@
-"""A desk: the viewer's panels without a window. A test clicks on widgets by their labels.
+"""A desk: the viewer's panels without a window. A test clicks on a widget by giving its label.
 
 The panels draw into a framebuffer of the suite's own context. While a desk is open, the functions
 of ImGui that draw widgets also note where each widget is, and each text that is written.
@@ -33,10 +33,10 @@ class Desk:
     Attributes
     ----------
     viewer, panels : as in the window
-    widgets : label -> (x, y) of a place on it, in the last frame, in the order of drawing
+    widgets : label of a widget -> (x, y) of a point on it, for the last frame, in drawing order
     texts : the texts of the last frame
     hints : label of a text field -> the text that it shows while it is empty
-    choices : label of a list -> its words
+    choices : label of a list -> the words of its entries
     """
 
     def __init__(self, monkeypatch: Any, clock: Any, selection: Selection,
@@ -64,12 +64,12 @@ class Desk:
         self._buffer.use()
 
     def _note(self, monkeypatch: Any) -> None:
-        """Make ImGui's functions note their widgets and texts."""
+        """Replace ImGui's functions by functions that also note widgets and texts."""
         def widget(draw: Any, label: str, *more: Any, **named: Any) -> Any:
             found = draw(label, *more, **named)
             if draw.__name__ != "begin_combo" or not found:
                 lo, hi = imgui.get_item_rect_min(), imgui.get_item_rect_max()
-                # The middle of a row of a table may be scrolled out of the table.
+                # The middle of a table's row may be scrolled out of sight, so use its left end.
                 across = lo.x + 6 if draw.__name__ == "selectable" else (lo.x + hi.x) / 2
                 self.widgets[label] = across, (lo.y + hi.y) / 2
             if draw.__name__ == "input_text_with_hint":

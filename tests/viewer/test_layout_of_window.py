@@ -1,4 +1,4 @@
-"""The places of the viewer's panels do not overlap and fill the window."""
+"""The picture and the panels of the viewer fill the window and do not overlap."""
 from __future__ import annotations
 
 import itertools
@@ -33,6 +33,7 @@ def test_panels_cover_no_picture_and_leave_no_gap(window: tuple[int, int], panel
 
 
 def test_a_rectangle_has_its_points() -> None:
+    """`Rect.has` includes the left and upper edges, and excludes the right and lower edges."""
     rect = Rect(3, 4, 10, 20)
     assert rect.has(3, 4) and rect.has(12.9, 23.9)
     assert not any(rect.has(*at) for at in ((2.9, 5), (5, 3.9), (13, 5), (5, 24)))

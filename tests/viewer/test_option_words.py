@@ -1,4 +1,4 @@
-"""Options have plain words for controls, and their automatic values are known."""
+"""Options have plain words as labels of controls, and the viewer knows their automatic values."""
 from __future__ import annotations
 
 import numpy as np
@@ -36,7 +36,7 @@ def test_a_choice_has_its_meaning() -> None:
     assert packet.choice_words((4, 2)) == "4x2"
 
 
-# Method, names of options that are automatic, and other options.
+# (method, names of the options whose automatic values are tested, other options)
 AUTOMATICS = [("kd-restart", "max_depth", {}), ("kd-stack", "stack_size", {}),
               ("kd-restart", "morton_bits", {"build": "hybrid"}),
               ("bvh-threaded", "morton_bits", {"build": "lbvh"}),
@@ -53,6 +53,8 @@ AUTOMATICS = [("kd-restart", "max_depth", {}), ("kd-stack", "stack_size", {}),
 @pytest.mark.parametrize("method, names, options", AUTOMATICS)
 def test_an_automatic_value_given_as_a_value_changes_nothing(soup: str, method: str, names: str,
                                                              options: dict) -> None:
+    """The shown automatic value is right: if it is given, tables, passes and memory are the
+    same."""
     scene = rt.load_scene(soup)
     rays = scene.camera.rays((24, 18))
     table = {o.name: o for o in TRACER_OPTIONS + find_method(method).options}

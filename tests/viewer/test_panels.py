@@ -1,4 +1,5 @@
-"""The viewer's panels, without a window: words, lists, headings, and the places of the panels."""
+"""The viewer's panels, without a window: their words, lists and headings, and the space that they
+leave for the picture."""
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
@@ -14,7 +15,7 @@ from gpgpu_rt.viewer.layout import HELP, PANEL
 from gpgpu_rt.viewer.overlay import projected
 
 SIZE = (900, 600)
-CHOSEN = (255, 240, 40)     # the colour of the chosen row's box
+CHOSEN = (255, 240, 40)     # the colour of the box of the chosen row's node
 
 
 @pytest.fixture
@@ -32,7 +33,8 @@ def desk(monkeypatch, clock, soup: str) -> Iterator[Callable[..., Desk]]:
 
 def controls(one: Desk) -> list[str]:
     """Returns the labels of the drawn controls and headings of the left panel, in their order."""
-    width = one.panels.layout.panel.width      # a long panel scrolls, so widgets may lie below it
+    # Do not test y: a long panel scrolls, so widgets may lie below the visible part.
+    width = one.panels.layout.panel.width
     return [label for label, at in one.widgets.items() if at[0] < width]
 
 
@@ -57,8 +59,8 @@ def test_five_controls_come_first_and_all_others_are_folded(desk, mode: str, fif
 
 
 def test_no_name_of_an_option_is_on_the_screen(desk) -> None:
-    """Labels are plain words. A heading says how many options are changed, and an option that has
-    no meaning now is not shown."""
+    """Labels are plain words. A heading says how many options are changed. An option that has no
+    effect with the present settings is not shown."""
     one = desk("kd-restart", build="hybrid")
     one.click("Options of kd-restart (1 changed)###own")
     assert "##morton_bits" in one.widgets and "Morton code bits" in one.texts
@@ -150,8 +152,8 @@ def test_the_command_is_copied(desk, monkeypatch) -> None:
 
 @pytest.mark.parametrize("size", [(1280, 800), SIZE])
 def test_the_picture_fills_the_free_part(desk, size: tuple[int, int]) -> None:
-    """The picture has the size of the part that no panel covers, and shows there all that a square
-    picture of the scene's own camera shows, also after the panel or the window is resized."""
+    """The picture has the size of the part that no panel covers. It shows all that a square
+    picture of the scene's own camera shows, also after a panel or the window is resized."""
     one = desk("kd-restart", size)
 
     def framed(width: int, height: int) -> None:

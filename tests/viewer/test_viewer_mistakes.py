@@ -1,4 +1,5 @@
-"""The viewer without a window shows a message for each mistake and continues."""
+"""The viewer without a window shows a message for each mistake, and continues with the old
+picture."""
 from __future__ import annotations
 
 from collections.abc import Iterator
@@ -57,6 +58,7 @@ def test_errors_are_said_and_the_picture_stays(viewer: Viewer, user_method: str,
 
 def test_an_error_while_drawing_is_not_tried_again_and_again(viewer: Viewer,
                                                              monkeypatch) -> None:
+    """After an error, the viewer shows its message and does not draw again by itself."""
     calls = []
 
     def fail(*given, **options):
@@ -71,6 +73,7 @@ def test_an_error_while_drawing_is_not_tried_again_and_again(viewer: Viewer,
 
 
 def test_a_row_alone_makes_a_method_appear(viewer: Viewer) -> None:
+    """It is enough to register a method: the viewer can then choose and draw it."""
     settle(viewer)
     register(replace(find_method("grid"), name="users-grid"))
     try:

@@ -81,7 +81,7 @@ def test_a_camera_survives_the_command_line_to_the_bit() -> None:
 @pytest.mark.parametrize("scale", [1e-3, 1.0, 3e4])
 def test_the_line_has_the_fewest_digits_with_the_same_rays(viewer: Viewer, scale: float) -> None:
     """The drawn camera has short numbers. Its rays differ from the exact camera's rays by less
-    than PIXEL_SHARE of a pixel, and with a decimal less they would differ by more."""
+    than PIXEL_SHARE of a pixel. With one decimal less, the difference would be larger."""
     rng, size = np.random.default_rng(7), (640, 480)
     target = scale * rng.normal(size=3)
     exact = Camera(tuple(target + scale * rng.normal(size=3)), tuple(target), fov=37.123456789)
@@ -100,7 +100,7 @@ def test_the_line_has_the_fewest_digits_with_the_same_rays(viewer: Viewer, scale
             found.append(np.abs(at[:, 0].reshape(pixels.shape) - pixels).max())
         return max(found)
 
-    assert most(drawn) < PIXEL_SHARE + 1e-3     # rays are rounded to float32
+    assert most(drawn) < PIXEL_SHARE + 1e-3     # 1e-3, because rays are rounded to float32
     words = camera_words(drawn)
     assert max(len(number.split(".")[-1]) for number in words[0][6:].split(",")) <= 9
     assert len(" ".join(words)) < 0.7 * len(" ".join(camera_words(exact)))
@@ -133,6 +133,8 @@ def test_a_narrow_picture_shows_what_a_square_shows() -> None:
 
 @pytest.mark.parametrize("pixel_seconds", [1e-8, 1e-6, 1e-4])
 def test_the_pace_keeps_to_its_limits(clock: Clock, pixel_seconds: float) -> None:
+    """While the camera moves, drawing keeps to the time limit MOVING. At rest, it keeps to
+    PATIENCE."""
     pace, pixels = Pace(clock), 640 * 480
 
     def take(divisor: int) -> float:
@@ -157,6 +159,7 @@ def test_the_pace_keeps_to_its_limits(clock: Clock, pixel_seconds: float) -> Non
 
 def test_what_takes_too_long_waits_to_be_asked_for(viewer: Viewer, clock: Clock,
                                                    monkeypatch) -> None:
+    """A full picture that would take longer than PATIENCE is drawn only after `insist`."""
     draw = viewer.tracer.render
 
     def slow(camera, size, *more, **options):
@@ -193,6 +196,7 @@ def test_moving_is_coarse_and_rest_is_fine(viewer: Viewer, clock: Clock) -> None
 
 @pytest.mark.parametrize("seed", [1, 2])
 def test_moves(seed: int) -> None:
+    """Each move keeps what it should keep: the camera's distance, its target or its eye."""
     rng = np.random.default_rng(seed)
     camera = Camera(tuple(rng.normal(size=3)), tuple(rng.normal(size=3)))
     distance = np.linalg.norm(np.subtract(camera.target, camera.eye))

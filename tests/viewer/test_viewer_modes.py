@@ -1,4 +1,4 @@
-"""The viewer without a window: its modes show the right content, and saved files hold this
+"""The viewer without a window: each mode shows the right content, and saved files hold this
 content."""
 from __future__ import annotations
 
@@ -43,8 +43,8 @@ def test_the_picture_s_tracer_outlives_those_of_other_modes(viewer: Viewer) -> N
 
 
 def test_graphs_show_what_heat_maps_cost(viewer: Viewer) -> None:
-    """Graphs count the passes and rays of both heat maps. Both methods need several passes for a
-    heat map, but the schedule of the ordinary picture needs only one pass."""
+    """In heat mode, the graphs count the passes and rays of both heat maps. A heat map takes
+    several passes here, whereas the ordinary picture's schedule takes one pass."""
     viewer.look_at("heat")
     viewer.change_heat(what="passes", other="grid")
     settle(viewer)
@@ -55,6 +55,7 @@ def test_graphs_show_what_heat_maps_cost(viewer: Viewer) -> None:
 
 
 def test_what_making_a_tracer_takes_holds_no_heat_map_back(viewer: Viewer, monkeypatch) -> None:
+    """The time to make a tracer does not count when the viewer decides how fine a map is drawn."""
     make, count = viewer.tracers.get, heat_view.heat
 
     def slow(*given, **options):
@@ -82,7 +83,7 @@ def test_heat_of_two_methods_has_one_scale(viewer: Viewer) -> None:
     with rt.Tracer(viewer.scene, "bvh-threaded", statistics=True) as tracer:
         hits = tracer.trace(*viewer.camera.rays(VIEW))
     assert (one.values.ravel() == hits.triangles_tested).all()
-    for wipe, map_shown in ((0.0, two), (1.0, one)):  # the share of the image that shows map one
+    for wipe, map_shown in ((0.0, two), (1.0, one)):  # wipe: the share that shows map one
         viewer.change_heat(wipe=wipe)
         assert (viewer.image == colours.ramp(map_shown.values / viewer.heat.top)).all()
     assert (one.values != two.values).any()
@@ -94,7 +95,8 @@ def test_heat_of_two_methods_has_one_scale(viewer: Viewer) -> None:
 
 @pytest.mark.parametrize("what", KINDS)
 def test_a_scale_says_where_rays_lie_beyond(monkeypatch, what: str) -> None:
-    """The panel, a saved map and the `heat` command draw the same scale."""
+    """The panel, a saved map and the `heat` command draw the same scale. It says whether any rays
+    cost more than its end."""
     bars, draw = [], colours.colour_bar
 
     def noted(highest, unit, width, lowest=0.0, beyond=False):
@@ -117,6 +119,7 @@ def test_a_scale_says_where_rays_lie_beyond(monkeypatch, what: str) -> None:
 @pytest.mark.parametrize("method", ["bvh-threaded", *map(full, ("kd-restart", "grid",
                                                                 "bvh-packet"))])
 def test_a_journey_ends_at_the_hits_of_a_trace(soup: str, method: str) -> None:
+    """The recorded passes end with the hits of a trace, and limits of memory and time are kept."""
     scene = rt.load_scene(soup)
     rays = scene.camera.rays(VIEW)
     with rt.Tracer(scene, method, schedule="step") as tracer:
@@ -162,7 +165,8 @@ def test_scrubbing_shows_each_pass(viewer: Viewer) -> None:
 
 @pytest.mark.parametrize("method, why", [("kd-stack", "one pass"), ("ray-tiles", "no state")])
 def test_no_passes_is_said_and_shows_none(viewer: Viewer, method: str, why: str) -> None:
-    """The viewer shows no passes of the previous method, and says why the method has none."""
+    """If a method has no passes, the viewer says why, and shows no passes of the previous
+    method."""
     viewer.look_at("passes")
     settle(viewer)
     assert len(np.unique(viewer.image)) > 1
@@ -193,8 +197,11 @@ def test_a_heat_map_that_fails_leaves_none_of_another_method(viewer: Viewer,
 
 
 def followed() -> list[tuple[str, dict]]:
-    """Returns the methods whose state names the box of a ray. Each method comes without options
-    and, if it has these options, with octants and with shared subtrees."""
+    """Returns (method, options) for the methods whose state names the box that a ray is in.
+
+    Each method comes without options and, if it has these options, with octants and with shared
+    subtrees.
+    """
     tried = [(row, options) for row in rt.methods() if "step" in row.schedules
              for options in ({}, {"octants": True}, {"octants": True, "shared_subtrees": 8})
              if set(options) <= {option.name for option in row.options}]
@@ -215,14 +222,14 @@ def test_a_clicked_ray_goes_through_its_boxes_to_its_hit(soup: str, method: str,
     assert path.hit == hits.triangle[pixel]
     assert path.rows[-1][-1] == str(path.hit) and path.rows[-1][2] == "done"
     assert len(path.columns) == len(path.rows[0]) and len(path.boxes) > 2
-    # The state's boxes hold intervals of the ray, so the ray meets the boxes.
+    # Each box holds an interval of the ray, so the ray meets the box.
     way = path.end - path.origin
     lo, hi = path.boxes[:, 0], path.boxes[:, 1]
     with np.errstate(divide="ignore", invalid="ignore"):
         a, b = (lo - path.origin) / way, (hi - path.origin) / way
     enter, leave = np.minimum(a, b).max(1), np.maximum(a, b).min(1)
     met = enter <= leave + 1e-4
-    # A threaded walk also visits boxes that the ray misses.
+    # A walk along escape links also visits boxes that the ray misses.
     threaded = method in ("bvh-threaded", "geometry-image") or "octants" in options
     assert met.mean() > (0.3 if threaded else 0.99)
     assert path.edges().shape == (len(path.boxes), 12, 2, 3)
@@ -245,8 +252,8 @@ def test_a_click_is_followed_and_survives_a_move(viewer: Viewer) -> None:
 
 
 def test_what_stands_for_none_is_a_dash(soup: str) -> None:
-    """An empty field shows a dash. For example, a packet's state has a field for a postponed
-    node."""
+    """A field without a value shows a dash. Examples are the hit of a ray that misses, and the
+    postponed node in a packet's state."""
     scene = rt.load_scene(soup)
     away = replace(scene.camera, target=tuple(2 * np.array(scene.camera.eye)
                                               - scene.camera.target))
@@ -261,6 +268,7 @@ def test_what_stands_for_none_is_a_dash(soup: str) -> None:
 
 
 def test_a_path_that_is_cut_says_so(viewer: Viewer, monkeypatch) -> None:
+    """A path of more than MOST_ROWS passes is cut, and its title says so."""
     viewer.follow((VIEW[0] // 2, VIEW[1] // 2))
     settle(viewer)
     whole = viewer.path

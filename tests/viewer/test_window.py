@@ -1,5 +1,5 @@
-"""The tests use the viewer's window as a person does: under Xvfb, with keys and mouse by xdotool,
-and with screenshots.
+"""The viewer's window works for a person: the tests run it under Xvfb, press keys and move the
+mouse with xdotool, and take screenshots.
 
 The tests belong to the full suite, because the window, its context and its programs take seconds
 to start on a software renderer.
@@ -33,10 +33,10 @@ MISSING = [
 pytestmark = [pytest.mark.full, pytest.mark.once, pytest.mark.skipif(
     bool(MISSING), reason=f"the window is not tested: no {', '.join(MISSING)}")]
 SIZE = (640, 480)
-# Places in the left panel: the list of methods, the heading of the graphs, and, if that is folded,
-# the last heading and the text field under it.
+# Points in the left panel: the list of methods, and the heading of the graphs (COSTS). If the
+# graphs are folded, LAST is the last heading, and FILE is the text field under it.
 METHODS, COSTS, LAST, FILE = (150, 44), (150, 198), (150, 302), (200, 328)
-PATIENCE = 240.0  # seconds; generous, because a busy machine is no fault
+PATIENCE = 240.0  # seconds; long enough for a busy machine
 CLIENT = Path(__file__).with_name("x_client.py")
 START = "import sys; from gpgpu_rt.cli import main; sys.exit(main(sys.argv[1:]))"
 # Registers a user's own method, with an error in its shader, as the last row of the table.
@@ -51,7 +51,7 @@ sys.exit(main(sys.argv[1:]))
 
 @pytest.fixture(scope="module")
 def display() -> Iterator[str]:
-    """Starts an X server with one screen; yields the display's name."""
+    """Starts an X server with one screen, and yields the display's name."""
     reader, writer = os.pipe()
     server = subprocess.Popen(["Xvfb", "-displayfd", str(writer), "-screen", "0", "1024x768x24",
                                "-nolisten", "tcp"], pass_fds=[writer], stderr=subprocess.DEVNULL)
@@ -119,10 +119,11 @@ class Person:
         return np.asarray(grabbed.convert("RGB"))
 
     def settled(self, size: tuple[int, int] = SIZE) -> np.ndarray:
-        """Returns the screen once the title says that the picture is complete and the pixels stay
-        the same.
+        """Waits until the title says that the picture is complete and the pixels stay the same.
+        Returns the screen.
 
-        On a slow machine the viewer may hold a picture back; the person then asks for the picture.
+        On a slow machine the viewer may show only a coarse picture. The person then presses Return
+        to ask for the fine picture.
         """
         began, last, same = time.monotonic(), self.screen(size), 0
         while same < 3:
@@ -233,8 +234,8 @@ def test_the_lists_of_the_panel(person) -> None:
 
 
 def test_keys_typed_into_a_busy_window_are_no_shortcuts(person, tmp_path: Path) -> None:
-    """Keys typed while the window is busy go to the text field, not to shortcuts. A stopped
-    process imitates a frame that builds a structure."""
+    """Keys typed while the window is busy go to the text field, not to shortcuts. The test stops
+    the process, as if a frame built a structure for a long time."""
     one = person("cornell")
     one.key("h")
     one.settled()
@@ -251,6 +252,7 @@ def test_keys_typed_into_a_busy_window_are_no_shortcuts(person, tmp_path: Path) 
 
 
 def test_keys_are_a_list_s_while_it_is_open(person) -> None:
+    """While a list is open, keys are no shortcuts, and Escape closes the list."""
     one = person("cornell")
     one.key("h")
     one.xdotool("mousemove", "500", "300")

@@ -15,7 +15,7 @@ def full(*values: object):
 
 
 def settle(viewer: Viewer, steps: int = 30) -> None:
-    """Steps the viewer, with a camera at rest, until the viewer is finished."""
+    """Steps the viewer, whose camera is at rest, until the picture is complete."""
     viewer.clock.now += 1.0
     for _ in range(steps):
         viewer.step()

@@ -1,4 +1,4 @@
-"""Does to a window what a desktop does: drops a file on it (XDND protocol) or asks it to close.
+"""Acts on a window as a desktop does: drops a file on it (XDND protocol) or asks it to close.
 
 Run ``python x_client.py drop WINDOW PATH`` or ``python x_client.py close WINDOW``. The environment
 variable ``DISPLAY`` names the X server.
@@ -51,7 +51,7 @@ class Client:
         types = (ctypes.c_ulong * 4)(uri, *map(self.atom, ("text/plain", "STRING", "TEXT")))
         xlib.XChangeProperty(self.display, self.own, self.atom("XdndTypeList"), XA_ATOM, 32, 0,
                              ctypes.cast(types, ctypes.POINTER(ctypes.c_ubyte)), len(types))
-        self.tell("XdndEnter", self.own, VERSION << 24 | 1, uri)  # 1: the list has all types
+        self.tell("XdndEnter", self.own, VERSION << 24 | 1, uri)  # 1: XdndTypeList exists
         self.tell("XdndPosition", self.own, 0, x << 16 | y, 0, self.atom("XdndActionCopy"))
         status = self._until("XdndStatus")
         assert status.data.l[1] & 1, "the window refuses the file"
@@ -59,8 +59,8 @@ class Client:
         self._until("XdndFinished", (Path(path).as_uri() + "\r\n").encode())
 
     def _until(self, name: str, text: bytes = b"") -> xlib.XClientMessageEvent:
-        """Waits for a message and returns the message. Meanwhile, answers requests for the
-        selection with ``text``."""
+        """Waits for the message ``name`` and returns it. Answers requests for the selection with
+        ``text`` in the meantime."""
         began, event = time.monotonic(), xlib.XEvent()
         while time.monotonic() - began < PATIENCE:
             if not xlib.XPending(self.display):
@@ -75,6 +75,7 @@ class Client:
         raise TimeoutError(f"no {name}")
 
     def _give(self, asked: xlib.XSelectionRequestEvent, text: bytes) -> None:
+        """Answers a request for the selection with ``text``."""
         data = (ctypes.c_ubyte * len(text)).from_buffer_copy(text)
         xlib.XChangeProperty(self.display, asked.requestor, asked.property, asked.target, 8,
                              0, data, len(text))

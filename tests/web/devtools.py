@@ -67,7 +67,7 @@ class Browser:
         self._profile.cleanup()
 
     def send(self, method: str, **parameters: Any) -> dict[str, Any]:
-        """Sends a command and returns its result; an error of the protocol fails."""
+        """Sends a command and returns its result. An error of the protocol makes the test fail."""
         self._sent += 1
         message = {"id": self._sent, "method": method, "params": parameters}
         if self._session:
@@ -94,13 +94,14 @@ class Browser:
                   deviceScaleFactor=1, mobile=False)
 
     def open(self, path: Path, choices: str = "") -> None:
-        """Opens a page anew, also where only the part after "#" differs."""
+        """Loads a page anew, even if only the part of its address after "#" differs."""
         self.send("Page.navigate", url="about:blank")
         self.send("Page.navigate", url=f"file://{path}#{choices}")
         self.wait("document.readyState === 'complete'")
 
     def run(self, expression: str) -> Any:
-        """Returns the value of an expression in the page; waits for a promise."""
+        """Returns the value of an expression in the page. If the value is a promise, waits for its
+        result."""
         found = self.send("Runtime.evaluate", expression=expression, returnByValue=True,
                           awaitPromise=True, userGesture=True)
         assert "exceptionDetails" not in found, (expression, found["exceptionDetails"])
@@ -128,7 +129,7 @@ class Browser:
                   button=button, buttons=int(kind != "released"), clickCount=1)
 
     def drag(self, selector: str, start: tuple[float, float], *ends: tuple[float, float]) -> None:
-        """Drags over an element; places are shares of its width and height."""
+        """Drags over an element. A point (x, y) gives shares of the element's width and height."""
         left, top, width, height = self.box(selector)
         places = [(left + x * width, top + y * height) for x, y in (start, *ends)]
         self.mouse("pressed", *places[0])
@@ -137,7 +138,7 @@ class Browser:
         self.mouse("released", *places[-1])
 
     def click(self, selector: str, at: tuple[float, float] = (0.5, 0.5)) -> None:
-        """Clicks an element at shares of its width and height."""
+        """Clicks an element at a point, given as shares of the element's width and height."""
         self.drag(selector, at)
 
     def press(self, key: str, times: int = 1) -> None:
@@ -157,7 +158,7 @@ class Browser:
         assert self.run(at) == 0, f"{selector} has no option {value}"
 
     def pixels(self, selector: str | None = None) -> np.ndarray:
-        """Returns a screenshot, (height, width, 3) integers: of the page or of an element."""
+        """Returns a screenshot of an element, or of the page, as (height, width, 3) integers."""
         clip = {}
         if selector is not None:
             left, top, width, height = self.box(selector)

@@ -1,4 +1,5 @@
-"""Measures a page: the time to its first picture, and the times of its answers to a drag."""
+"""Measures a page: the time to its first picture, and the time from each move of a drag to its
+picture."""
 from __future__ import annotations
 
 import os
@@ -7,7 +8,7 @@ from pathlib import Path
 from devtools import Browser
 from pages import settle
 
-# Notes when the first picture was shown, and for each move of the mouse how long its picture took.
+# Notes the time of the first picture, and the time from each move of the mouse to its picture.
 _CLOCK = """addEventListener("DOMContentLoaded", () => {
 globalThis.firstPicture = 0; globalThis.answers = [];
 if (location.protocol === "about:") return;
@@ -29,8 +30,8 @@ def first_picture(browser: Browser, page: Path, choices: str = "") -> float:
 
 
 def answers(browser: Browser, moves: int = 20) -> list[float]:
-    """Returns for each move of a drag the milliseconds until its picture was shown. The page must
-    have been opened by ``first_picture``, and its test must have ended."""
+    """Returns the milliseconds from each move of a drag until its picture was shown. The page must
+    have been opened by ``first_picture``."""
     browser.wait("element('selftest').dataset.state === 'done'", 600)
     settle(browser)
     left, top, width, height = browser.box("#picture")
@@ -54,7 +55,7 @@ def processor_seconds(browser: Browser) -> float:
         try:
             fields = stat.read_text().rpartition(")")[2].split()
         except OSError:
-            continue        # the process has ended meanwhile
+            continue        # the process has ended in the meantime
         if int(fields[2]) == browser.process:
             ticks += int(fields[11]) + int(fields[12])
     return ticks / os.sysconf("SC_CLK_TCK")

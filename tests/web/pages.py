@@ -1,4 +1,5 @@
-"""Pages for tests: written once for all tests, and changed pages."""
+"""Pages for tests. Each page is written only once for all tests, and a test may change its
+copy."""
 from __future__ import annotations
 
 import functools
@@ -20,12 +21,13 @@ in_browser = pytest.mark.skipif(CHROMIUM is None, reason="Chromium is not instal
 
 @functools.cache
 def written(names: tuple[str, ...], scene: str = "cornell") -> str:
+    """Returns the page of a scene for the named methods."""
     found, tables = rt.load_scene(scene), PageData()
     return page_text(found, [export_method(found, name, tables) for name in names], tables)
 
 
 def changed(text: str, change: Callable[[dict], None]) -> str:
-    """Returns a page whose description was changed."""
+    """Returns the page after ``change`` has changed its description."""
     told = json.loads(re.search(r'id="description">(.*?)</script>', text, re.S)[1])
     change(told)
     return re.sub(r'(id="description">).*?(</script>)', lambda found: found[1]
@@ -41,5 +43,5 @@ def opened(browser: Browser, folder: Path, text: str, choices: str = "") -> None
 
 
 def settle(browser: Browser) -> None:
-    """Waits until the page shows what its reader has chosen last."""
+    """Waits until the page shows the latest choices of its reader."""
     browser.wait("!busy && !wanted && element('picture').dataset.shown > 0")

@@ -1,4 +1,5 @@
-"""The gallery: a page for each method, pages beside figures, and an index that links to them."""
+"""The gallery: a page for each method, a page ("twin") beside some of the figures, and an index
+that links to all pages."""
 from __future__ import annotations
 
 import re
@@ -30,6 +31,7 @@ def test_twins_run_in_a_browser_and_belong_to_figures(twin: Twin) -> None:
 @pytest.mark.parametrize("row", [find_method(name) for name in web_names()],
                          ids=lambda row: row.name)
 def test_each_method_has_a_manual(row) -> None:
+    """The text about a method names a year or the survey, and no comment marks are left in it."""
     paragraphs = about(row)
     assert re.search(r"\b(19|20)\d\d\b|\bsurvey\b", paragraphs[0])
     assert not any("//" in part or "\n" in part for part in paragraphs)

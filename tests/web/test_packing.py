@@ -1,4 +1,4 @@
-"""The packing of tables: the page's script recovers every bit."""
+"""Packed tables: the page's script recovers every bit of a table."""
 from __future__ import annotations
 
 import json
@@ -23,7 +23,8 @@ def bits(*words: int) -> np.ndarray:
 
 
 def records() -> np.ndarray:
-    """Returns records of two texels: a class, its running numbers, and floats of both signs."""
+    """Returns records of two texels. They hold a class or a running number, an integer that
+    depends on the class, and floats of both signs."""
     kind = RNG.integers(0, 5, 500)
     table = np.zeros((1000, 4), np.float32)
     table[::2, 0] = np.where(kind < 3, kind, 2 + np.cumsum(kind >= 3))

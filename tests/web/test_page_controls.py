@@ -1,4 +1,5 @@
-"""The controls of a page answer real input events with other pixels, and the address follows."""
+"""The controls of a page answer real input events: the picture changes, and the page's address
+keeps the choices."""
 from __future__ import annotations
 
 from collections.abc import Iterator
@@ -23,7 +24,8 @@ def browser() -> Iterator[Browser]:
 
 @pytest.fixture
 def page(exact_renderer, browser: Browser, tmp_path: Path) -> Browser:
-    """A page of cornell by kd-restart under the schedule step, 64 x 64 rays."""
+    """Opens a page of the scene cornell, with method kd-restart, schedule step and 64 x 64
+    rays."""
     opened(browser, tmp_path, written(METHODS), "method=kd-restart&schedule=step&rays=64")
     return browser
 
@@ -44,7 +46,7 @@ def test_a_drag_turns_the_scene(page: Browser) -> None:
     page.drag("#picture", (0.4, 0.5), (0.5, 0.5), (0.6, 0.55))
     settle(page)
     assert differing(before, page.pixels("#picture")) > 0.2
-    assert page.run("result.side") == 64        # in full again after the drag
+    assert page.run("result.side") == 64        # the full number of rays after the drag
     eye = np.array(choices(page)["eye"].split(","), float)
     assert np.allclose(eye, page.run("chosen.camera.eye"), rtol=1e-5)
     assert not np.allclose(eye, page.run("page.camera.eye"), rtol=0.01)
@@ -74,7 +76,7 @@ def test_the_slider_stops_the_search(page: Browser) -> None:
     assert differing(before, early) > 0.3
     orange = (early[..., 0] > early[..., 2] + 100).mean()
     assert orange > 0.1       # rays that wait for the first kernel
-    # The curve is computed from the rays' steps, the count of live rays from their phases.
+    # The curve follows from the rays' steps, and the number of live rays from their phases.
     for _ in range(3):
         page.press("ArrowRight")
         settle(page)
@@ -94,7 +96,7 @@ def test_play_advances_the_wavefront(page: Browser) -> None:
     stopped, seen = page.run("chosen.most"), page.run("seen")
     assert page.run("result.alive === counted.alive[chosen.most]") and stopped >= 5
     assert seen == sorted(seen) and set(range(1, stopped)) <= set(seen)
-    page.click("#play")     # goes on from there, to the end
+    page.click("#play")     # continues to the end
     page.wait("chosen.most === null")
     settle(page)
     assert page.run("[result.alive, element('play').textContent]") == [0, "play"]
@@ -152,7 +154,7 @@ def test_the_address_is_followed(page: Browser) -> None:
     assert "steps = 7" in page.run("element('ray').textContent")
     assert differing(before, page.pixels("#picture")) > 0.2
     page.run("location.hash = 'rays=64&method=nothing&eye=1,x,3&ray=7,7&pass=-3'")
-    settle(page)        # what is missing or wrong gets its first value again
+    settle(page)        # a missing or wrong choice gets its first value again
     assert page.run("[chosen.method.name, chosen.most, chosen.ray, chosen.camera === page.camera]"
                     ) == ["kd-restart", None, None, True]
     assert not differing(before, page.pixels("#picture"))
@@ -172,6 +174,7 @@ def test_an_edit_of_the_schedule_alone_is_followed(page: Browser) -> None:
 
 
 def test_a_heat_without_end_is_not_followed(page: Browser) -> None:
+    """An infinite end of the heat scale in the address is ignored."""
     scale = page.run("chosen.scale")
     page.run("location.hash = 'method=kd-restart&schedule=step&rays=64&heat=Infinity'")
     page.wait("chosen.heat")
@@ -182,7 +185,7 @@ def test_a_heat_without_end_is_not_followed(page: Browser) -> None:
 
 
 def test_a_pause_shows_the_step_of_the_slider(page: Browser) -> None:
-    """The player shows each fifth step. The pause comes while it looks for rays that are alive."""
+    """The player shows every fifth step. The pause comes while the page counts the live rays."""
     page.wait("element('selftest').dataset.state === 'done'")
     page.run("""{
         counted.last = 5 * PLAYED;
@@ -220,6 +223,8 @@ def test_a_second_pointer_does_not_turn_the_scene(page: Browser) -> None:
 
 
 def test_a_camera_near_its_up_can_be_turned_away(page: Browser) -> None:
+    """A camera that looks almost along its up vector can be turned, and never gets nearer to
+    it."""
     page.run("""{
         const {target: at, up} = page.camera, across = unit(cross(up, [1, 2, 3]));
         const offset = scaled(unit(up), 1000).map((x, k) => x + 30 * across[k]);
@@ -238,6 +243,7 @@ def test_a_camera_near_its_up_can_be_turned_away(page: Browser) -> None:
 
 
 def test_counts_of_another_trace_are_not_shown(page: Browser) -> None:
+    """While another number of rays is traced, the page shows no counts of the trace before."""
     assert "are alive" in page.run("element('alive-text').textContent")
     assert page.run("""(() => {
         [chosen.side, playing] = [128, true];

@@ -1,4 +1,5 @@
-"""A page that is opened without choices shows a search, with a ray that is on its way."""
+"""A page that is opened without choices shows a step in the middle of the search, and the path of
+the longest ray."""
 from __future__ import annotations
 
 import re
@@ -23,6 +24,7 @@ def browser(exact_renderer) -> Iterator[Browser]:
 
 @pytest.mark.parametrize("name", ["brute-force", "kd-restart", "kd-stack", "bvh-packet"])
 def test_the_step_is_in_mid_search(name: str) -> None:
+    """The opening step comes before the search ends, and the opening ray takes the most steps."""
     scene = rt.load_scene("cornell")
     costs = ray_costs(scene, name, 32)
     assert 1 <= costs["step"] < costs["steps"][1] and costs["steps"][0] <= costs["steps"][1]
@@ -34,7 +36,8 @@ def test_the_step_is_in_mid_search(name: str) -> None:
 
 @in_browser
 def test_a_page_opens_in_mid_search(browser: Browser, tmp_path: Path) -> None:
-    """The first picture comes before the whole search is counted, and the longest ray is shown."""
+    """The first picture appears before the steps of the whole search are counted. The page shows
+    the ray with the most steps."""
     browser.send("Page.addScriptToEvaluateOnNewDocument", source="""
         addEventListener("DOMContentLoaded", () => {
             if (location.protocol === "about:") return;
@@ -59,7 +62,7 @@ def test_a_page_opens_in_mid_search(browser: Browser, tmp_path: Path) -> None:
 
 
 def test_the_table_compares_the_methods() -> None:
-    """Restart takes more steps than a full stack, which runs under loop alone."""
+    """The table of methods has the mean and the largest numbers of steps and visited nodes."""
     rows = dict(re.findall(r'<tr data-method="([\w-]+)">(.*?)</tr>', written(METHODS)))
     assert tuple(rows) == METHODS
     scene = rt.load_scene("cornell")
@@ -73,6 +76,7 @@ def test_the_table_compares_the_methods() -> None:
 
 @in_browser
 def test_a_button_goes_to_the_end_of_the_ray(browser: Browser, tmp_path: Path) -> None:
+    """A button moves the slider to the step at which the chosen ray ends."""
     opened(browser, tmp_path, written(METHODS),
            "method=kd-restart&schedule=step&rays=64&pass=5&ray=0.2,0.6")
     end = browser.run("path.states.length - 1")
@@ -100,6 +104,7 @@ def test_a_button_goes_to_the_end_of_the_ray(browser: Browser, tmp_path: Path) -
 
 @in_browser
 def test_texts_are_not_cut(browser: Browser, tmp_path: Path) -> None:
+    """No text is wider than its element, and the page says only once how to choose a ray."""
     browser.resize(1280, 900)
     opened(browser, tmp_path, written(METHODS))
     assert browser.run("[...document.querySelectorAll('#ray, #text, #text pre')].filter("

@@ -1,4 +1,5 @@
-"""A page survives a lost context, refuses what the card cannot hold, and frees what it used."""
+"""A page survives a lost context, refuses tables that are too large for the graphics card, and
+frees textures that it no longer uses."""
 from __future__ import annotations
 
 import json
@@ -28,7 +29,7 @@ def test_a_lost_context_is_restored(browser: Browser, tmp_path: Path) -> None:
     browser.run("globalThis.loser = gl.getExtension('WEBGL_lose_context'); loser.loseContext()")
     browser.wait("lost")
     assert "has stopped" in browser.run("element('message').textContent")
-    browser.run("show()")       # a choice meanwhile does no harm
+    browser.run("show()")       # a choice without a context does no harm
     browser.run("loser.restoreContext()")
     browser.wait("!lost && element('selftest').dataset.state === 'running'")
     browser.wait(TESTED)

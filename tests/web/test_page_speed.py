@@ -1,4 +1,4 @@
-"""How soon a page shows its first picture, and how fast a picture follows the mouse."""
+"""A page shows its first picture soon, and its picture follows the mouse fast."""
 from __future__ import annotations
 
 import statistics
@@ -9,7 +9,9 @@ from devtools import Browser
 from page_timing import answers, first_picture
 from pages import in_browser, written
 
-FIRST, ANSWER = 3.0, 100.0      # seconds, milliseconds
+# The longest median times: seconds to the first picture, and milliseconds from a move to its
+# picture.
+FIRST, ANSWER = 3.0, 100.0
 METHODS = ("kd-restart", "grid", "bvh-threaded")
 
 

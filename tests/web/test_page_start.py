@@ -1,4 +1,5 @@
-"""A page starts once, also after early events and lost contexts, and says what it cannot test."""
+"""A page starts only once, even after early events and lost contexts, and names the methods that
+it cannot test."""
 from __future__ import annotations
 
 from collections.abc import Iterator
@@ -20,7 +21,8 @@ def browser(exact_renderer) -> Iterator[Browser]:
 
 
 def with_limit(browser: Browser, name: str, limit: int) -> None:
-    """Makes the pages that are opened later see another limit of the graphics card."""
+    """Makes a limit of the graphics card look like ``limit`` to all pages that are opened
+    later."""
     browser.send("Page.addScriptToEvaluateOnNewDocument", source=f"""{{
         const asked = WebGL2RenderingContext.prototype.getParameter;
         WebGL2RenderingContext.prototype.getParameter = function (name) {{
@@ -80,6 +82,7 @@ def test_a_context_lost_twice_starts_the_page_once(browser: Browser, tmp_path: P
 
 
 def test_passes_share_the_textures_of_tables(browser: Browser, tmp_path: Path) -> None:
+    """A table that several passes read is decoded only once, into one texture."""
     opened(browser, tmp_path, written(("kd-restart",)), STEP)
     browser.wait(TESTED)
     made, decoded, known = browser.run("""(async () => {
@@ -93,7 +96,7 @@ def test_passes_share_the_textures_of_tables(browser: Browser, tmp_path: Path) -
         return [...found, new Set(sources.filter((one) => one.startsWith("table:"))).size];
     })()""")
     assert made == known >= 2
-    assert decoded == known + 2     # and the corners of the triangles
+    assert decoded == known + 2     # 2: for the corners of the triangles
 
 
 def test_an_array_of_eight_floats_is_set(browser: Browser, tmp_path: Path) -> None:
@@ -111,6 +114,7 @@ def test_an_array_of_eight_floats_is_set(browser: Browser, tmp_path: Path) -> No
 
 
 def test_a_method_without_schedules_is_not_tested(browser: Browser, tmp_path: Path) -> None:
+    """A method is left out if the graphics card supports none of its schedules."""
     def steps_alone(told: dict) -> None:
         del told["methods"][1]["schedules"]["loop"]
     with_limit(browser, "MAX_DRAW_BUFFERS", 4)
@@ -126,6 +130,7 @@ def test_a_method_without_schedules_is_not_tested(browser: Browser, tmp_path: Pa
 
 
 def test_a_picture_that_is_too_large_leaves_the_verdict(browser: Browser, tmp_path: Path) -> None:
+    """A picture that is too large gives a message, and the result of the page's test stays."""
     opened(browser, tmp_path, written(("kd-restart",)), STEP)
     browser.wait(TESTED)
     verdict = browser.run("element('verdict').textContent")

@@ -1,4 +1,5 @@
-"""The path of a clicked ray is the path that the host's states show, with boxes of the tables."""
+"""The page's path of a clicked ray equals the path in the host's states, and its boxes are those
+of the tables."""
 from __future__ import annotations
 
 from collections.abc import Iterator
@@ -28,7 +29,8 @@ def page(tmp_path_factory) -> Iterator[Browser]:
 
 
 def path(page: Browser, method: str) -> tuple[list[dict], np.ndarray, np.ndarray, np.ndarray]:
-    """Returns the page's path of a ray by a method: states, origin, direction and hit."""
+    """Returns the path of the ray with a method, as the page has it: states, origin, direction,
+    hit."""
     page.select("#method", method)
     page.select("#schedule", "step")
     settle(page)
@@ -39,7 +41,8 @@ def path(page: Browser, method: str) -> tuple[list[dict], np.ndarray, np.ndarray
 
 def host_states(method: str, origin: np.ndarray, direction: np.ndarray
                 ) -> tuple[list[dict], rt.Hits, dict[str, np.ndarray]]:
-    """Returns a ray's fields after each pass of the host, its hit, and the texels of tables."""
+    """Returns a ray's fields after each pass of the host's tracer, its hit, and the texels of the
+    table of bounds."""
     found: list[dict] = []
     tables: dict[str, np.ndarray] = {}
     options = {} if find_method(method).steps_once else {"steps_per_pass": 1}
@@ -72,20 +75,21 @@ def test_the_path_is_the_path_of_the_host(exact_renderer, page: Browser, method:
 
 @pytest.mark.parametrize("method", BOXED)
 def test_boxes_and_triangles_are_on_the_way(exact_renderer, page: Browser, method: str) -> None:
+    """Each box contains the ray's interval, and some step tests the triangle that is hit."""
     states, origin, direction, hit = path(page, method)
     boxes = [(one, np.array(one["box"])) for one in states if one["box"]]
     assert len(boxes) > 2
     for one, (lo, hi) in boxes:
         assert (lo <= hi).all()
-        # A ray that climbs has the interval of the rest of its way. A rope leads to a node that
-        # the rest may leave.
+        # While a ray climbs, its interval is the whole rest of its path. The node that a rope
+        # leads to may be smaller than this rest.
         if one["interval"] and one["kernel"] not in ("climb", "follow_rope"):
             start, end = one["interval"]
             end = start if method == "kd-ropes" else max(start, end)
             for t in (start, 0.5 * (start + end)):
                 at = origin + t * direction
                 assert (lo - 0.1 <= at).all() and (at <= hi + 0.1).all()
-    # The box of the present step holds the hit while its triangle is tested.
+    # In a step that tests the hit triangle, the box contains the hit point.
     at = origin + hit[0] * direction
     corners = rt.load_scene("cornell").triangles[int(hit[3])]
     tests = [one for one in states
@@ -107,6 +111,7 @@ def test_split_planes_give_the_boxes_of_the_tree(exact_renderer, page: Browser) 
 
 
 def test_a_box_is_cut_for_nodes_alone(exact_renderer, page: Browser) -> None:
+    """`splitBoxes` gives a box for a node's number, and nothing for any other number."""
     path(page, "kd-restart")
     lo, hi, *none = page.run("""(async () => {
         const boxOf = await splitBoxes(schedule()), left = await reader(schedule(), "left");
@@ -119,6 +124,7 @@ def test_a_box_is_cut_for_nodes_alone(exact_renderer, page: Browser) -> None:
 
 
 def test_a_path_is_not_traced_longer_than_it_is_kept(exact_renderer, page: Browser) -> None:
+    """A path is traced for only as many turns as the page keeps states."""
     path(page, "kd-restart")
     turns, most = page.run("""(async () => {
         const whole = trace, found = [];
@@ -130,7 +136,7 @@ def test_a_path_is_not_traced_longer_than_it_is_kept(exact_renderer, page: Brows
         globalThis.trace = whole;
         return [found[0], MOST_STATES];
     })()""")
-    assert turns == most - 1       # and the state after the set-up
+    assert turns == most - 1       # the state after the set-up is kept too
 
 
 def test_the_slider_moves_the_step_in_space(exact_renderer, page: Browser) -> None:
@@ -195,7 +201,7 @@ def test_visits_and_restarts_are_the_hosts(exact_renderer, page: Browser, method
     found = page.run("(({visits, restarts}) => ({visits, restarts}))(visitsOf(path.states))")
     leaves = int(hits.leaves_visited[0])
     assert leaves > 1
-    # kd-restart restarts after each leaf but the last, and with push-down at a lower ancestor.
+    # kd-restart and kd-push-down restart after each leaf except the last leaf.
     restarts = leaves - 1 if method in ("kd-restart", "kd-push-down") else 0
     assert found["restarts"] == restarts
     if restarts:

@@ -1,4 +1,5 @@
-"""The page that runs in a browser: its text is closed, and its rays have the host's bits."""
+"""The page that runs in a browser: it makes no request, and its rays have the bits of the host's
+hits."""
 from __future__ import annotations
 
 import base64
@@ -42,6 +43,7 @@ HEADER = ("#version 330 core\n#extension GL_ARB_gpu_shader5 : enable\n#ifdef GL_
      "int f(int i) { return int(TEXEL(node_table, vec2(TABLE_COLUMN, node_table_row), "
      "table_texel(i * 3 + 0)).w); }")])
 def test_es_text(text: str, told: str) -> None:
+    """A program for desktop OpenGL becomes a program for OpenGL ES."""
     found = es_text(HEADER + text + "\n")
     assert found.startswith("#version 300 es\n") and found.endswith(told + "\n")
 
@@ -94,6 +96,7 @@ def test_mistakes_get_one_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
 
 
 def test_every_other_method_has_a_reason() -> None:
+    """Each method that does not run in a browser has a reason why not."""
     others = {row.name: why_not_in_browser(row) for row in rt.methods()
               if row.name not in web_names()}
     assert set(others) == {"ray-engine", "ray-tiles", "ray-hierarchy", "ray-classification",
@@ -136,7 +139,8 @@ def description(text: str) -> dict:
 
 
 def test_every_schedule_of_a_method_is_on_the_page() -> None:
-    """On cornell, all schedules of 18 methods run, with more than one pass or kernel in a turn."""
+    """On the scene cornell, the page has all schedules of at least 18 methods. Some schedules draw
+    several passes or kernels per turn."""
     told = {one["name"]: one["schedules"] for one in description(
         written(tuple(web_names())))["methods"]}
     assert len(told) >= 18
@@ -162,11 +166,13 @@ def test_a_scene_with_too_many_steps_leaves_a_method_out(tmp_path: Path, capsys,
 
 
 def _other_rays(told: dict) -> None:
+    """Give the second method other directions."""
     test = told["methods"][1]["test"]
     test["directions"] = test["hits"]
 
 
 def _writes_nothing(told: dict) -> None:
+    """Make the last pass that draws once per trace write nothing."""
     discards(told, told["methods"][1]["schedules"]["loop"]["once"][-1])
 
 
@@ -178,11 +184,13 @@ def discards(told: dict, number: int, schedule: str = "loop") -> None:
 
 
 def _never_pushes(told: dict) -> None:
+    """Make the pass that pushes to the stack write nothing."""
     turn = told["methods"][1]["schedules"]["step"]["cycles"][0]["turns"][0]
     discards(told, turn["passes"][-1], "step")
 
 
 def _wrong_stack(told: dict) -> None:
+    """Remove the tile size, so that passes write the stack to a wrong place."""
     for one in told["methods"][1]["schedules"]["step"]["passes"]:
         one["sized"] = {name: size for name, size in one["sized"].items() if name != "tile_size"}
 
@@ -193,8 +201,8 @@ def _wrong_stack(told: dict) -> None:
     (_never_pushes, "kd-texture-stack"), (_wrong_stack, "kd-texture-stack")])
 def test_wrong_hits_are_reported(exact_renderer, tmp_path: Path,
                                  change: Callable[[dict], None], second: str) -> None:
-    """The second method traces other rays, or a pass writes nothing or to a wrong place: the page
-    must not call itself exact, although the first method left right hits in the targets."""
+    """The page must not call itself exact if the second method traces other rays, or if one of its
+    passes writes nothing or to a wrong place. The first method left right hits in the targets."""
     page = tmp_path / "page.html"
     page.write_text(changed(written(("kd-restart", second)), change))
     dom = dumped(page)

@@ -1,5 +1,5 @@
-"""Helpers are worker processes that measure untimed cells (measurements of figures) beside the
-main process. They stop while the main process times a cell, and no cell is lost."""
+"""Helpers are worker processes that measure untimed cells beside the main process. They stop while
+the main process times a cell, and no cell is lost. A cell is one measurement of a figure."""
 from __future__ import annotations
 
 import functools
@@ -69,7 +69,8 @@ def test_what_a_helper_raises_is_raised(workers: Workers) -> None:
 
 
 def test_helpers_stand_still_while_one_is_alone(tmp_path) -> None:
-    """Helpers stop while a cell is timed. They continue afterwards, even after an error."""
+    """Helpers stop while a cell is timed (`machine.alone`). They continue afterwards, even after
+    an error."""
     with subprocess.Popen([sys.executable, "-uc", (
             "import time\nwhile True: print(time.monotonic()); time.sleep(0.005)")],
             stdout=subprocess.PIPE, text=True) as helper:
@@ -98,6 +99,7 @@ def test_helpers_stand_still_while_one_is_alone(tmp_path) -> None:
 
 
 def test_what_a_helper_started_stands_still_too() -> None:
+    """The processes that a helper started stop with the helper."""
     with subprocess.Popen([sys.executable, "-uc", (
             "import subprocess, sys\n"
             "one = subprocess.Popen([sys.executable, '-c', 'import time; time.sleep(99)'])\n"
@@ -107,8 +109,8 @@ def test_what_a_helper_started_stands_still_too() -> None:
         started = int(helper.stdout.readline())
 
         def stand_still(those: int) -> bool:
-            """Returns whether, within 10 s, exactly ``those`` of the two processes are stopped. A
-            signal takes a moment to arrive."""
+            """Returns whether exactly ``those`` of the two processes are stopped. Waits up to 10 s
+            for this state, because a signal takes a moment to arrive."""
             until = time.monotonic() + 10
             while time.monotonic() < until:
                 states = [psutil.Process(pid).status() for pid in (helper.pid, started)]
@@ -140,6 +142,7 @@ def test_threads_of_a_process_hold_the_machine_in_turns() -> None:
 
 
 def test_who_waits_for_the_machine_says_so(tmp_path, monkeypatch) -> None:
+    """`machine.taken` calls its function if another process has the machine to itself."""
     monkeypatch.setattr(own_folder.tempfile, "gettempdir", lambda: str(tmp_path))
     said: list[str] = []
     with machine.taken(lambda: said.append("nobody is alone")):

@@ -30,8 +30,8 @@ pytest.importorskip("distributed")
 
 SIZE = (40, 24)
 WORDS = ["--size", "40x24", "-m", "bvh-packet"]
-# A shell's background job ignores Ctrl-C, and so do its children. This script handles Ctrl-C
-# again.
+# If the tests run as a background job of a shell, they and their children ignore Ctrl-C. This
+# script restores the usual handling of Ctrl-C.
 COMMAND = """
 import signal, sys
 from gpgpu_rt import cli
@@ -42,7 +42,7 @@ if __name__ == "__main__":
 
 
 def kill_one(workers: Workers) -> int:
-    """Kills a worker; returns the number of its process."""
+    """Kills a worker and returns the number of its process."""
     pid = next(iter(workers.client.run(os.getpid).values()))
     os.kill(pid, signal.SIGKILL)
     return pid
@@ -62,8 +62,7 @@ def test_tiles_make_up_the_picture_of_one_process(integrator: str, picture: dict
 
 
 def moving(path: Path, frames: int = 6) -> rt.Animation:
-    """Writes and returns an animation of triangles that move far, so methods rebuild their
-    trees."""
+    """Writes and returns an animation. Its triangles move far, so methods rebuild their trees."""
     vertices = np.random.default_rng(1).random((frames, 300, 3))
     np.savez(path, vertices=vertices, faces=np.arange(300).reshape(-1, 3))
     return rt.load_animation(path)
@@ -72,6 +71,7 @@ def moving(path: Path, frames: int = 6) -> rt.Animation:
 @pytest.mark.parametrize("method", ["bvh-threaded", "kd-restart"])
 def test_frames_whatever_happens_to_a_worker(method: str, workers: Workers, tmp_path,
                                              precise_renderer) -> None:
+    """Frames equal those of a single process, even if a worker is killed."""
     animation = moving(tmp_path / "soup.npz")
     drawing = {"size": (16, 16), "integrator": "path", "samples": 2}
     killed: list[int] = []
@@ -105,6 +105,7 @@ def test_frames_follow_a_moving_camera(workers: Workers, tmp_path, precise_rende
 
 
 def test_a_tracer_that_moved_traces_no_scene_that_stands(workers: Workers, tmp_path) -> None:
+    """A worker's tracer whose triangles moved is not used for the scene at rest."""
     animation = moving(tmp_path / "soup.npz", 3)
     list(workers.frames(animation, range(3), "kd-restart", drawing={"size": (8, 8)}))
     origins, directions = animation.scene.camera.rays((8, 8))
@@ -143,7 +144,7 @@ def test_a_motion_that_cannot_be_sent_is_a_line() -> None:
 
 
 def interrupted_after(parts: int, monkeypatch) -> None:
-    """Interrupts a run once ``parts`` parts are saved."""
+    """Makes a run end as after Ctrl-C once ``parts`` parts are saved."""
     keep = sharing.Unfinished.keep
 
     def keep_some(self, part: int, image: Image.Image) -> None:
@@ -169,8 +170,7 @@ def test_an_interrupted_run_goes_on(output: str, shared: bool, tmp_path, capsys,
     assert status == 130 and "2 of 6 parts are saved; --resume draws the others" in said
     status, said = run([*words, "--resume", "--size", "8x8"], capsys)
     assert status == 1 and "parts with another size" in said and said.count("\n") == 1
-    # Resume in the other way: workers resume a run of a single process, and a single process
-    # resumes a run of workers.
+    # Workers resume a run of a single process, and a single process resumes a run of workers.
     status, said = run([*words, "--resume"] + ["--scheduler", address] * (not shared), capsys)
     assert status == 0 and ("wrote 4 frames" if shared else "4 of 6 frames drawn") in said
     found, expected = ([p for p in sorted((tmp_path / folder).rglob("*")) if p.is_file()]
@@ -257,8 +257,8 @@ def test_tiles_of_an_interrupted_picture_are_kept(tmp_path, monkeypatch, capsys,
 @pytest.mark.parametrize("resume", [[], ["--resume"]], ids=["anew", "resume"])
 def test_two_runs_do_not_write_one_output(resume: list, shared: bool, tmp_path, monkeypatch,
                                           capsys, address: str) -> None:
-    """A second run with the same output is refused. The second run used to delete the parts of the
-    first, and then both failed."""
+    """A second run with the same output is refused. In the past, the second run deleted the parts
+    of the first run, and both runs failed."""
     words = ["cloth", "--frames", "3", "--size", "8x8", "-o", f"{tmp_path}/%d.png",
              *["--scheduler", address] * shared]
     keep, second = sharing.Unfinished.keep, []
@@ -278,6 +278,7 @@ def test_two_runs_do_not_write_one_output(resume: list, shared: bool, tmp_path, 
 
 
 def test_what_a_killed_run_held_is_free(tmp_path) -> None:
+    """After a run was killed, another run can lock the same output."""
     folder = tmp_path / "a.png.unfinished"
     killed = subprocess.run([sys.executable, "-c", (
         "import os, sys\nfrom pathlib import Path\n"
@@ -294,9 +295,11 @@ def test_what_a_killed_run_held_is_free(tmp_path) -> None:
 
 
 def test_a_claim_on_what_was_just_let_go_is_not_one(tmp_path, monkeypatch) -> None:
-    """A run claims an output by a lock on a file, and checks that the locked file still exists in
-    the folder. The previous owner may delete the file after the run opens the file and before the
-    run locks it. A lock on a deleted file excludes nobody."""
+    """A run that has locked a file checks that the file still exists in the folder.
+
+    A run claims an output by a lock on a file. The previous owner may delete the file after the
+    run has opened it and before the run locks it. A lock on a deleted file excludes nobody.
+    """
     folder = tmp_path / "a.unfinished"
     others, lock = [FolderLock(folder, Path("a"))], claim._locked
 

@@ -1,5 +1,5 @@
-"""Sweeps measure cells (measurements of figures) with workers. The results equal those of a single
-process, and a timed cell has its machine to itself."""
+"""A sweep measures cells with workers; a cell is one measurement of a figure. The results equal
+those of a single process, and a timed cell has its machine to itself."""
 from __future__ import annotations
 
 import functools
@@ -25,13 +25,14 @@ pytest.importorskip("distributed")
 
 TREES = [Cell("cornell", "kd-restart", (("max_depth", depth),), work="tree")
          for depth in range(4, 10)]
-# The name of this scene sorts after the scene of TREES.
+# In the order of names, this scene comes after the scene of TREES.
 TIMED = [Cell("shirley6", method, size=16, runs=1) for method in ("grid", "kd-restart")]
-NOT_THE_CELLS = ("processor_seconds", "date")  # facts of the measurement, not of the cell
+NOT_THE_CELLS = ("processor_seconds", "date")  # values that differ from run to run
 
 
 def read(folder: Path) -> dict[str, Any]:
-    """Returns the content of every file of cells, without facts of the measurement."""
+    """Returns the content of every file of cells, without the values that differ from run to
+    run."""
     return {path.name: {name: value for name, value in json.loads(path.read_text()).items()
                         if name not in NOT_THE_CELLS} for path in folder.iterdir()}
 
@@ -79,10 +80,10 @@ def test_an_interrupted_sweep_keeps_what_came_in(workers: Workers, tmp_path, mon
 
 
 def _when(folder: Path, cell: Cell) -> dict[str, Any]:
-    """Returns the cell's settings and the times of its run.
+    """Returns the cell's settings and the times at which its run began and ended.
 
-    An untimed cell waits until a second process also runs untimed cells, because a restarted
-    worker takes a while to start.
+    An untimed cell waits until a second process also runs untimed cells, because a worker that
+    was killed needs a while to start again.
     """
     began = time.monotonic()
     if cell in TIMED:
@@ -126,8 +127,8 @@ def test_numbers_of_another_renderer_are_refused(workers: Workers) -> None:
 
 
 def test_meshes_come_along(tmp_path, monkeypatch) -> None:
-    """A machine without the mesh, or with another mesh of this name, uses the mesh that the sweep
-    sends."""
+    """A machine whose mesh is missing or different uses the mesh that the sweep sends. A machine
+    that has the same files keeps its own."""
     monkeypatch.setattr(own_folder.tempfile, "gettempdir", lambda: str(tmp_path))
     for name in ("here", "there"):
         (tmp_path / name).mkdir()
@@ -147,6 +148,7 @@ def test_meshes_come_along(tmp_path, monkeypatch) -> None:
 
 
 def test_the_machines_lock_goes_with_its_process(tmp_path, monkeypatch) -> None:
+    """If a process that holds the machine is killed, another process can take the machine."""
     monkeypatch.setattr(own_folder.tempfile, "gettempdir", lambda: str(tmp_path))
     with machine.taken(), machine.alone():
         pass

@@ -1,4 +1,4 @@
-"""Workers find the hits and pictures of a single process, even after the loss of a worker."""
+"""Workers find the same hits and pictures as a single process, even after the loss of a worker."""
 from __future__ import annotations
 
 import fcntl
@@ -55,7 +55,7 @@ def test_hits_are_those_of_one_process(workers: Workers, monkeypatch) -> None:
 @pytest.mark.parametrize("given", ["image", "shape"])
 def test_packets_find_the_same_tiles(given: str, workers: Workers, monkeypatch) -> None:
     """Packets of workers hold the same rays as packets of a single process. The counters prove
-    this, because rows of another width would put other rays into a packet."""
+    this: if workers cut the image into rows of another width, packets would hold other rays."""
     monkeypatch.setattr(module, "PART", 256)
     scene = rt.load_scene("cornell")
     origins, directions = scene.camera.rays((44, 37))  # 37 rows of 44
@@ -80,6 +80,7 @@ def test_packets_find_the_same_tiles(given: str, workers: Workers, monkeypatch) 
 @pytest.mark.parametrize("shape", [(0, 5), (1, 1), (7, 3), (16, 2)])
 def test_images_of_few_rows_are_cut_or_not(shape: tuple[int, int], workers: Workers,
                                            monkeypatch) -> None:
+    """Images of any small size are traced, and a shape that does not match is refused."""
     monkeypatch.setattr(module, "PART", 1)
     directions = np.ones((*shape, 3), np.float32)
     found = workers.trace("cornell", 0 * directions, directions, METHOD)
@@ -91,6 +92,7 @@ def test_images_of_few_rows_are_cut_or_not(shape: tuple[int, int], workers: Work
 @pytest.mark.filterwarnings("error")
 @pytest.mark.parametrize("t_max", [1e300, np.full(3, 1e300)], ids=["one", "one a ray"])
 def test_an_end_beyond_float32_is_none(t_max, workers: Workers) -> None:
+    """A t_max beyond float32's range means no end."""
     rays_of = np.zeros((3, 3)), np.ones((3, 3))
     assert (workers.trace("cornell", *rays_of, METHOD, t_max=t_max).t
             == workers.trace("cornell", *rays_of, METHOD).t).all()
@@ -101,7 +103,7 @@ def test_a_killed_worker_loses_nothing(workers: Workers, tmp_path) -> None:
     found = dict(workers.map(_killed_once, [(flag, number) for number in range(6)]))
     assert found == {number: number * number for number in range(6)}
     assert os.path.exists(flag)
-    # The workers get the scene of the killed worker again.
+    # The worker that replaces the killed worker gets the scene again.
     scene = rt.load_scene("cornell")
     origins, directions = rays.random_rays(scene, 100, 6)
     with rt.Tracer(scene, METHOD, **OPTIONS) as tracer:
@@ -149,6 +151,7 @@ def test_arrays_that_do_not_fit_are_refused(workers: Workers) -> None:
 
 
 def test_old_scenes_are_let_go_and_lists_taken(workers: Workers, monkeypatch) -> None:
+    """Only the latest MOST_KEPT scenes and structures are kept, and options may be lists."""
     monkeypatch.setattr(module, "MOST_KEPT", 3)
     rays_of = np.zeros((1, 3)), np.ones((1, 3))
     for size in (1.0, 2.0, 3.0):
@@ -159,6 +162,7 @@ def test_old_scenes_are_let_go_and_lists_taken(workers: Workers, monkeypatch) ->
 
 
 def test_structures_travel_as_files_of_the_cache(tmp_path, monkeypatch) -> None:
+    """A worker with the client's cache files does not build a structure again."""
     scene = rt.load_scene("cornell")
     monkeypatch.setenv("GPGPU_RT_CACHE", str(tmp_path / "here"))
     built = tasks.structures(scene, "digest a", "kd-restart", ())
@@ -209,6 +213,7 @@ def _lacks(flag: str) -> None:
 @pytest.mark.parametrize("task, message", [(_dies, "died repeatedly"),
                                            (_lacks, "lack a module that a part needs .*figment")])
 def test_what_only_dask_knows_is_a_line(task, message: str, workers: Workers) -> None:
+    """A worker that dies or lacks a module gives an error of one line."""
     with pytest.raises(rt.Error, match=message):
         list(workers.map(task, [("",)]))
 
@@ -238,8 +243,8 @@ def test_misuse_is_an_error_with_advice(workers: Workers) -> None:
 
 
 def test_who_waits_for_the_machine_says_so(tmp_path, monkeypatch) -> None:
-    """A process says that it waits for the machine. This also holds for a process that shares the
-    machine and then needs the machine for itself."""
+    """A process says that it waits for the machine, even if it already shares the machine and then
+    needs the machine for itself."""
     monkeypatch.setattr(machine, "_file", lambda: tmp_path / "lock")
     waited: list[str] = []
     with (tmp_path / "lock").open("ab") as other:
@@ -255,6 +260,7 @@ def test_who_waits_for_the_machine_says_so(tmp_path, monkeypatch) -> None:
 
 
 def test_whoever_is_silent_last_lets_dask_speak_again() -> None:
+    """Dask's logger is restored when the last of several `silenced` blocks ends."""
     logger, handler = logging.getLogger("distributed"), logging.StreamHandler()
     handler.setLevel(logging.INFO)
     logger.addHandler(handler)
@@ -285,8 +291,8 @@ def test_local_workers_listen_to_this_machine_alone(workers: Workers) -> None:
 
 
 def test_tls_without_a_certificate_is_a_line() -> None:
-    """TLS without a certificate ends in one line. Dask used to raise a TypeError, and deleting the
-    client took 20 s."""
+    """TLS without a certificate gives an error of one line. In the past, Dask raised a TypeError,
+    and deleting the client took 20 s."""
     with pytest.raises(rt.Error, match="certificate"):
         Workers("tls://127.0.0.1:1")
 

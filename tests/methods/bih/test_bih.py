@@ -27,6 +27,8 @@ CASES = {
 @pytest.mark.parametrize("max_leaf", [1, 4])
 @pytest.mark.parametrize("name", CASES)
 def test_planes_hold_what_lies_below(name: str, max_leaf: int) -> None:
+    """The box of each node, made from the planes above it, contains all triangles of the
+    subtree."""
     triangles = CASES[name]()
     bih = build_bih(triangles, max_leaf=max_leaf)
     assert np.array_equal(np.sort(bih.order), np.arange(len(triangles)))
@@ -74,6 +76,7 @@ def test_wrong_options_are_refused(options: dict, message: str) -> None:
 
 
 def test_it_is_linear_and_no_worse_than_it_should_be() -> None:
+    """A BIH has fewer than two nodes per triangle, and costs at most four times a SAH BVH."""
     triangles = random_soup(4000, 9, size=0.02)
     bih, sah = build_bih(triangles), build_bvh(triangles)
     assert len(bih.axis) < 2 * len(triangles)
@@ -84,8 +87,8 @@ def test_it_is_linear_and_no_worse_than_it_should_be() -> None:
 @pytest.mark.parametrize("schedule", [{}, {"schedule": "step", "steps_per_pass": 7}])
 def test_a_stack_saves_climbing_and_changes_no_hit(precise_renderer, stack_size: int,
                                                    schedule: dict) -> None:
-    """Hits stay the same even where the stack is full, and where a new pass has lost the stack of
-    the pass before."""
+    """Hits stay the same even if the stack is full, or if a new pass begins without the stack of
+    the previous pass."""
     scene = soup_scene(3000, 10, size=0.05)
     rays = RAY_SETS["random"](scene, 1500, 11)
     found = []

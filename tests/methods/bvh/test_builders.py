@@ -119,6 +119,7 @@ def test_ten_thousand_coincident_triangles_end() -> None:
 
 @pytest.mark.parametrize("build", [build_grid, build_kdtree, build_bvh])
 def test_cache(build, tmp_path, monkeypatch) -> None:
+    """The cache returns a stored build. New triangles, and a damaged file, lead to a new build."""
     monkeypatch.setenv("GPGPU_RT_CACHE", str(tmp_path))
     triangles = random_soup(80, 12)
     calls = []

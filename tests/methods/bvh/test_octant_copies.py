@@ -1,5 +1,8 @@
-"""Octant copies hold all leaves front to back, and a subtree that the octants share is stored
-once."""
+"""Octant copies hold all leaves front to back, and a shared subtree is stored once for all
+octants.
+
+`gpgpu_rt.methods.bvh.octant_copies` defines octant copies and shared subtrees.
+"""
 from __future__ import annotations
 
 import numpy as np
@@ -106,6 +109,7 @@ def test_shared_subtrees_are_walked_as_copies_are(name: str, most: int) -> None:
 
 
 def test_shared_subtrees_stand_for_most_of_the_copies() -> None:
+    """With shared subtrees, the copies have less than a quarter of the nodes."""
     triangles = MESHES["ball"]()
     bvh = build_bvh(triangles)
     whole, shared = OctantCopies.of(bvh), OctantCopies.of(bvh, shared_subtrees=64)
@@ -115,6 +119,7 @@ def test_shared_subtrees_stand_for_most_of_the_copies() -> None:
 
 @pytest.mark.parametrize("most", [None, 3, 8, 16, 32, 64, 500])
 def test_nodes_are_stored_no_more_often_than_is_told(most: int | None) -> None:
+    """The copies have at most `times_stored` records for each node of the tree."""
     for name in ("soup", "ball", "slivers"):
         bvh = build_bvh(MESHES[name]())
         copies = OctantCopies.of(bvh, shared_subtrees=most or 0)

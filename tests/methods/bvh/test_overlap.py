@@ -44,7 +44,8 @@ def check_lists(triangles: np.ndarray, lo: np.ndarray, hi: np.ndarray, start: np
     """Assert that each box lists every triangle that overlaps the box.
 
     A list must hold no triangle that misses the box widened by a few paddings. With ``boxed``, a
-    list may also hold triangles of which only the bounding box overlaps the widened box.
+    list may also hold a triangle that misses the widened box if the triangle's bounding box
+    overlaps it.
     """
     slack = 6 * float(padding(triangles))
     lo, hi = lo.astype(float), hi.astype(float)
@@ -109,6 +110,7 @@ def test_zhou_on_a_lattice(triangles: np.ndarray, small: int, empty_cut: float) 
 
 @pytest.mark.parametrize("seed", [21, 22])
 def test_soup(seed: int) -> None:
+    """The lists of a grid and of kd-trees are right for random triangles."""
     triangles = random_soup(60, seed)
     check_grid(triangles, 6)
     check_kdtree(triangles, bins=4)
@@ -128,6 +130,7 @@ def test_flat_triangle_in_a_split_plane_is_on_both_sides(axis: int) -> None:
 
 
 def test_unclipped_kdtree_loses_nothing_and_lists_more() -> None:
+    """Without clipping, each leaf lists every triangle whose bounding box overlaps the leaf."""
     triangles = random_soup(200, 23)
     clipped = build_kdtree(triangles, max_depth=12)
     boxes = build_kdtree(triangles, max_depth=12, clip=False)

@@ -27,6 +27,7 @@ def chain(count: int) -> rt.Scene:
 @pytest.mark.parametrize("seed", [3], ids="seed{}".format)
 @pytest.mark.parametrize("rays", ["eye", pytest.param("surface", marks=pytest.mark.full)])
 def test_any_size_finds_the_same(precise_renderer, rays: str, seed: int, statistics: bool) -> None:
+    """Streams of any size give the hits and the shadows of brute force."""
     scene = soup_scene(300, seed)
     chosen = RAY_SETS[rays](scene, 676, seed)
     with rt.Tracer(scene, "brute-force") as tracer:
@@ -75,8 +76,11 @@ def test_counters_are_what_goes_through() -> None:
 
 @pytest.mark.parametrize("size", [64, 700])
 def test_room_is_enough_for_a_deep_tree(precise_renderer, monkeypatch, size: int) -> None:
-    """Every ray hits every node of the chain. Each level of the tree therefore adds one waiting
-    leaf for each ray."""
+    """The queue of waiting leaves does not overflow in a deep tree.
+
+    Every ray hits every node of the chain. Each level of the tree therefore adds one waiting leaf
+    for each ray.
+    """
     scene = chain(48)
     rng = np.random.default_rng(7)
     origins = rng.random((2000, 3)).astype(np.float32) * np.float32(0.01)
@@ -137,6 +141,7 @@ def test_a_cap_stops_rays() -> None:
 @pytest.mark.parametrize("options", [{"octants": True}, {"packet": (4, 2)},
                                      {"interval_test": True}, {"schedule": "loop"}], ids=str)
 def test_what_streams_are_not(options: dict) -> None:
+    """Options that do not go with streams are refused."""
     with pytest.raises(rt.OptionError, match="streams|kernels") as caught:
         rt.Tracer("cornell", "bvh-packet", streams=True, **options)
     assert "\n" not in str(caught.value)

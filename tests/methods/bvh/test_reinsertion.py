@@ -19,7 +19,8 @@ seeds = pytest.mark.parametrize("seed", range(4))
 
 
 def scrambled(count: int, seed: int) -> tuple[LooseTree, np.ndarray]:
-    """Return a tree that joins single triangles at random, and the triangles."""
+    """Return a tree and its triangles. The tree joins random pairs, beginning with single
+    triangles."""
     rng = np.random.default_rng(seed)
     left, right = (np.full(2 * count - 1, -1) for _ in range(2))
     loose = list(rng.permutation(np.arange(count - 1, 2 * count - 1)))
@@ -39,7 +40,8 @@ def area(tree: LooseTree, triangles: np.ndarray) -> float:
 
 
 def moved(tree: LooseTree, node: int, place: int) -> LooseTree | None:
-    """Return the tree after a subtree moved to ``place``, or None if the move is impossible."""
+    """Return the tree after the subtree of ``node`` became the sibling of the node ``place``, or
+    None if the move is impossible."""
     parent = {int(child): (above, side) for side in (tree.left, tree.right)
               for above, child in enumerate(side) if child >= 0}
     above = place
@@ -79,6 +81,7 @@ def test_no_place_is_better_than_the_one_found(seed: int) -> None:
 @pytest.mark.parametrize("count", [4, 30, 1000])
 @seeds
 def test_who_moves_at_once_breaks_no_tree(count: int, seed: int) -> None:
+    """Many moves in one round leave a complete tree, and never raise its cost."""
     tree, triangles = scrambled(count, seed)
     first = before = area(tree, triangles)
     for _ in range(4):
@@ -100,6 +103,7 @@ def balanced() -> LooseTree:
 
 @seeds
 def test_where_all_together_gain_nothing_the_better_half_moves(seed: int) -> None:
+    """If all moves together do not lower the cost, only the half with the larger gains is made."""
     triangles = random_soup(32, seed, size=0.05)
     tables = reinsertion._Tables(balanced(), triangles)
     bad = reinsertion._Moves(np.int32([3]), np.int32([55]), np.int32([0]), np.float32([-1]))
@@ -156,6 +160,7 @@ def test_leaves_and_nodes_keep_to_their_limits() -> None:
 
 @pytest.mark.parametrize("scale", [1e-30, 1e-12, 1e12, 1e30])
 def test_whatever_the_scene_s_size(scale: float) -> None:
+    """Reinsertion and the joining of leaves work alike at any scale of the scene."""
     triangles = random_soup(300, 5)
     plain, scaled = (build_bvh(triangles * np.float32(s), build="kay-kajiya", reinsertion=2)
                      for s in (1, scale))
@@ -169,6 +174,7 @@ def test_whatever_the_scene_s_size(scale: float) -> None:
     ({"reinsertion": 10 ** 6}, "at most 1000"),
     ({"reinsertion": 1, "build_device": "gpu"}, "needs build_device cpu")], ids=str)
 def test_what_it_does_not_take(options: dict, told: str) -> None:
+    """Wrong values of `reinsertion` are refused."""
     with pytest.raises(rt.OptionError, match=told):
         rt.Tracer("cornell", "bvh-stack", **options)
     if "build_device" not in options:

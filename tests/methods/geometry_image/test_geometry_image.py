@@ -1,5 +1,5 @@
 """geometry-image: hits in geometry images equal hits in meshes to the bit. Further tests cover the
-pyramids that passes build, the option `level`, seams and moving positions."""
+pyramids of boxes that passes build, the option `level`, seams and moving positions."""
 from __future__ import annotations
 
 from dataclasses import replace
@@ -183,6 +183,7 @@ def test_a_coarser_level_is_the_mesh_of_its_quads(precise_renderer, name: str, l
 
 
 def test_levels_save_work_and_stay_near() -> None:
+    """A coarser level takes fewer steps, and its hits stay near the hits of the finer level."""
     x, z = np.meshgrid(*[np.linspace(0, 1, 65)] * 2)
     scene = rt.GeometryImage([np.stack([x, 0.1 * np.sin(5 * x) * np.cos(4 * z), z], 2)]).scene()
     rays = scene.camera.rays((40, 40))
@@ -224,6 +225,7 @@ def test_broken_charts(charts, message: str) -> None:
 
 
 def test_single_triangles_lie_along_the_curve() -> None:
+    """Triangles without charts are sorted along a curve, so neighbours have small common boxes."""
     triangles = random_soup(700, 8)
     tree = build_triangle_image(triangles)
     assert np.array_equal(tree.positions(triangles)[tree.faces], triangles)
@@ -237,6 +239,7 @@ def test_single_triangles_lie_along_the_curve() -> None:
 
 
 def test_normals_are_one_at_a_place() -> None:
+    """Vertices at the same place, on a seam or at a pole, have the same normal."""
     normals = rt.GeometryImage([poles(40, 60)]).normals()[0]
     np.testing.assert_allclose(np.linalg.norm(normals, axis=2), 1, atol=1e-6)
     assert np.array_equal(normals[:, 0], normals[:, -1])
@@ -250,6 +253,7 @@ def test_normals_are_one_at_a_place() -> None:
 @pytest.mark.parametrize("options", [{}, {"octants": True}, {"level": 1}, {"storage": "fp16"}],
                          ids=str)
 def test_updates_are_fresh_builds(precise_renderer, monkeypatch, options: dict) -> None:
+    """After an update, hits equal those of a new tracer, and only the positions were written."""
     made = image(SHAPES["several"], 9)
     places = [made.positions * np.float32([1, k, 1]) + np.float32([0, 0, k]) for k in range(3)]
     places[2][:] = np.random.default_rng(3).random(places[2].shape)
@@ -353,6 +357,7 @@ def test_deformations_that_do_not_work(tmp_path) -> None:
 
 
 def test_a_deformation_waits_for_the_count_to_end() -> None:
+    """A deformation is refused within `counting` and after `release`."""
     with rt.Tracer("boulder", ROW.name) as tracer, rt.Deformation(tracer, "twist") as deformation:
         with tracer.counting(), pytest.raises(rt.OptionError, match="within counting"):
             deformation.to(0.5)

@@ -24,8 +24,8 @@ def scene_of(triangles: np.ndarray) -> rt.Scene:
 @pytest.mark.parametrize("name", [pytest.param(name, marks=() if name in QUICK
                                                else pytest.mark.full) for name in SCENES])
 def test_a_tree_by_passes_gives_the_same_hits(precise_renderer, name: str) -> None:
-    """The rays are random or aim at edges. With a wrong tree, rays would miss flat triangles that
-    lie in planes of the Morton lattice."""
+    """Random rays, and rays that aim at edges, have the hits of brute force. With a wrong tree,
+    rays would miss flat triangles that lie in planes of the Morton lattice."""
     scene = scene_of(SCENES[name]())
     with rt.Tracer(scene, "brute-force") as brute, rt.Tracer(
             scene, "kd-stack", build="hybrid", build_device="gpu") as tracer:
@@ -36,8 +36,8 @@ def test_a_tree_by_passes_gives_the_same_hits(precise_renderer, name: str) -> No
 
 
 def test_a_lattice_of_quads(precise_renderer) -> None:
-    """The squares lie in planes of the Morton lattice, and their edges lie where two planes
-    meet."""
+    """No ray misses squares that lie in planes of the Morton lattice. The squares' edges lie where
+    two planes meet."""
     x, y = np.meshgrid(np.linspace(0, 1, 9), np.linspace(0, 1, 9), indexing="ij")
     corner = np.stack([x, y, np.full_like(x, 0.5)], axis=-1)
     a, b, c, d = corner[:-1, :-1], corner[1:, :-1], corner[1:, 1:], corner[:-1, 1:]
@@ -53,6 +53,7 @@ def test_a_lattice_of_quads(precise_renderer) -> None:
 @pytest.mark.parametrize("options", [{"bins": 7}, {"max_depth": 5}, {"max_depth": 0},
                                      {"traversal_cost": 0.3, "empty_bonus": 0.6}], ids=str)
 def test_options(precise_renderer, options: dict) -> None:
+    """With the same options, both builds give trees of about the same cost."""
     triangles = random_soup(500, 2, size=0.05)
     tree = build_kdtree_by_passes(precise_renderer, triangles, build="hybrid", **options)
     other = build_kdtree(triangles, build="hybrid", **options)
@@ -94,6 +95,7 @@ def test_upper_levels_are_numpys(precise_renderer, seed: int, count: int, size: 
 @pytest.mark.parametrize("name", ["soup1", "soup2", "rows", "cornell", *(
     pytest.param(name, marks=pytest.mark.full) for name in ("bunny", "robots", "kitchen"))])
 def test_a_tree_by_passes_is_worth_the_same(precise_renderer, name: str) -> None:
+    """A tree built by passes costs at most 5 % more than numpy's tree."""
     triangles = SCENES[name]() if name in SCENES else real_scene(name).triangles
     tree = build_kdtree_by_passes(precise_renderer, triangles, build="hybrid")
     other = build_kdtree(triangles, build="hybrid")

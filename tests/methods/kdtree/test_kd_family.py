@@ -17,7 +17,10 @@ STEPPING = [row.name for row in rt.methods()
 
 
 def leaf_sequences(monkeypatch, scene: rt.Scene, method: str, rays, **options) -> list[list[int]]:
-    """Return the first reference of each leaf that each ray visits, read after every pass."""
+    """Return a list for each ray: the first reference of each leaf that the ray visits, in order.
+
+    The references are read after every pass.
+    """
     sequences: list[list[int]] = [[] for _ in rays[0]]
     before = np.zeros(len(rays[0]), np.int64)
     draw = Traversal._draw

@@ -13,8 +13,8 @@ from gpgpu_rt.methods import find_method
 from gpgpu_rt.methods.kdtree.tree import LEAF
 from gpgpu_rt.rays.records import HIT
 
-# The variants of packets that Horn et al. 2007 measured, packets along ropes, other sizes of
-# stacks and packets, and packets that visit empty leaves.
+# Variants of packet methods: those that Horn et al. 2007 measured, packets that follow ropes,
+# other sizes of stacks and packets, and packets that visit empty leaves.
 FORMS: list[tuple[str, dict[str, Any]]] = [
     ("kd-packet", {"push_down": False, "stack_size": 0}),
     ("kd-packet", {"push_down": True, "stack_size": 0}),
@@ -30,14 +30,15 @@ FORMS: list[tuple[str, dict[str, Any]]] = [
     ("kd-packet", {"skip_empty_leaves": False, "stack_size": 1, "packet": (4, 4)})]
 COUNTED = ("steps", "nodes_visited", "leaves_visited", "triangles_tested")
 STEP = {"schedule": "step"}
-TARGETS = 4     # render targets that the R420 and the R580 have
+TARGETS = 4     # the number of render targets of the R420 and the R580
 
 
 def together(scene: rt.Scene) -> tuple[np.ndarray, np.ndarray]:
     """Return 45x45 eye rays and 45x45 random rays.
 
-    A packet traces its rays in turns. A turn traces the rays that agree in the signs of their
-    directions. Some packets have one turn, some have many, and some lie at the edge of the image.
+    A packet traces its rays in turns. One turn traces the rays whose directions have the same
+    signs. The packets include packets of one turn, packets of many turns, and packets at the edge
+    of the image.
     """
     sets = [RAY_SETS[rays](scene, 2025, 4) for rays in ("eye", "random")]
     return tuple(np.concatenate(both).reshape(90, 45, 3) for both in zip(*sets))
@@ -47,7 +48,8 @@ def together(scene: rt.Scene) -> tuple[np.ndarray, np.ndarray]:
 @pytest.mark.parametrize("method, options", FORMS, ids=str)
 def test_step_does_the_work_of_loop(precise_renderer, method: str, options: dict,
                                     intersection: str) -> None:
-    """Hits, counters and steps of every ray are equal, for the nearest and for any hit."""
+    """`step` and `loop` give the same hits, counters and steps for every ray. Searches for any hit
+    give the same answers and sums of counters."""
     scene = soup_scene(300, 5)
     rays = together(scene)
     found = []
@@ -84,6 +86,7 @@ def test_packets_at_the_edges_of_odd_images(precise_renderer, method: str,
 
 @pytest.mark.parametrize("method, options", FORMS, ids=str)
 def test_states_fit_the_targets_of_the_papers_cards(method: str, options: dict) -> None:
+    """A packet's state, and a ray's state with its hit, need at most TARGETS render targets."""
     row = find_method(method)
     packet = row.packet_state(row.resolved({**STEP, **options})).state
     ray = row.formed({**STEP, **options}).state
@@ -92,6 +95,7 @@ def test_states_fit_the_targets_of_the_papers_cards(method: str, options: dict) 
 
 @pytest.mark.parametrize("method, options", [FORMS[0], FORMS[2], FORMS[6]], ids=str)
 def test_time_travel_shows_packets_and_their_rays(method: str, options: dict) -> None:
+    """Each recorded pass has the fields of the packet's state and of the ray's state."""
     scene = soup_scene(150, 3)
     passes: list[Pass] = []
     with rt.Tracer(scene, method, **STEP, **options) as tracer:
@@ -112,7 +116,8 @@ def test_time_travel_shows_packets_and_their_rays(method: str, options: dict) ->
 
 @pytest.mark.parametrize("skips", [True, False], ids=str)
 def test_a_packet_leaves_an_empty_leaf_at_once(skips: bool) -> None:
-    """An empty leaf has no triangle, so `leave` follows the visit.
+    """With `skip_empty_leaves`, no visit ends at an empty leaf. Without it, `leave` follows the
+    visit of an empty leaf, because the leaf has no triangle to intersect.
 
     Push-down is off, because a restart may begin at an empty leaf that the packet has passed.
     """
@@ -131,6 +136,7 @@ def test_a_packet_leaves_an_empty_leaf_at_once(skips: bool) -> None:
 
 
 def stacked(one: Pass) -> np.ndarray:
+    """Return the number of entries on each stack after a pass."""
     return (one.state["stack_node"] != 0).sum(axis=1)
 
 
@@ -156,5 +162,5 @@ def test_a_packet_pops_what_it_pushed() -> None:
     depths = np.array([stacked(one) for one in rays])
     assert depths.max() == 4
     assert ((ends > 0) == (np.arange(4) < depths[..., None])).all()
-    # Entry 0 is the newest. A newer entry ends earlier.
+    # Entry 0 is the newest. The interval of a newer entry ends earlier.
     assert ((ends[..., 1:] == 0) | (ends[..., 1:] >= ends[..., :-1])).all()

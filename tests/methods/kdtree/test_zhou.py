@@ -80,6 +80,7 @@ def test_what_the_gpu_does_not_build_is_refused() -> None:
 
 
 def test_a_scene_past_what_a_stream_holds(exact_renderer, monkeypatch) -> None:
+    """A build is refused if a stream would have more elements than float32 can count exactly."""
     triangles = random_soup(900, 36, size=0.02)
     monkeypatch.setattr("gpgpu_rt.gl.algorithms.streams.EXACT_INTEGER", 2000)
     with pytest.raises(rt.LimitError, match="build on the cpu"):
@@ -90,6 +91,7 @@ def test_a_scene_past_what_a_stream_holds(exact_renderer, monkeypatch) -> None:
 
 
 def test_masks() -> None:
+    """`population` counts the bits of 64-bit masks, and `bits` lists them."""
     masks = np.random.default_rng(33).integers(0, 2**64 - 1, 200, np.uint64, endpoint=True)
     masks[:2] = 0, 2**64 - 1
     words = [f"{int(mask):064b}"[::-1] for mask in masks]
@@ -101,8 +103,8 @@ def test_masks() -> None:
 
 @pytest.mark.parametrize("seed", [34, 35])
 def test_large_nodes_lose_empty_space_and_split_in_the_middle(seed: int) -> None:
-    """Each large node, with over 64 triangles, cuts off empty space or is split in the middle of
-    its longest axis."""
+    """Each large node (over 64 triangles) cuts off empty space or is split in the middle of its
+    longest axis."""
     triangles = random_soup(3000, seed, size=0.02)
     triangles[:5] += np.float32([4, 0, 0])
     tree = build_kdtree(triangles, build="zhou")

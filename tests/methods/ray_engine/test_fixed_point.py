@@ -1,5 +1,5 @@
-"""With the fixed-point numbers of its cards, the Ray Engine gives the hits of a model in numpy.
-Wrong hits lie at edges of triangles."""
+"""With the fixed-point numbers of the graphics cards of its time, the Ray Engine gives the hits of
+a model in numpy. Hits that differ from exact hits lie at edges of triangles."""
 from __future__ import annotations
 
 import numpy as np
@@ -15,10 +15,12 @@ SIZE = 64
 
 def modelled(scene: rt.Scene, origins: np.ndarray, directions: np.ndarray,
              name: str) -> tuple[np.ndarray, np.ndarray]:
-    """Returns two arrays, (n, triangles) each: t in world units, inf for a miss; and the smallest
-    of the hit point's signed distances from the three edges, in steps of the fixed-point format. A
-    distance is negative outside the triangle. The model computes in float32 and rounds each result
-    to a step.
+    """Returns t and the distance from the nearest edge for each ray and triangle, (n, triangles)
+    each.
+
+    t is in world units, and inf for a miss. The distance is the smallest of the hit point's signed
+    distances from the three edges, in steps of the fixed-point format. It is negative outside the
+    triangle. The model computes in float32 and rounds each result to a step.
     """
     numbers, uniforms = FIXED_POINT[name], fixed_uniforms(name, scene.triangles)
 
@@ -70,14 +72,15 @@ def test_hits_are_those_of_a_model(name: str) -> None:
     assert (np.isfinite(nearest) == found.hit)[enters].mean() > 0.999
     both = found.hit & np.isfinite(nearest)
     assert (np.abs(found.t[both] / nearest[both] - 1) < 1e-5).mean() > 0.995
-    # The t of each hit that both find is a multiple of the step.
+    # The t of each hit that the tracer and the model find is a multiple of the step.
     steps = found.t[both] * fixed_uniforms(name, scene.triangles)["fixed_scale"] * (
         np.linalg.norm(directions[both], axis=1)) / FIXED_POINT[name].step
     assert np.abs(steps - np.round(steps)).max() < 0.01
 
 
 def test_wrong_rays_of_the_r200_lie_at_edges() -> None:
-    """A wrong ray is within some steps of an edge of a triangle that it hits or should hit."""
+    """The point of a wrong hit is less than 8 steps from an edge of the triangle that the ray hits
+    or should hit."""
     scene = rt.load_scene("cornell")
     result = lost_rays.measure(scene, "ray-engine", {"fixed_point": "r200"}, SIZE)
     lost, other = (part.reshape(-1) for part in (lost_rays.wrong_pixels(result, SIZE)))
@@ -94,6 +97,8 @@ def test_wrong_rays_of_the_r200_lie_at_edges() -> None:
 
 
 def test_fewer_bits_lose_more() -> None:
+    """The nv25, with fewer bits, has more wrong hits than the r200. Without fixed point, none is
+    wrong."""
     scene = rt.load_scene("cornell")
     shares = {name: lost_rays.measure(scene, "ray-engine", {"fixed_point": name}, SIZE)
               for name in FIXED_POINT}
@@ -104,6 +109,7 @@ def test_fewer_bits_lose_more() -> None:
 
 
 def test_a_map_holds_the_wrong_pixels() -> None:
+    """The masks of `wrong_pixels` contain as many pixels as `measure` counts."""
     scene = rt.load_scene("cornell")
     result = lost_rays.measure(scene, "ray-engine", {"fixed_point": "nv25"}, SIZE)
     lost, other = lost_rays.wrong_pixels(result, SIZE)
@@ -113,5 +119,6 @@ def test_a_map_holds_the_wrong_pixels() -> None:
 
 
 def test_the_host_has_no_fixed_point() -> None:
+    """`fixed_point` is refused together with `cpu_below`, because the host computes in float32."""
     with pytest.raises(OptionError, match="leave cpu_below at 0"):
         rt.Tracer("cornell", "ray-engine", fixed_point="r200", cpu_below=8)

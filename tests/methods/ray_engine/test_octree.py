@@ -29,6 +29,7 @@ def shapes(name: str, seed: int) -> np.ndarray:
 @pytest.mark.parametrize("seed", [1, 2], ids="seed{}".format)
 @pytest.mark.parametrize("name", ["soup", "one", "none", "copies", "flat", "far", "small"])
 def test_points_of_triangles_are_listed(name: str, seed: int) -> None:
+    """The cell that contains a point of a triangle lists the triangle."""
     triangles = shapes(name, seed)
     tree = build_octree(triangles)
     assert (tree.span.astype(np.int64)**3).sum() == np.prod(tree.resolution.astype(np.int64))
@@ -66,6 +67,7 @@ def test_the_root_reaches_every_cell() -> None:
 
 
 def test_options() -> None:
+    """Wrong options of the octree are refused."""
     for given in ({"leaf_size": 0}, {"density": -1}, {"leaf": 3}):
         with pytest.raises(OptionError) as caught:
             build_octree(random_soup(9, 1), **given)

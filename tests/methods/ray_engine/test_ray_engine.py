@@ -128,6 +128,7 @@ def test_the_host_intersects_to_the_same_bits(exact_renderer, name: str, seed: i
 @pytest.mark.parametrize("options", [{"intersection": "plucker"}, {"storage": "fp16"},
                                      {"arithmetic": "fp24"}], ids=str)
 def test_the_host_tests_what_it_can_only(options: dict) -> None:
+    """With `cpu_below`, options that the host does not support are refused."""
     with pytest.raises(rt.OptionError, match="cpu_below") as caught:
         rt.Tracer(soup_scene(9, 1), "ray-engine", cpu_below=4, **options)
     assert "\n" not in str(caught.value)
@@ -136,6 +137,7 @@ def test_the_host_tests_what_it_can_only(options: dict) -> None:
 @pytest.mark.parametrize("seed", [6], ids="seed{}".format)
 @pytest.mark.parametrize("cpu_below", [0, 12])
 def test_what_it_says_it_moved(cpu_below: int, seed: int) -> None:
+    """The statistics' bytes and pairs agree with the hits' counters."""
     scene = soup_scene(200, seed)
     rays = RAY_SETS["random"](scene, 500, seed)
     with rt.Tracer(scene, "ray-engine", statistics=True, cpu_below=cpu_below) as tracer:
@@ -172,6 +174,7 @@ def test_pictures_are_the_same(precise_renderer) -> None:
 
 
 def test_the_command_line_says_it(tmp_path, capsys) -> None:
+    """`gpgpu-rt render` prints how host and graphics card shared the work."""
     assert not main(["render", "cornell", "-m", "ray-engine", "--size", "8x8", "-o",
                      str(tmp_path / "x.png")])
     line = capsys.readouterr().out.splitlines()[-1]
@@ -184,7 +187,7 @@ def test_the_command_line_says_it(tmp_path, capsys) -> None:
 @pytest.mark.parametrize("kind", ["random", "edges"])
 @pytest.mark.parametrize("cells", ["grid", "octree"])
 def test_no_ray_of_a_million_is_lost(precise_renderer, cells: str, kind: str, seed: int) -> None:
-    """Neither the walk nor the quads lose a ray: queues and batches change no bit."""
+    """Neither the walk nor the quads lose a ray: all hits equal those of `bvh-threaded`."""
     scene = soup_scene(1000, seed, size=0.05)
     rays = RAY_SETS[kind](scene, 10**6, seed)
     with rt.Tracer(scene, "bvh-threaded") as tracer:

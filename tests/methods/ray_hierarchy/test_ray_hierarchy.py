@@ -1,5 +1,5 @@
-"""ray-hierarchy: cones contain their rays and reject no triangle that a ray hits, for images and
-streams of any size."""
+"""ray-hierarchy: each cone contains its rays and rejects no triangle that one of the rays hits,
+for images and streams of any size."""
 from __future__ import annotations
 
 from collections.abc import Callable
@@ -13,8 +13,8 @@ from gpgpu_rt.gl.textures import read_texture
 from gpgpu_rt.methods.ray_hierarchy.cones import level_sizes
 from gpgpu_rt.methods.ray_hierarchy.records import CONE
 
-# The triangle is so large that no ray starts far outside the scene. The tracer would advance such
-# a ray to a new origin near the scene.
+# The triangle is so large that no ray starts far outside the scene. The tracer would advance a ray
+# from far outside to a new origin near the scene.
 LARGE = np.float32([[[-50, -50, -50], [50, 50, -50], [50, -50, 50]]])
 
 
@@ -41,8 +41,8 @@ RAYS: dict[str, Callable] = {
 
 
 def cones_over(origins: np.ndarray, directions: np.ndarray, **intervals: np.ndarray) -> tuple:
-    """Return the fields of all nodes by level, the fan-out of each level, and the hierarchy's unit
-    of length."""
+    """Return three values: a list of dicts with the fields of the nodes of each level, the fan-out
+    of each level, and the hierarchy's unit of length."""
     with rt.Tracer(scene_of(LARGE), "ray-hierarchy") as tracer, tracer.gpu:
         tracer.trace(origins, directions, **intervals)
         cones = tracer.session.driver.cones
@@ -121,7 +121,7 @@ def test_no_triangle_is_rejected_that_a_ray_hits(precise_renderer, side: int, pl
 @pytest.mark.parametrize("seed", [8, *(pytest.param(seed, marks=pytest.mark.full)
                                        for seed in range(9, 19))], ids="seed{}".format)
 def test_rays_along_a_ball_are_not_rejected(precise_renderer, seed: int) -> None:
-    """Rays from afar pass just inside a corner of small triangles.
+    """Rays that pass just inside a corner of a small triangle keep their hits.
 
     The rays are perpendicular to the line from the centre of the triangle's bounding ball to the
     corner. Without a margin in the cone test, one hit in 40 would be lost.
@@ -171,7 +171,8 @@ def test_a_stream_never_overflows(precise_renderer, options: dict, seed: int) ->
 
 @pytest.mark.parametrize("seed", [4], ids="seed{}".format)
 def test_intervals_behind_the_origin(precise_renderer, seed: int) -> None:
-    """Rays start behind their origin, end soon, or have an empty interval."""
+    """Hits equal brute force if rays start behind their origin, end soon or have an empty
+    interval."""
     scene, rng = soup_scene(200, seed), np.random.default_rng(seed)
     origins, directions = RAY_SETS["random"](scene, 900, seed)
     t_min = rng.choice([-np.inf, -2.0, -0.1, 0.0, 0.1], 900)
@@ -212,6 +213,7 @@ def test_visits_are_the_pairs_above_a_ray(seed: int) -> None:
 
 @pytest.mark.parametrize("seed", [7], ids="seed{}".format)
 def test_nothing_is_built_over_triangles(seed: int) -> None:
+    """The method has no structure over triangles, so an update rebuilds nothing."""
     triangles = random_soup(200, seed)
     with rt.Tracer(scene_of(triangles), "ray-hierarchy") as tracer:
         assert tracer.accelerator.structure is None and set(tracer.session.tables) == {"triangle"}

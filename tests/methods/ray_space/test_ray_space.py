@@ -18,15 +18,15 @@ from gpgpu_rt.numerics.watertight import intersect_pairs
 
 METHODS = ("ray-classification", "visibility-field")
 MIB = 1 << 20
-AT_ONCE = 1 << 20       # pairs of ray and triangle in a block
+AT_ONCE = 1 << 20       # pairs of ray and triangle that are tested in one block
 
 
 def rays_everywhere(n: int, seed: int) -> tuple[np.ndarray, np.ndarray]:
     """Return n origins in and around the unit box, and n directions of all kinds.
 
-    The tracer moves the origin of a ray that starts far from the scene to a nearer point of the
-    ray. The origins here have distances up to about this limit. A third of the directions have
-    equal or zero components.
+    If a ray starts far from the scene, the tracer moves its origin along the ray to a nearer
+    point. The origins here are about as far as a ray can start without such a move. A third of the
+    directions have equal or zero components.
     """
     rng = np.random.default_rng(seed)
     origins = 0.5 + rng.choice([0.4, 0.8, 1.6], (n, 1)) * rng.uniform(-1, 1, (n, 3))
@@ -37,10 +37,10 @@ def rays_everywhere(n: int, seed: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def crossed_soup(count: int, seed: int) -> rt.Scene:
-    """Return a scene of which half of the triangles are tiny and lie in the scene's middle planes.
+    """Return a scene in which half of the triangles are tiny and lie in the scene's middle planes.
 
-    A beam is a set of rays that share a list. Beams are cut at the middle planes. At its middle
-    plane a beam is narrowest, so its list has no margin there.
+    A beam is the set of rays that read the same list. Beams are cut at the middle planes. A beam
+    is narrowest at its middle plane, so its list has no margin there.
     """
     triangles = random_soup(count, seed, 0.08)
     tiny = triangles[::2]
@@ -51,8 +51,8 @@ def crossed_soup(count: int, seed: int) -> rt.Scene:
 
 
 def listed(tracer: rt.Tracer) -> tuple[np.ndarray, np.ndarray]:
-    """Return which triangles each list holds, (lists + 1, triangles) bool, and the list that each
-    ray of the last call read, (n,)."""
+    """Return which triangles each list holds, (lists + 1, triangles) bool, and the index of the
+    list that each ray of the last call read, (n,). The last index stands for no list."""
     structure = tracer.accelerator.structure
     triangle = structure.triangle
     if isinstance(structure, RayBoxes):
@@ -81,14 +81,15 @@ def false_rejections(method: str, rays: int, triangles: int, seed: int, **option
     aims = scene.triangles[rng.integers(triangles, size=rays // 2), rng.integers(3)]
     directions[::2] = aims[:len(directions[::2])] - origins[::2]
     with rt.Tracer(scene, method, **options) as tracer:
-        # `loop` stores the states only if somebody observes them.
+        # Under `loop`, states are stored only if a function observes them.
         watched = (observe_states(tracer, lambda one: None)
                    if getattr(tracer.session.driver, "keeps_states", False) else nullcontext())
         with watched:
             tracer.trace(origins, directions)
         table, number = listed(tracer)
     missing = met = 0
-    stored = shrink_flat(scene.triangles)   # as tracers store them: no zero-area triangle is hit
+    # Tracers store triangles in this form, in which no triangle of zero area is hit.
+    stored = shrink_flat(scene.triangles)
     step = AT_ONCE // triangles
     for start in range(0, rays, step):
         part = slice(start, min(start + step, rays))
@@ -128,6 +129,7 @@ def test_no_list_misses_a_triangle_of_a_million_rays(method: str, options: dict,
                                              ("visibility-field", (0.05, 0.2, 4.0))])
 def test_a_budget_coarsens_and_changes_no_hit(precise_renderer, method: str,
                                               budgets: tuple) -> None:
+    """A smaller budget gives coarser lists, so rays test more triangles and find the same hits."""
     scene = soup_scene(300, 54, 0.1)
     chosen = rays_everywhere(1500, 54)
     with rt.Tracer(scene, "brute-force") as tracer:
@@ -161,7 +163,8 @@ def test_boxes_that_cannot_be_counted_are_refused() -> None:
 
 
 def test_boxes_grow_and_forget(precise_renderer) -> None:
-    """Calls fill the lists that they need; beyond the budget, a call drops older lists."""
+    """A call fills the lists that its rays need. If the budget is exceeded, the call
+    drops older lists."""
     scene = soup_scene(200, 55, 0.1)
     calls = []
     for seed in (55, 56, 57, 58):       # all rays of a call start at one point
@@ -201,6 +204,7 @@ def test_a_camera_from_afar(precise_renderer, method: str) -> None:
 
 
 def test_lists_are_in_order() -> None:
+    """The triangles of each list are sorted by their nearest distance."""
     scene = soup_scene(150, 60)
     field = build_visibility_field(scene.triangles)
     beam = np.repeat(np.arange(len(field.beam_start) - 1), np.diff(field.beam_start))

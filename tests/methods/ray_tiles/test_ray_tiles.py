@@ -38,6 +38,7 @@ def tight_tiles(scene: rt.Scene, tiles: int, seed: int) -> tuple[np.ndarray, np.
 
 
 def check(scene: rt.Scene, origins: np.ndarray, directions: np.ndarray, **ends: object) -> rt.Hits:
+    """Check that `ray-tiles` gives the hits of brute force, and return them."""
     with rt.Tracer(scene, "brute-force") as tracer:
         expected = tracer.trace(origins, directions, **ends)
     with rt.Tracer(scene, "ray-tiles", statistics=True) as tracer:
@@ -63,7 +64,8 @@ def parallel_rays(z: float) -> tuple[np.ndarray, np.ndarray]:
 
 @pytest.mark.parametrize("seed", [6], ids="seed{}".format)
 def test_parallel_rays(precise_renderer, seed: int) -> None:
-    """The cone's angle is zero, so its radius alone bounds the rays."""
+    """No hit of parallel rays is lost. The cone's angle is zero, so its radius alone bounds the
+    rays."""
     hits = check(soup_scene(200, seed, size=0.05), *parallel_rays(2.5))
     assert hits.nodes_visited.mean() < 50
 
@@ -79,6 +81,7 @@ def test_rays_that_go_backwards(precise_renderer, seed: int) -> None:
 
 @pytest.mark.parametrize("scale", [1e-8, 1e12], ids="scale{}".format)
 def test_cones_of_any_size(precise_renderer, scale: float) -> None:
+    """Scaled scenes and cones lose no hit."""
     scene = soup_scene(100, 4, size=0.05)
     scaled = rt.Scene.from_arrays((scene.triangles * np.float32(scale)).reshape(-1, 3),
                                   np.arange(300).reshape(-1, 3))
@@ -100,6 +103,7 @@ def test_a_batch_shortens_the_search(precise_renderer) -> None:
 @pytest.mark.parametrize("kind", ["random", "tight"])
 @pytest.mark.parametrize("seed", [11], ids="seed{}".format)
 def test_a_million_rays(precise_renderer, kind: str, seed: int) -> None:
+    """Brute force and `ray-tiles` agree on a million rays."""
     scene = soup_scene(100, seed, size=0.1)
     if kind == "tight":
         for more in range(16):

@@ -29,7 +29,7 @@ def glass(ior: float) -> rt.Material:
     return rt.Material("glass", ior=ior)
 
 
-SPHERE = ball(3000, (0.0, 1.3, 0.0))[:, ::-1]      # turned over: `ball` faces inwards
+SPHERE = ball(3000, (0.0, 1.3, 0.0))[:, ::-1]      # reversed, because `ball` faces inwards
 SLAB = boxes((-1.0, 0.8, -1.0), (1.0, 1.2, 1.0))
 
 
@@ -84,13 +84,15 @@ def test_a_mirror_lights_like_the_light_behind_it(seed: int) -> None:
 
 
 def landed_after(caustics: Caustics, iterations: int) -> np.ndarray:
+    """Return the landings after a number of iterations of the search."""
     caustics.iterations = iterations
     return caustics.landings()
 
 
 @pytest.mark.parametrize("ior", [1.2, 1.5, 2.0])
 def test_photons_through_a_slab(ior: float) -> None:
-    """Snell's law shifts the photons sideways, and Fresnel's law weakens them twice."""
+    """Photons land where Snell's law shifts them, and lose light at both borders by Fresnel's
+    law."""
     light = np.array([0.2, 6.0, 0.1])
     with rt.Tracer(scene_of(SLAB, glass(ior))) as tracer:
         caustics = Caustics(tracer, light, photons=64, resolution=256, smooth=False,
@@ -120,8 +122,8 @@ def test_photons_through_a_slab(ior: float) -> None:
 
 
 def test_water_and_what_is_closed() -> None:
-    """A level water surface without sides is not closed. It refracts light once, a closed body
-    twice."""
+    """A level water surface without sides is not closed, so it refracts light once. A closed body
+    refracts light twice."""
     water = floor((-2, -2), (2, 2), 1.0, 4)
     assert not is_closed(water) and is_closed(SPHERE) and is_closed(SLAB)
     light = np.array([2.5, 3.5, 0.3])
@@ -157,6 +159,8 @@ def test_no_light_is_lost_in_the_map(splat: int) -> None:
 
 
 def test_a_ball_is_a_lens() -> None:
+    """A glass ball concentrates light: its caustic is over five times as bright as direct
+    light."""
     with rt.Tracer(scene_of(SPHERE, glass(1.5))) as tracer:
         light = np.array([0.3, 6.0, 0.2])
         caustics = Caustics(tracer, light, photons=96, resolution=256)
@@ -171,6 +175,7 @@ def test_a_ball_is_a_lens() -> None:
 
 
 def test_what_stands_in_the_way_keeps_light_off() -> None:
+    """A lid between light and refractor blocks all photons."""
     lid = floor((-2, -2), (2, 2), 4.0)
     with rt.Tracer(scene_of(SPHERE, glass(1.5), lid)) as tracer:
         caustics = Caustics(tracer, (0.3, 6.0, 0.2), photons=32, resolution=64)

@@ -1,6 +1,9 @@
 """The light of ray bundles is compared with the known light in a closed box that emits everywhere
-(a furnace), with form factors and with traced rays. A ray bundle consists of parallel rays, and
-its hits are the peeled layers of a projection."""
+(a furnace), with form factors and with traced rays.
+
+A ray bundle consists of parallel rays. Its hits are the layers that depth peeling finds in a
+projection.
+"""
 from __future__ import annotations
 
 import numpy as np
@@ -47,7 +50,8 @@ def test_triangles_are_cut_evenly(seed: int) -> None:
 
 @pytest.mark.parametrize("albedo, bounces", [(0.0, 0), (0.5, 3), (0.8, 6)])
 def test_a_furnace(albedo: float, bounces: int) -> None:
-    """In a closed box that emits everywhere, each bounce adds albedo times the previous bounce."""
+    """In a closed box that emits everywhere, each bounce adds albedo times the light of the
+    previous bounce."""
     white = rt.Material("white", (albedo,) * 3, emission=(1, 2, 4))
     scene = scene_of(boxes((-1, -1, -1), (1, 1, 1)), white, camera=INSIDE)
     with rt.Tracer(scene) as tracer:
@@ -67,7 +71,8 @@ def test_a_furnace(albedo: float, bounces: int) -> None:
 
 
 def test_a_ball_under_a_white_sky() -> None:
-    """Only the sky lights a convex body, and lights it evenly; the background gathers no light."""
+    """Only the sky lights a convex body, and lights it evenly. Pixels without a hit gather no
+    light."""
     grey = rt.Material("grey", (0.6, 0.5, 0.4))
     scene = scene_of(ball(800)[:, ::-1], grey, environment=rt.Environment.constant((2, 2, 2)))
     with rt.Tracer(scene) as tracer:
@@ -129,8 +134,8 @@ def test_form_factor_of_squares(distance: float, factor: float) -> None:
 
 @pytest.mark.parametrize("count", [1, 3, 6])
 def test_layers_are_all_peeled(count: int) -> None:
-    """A pile of sheets has as many layers as sheets; the empty pass that ends the peeling does not
-    count as a layer."""
+    """A pile of sheets has as many layers as sheets. The last pass of the peeling finds no
+    surface, and does not count as a layer."""
     sheet = quad((-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0))
     pile = np.concatenate([sheet + (0, 0, 0.1 * k) for k in range(count)])
     scene = scene_of(pile, rt.Material("black", (0, 0, 0)),
@@ -144,8 +149,8 @@ def test_layers_are_all_peeled(count: int) -> None:
 
 @pytest.mark.parametrize("seed", [1, 2], ids="seed{}".format)
 def test_gathered_light_is_that_of_traced_rays(seed: int) -> None:
-    """From each visible point, a traced ray in a bundle's direction finds the same patch as the
-    layers of the bundle."""
+    """From a visible point, a traced ray in a bundle's direction gathers the same light as the
+    layers of the bundle, except at a few pixels."""
     rng = np.random.default_rng(seed)
     things = boxes(*np.sort(rng.uniform(-0.8, 0.8, (2, 4, 3)), axis=0))
     scene = scene_of(np.concatenate([boxes((-1, -1, -1), (1, 1, 1)), things]),
@@ -162,6 +167,7 @@ def test_gathered_light_is_that_of_traced_rays(seed: int) -> None:
 
 
 def traced_gather(bundles: RayBundles, seen: Visible, count: int) -> np.ndarray:
+    """Return the gathered light by traced rays, in ``count`` directions."""
     cut = scene_of(bundles.triangles, rt.Material())
     normals = seen.normals.reshape(-1, 3)
     start = seen.places.reshape(-1, 3) + LIFT * bundles.scene.extent * normals

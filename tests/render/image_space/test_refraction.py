@@ -1,4 +1,4 @@
-"""Image-space refraction against float64 rays: exact for a slab, close for a ball."""
+"""Image-space refraction is compared with float64 rays: equal for a slab, close for a ball."""
 from __future__ import annotations
 
 import numpy as np
@@ -20,11 +20,11 @@ def scene_of(triangles: np.ndarray) -> rt.Scene:
 
 def errors(scene: rt.Scene, camera: Camera, smooth: bool, ior: float = 1.5
            ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the errors in degrees and the kinds of pixels.
+    """Return the errors, and the kinds of pixels of image-space refraction and of the reference.
 
-    Returned are three arrays. The errors, (k,), belong to the pixels in which both image-space
-    refraction and the float64 reference refract twice. The kinds of pixels, (n,), are first those
-    of image-space refraction, then those of the reference.
+    The errors, (k,), are angles in degrees. They belong to the pixels in which both image-space
+    refraction and the float64 reference refract a ray twice. The kinds, (n,) each, are constants
+    of `render.image_space.refraction`, such as LEFT.
     """
     with rt.Tracer(scene) as tracer:
         refraction = Refraction(tracer, ior, smooth)
@@ -99,7 +99,8 @@ def test_what_is_no_refractive_index_is_refused(ior: object) -> None:
 
 
 def test_kinds(precise_renderer) -> None:
-    """A box seen at an edge reflects light totally; a slab would let this light through."""
+    """A box seen at an edge has pixels of total reflection. A slab would let this light
+    through."""
     box = scene_of(boxes(np.array([[-1.0, -1.0, -1.0]]), np.array([[1.0, 1.0, 1.0]])))
     _, kind, right = errors(box, Camera((3.0, 0.4, 3.0), (0.0, 0.0, 0.0), fov=50), False)
     assert (right == TOTAL).any() and (kind == TOTAL).any()

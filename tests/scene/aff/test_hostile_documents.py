@@ -19,6 +19,7 @@ MESH = "m vertices 3 0 0 0 1 0 0 0 1 0\n"
 
 
 def refusal(path: Path, kind: type[rt.Error] = rt.SceneError) -> str:
+    """Return the message with which a file is refused; it must be one line and come in time."""
     begun = time.monotonic()
     with pytest.raises(kind) as caught:
         rt.load_scene(path)
@@ -182,7 +183,8 @@ def test_a_long_chain_of_files(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("leaf", [TRIANGLE, "l 0 0 0\n", "x a { }", "s 0 0 0 1", ""])
 def test_a_bomb_of_includes(leaf: str, tmp_path: Path) -> None:
-    """Each file includes the next one ten times, so that the last is included 10^30 times."""
+    """A file is refused if its includes multiply. Here each file includes the next file ten times,
+    so the last file is included 10^30 times."""
     for k in range(30):
         (tmp_path / f"{k}.aff").write_text(f"i 0 {k + 1}.aff\n" * 10)
     (tmp_path / "30.aff").write_text(leaf)
@@ -191,7 +193,8 @@ def test_a_bomb_of_includes(leaf: str, tmp_path: Path) -> None:
 
 
 def test_the_budget_counts_repeated_files_only(tmp_path: Path, monkeypatch) -> None:
-    """The budget limits only the copies of included files, and not a file's own statements."""
+    """The budget limits the copies that repeated includes make, and not a file's own
+    statements."""
     monkeypatch.setenv(budget.VARIABLE, "0.1")
     own = "".join(f"fm {'0.5 ' * 12}\n{TRIANGLE}" for _ in range(1500))
     (tmp_path / "a.aff").write_text(own)

@@ -1,4 +1,5 @@
-"""Splines agree with values derived by hand from the paper, and are continuous at their keys."""
+"""Splines agree with values derived by hand from the paper (gpgpu_rt/scene/aff/keyframes.py names
+it), and are continuous at their keys."""
 from __future__ import annotations
 
 import numpy as np
@@ -38,8 +39,12 @@ def test_zeros_give_a_catmull_rom_spline() -> None:
     ((0, 0, -1), (0, 1), (0, 1)),           # bias -1: tangents of the step after
     ((0.5, 0.25, -0.5), (0.15625, 0.28125), (0.09375, 0.46875))])
 def test_tension_continuity_and_bias(tcb, leave, arrive) -> None:
-    """The tangents that leave key 2 and arrive at key 3 are sums of the steps before and after the
-    key, weighted by ``leave`` and ``arrive``."""
+    """Two tangents decide the curve: it leaves key 2 along one and arrives at key 3 along the
+    other.
+
+    Each tangent is a weighted sum of the step before its key and the step after its key. The
+    weights are ``leave`` for key 2 and ``arrive`` for key 3.
+    """
     steps = np.diff(PLACES, axis=0)
     out, into = leave @ steps[1:3], arrive @ steps[2:4]
     for u in (0.2, 0.5, 0.9):
@@ -66,7 +71,7 @@ def test_times_outside_give_the_ends() -> None:
 
 
 def test_equal_and_falling_times() -> None:
-    """BART's files have keys at equal times, and a robot's times go back once."""
+    """Splines accept keys at equal times and times that go back. BART's files contain both."""
     doubled = spline(times=[0, 0, 0, 1, 1, 1])
     assert (doubled.at(0) == PLACES[1]).all() and np.isfinite(doubled.at(0.5)).all()
     falling = spline(times=[0, 1, 4, 3, 5, 6])
@@ -83,6 +88,7 @@ def test_equal_steps_turn_evenly() -> None:
 
 
 def test_the_shorter_way() -> None:
+    """A rotation between two keys takes the shorter way round."""
     np.testing.assert_allclose(turns([0, 0, 300, 300]).at(1.5),
                                rotation(np.array([0, 0, 1.0]), -30), atol=1e-14)
     whole = turns([0, 90, 180, 270, 360, 450, 540])     # a wheel goes on beyond a whole turn
@@ -90,6 +96,7 @@ def test_the_shorter_way() -> None:
 
 
 def test_axes_need_no_length() -> None:
+    """Rotation axes of any length mean the same, and an axis of length 0 means no rotation."""
     np.testing.assert_allclose(turns([0, 0, 40, 40], axis=(0, 3, 4)).at(2),
                                turns([0, 0, 40, 40], axis=(0, 0.6, 0.8)).at(2), atol=1e-15)
     assert (turns([0, 90, 90, 0], axis=(0, 0, 0)).at(1) == np.eye(3)).all()
@@ -124,6 +131,8 @@ def test_a_motion_scales_then_turns_then_moves() -> None:
 
 
 def test_visibility() -> None:
+    """A part is visible or hidden as its latest visibility key says, and visible before the first
+    key."""
     motion = KeyedMotion(visibility=np.array([(0.5, 0), (2, 1), (3, 0)], float))
     assert [motion.visible(time) for time in (-1, 0.4, 0.5, 1.9, 2, 3, 9)] == [
         True, True, False, False, True, False, False]

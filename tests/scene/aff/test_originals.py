@@ -1,5 +1,5 @@
-"""BART's robots and kitchen equal their PLY files to the bit, and their parts keep their shape
-while they move."""
+"""BART's robots and kitchen give the same bits as the known PLY files made from them. Their parts
+keep their shape while they move."""
 from __future__ import annotations
 
 import hashlib
@@ -16,8 +16,8 @@ from gpgpu_rt.scene.loading import list_scenes
 from gpgpu_rt.scene.mesh import Mesh
 
 VARIABLE = "GPGPU_RT_ORIGINALS"     # the folder with BART-Animations
-# Triangles, vertices, and the SHA-256 of the PLY file that was made from the original by another
-# program.
+# The numbers of triangles and vertices, and the SHA-256 of the PLY file that another program made
+# from the original.
 KNOWN = {
     "robots-moving": (71_708, 134_127,
                       "b4deeb876b58d145984567eb5ab56cd01b68265f2220102cfa68117dc5b47b86"),
@@ -75,7 +75,7 @@ def triangles_at(animation: rt.Animation, frame: int) -> np.ndarray:
 
 
 def test_parts_move_as_a_whole(name: str) -> None:
-    """Some triangles move, and each keeps its shape."""
+    """A part of the triangles moves, and every triangle keeps its shape."""
     animation = rt.load_animation(name)
     start, moved = triangles_at(animation, 0), np.zeros(len(animation.scene), bool)
     for frame in (100, 400, 780):

@@ -35,7 +35,7 @@ def test_polygons(read) -> None:
 def test_polygons_with_normals(read) -> None:
     mesh = read(TRIANGLE + "pp 3 0 0 0 0 0 2 1 0 0 1 0 0 0 1 0 0 1 0")
     assert mesh.normals[1].tolist() == [[0, 0, 1], [1, 0, 0], [0, 1, 0]]
-    assert mesh.normals[0].tolist() == [[0, 0, 1]] * 3      # flat
+    assert mesh.normals[0].tolist() == [[0, 0, 1]] * 3      # the normal of the flat triangle
 
 
 MESH = """m vertices 4  0 0 0  1 0 0  1 1 0  0 1 0
@@ -59,6 +59,7 @@ def test_meshes(read, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("folder", [None, "../TextureFiles", "elsewhere"])
 def test_textures_are_found_or_a_note(folder: str | None, tmp_path: Path) -> None:
+    """A texture is found in ../TextureFiles. A missing texture gives a warning of one line."""
     place = tmp_path / "aff"
     place.mkdir()
     (place / "a.aff").write_text("fm 0 0 0 0.5 0.4 0.3 0 0 0 20 0 0\n" + MESH)
@@ -153,8 +154,8 @@ def test_transforms_scale_then_turn_then_move(read) -> None:
 
 @pytest.mark.parametrize("scale", [(2, 1, 1), (-1, 1, 1), (1, 1, 0), (0, 0, 0)])
 def test_normals_stay_at_right_angles(scale, read) -> None:
-    """A plane with the normal (1, 1, 0) is scaled, and its normal stays perpendicular to it, even
-    if the scale flattens the plane."""
+    """If a plane with the normal (1, 1, 0) is scaled, its normal stays perpendicular to the plane,
+    even if the scale flattens the plane."""
     mesh = read("xs {} {} {} 0 0 1 0 0 0 0 {{".format(*scale)
                 + "pp 3 1 -1 0 1 1 0  -1 1 0 1 1 0  0 0 1 1 1 0 }" + TRIANGLE)
     a, b, c = mesh.vertices[:3]

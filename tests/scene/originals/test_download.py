@@ -27,9 +27,9 @@ def source_file(content: bytes = CONTENT) -> SourceFile:
 class Server(http.server.ThreadingHTTPServer):
     """Serves one file.
 
-    ``drops`` are the numbers of bytes after which the server closes its next connections, and
-    ``statuses`` are the HTTP statuses of its next answers. ``asked`` and ``paths`` collect the
-    requested ranges and paths.
+    Each entry of ``drops`` is the number of bytes after which the server closes one of its next
+    connections. Each entry of ``statuses`` is the HTTP status of one of its next answers.
+    ``asked`` and ``paths`` collect the requested ranges and paths.
     """
 
     def __init__(self, content: bytes, ranges: bool = True) -> None:
@@ -118,7 +118,8 @@ def test_a_folder(tmp_path) -> None:
 @pytest.mark.parametrize("ranges", [True, False])
 @pytest.mark.parametrize("seed", range(10))
 def test_an_interrupted_download_continues(serve, seed: int, ranges: bool, tmp_path) -> None:
-    """The user interrupts at a random byte. The next run requests the rest of the file."""
+    """The user interrupts the download at a random byte. The next run requests the rest of the
+    file."""
     server = serve(ranges=ranges)
     moment = int(np.random.default_rng(seed).integers(1, len(CONTENT)))
 
@@ -144,6 +145,7 @@ def test_a_lost_connection_is_made_again(serve, seed: int, tmp_path) -> None:
 
 
 def test_a_server_that_recovers(serve, tmp_path) -> None:
+    """A download succeeds after the answers 503 and 429, which ask to try again later."""
     server = serve()
     server.statuses = [503, 429]
     assert fetched(source_file(), server.url, tmp_path / "part") == CONTENT
@@ -190,6 +192,7 @@ def test_without_a_network(tmp_path) -> None:
 
 
 def test_a_missing_file_and_a_server_that_never_ends_well(serve, tmp_path) -> None:
+    """The answer 404 ends the download at once. The answer 503 ends it after TRIES attempts."""
     server = serve()
     server.statuses = [404]
     with pytest.raises(rt.Error, match="the server answers 404 .*--from"):

@@ -1,5 +1,5 @@
-"""Geometry images as scenes, and geometry images that `remesh` makes of meshes. A closed surface
-stays closed."""
+"""Geometry images: built-in scenes and images that `remesh` makes of meshes. The image of a closed
+surface is closed."""
 from __future__ import annotations
 
 import json
@@ -64,8 +64,8 @@ def border_points(scene: rt.Scene, rng: np.random.Generator) -> np.ndarray:
 
 
 def assert_no_leak(scene: rt.Scene, inside: np.ndarray, seed: int) -> None:
-    """Check that all rays from a point inside hit. They aim at every texel of a border, at points
-    between these texels, and in random directions."""
+    """Check that all rays from a point inside hit. The rays aim at every texel of the charts'
+    borders, at points between these texels, and in random directions."""
     rng = np.random.default_rng(seed)
     aims = border_points(scene, rng).astype(np.float32) - inside.astype(np.float32)
     directions = np.concatenate([aims, rng.normal(size=(2000, 3)).astype(np.float32)])
@@ -147,6 +147,7 @@ def test_a_closed_mesh_becomes_a_closed_image(seed: int, size: int) -> None:
 
 
 def test_cuts_reach_what_sticks_out() -> None:
+    """With cuts, the image reaches the tips of the horns."""
     mesh = blob(3)
     reached = [np.linalg.norm(rt.remesh(mesh, 48, cuts=cuts).positions, axis=1).max()
                for cuts in (0, 8)]
@@ -170,7 +171,8 @@ def test_the_distance_to_the_surface_is_measured(capsys, tmp_path, size: int, cu
     corners = mesh.vertices[:, None] - texels[None]
     extent = np.ptp(mesh.vertices, axis=0).max()
     nearest = np.sqrt((corners ** 2).sum(axis=2).min(axis=1)).max() / extent
-    # The nearest texel is farther away than the nearest triangle by at most the longest edge.
+    # For each vertex, the nearest texel is farther away than the nearest triangle by at most the
+    # longest edge.
     edge = np.linalg.norm(np.diff(texels.reshape(size + 1, size + 1, 3), axis=0), axis=2).max()
     assert nearest - edge / extent <= share < 2 * nearest + 0.02
 
@@ -252,6 +254,8 @@ def test_mistakes_with_files_are_one_line(capsys, tmp_path, arguments: list[str]
 
 
 def test_surface_mesh_takes_meshes_apart() -> None:
+    """`SurfaceMesh` counts parts and border loops, fills holes, finds paths and cuts along
+    them."""
     ball = SurfaceMesh.of_triangles(trimesh.creation.icosphere(subdivisions=2).triangles)
     assert (ball.parts(), ball.euler(), ball.loops()) == (1, 2, [])
     ring = SurfaceMesh.of_triangles(trimesh.creation.torus(1, 0.3).triangles)
@@ -282,6 +286,7 @@ def test_surface_mesh_takes_meshes_apart() -> None:
     (trimesh.Trimesh([[0, 0, 0], [1, 1, 1]], [[0, 1, 1]], process=False), "no triangle"),
 ])
 def test_surfaces_that_are_no_image(mesh, message: str) -> None:
+    """`remesh` refuses unsuitable meshes, and wrong values of size and cuts."""
     with pytest.raises(rt.SceneError, match=message) as caught:
         rt.remesh(mesh, 16)
     assert "\n" not in str(caught.value)
