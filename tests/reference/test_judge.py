@@ -164,7 +164,7 @@ def test_a_miss_through_an_edge_leaks_at_what_is_behind(seed: int) -> None:
     assert unsure.mean() > 0.5 and (found[unsure] == "leak").mean() > 0.99
 
 
-def test_every_method_is_right_on_a_soup() -> None:
+def test_brute_force_is_right_on_a_soup() -> None:
     """Brute force has no wrong hit for any set of rays."""
     scene = soup_scene(300, 5)
     for name, rays in RAY_SETS.items():
