@@ -118,7 +118,7 @@ class CompiledCosts:
 
 
 def era_methods() -> list[str]:
-    """Return the names of the methods whose era form runs a kernel a pass."""
+    """Return the names of the methods whose era form runs one kernel per pass."""
     return [row.name for row in methods()
             if not row.why_no_era_form() and row.era_packets is None]
 
@@ -148,7 +148,7 @@ def era_programs(method: str, any_hit: bool = False, in_loop: bool = False,
     return _programs(method, any_hit, in_loop, tuple(sorted(options.items())))
 
 
-@functools.cache    # a text takes 20 ms
+@functools.cache    # making a text takes 20 ms
 def _programs(method: str, any_hit: bool, in_loop: bool,
               options: tuple[tuple[str, Any], ...]) -> tuple[EraProgram, ...]:
     row = find_method(method)

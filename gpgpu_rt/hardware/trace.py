@@ -33,7 +33,7 @@ class KernelTrace:
     kernels : names of the method's kernels; kernel number k has the name ``kernels[k - 1]``
     steps : (n, h, w) uint8, the number of the kernel that each ray runs in each step, or FINISHED.
         A ray that has ended stays FINISHED
-    fields : (n, h, w) int32 by the field's name: the state that the kernel of each step reads
+    fields : name of a field of the state -> (n, h, w) int32, its value before each step
     """
 
     kernels: tuple[str, ...]
@@ -63,7 +63,7 @@ def record_trace(tracer: Tracer, size: tuple[int, int], trace: Callable[[], obje
 
     Parameters
     ----------
-    tracer : a tracer under the schedule ``step``, one step a pass
+    tracer : a tracer under the schedule ``step``, with one step per pass
     size : (h, w) of the image
     trace : calls ``tracer.trace`` or ``tracer.occluded`` once, with h times w rays row by row
     fields : integer fields of the state to record as well

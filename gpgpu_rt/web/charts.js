@@ -1,6 +1,6 @@
 // What the passes counted: the rays that are alive after each step, and the scale of the heat map.
 
-// The kernels' colours, which page.py writes into the style. Kernels after the last colour share it.
+// The kernels' colours, which page.py writes into the style. Any further kernel has the last colour too.
 const KERNEL_COLOURS = [1, 2, 3, 4].map(
     (k) => getComputedStyle(document.documentElement).getPropertyValue(`--kernel-${k}`).trim());
 
