@@ -17,8 +17,8 @@ NOTE = ("The rows `era` judge the kernels as the papers had them, which Mesa's c
         "tables, loops and queries; no card's compiler counts their instructions. Programs store "
         "an index in one channel; two coordinates would address more texels. The ray engine of "
         "2002 ran in fixed point; ours emulates it in float textures (`--fixed-point`). The "
-        "number of loop iterations is not compared with a card's limit, because it depends on the"
-        " rays.")
+        "number of loop iterations is not compared with a card's limit, because it depends on "
+        "the rays.")
 
 
 def add_commands(command: Command) -> None:

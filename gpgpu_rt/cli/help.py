@@ -41,8 +41,8 @@ class OwnedOptions:
     everywhere : the owner whose options apply to all other owners too; "" if there is none. The
         user cannot name this owner
     unowned : names that may follow ``words`` although they own no options, such as auto
-    table : the options, by name
-    actions : the option's name by the parser's action
+    table : name -> the options with this name, each with its owners
+    actions : the parser's action -> the option's name
     """
 
     kind: str

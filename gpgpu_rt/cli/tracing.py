@@ -98,8 +98,8 @@ def _render(chosen: argparse.Namespace) -> None:
     timings = Timings()
     with timings.part("context"):
         open_gpu(given_options(chosen).get("context"))
-    # Load the scene here only for --floor and --timings. If ``scene`` is None, the tracer loads
-    # the scene, after it has checked its options.
+    # Load the scene here only for --floor and --timings. If ``scene`` is None, `_tracer` loads
+    # the scene, after it has checked the options.
     with timings.part("scene"):
         scene = scene_of(chosen) if chosen.floor or chosen.timings else None
     with timings.part("tracer"):

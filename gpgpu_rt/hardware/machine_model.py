@@ -64,12 +64,12 @@ ASSUMED = Assumptions()
 
 @dataclass(frozen=True)
 class CardTime:
-    """Predicted seconds, by where the time goes.
+    """Predicted seconds, divided among the parts that SHARES names.
 
     Attributes
     ----------
-    parts : seconds by the names of SHARES. A kernel's time counts as the part that bounds it; the
-        idle lanes' share of this time counts as "waiting lanes"
+    parts : name of SHARES -> seconds. A kernel's time counts as the part that bounds it; the idle
+        lanes' share of this time counts as "waiting lanes"
     """
 
     parts: Mapping[str, float]

@@ -1,4 +1,4 @@
-"""Static costs: the instructions of each era kernel, by the compiler of each card of 2002-2006.
+"""Static costs: the instructions that each card's compiler (2002-2006) generates for era kernels.
 
 Mesa's drivers of these cards start without their cards and compile the era form of a kernel
 (traversal/era.py, dialect ``card``). ``tools/static_costs.py`` writes their results into
@@ -124,7 +124,7 @@ def era_methods() -> list[str]:
 
 
 def packet_methods() -> list[str]:
-    """Return the names of the methods whose era form runs packets, only in a loop."""
+    """Return the names of the methods whose era form runs packets. This form is always a loop."""
     return [row.name for row in methods() if row.era_packets is not None]
 
 

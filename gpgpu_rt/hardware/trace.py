@@ -71,7 +71,7 @@ def record_trace(tracer: Tracer, size: tuple[int, int], trace: Callable[[], obje
     Raises
     ------
     OptionError
-        for a tracer under another schedule, or whose states cannot be observed
+        for a tracer under another schedule, or a tracer whose states cannot be observed
     """
     if tracer.options["schedule"] != "step" or tracer.options["steps_per_pass"] != 1:
         raise OptionError(f"method {tracer.method.name} does not run exactly one step of each "

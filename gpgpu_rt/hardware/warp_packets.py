@@ -46,8 +46,8 @@ def growth(trace: KernelTrace, packet: tuple[int, int],
 
 
 def _growth(warp: np.ndarray, part: np.ndarray, place: np.ndarray, parts: int) -> float:
-    """Return the growth of a kernel, each of whose runs has a warp, a part of the warp, and a
-    place."""
+    """Return the growth of a kernel, as `growth` does. ``warp``, ``part`` (of the warp's
+    ``parts``) and ``place`` have one entry for each run of the kernel."""
     if not len(place):
         return 1.0
     ordered = (warp.astype(np.int64) << 32 | place) * parts + part

@@ -57,7 +57,7 @@ function drawAlive(found, step, end) {
         + `are alive (${(100 * count / all).toFixed(1)} %)`;
 }
 
-// Draws the colours of the heat map by the program that draws the picture: a ray for each colour.
+// Draws the colours of the heat map with the program that draws the picture. Each colour is drawn as a ray.
 function drawRamp() {
     const {width: pixels, height} = element("ramp"), context = element("ramp").getContext("2d");
     const counts = new Float32Array(4 * pixels).map((_, k) => k % 4 ? 0 : k / 4 / (pixels - 1));

@@ -35,8 +35,8 @@ class PageData:
     def scene(self, scene: Scene) -> None:
         """Store the scene's triangles, from which the page makes triangle tables and surfaces.
 
-        ``triangles`` then names three tables: the different corners, the corners of each triangle
-        as their numbers, and each triangle's colour, 8 bits each of red, green and blue.
+        ``triangles`` then names three tables: the distinct corners, the numbers of each triangle's
+        three corners, and each triangle's colour (8 bits each of red, green and blue).
         """
         self._corners = np.ascontiguousarray(scene.triangles, np.float32)
         bits = self._corners.reshape(-1, 3).view("V12").ravel()
