@@ -9,7 +9,7 @@ const PLAYED = 240;         // largest number of pictures, about, when a search 
 const OPENS = ["step", "kernels", "loop"];
 const SIDES = [512, 384, 256, 192, 128, 96, 64, 48, 32];
 let surfaces = null, result = null, busy = false, wanted = false, playing = false, lost = false;
-let counted = null, path = null;    // the survey of a whole search, and the path of the clicked ray
+let counted = null, path = null;    // the result of `survey` for a whole search, and the path of the clicked ray
 
 function schedule() {
     return chosen.method.schedules[chosen.schedule];
@@ -76,7 +76,7 @@ async function draws() {
     if (counts && !wanted) await countWhole(drawn, camera, side);
 }
 
-// Traces the whole search for a picture that stops at a step, and makes its survey, unless the survey is known.
+// Traces the whole search for a picture that stops at a step, and counts its live rays, unless the counts are known.
 async function countWhole(drawn, camera, side) {
     if (presentSurvey()) return;
     const whole = await trace(drawn, camera, side, side, {place: "count", stopped: () => wanted});
@@ -144,7 +144,7 @@ function quick() {
 
 const countKey = (camera, side) => `${chosen.method.name} ${chosen.schedule} ${side} ${camera.eye}`;
 
-// The survey of the chosen trace; null if another trace was counted last.
+// The result of `survey` for the chosen trace; null if another trace was counted last.
 function presentSurvey() {
     return counted && counted.key === countKey(chosen.camera, chosen.side) ? counted : null;
 }
