@@ -1,5 +1,5 @@
-// The passes of a schedule: draws them in their order, and repeats the turns of its cycles until no ray is alive. A turn
-// is the part of a cycle after which states and hits are complete again (gpgpu_rt/web/described.py).
+// The passes of a schedule: draws them in their order, and repeats the turns of its cycles until no ray is alive. A
+// turn is a part of a cycle that ends with complete states and hits (gpgpu_rt/web/described.py).
 
 const CHECKED = 16;         // turns between two counts of the rays that are alive
 const MOST_TURNS = 60000;   // a search that takes more turns is stopped
