@@ -187,7 +187,7 @@ class _PairTests:
             t = hits.t[part].astype(np.float64)
             with np.errstate(over="ignore", invalid="ignore"):
                 error = np.abs(t - pair.t)
-                # The exact t is beyond the range of float32, so an infinite t has no error.
+                # If the exact t is beyond the range of float32, an infinite t has no error.
                 error[(t == pair.t.astype(np.float32)) & np.isinf(t)] = 0
                 in_range = ((pair.t + pair.t_bound >= self.t_min[part])
                             & (pair.t - pair.t_bound <= self.t_max[part]))

@@ -105,7 +105,7 @@ class Answers:
 
 
 class KnownRays:
-    """Rays of several kinds in equal shares, and their hits by the float64 reference.
+    """Rays of several kinds in equal shares, and their hits as the float64 reference finds them.
 
     Parameters
     ----------

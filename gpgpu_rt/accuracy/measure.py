@@ -24,7 +24,7 @@ FLIP_MISSING = f"FLIP needs the package flip-evaluator; {how_to_install('figures
 
 
 class Yardstick:
-    """The rays of a scene with their hits by the float64 reference, and its reference picture.
+    """A scene's rays with their hits as the float64 reference finds them, and a reference picture.
 
     All measurements of the scene share these rays and this picture.
 

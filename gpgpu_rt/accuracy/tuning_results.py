@@ -17,7 +17,7 @@ class Trial:
 
     Attributes
     ----------
-    rates : rays per second, by the number of rays that were timed together
+    rates : number of rays that were timed together -> rays per second
     texture_bytes : bytes with 2^18 rays in flight
     finding : errors against the reference; None if they were not measured
     misses : for each bound that is not kept, the value divided by the bound

@@ -1,6 +1,6 @@
-/* Traces rays by Embree 3 or 4 in its robust mode, in packets of 16 or 8 rays or ray by ray, on threads.
+/* Traces rays by Embree 3 or 4 in its robust mode, in packets of 16 or 8 rays or ray by ray, on several threads.
 
-   The rays lie as Embree wants them: blocks of W rays, each an RTCRayW. A call copies each block to the stack,
+   The rays have Embree's layout: blocks of W rays, each block an RTCRayW. A call copies each block to the stack,
    because Embree writes into rays; the copy stays in the cache. */
 #include <pthread.h>
 #include <stdatomic.h>

@@ -1,8 +1,8 @@
 """Embree in C: Embree's packets of rays, called from a small C program on several threads.
 
 The program is compiled when it is first needed. It needs Embree's headers and library (Debian and
-Ubuntu: libembree-dev) and a C compiler. Rays are laid out as Embree wants them before the clock
-starts, and a call traces all rays, so the times contain neither Python nor copies.
+Ubuntu: libembree-dev) and a C compiler. Rays are brought into Embree's layout before the clock
+starts, and one call traces all rays. So the times contain neither Python nor a change of layout.
 """
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ SOURCE = Path(__file__).with_name("embree.c")
 HEADERS = tuple(Path(root) / f"embree{n}" for n in (4, 3)
                 for root in ("/usr/local/include", "/usr/include"))
 PACKAGE = "libembree-dev"
-FIELDS = 12     # of Embree's record of a ray, each 4 bytes
+FIELDS = 12     # fields in Embree's record of a ray, 4 bytes each
 
 
 def version() -> str:
@@ -138,6 +138,6 @@ def laid_out(rays: Workload, width: int) -> np.ndarray:
     blocks = -(-n // width)
     fields = np.zeros((blocks * width, FIELDS), np.float32)
     fields[:n, 0:3], fields[:n, 4:7], fields[:n, 8] = rays.origins, rays.directions, rays.ends
-    fields[n:, 4], fields[n:, 8] = 1, -1    # an end below the start
+    fields[n:, 4], fields[n:, 8] = 1, -1    # these rays end before they start
     fields[:, 9] = np.full(1, 0xFFFFFFFF, np.uint32).view(np.float32)   # the mask
     return np.ascontiguousarray(fields.reshape(blocks, width, FIELDS).transpose(0, 2, 1))

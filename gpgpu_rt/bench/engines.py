@@ -42,7 +42,7 @@ class Engine:
     ends : whether the engine accepts rays with an end, such as shadow rays
     threads : number of threads
     tile : the engine gets the rays in the order of the image's tiles of this size in pixels
-    robust : whether the engine is used in a mode that promises no leaks at edges and vertices
+    robust : whether the engine runs in a mode that promises that no ray leaks at an edge or vertex
     absent : a function that returns the reason why the engine cannot run, or ""; None to look for
         the modules
     """

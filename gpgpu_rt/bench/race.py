@@ -35,9 +35,9 @@ class Entry:
     seconds : Time in each round. For a method, this is the time of its passes and of sorting rays
         on the host; for an engine, it is the time of its call.
     wall_seconds : Time in each round, from rays in numpy arrays to hits in numpy arrays.
-    over : For each round, the entry's rate by ``seconds``, divided by the baseline's rate. The
-        baseline is embreex on one thread.
-    over_wall : The same with the entry's rate by ``wall_seconds``.
+    over : For each round, the entry's rate divided by the baseline's rate. The entry's rate is
+        computed from ``seconds``. The baseline is embreex on one thread.
+    over_wall : As ``over``, but with the entry's rate computed from ``wall_seconds``.
     bytes_a_triangle : Size of a method's tables, divided by the number of triangles.
     out_of : Number of all rays, if the entry traced only a part of them; else None.
     """

@@ -1,5 +1,5 @@
 """Workloads: the rays that measurements trace. The rays after a bounce are made from the hits of
-the rays before the bounce. They are made once, and all measurements share them."""
+the rays before the bounce. Each workload is made once for all measurements."""
 from __future__ import annotations
 
 import functools

@@ -22,7 +22,8 @@ class Series:
     name : the name in the legend
     values : a number for each row; None where there is no number
     look : colour and marker
-    ends : the lowest and the highest number of each row, drawn as a line; None where there is none
+    ends : the lowest and the highest number of each row, drawn as a line; None for a row without a
+        line
     texts : the texts beside the dots; by default the numbers
     """
 

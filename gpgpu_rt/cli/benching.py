@@ -158,7 +158,7 @@ def _print_notes(gpu: Gpu, found: Races) -> None:
           "bytes per triangle: size of the method's tables divided by the number of triangles; "
           "without rays and hits")
     names = {entry.name for *_, entries in found for entry in entries}
-    for promise, words in ((True, "robust (no leaks at edges and vertices are promised)"),
+    for promise, words in ((True, "robust (promise that no ray leaks at an edge or a vertex)"),
                            (False, "not robust")):
         if told := [one.name for one in ENGINES if one.name in names and one.robust == promise]:
             print(f"{words}: {'; '.join(told)}")

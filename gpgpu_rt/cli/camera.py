@@ -25,7 +25,7 @@ def add_camera(sub: Parser) -> None:
 
 
 def given_camera(chosen: argparse.Namespace) -> dict[str, Any]:
-    """Return the parts of the camera that the options give, by the names of `Camera`."""
+    """Return the parts of the camera that the options give: attribute of `Camera` -> value."""
     return {name: value for name in (*PLACES, "fov")
             if (value := getattr(chosen, name)) is not None}
 

@@ -14,7 +14,7 @@ from ..hardware.static_costs import (
 )
 from ..tracer import Tracer
 
-# Attribute of a cost, its label, and the figure of the card that limits it.
+# An attribute of StaticCost, its label, and the card's figure that limits it ("": no limit).
 _ROWS = (("arithmetic", "arithmetic instructions", ""),
          ("slots", "instruction slots", "arithmetic_slots"),
          ("vector", "  vector operations", ""), ("scalar", "  scalar operations", ""),
@@ -34,7 +34,7 @@ def card_costs(method: str, card: str, options: dict[str, Any], only: str | None
     OptionError
         for an unknown kernel or card, or a method without an era form (docs/era.md)
     """
-    compiled_costs(card)    # names the cards if this card is unknown
+    compiled_costs(card)    # for an unknown card, raises an error that names the known cards
     looped = method in packet_methods()
     names = [only] if only else [
         one.kernel for one in era_programs(method, in_loop=looped, **options)]
@@ -47,7 +47,7 @@ def card_text(costs: list[StaticCost], listing: bool = True) -> str:
     first = costs[0]
     chip = next((card for card in cards() if card.chip.lower() == first.card), None)
     made = compiled_costs(first.card)
-    form = "kernels in a loop" if first.method in packet_methods() else "a kernel a pass"
+    form = "kernels in a loop" if first.method in packet_methods() else "one kernel per pass"
     lines = [f"{first.method} on {chip.name if chip else first.card.upper()}, {form}",
              f"compiled by {made.driver}, {made.date}"]
     for cost in costs:

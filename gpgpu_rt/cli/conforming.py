@@ -32,9 +32,10 @@ def add_commands(command: Command) -> None:
     sub.add_argument("--schedules", action="store_true", help="run each method under every "
                      "schedule that it has")
     sub.add_argument("--engine", action="append", default=[], metavar="NAME|MODULE:FUNCTION",
-                     help="an engine of the table, or a function (triangles, origins, directions) "
-                     "-> (t, triangle) of a Python module in the path or in this folder; may be "
-                     "repeated; default: every engine that is installed. 'none' for no engine")
+                     help="an engine that --list prints, or a function (triangles, origins, "
+                     "directions) -> (t, triangle) of a Python module in sys.path or in this "
+                     "folder; may be repeated; default: every installed engine. 'none' for no "
+                     "engine")
     sub.add_argument("--command", dest="program", metavar="'PROGRAM {cases} {answers}'",
                      help="a program that reads a family's triangles and rays from the JSON file "
                      "{cases} and writes the lists triangle, t and any_hit to {answers}")
@@ -102,7 +103,7 @@ def _tell(rows: list[Row], missing: dict[str, str], chosen: argparse.Namespace) 
 
 
 def _specs(chosen: argparse.Namespace) -> tuple[list[Spec], dict[str, str]]:
-    """Return what to run, and why engines of the table are not run."""
+    """Return what to run, and for each engine of the table that cannot run, the reason."""
     missing: dict[str, str] = {}
     named = [word for word in chosen.engine if word != NONE]
     given = bool(named or chosen.program)
@@ -141,8 +142,9 @@ def _print_lists() -> None:
 def _print(rows: list[Row], missing: dict[str, str]) -> None:
     engines = list(dict.fromkeys(row.engine for row in rows))
     cells = {(row.engine, row.family): row for row in rows}
-    none = Row("", "", "", 0, 0, {}, 0.0)       # for results after an interrupt
-    print("Wrong rays out of rays cast. A dash: the engine does not take the family's intervals.")
+    none = Row("", "", "", 0, 0, {}, 0.0)       # for results that are missing after an interrupt
+    print("Wrong rays out of rays cast. A dash: the engine does not support the family's "
+          "intervals of t.")
     print_table(["family", *engines],
                 [[name, *(_cell(cells.get((engine, name), none)) for engine in engines)]
                  for name in dict.fromkeys(row.family for row in rows)])
@@ -154,7 +156,7 @@ def _print(rows: list[Row], missing: dict[str, str]) -> None:
                           if row.note and row.rays)
     for line in [*notes, *(f"{name} was not run: {why}" for name, why in missing.items())]:
         print(line)
-    print("The rays are chosen to be difficult, so shares say nothing about ordinary rays. "
+    print("The rays are chosen to be difficult, so counts say nothing about ordinary rays. "
           "docs/conformance.md explains when an answer is wrong.")
 
 

@@ -36,12 +36,13 @@ def add_frames(sub: Parser) -> None:
                           "keep the parts that an interrupted run with the same settings saved in "
                           "OUTPUT.unfinished, and draw only the missing parts")
     sub.rare.add_argument("--build-ahead", action="store_true", help="with --frames: another "
-                          "process builds the next frame's structure while a frame renders; every "
-                          "frame is rebuilt, also by a method that could refit")
+                          "process builds the next frame's structure while a frame renders; the "
+                          "structure is rebuilt for every frame, even if the method could refit "
+                          "it")
     sub.add_argument("--frames", type=_whole, metavar="N", help="render the first N frames of a "
                      "moving scene, to numbered files if --output is a folder (ends in /) or "
-                     "contains %%04d, else to one GIF or APNG. A moving camera is followed unless "
-                     "--eye or the like is given")
+                     "contains %%04d, else to one GIF or APNG. A camera that moves with the scene "
+                     "is used unless an option such as --eye is given")
 
 
 def check_frames(chosen: argparse.Namespace) -> None:
@@ -121,8 +122,8 @@ def kept_frames(chosen: argparse.Namespace, animation: Animation,
                 settings: dict[str, Any]) -> Unfinished:
     """Return the record of finished frames.
 
-    ``settings`` and the animation determine a frame. The number of frames does not change a frame,
-    so a later run may resume with more frames.
+    ``settings`` and the animation determine the pixels of each frame. The number of frames does
+    not change these pixels, so a later run may resume with more frames.
     """
     numbered = _is_numbered(chosen.output)
     output = Path(chosen.output) / "frames" if Path(chosen.output).is_dir() else Path(

@@ -12,12 +12,13 @@ from .shared import Command, print_json, print_table, say
 
 SCENE = "cornell"   # the tables depend on the scene; the programs hardly depend on it
 WIDTH = 100         # columns to which text is wrapped: the table of methods has about this width
-NOTE = ("The rows `era` judge the kernels as the papers had them, by Mesa's compilers for the "
-        "cards (docs/era.md). The other rows judge today's programs by their targets, tables, "
-        "loops and queries; no card's compiler counts their instructions. Programs store an "
-        "index in one channel; two coordinates would address more texels. The ray engine of 2002 "
-        "ran in fixed point; ours emulates it in float textures (`--fixed-point`). The number of "
-        "loop iterations is not compared with a card's limit, because it depends on the rays.")
+NOTE = ("The rows `era` judge the kernels as the papers had them, which Mesa's compilers for the "
+        "cards compiled (docs/era.md). The other rows judge today's programs by their targets, "
+        "tables, loops and queries; no card's compiler counts their instructions. Programs store "
+        "an index in one channel; two coordinates would address more texels. The ray engine of "
+        "2002 ran in fixed point; ours emulates it in float textures (`--fixed-point`). The "
+        "number of loop iterations is not compared with a card's limit, because it depends on "
+        "the rays.")
 
 
 def add_commands(command: Command) -> None:
@@ -62,8 +63,8 @@ def _hardware(chosen: argparse.Namespace) -> None:
                 [("card", *(card.name for card in found)),
                  *((name.replace("_", " "), *(_value(card, name) for card in found))
                    for name in names)])
-    print("\n--sources prints the sources. A figure marked * there was recalled or derived, not "
-          "read in its source.")
+    print("\n--sources prints the sources. Its mark * means that a figure was recalled or "
+          "derived, not read in its source.")
 
 
 def _print_methods(found: Sequence[Card],

@@ -41,8 +41,8 @@ class OwnedOptions:
     everywhere : the owner whose options apply to all other owners too; "" if there is none. The
         user cannot name this owner
     unowned : names that may follow ``words`` although they own no options, such as auto
-    table : the options, by name
-    actions : the option's name by the parser's action
+    table : name -> the options with this name, each with its owners
+    actions : the parser's action -> the option's name
     """
 
     kind: str
@@ -89,12 +89,13 @@ class OwnedOptions:
         return found
 
     def is_common(self, action: argparse.Action) -> bool:
-        """Return whether the short help has an option."""
+        """Return whether the short help lists the option of an action."""
         return any(option.common for option in self.table[self.actions[action]])
 
 
 def short(groups: Sequence[Section], owned: Sequence[OwnedOptions]) -> Iterator[Section]:
-    """Yield the sections of the short help: all options without owner, and the common others."""
+    """Yield the sections of the short help: all options without owner, and the common options of
+    owners."""
     owner_of = {action: options for options in owned for action in options.actions}
     for title, actions in groups:
         yield title, [action for action in actions
@@ -137,7 +138,7 @@ def described(option: Option) -> str:
 
 
 def help_of(kinds: Mapping[Option, Sequence[str]]) -> str:
-    """Return the help text of a word, which options of several methods may share.
+    """Return the help text of a word such as --octants. Several methods may have this option.
 
     Options with equal texts share the text. If there are several texts, each text begins with the
     names of its methods. If the options of a text have several defaults, each default is followed

@@ -82,7 +82,7 @@ def _add_choice(sub: Parser) -> None:
 def _render(chosen: argparse.Namespace) -> None:
     if given_options(chosen).get("presort"):
         raise OptionError("--presort sorts arrays of rays on the host, but a picture's rays are "
-                          "generated on the GPU; leave it out, or use --sort-rays")
+                          "generated on the GPU; leave --presort out, or use --sort-rays")
     check_frames(chosen)
     if chosen.frames is None:
         _check_picture(chosen)
@@ -98,7 +98,9 @@ def _render(chosen: argparse.Namespace) -> None:
     timings = Timings()
     with timings.part("context"):
         open_gpu(given_options(chosen).get("context"))
-    with timings.part("scene"):     # otherwise the tracer checks its options before it loads
+    # Load the scene here only for --floor and --timings. If ``scene`` is None, `_tracer` loads
+    # the scene, after it has checked the options.
+    with timings.part("scene"):
         scene = scene_of(chosen) if chosen.floor or chosen.timings else None
     with timings.part("tracer"):
         tracer = _tracer(chosen, scene)
@@ -152,7 +154,8 @@ def _trace(chosen: argparse.Namespace) -> None:
 
 
 def _tracer(chosen: argparse.Namespace, scene: Scene | None = None) -> Tracer:
-    """Return the tracer that the arguments describe; ``scene``, if given, replaces their scene."""
+    """Return the tracer that the arguments describe. If ``scene`` is given, use it instead of the
+    scene of the arguments."""
     source = chosen.scene if scene is None else scene
     if chosen.settings is not None:
         if chosen.method is not None:

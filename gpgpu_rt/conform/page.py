@@ -53,7 +53,7 @@ def page(rows: Sequence[Row], missing: Mapping[str, str]) -> str:
             "<h1>Conformance of ray tracers</h1><p>Each family of rays is aimed at difficult "
             "places: edges, vertices or the limits of float32. The right answers are exact. If "
             "float32 cannot decide a ray, the ray counts neither for nor against a tracer. The "
-            "shares say nothing about ordinary rays.</p>"
+            "counts say nothing about ordinary rays.</p>"
             f"{''.join(body)}<ul>{listed}</ul></body></html>\n")
 
 

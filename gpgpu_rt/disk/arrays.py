@@ -22,7 +22,7 @@ DAMAGED = (OSError, ValueError, EOFError, TypeError, AttributeError, RuntimeErro
 
 def read_npz(path: str | os.PathLike[str], what: str, kind: type[Error] = Error,
              names: Collection[str] | None = None) -> dict[str, np.ndarray]:
-    """Return the arrays of an .npz file, by name.
+    """Return the arrays of an .npz file: name -> array.
 
     Parameters
     ----------

@@ -3,7 +3,7 @@
 The modules compute the time of a program on a card, step by step:
 
 * ``cards``: The figures of the cards, each with its source (``cards.json``), and their limits.
-* ``static_costs``: The instructions of each kernel, as Mesa's compiler for the card left them.
+* ``static_costs``: The instructions of each kernel after Mesa's compiler for the card compiled it.
   **Why a compiler and not the GLSL text**: the compiler merges fetches and removes unused code.
 * ``trace``: The kernel that each ray runs in each step, recorded from passes that really ran.
 * ``issue``: How often pixels that branch together issue each kernel, and how many of them wait.

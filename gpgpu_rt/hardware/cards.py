@@ -18,7 +18,8 @@ class Needs:
     ----------
     arithmetic, textures : numbers of arithmetic instructions and of fetches in the program's text;
         0 for a program that no card's compiler has compiled
-    dependent_reads : levels of fetches whose coordinates depend on another fetch; 0 likewise
+    dependent_reads : levels of fetches whose coordinates depend on another fetch; 0 for a program
+        that no card's compiler has compiled
     loops : whether the program has loops
     targets : number of render targets
     texture_size : side of the largest table in texels, if the table were square
@@ -74,7 +75,7 @@ class Card(Sourced):
                   ("dependent", "dependent_reads", needs.dependent_reads,
                    "levels of dependent fetches"),
                   ("targets", "render_targets", needs.targets, "render targets"),
-                  ("size", "texture_size", needs.texture_size, "texels a side"),
+                  ("size", "texture_size", needs.texture_size, "texels per side"),
                   ("index", "exact_integers", needs.largest_index, "texels to index"))
         reasons = [Refusal(limit, f"needs {wanted:,} {what}, the card has "
                            f"{getattr(self, name):,}")

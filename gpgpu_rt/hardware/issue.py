@@ -98,8 +98,8 @@ def _in_turns(steps: np.ndarray, within: np.ndarray) -> tuple[np.ndarray, int]:
     """Return the issues of each kernel and the iterations of the outer loop, over all groups.
 
     All groups advance side by side, in rounds. In a round, every unfinished group issues one
-    kernel, and then the kernels marked in ``within`` that the group's rays ask for. ``within`` is
-    a bool by the kernel's number.
+    kernel, and then the kernels marked in ``within`` that the group's rays ask for. ``within[k]``
+    says whether kernel number k has no inner loop.
     """
     count = len(within) - 1
     padded = np.concatenate([steps, np.zeros((1, *steps.shape[1:]), np.uint8)])

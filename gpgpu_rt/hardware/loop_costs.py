@@ -1,4 +1,4 @@
-"""Loop costs: what a run of a kernel costs within a loop, by Mesa's compiler for a card."""
+"""Loop costs: what a run of a kernel costs within a loop, as Mesa's compiler for a card says."""
 from __future__ import annotations
 
 from dataclasses import dataclass

@@ -64,12 +64,12 @@ ASSUMED = Assumptions()
 
 @dataclass(frozen=True)
 class CardTime:
-    """Predicted seconds, by where the time goes.
+    """Predicted seconds, divided among the parts that SHARES names.
 
     Attributes
     ----------
-    parts : seconds by the names of SHARES. A kernel's time counts as the part that bounds it; the
-        idle lanes' share of this time counts as "waiting lanes"
+    parts : name of SHARES -> seconds. A kernel's time counts as the part that bounds it; the idle
+        lanes' share of this time counts as "waiting lanes"
     """
 
     parts: Mapping[str, float]
@@ -145,7 +145,7 @@ def time_of_loop(card: Card, issued: KernelIssues, costs: Mapping[str, StaticCos
     sharing : number of lanes that load a table's texel together, once for all of them
     uncoalesced : whether each run loads the tables' texels from memory by itself, past the texture
         units and their cache
-    setup : instruction slots per pixel before the loop and behind it (`loop_costs.setup_slots`)
+    setup : instruction slots per pixel before the loop and after it (`loop_costs.setup_slots`)
     """
     branch = 0.0 if card.branch_unit else assumed.branch_instructions
     total = _kernel_time(card, branch, 0, 0, issued.iterations, issued.iterations)

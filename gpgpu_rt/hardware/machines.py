@@ -64,8 +64,8 @@ class Least:
 def by_unit(kernel: str, taken: str) -> bool:
     """Return whether units execute a kernel.
 
-    ``taken`` names their kernels: "steps" are kernels that traverse, "tests" are kernels that test
-    triangles, "both" are all kernels, and "" is none.
+    ``taken`` names the kernels of the units: "steps" are kernels that traverse, "tests" are
+    kernels that test triangles, "both" are all kernels, and "" is none.
     """
     return taken in ("tests" if kernel in TESTS else "steps", "both")
 
@@ -99,10 +99,10 @@ def on_card(card: Card, work: Mapping[str, Any], costs: Mapping[str, LoopCost],
     Parameters
     ----------
     card : the card
-    work : the work of ``count`` rays. ``runs`` has the number of runs by the kernel's name.
-        ``lanes`` has the number of lanes that groups took, by the number of rays in a group and
-        the kernel's name. ``transfers`` has numbers of cache misses. Its key "8192 16 4" stands
-        for a cache of 8192 bytes, lines of 16 bytes and 4 rays that fetch together
+    work : the work of ``count`` rays. ``runs`` maps a kernel's name to its number of runs.
+        ``lanes`` maps the number of rays in a group, and then a kernel's name, to the number of
+        lanes that groups occupied. ``transfers`` has numbers of cache misses. Its key "8192 16 4"
+        stands for a cache of 8192 bytes, lines of 16 bytes and 4 rays that fetch together
     costs : each kernel's cost by the card's compiler
     units : the units; None for a card without units
     taken : the kernels that the units execute, as for `by_unit`
@@ -169,7 +169,7 @@ def with_shading(cell: Machine, traced: Least, times: float = 1.0) -> Least:
 
     The survey (section 4.4) reports that shading is the bottleneck on the Cell, because it reads
     memory at random. So a processor always waits for the transfers of shading. ``times``
-    multiplies the assumed number of transfers a hit.
+    multiplies the assumed number of transfers per hit.
     """
     transfers = times * cell.shading_transfers
     waited = transfers * cell.latency / (cell.clock * cell.units)

@@ -31,7 +31,7 @@ SIZE = 8   # side of the image in pixels; programs do not depend on the size
 
 
 class _Programs(Observer):
-    """Collects every program of a call, by its texts.
+    """Collects every program of a call. The key of a program is the pair of its texts.
 
     An entry holds the program's name, the largest number of render targets of its passes, and the
     number of texels in the largest table that it reads. The name is the
@@ -53,7 +53,7 @@ class _Programs(Observer):
 
 def method_needs(names: list[str] | None = None, scene_name: str = "cornell"
                  ) -> dict[tuple[str, str], dict[str, Needs]]:
-    """Return the needs of each program, by (method, schedule) and by the program's name.
+    """Return (method, schedule) -> the program's name -> the needs of the program.
 
     Parameters
     ----------
@@ -133,8 +133,8 @@ def _side(texels: int) -> int:
 
 def refusals(card: Card, needs: dict[tuple[str, str], dict[str, Needs]]
              ) -> dict[tuple[str, str], list[Refusal]]:
-    """Return the reasons why a card cannot run each method, by (method, schedule). The list is
-    empty if the card can run the method."""
+    """Return (method, schedule) -> the reasons why a card cannot run the method. The list is empty
+    if the card can run the method."""
     return {key: list(dict.fromkeys(reason for one in programs.values()
                                     for reason in card.refuses(one)))
             for key, programs in needs.items()}

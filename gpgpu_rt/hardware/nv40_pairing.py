@@ -16,8 +16,8 @@ from dataclasses import dataclass
 
 FIRST, SECOND = 0, 1
 COMPONENTS = 4      # of a unit
-# Operations of the first unit alone, and operations that either unit computes: a copy is a product
-# with 1. The second unit computes all other operations, and each of EITHER.
+# SPECIAL: operations of the first unit only. EITHER: operations that both units can compute; a
+# copy is a product with 1. All other operations run on the second unit only.
 SPECIAL, EITHER = ("RCP", "RSQ", "EX2", "LG2", "SIN", "COS"), ("MUL", "MOV")
 _LINE = re.compile(r"^\s*\d+: *(\w+) ([A-Z]+\[\d+\])(?:\.([xyzw]+))?, (.*)$", re.M)
 _OPERAND = re.compile(r"([A-Z]+\[\d+\](?:\[\d+\])?)(?:\.([xyzw]+))?")
@@ -82,7 +82,7 @@ def arithmetic_of(listing: str) -> list[ListedOperation]:
 
 @functools.cache
 def clocks(listing: str) -> int:
-    """Return the clocks in which a pipe issues the arithmetic of a listing, fetches apart."""
+    """Return the clocks in which a pipe issues the arithmetic of a listing, without fetches."""
     ready: dict[str, int] = {}     # component -> first clock that may read it
     last_read: dict[str, int] = {}     # component -> last clock that reads it
     used: dict[tuple[int, int], list[int]] = {}     # clock and unit -> widths

@@ -28,10 +28,10 @@ def in_loop(trace: KernelTrace, stack: bool) -> KernelTrace:
 
     Parameters
     ----------
-    trace : of kd-packet, with the fields of `fields_of`
+    trace : a trace of kd-packet, with the fields of `fields_of`
     stack : whether packets have a stack
     """
-    # The next step reads what a step wrote.
+    # A step's fields were read before the step. The values after it are those of the next step.
     after = {name: _next(values) for name, values in trace.fields.items()}
     next_steps, number = _next(trace.steps), {
         name: at for at, name in enumerate(trace.kernels, 1)}
@@ -69,5 +69,5 @@ def with_more_runs(trace: KernelTrace, more: Mapping[str, np.ndarray]) -> Kernel
 
 
 def _next(values: np.ndarray) -> np.ndarray:
-    """Return each step's value of the next step; 0 after the last step."""
+    """Return for each step the value of the next step; 0 for the last step."""
     return np.concatenate([values[1:], np.zeros_like(values[:1])])

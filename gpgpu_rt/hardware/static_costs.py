@@ -1,4 +1,4 @@
-"""Static costs: the instructions of each era kernel, by the compiler of each card of 2002-2006.
+"""Static costs: the instructions that each card's compiler (2002-2006) generates for era kernels.
 
 Mesa's drivers of these cards start without their cards and compile the era form of a kernel
 (traversal/era.py, dialect ``card``). ``tools/static_costs.py`` writes their results into
@@ -118,13 +118,13 @@ class CompiledCosts:
 
 
 def era_methods() -> list[str]:
-    """Return the names of the methods whose era form runs a kernel a pass."""
+    """Return the names of the methods whose era form runs one kernel per pass."""
     return [row.name for row in methods()
             if not row.why_no_era_form() and row.era_packets is None]
 
 
 def packet_methods() -> list[str]:
-    """Return the names of the methods whose era form runs packets, only in a loop."""
+    """Return the names of the methods whose era form runs packets. This form is always a loop."""
     return [row.name for row in methods() if row.era_packets is not None]
 
 
@@ -148,7 +148,7 @@ def era_programs(method: str, any_hit: bool = False, in_loop: bool = False,
     return _programs(method, any_hit, in_loop, tuple(sorted(options.items())))
 
 
-@functools.cache    # a text takes 20 ms
+@functools.cache    # making a text takes 20 ms
 def _programs(method: str, any_hit: bool, in_loop: bool,
               options: tuple[tuple[str, Any], ...]) -> tuple[EraProgram, ...]:
     row = find_method(method)

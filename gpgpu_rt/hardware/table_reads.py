@@ -24,7 +24,7 @@ TABLES = (KD_NODE, BVH_NODE, REFERENCE, TRIANGLE)
 READS: Mapping[str, tuple[Record, ...]] = {
     "down": (KD_NODE,), "traverse": (BVH_NODE,), "intersect": (REFERENCE, TRIANGLE),
     "push": (), "pop": ()}
-TABLE = 1 << 40     # the tables' first places lie this far apart
+TABLE = 1 << 40     # distance between the first places of two successive tables
 
 
 def table_reads(trace: KernelTrace, tables: Mapping[str, Mapping[str, Any]],
@@ -37,7 +37,7 @@ def table_reads(trace: KernelTrace, tables: Mapping[str, Mapping[str, Any]],
 
     Parameters
     ----------
-    trace : of a kd-tree's or a threaded BVH's single rays, with FIELDS
+    trace : a trace of single rays of a kd-tree or a threaded BVH, with FIELDS
     tables : the fields of the method's tables (``Accelerator.tables``)
     group : (h, w) of the rays that fetch together
 

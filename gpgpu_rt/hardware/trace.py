@@ -33,7 +33,7 @@ class KernelTrace:
     kernels : names of the method's kernels; kernel number k has the name ``kernels[k - 1]``
     steps : (n, h, w) uint8, the number of the kernel that each ray runs in each step, or FINISHED.
         A ray that has ended stays FINISHED
-    fields : (n, h, w) int32 by the field's name: the state that the kernel of each step reads
+    fields : name of a field of the state -> (n, h, w) int32, its value before each step
     """
 
     kernels: tuple[str, ...]
@@ -63,7 +63,7 @@ def record_trace(tracer: Tracer, size: tuple[int, int], trace: Callable[[], obje
 
     Parameters
     ----------
-    tracer : a tracer under the schedule ``step``, one step a pass
+    tracer : a tracer under the schedule ``step``, with one step per pass
     size : (h, w) of the image
     trace : calls ``tracer.trace`` or ``tracer.occluded`` once, with h times w rays row by row
     fields : integer fields of the state to record as well
@@ -71,7 +71,7 @@ def record_trace(tracer: Tracer, size: tuple[int, int], trace: Callable[[], obje
     Raises
     ------
     OptionError
-        for a tracer under another schedule, or whose states cannot be observed
+        for a tracer under another schedule, or a tracer whose states cannot be observed
     """
     if tracer.options["schedule"] != "step" or tracer.options["steps_per_pass"] != 1:
         raise OptionError(f"method {tracer.method.name} does not run exactly one step of each "

@@ -1,7 +1,7 @@
 """Warp packets: the walk of a warp's packet of 32 rays, from the traces of smaller packets.
 
-Packets of this project have at most 4x4 rays, but Günther et al. 2007 and Popov et al. 2007 traced
-a packet by each warp of 32 rays. A packet visits a node if any of its rays needs the node, so the
+Packets of this project have at most 4x4 rays. In Günther et al. 2007 and Popov et al. 2007, each
+warp traced a packet of 32 rays. A packet visits a node if any of its rays needs the node, so the
 larger packet visits the union of the nodes that its parts visit. A node that a part visits k times
 counts k times. The larger packet may visit more nodes than the union: it may find a hit later than
 one of its parts, and a later hit prunes less. The union is therefore a lower bound.
@@ -46,8 +46,8 @@ def growth(trace: KernelTrace, packet: tuple[int, int],
 
 
 def _growth(warp: np.ndarray, part: np.ndarray, place: np.ndarray, parts: int) -> float:
-    """Return the growth of a kernel, each of whose runs has a warp, a part of the warp, and a
-    place."""
+    """Return the growth of a kernel, as `growth` does. ``warp``, ``part`` (of the warp's
+    ``parts``) and ``place`` have one entry for each run of the kernel."""
     if not len(place):
         return 1.0
     ordered = (warp.astype(np.int64) << 32 | place) * parts + part

@@ -137,8 +137,7 @@ def tick_text(value: float) -> str:
 
 
 def round_up(value: float) -> float:
-    """Return the smallest number with a round end for a scale, at least ``value``, which is
-    positive."""
+    """Return the smallest round number that is at least ``value``, which must be positive."""
     unit = 10.0 ** math.floor(math.log10(value))
     return next(factor * unit for factor in (1, 1.5, 2, 2.5, 3, 4, 5, 6, 8, 10)
                 if factor * unit >= value * (1 - 1e-9))

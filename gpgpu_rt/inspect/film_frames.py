@@ -35,8 +35,8 @@ class EvenLoss:
         return True
 
     def is_replaced(self, count: int, live: int, at_end: int) -> bool:
-        """Return whether the last pass of all replaces the last chosen pass, because there is no
-        space for both, or because no ray has ended between them.
+        """Return whether the trace's last pass replaces the last chosen pass instead of following
+        it: either there is no space for both, or no ray has ended between them.
 
         Parameters
         ----------

@@ -1,4 +1,5 @@
-"""Observe: each pass of a tracer, or the passes that draw the states of its rays."""
+"""Observe: call a function after each pass of a tracer, or after each pass that draws ray states.
+"""
 from __future__ import annotations
 
 from collections.abc import Iterator

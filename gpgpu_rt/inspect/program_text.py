@@ -19,8 +19,8 @@ _GENERATED = {DEFINES: "written by gpgpu_rt/gl/shader.py",
 _MACRO = re.compile(r"\s*#\s*define\s+(?P<name>\w+)(?:\((?P<parameters>[^)]*)\))?"
                     r"(?:\s+(?P<value>.*?))?\s*(?://.*)?")
 _DEFINED = re.compile(r"\s*#\s*define\s+(\w+)")
-# A conditional whose branches are single statements without a comment, a division or the end of a
-# macro's line.
+# A conditional whose branches are single statements without a slash (a comment or a division) and
+# without a backslash (a line of a macro).
 _CONDITIONAL = re.compile(r"""^(?P<indent>[ ]+)if[ ]\([^\n\\]*\)[ ]{\n [^\n{}\\/]*;\n
                           (?:(?P=indent)}[ ]else[ ](?:if[ ]\([^\n\\]*\)[ ])?{\n [^\n{}\\/]*;\n)*
                           (?P=indent)}$""", re.M | re.X)

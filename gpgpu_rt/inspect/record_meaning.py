@@ -16,8 +16,8 @@ def meaning(record: Record) -> dict[str, str]:
     Returns
     -------
     dict
-        by the Python name of the record, the text below its declaration, and then the same for
-        each record that the text names. Empty for a record that no module declares
+        the Python name of the record -> the text below its declaration, and then the same for
+        each record that a text names. Empty for a record that no module declares
     """
     found: dict[str, str] = {}
     texts = _texts()
@@ -32,7 +32,7 @@ def meaning(record: Record) -> dict[str, str]:
 
 @lru_cache(maxsize=None)
 def _texts() -> dict[str, tuple[Record, str]]:
-    """Return each declared record and its text, by the Python name of the record."""
+    """Return the Python name of each declared record -> the record and its text."""
     package = __name__.partition(".")[0] + "."
     return {name: (getattr(module, name), text)
             for module_name, module in sorted(sys.modules.items())
@@ -42,8 +42,8 @@ def _texts() -> dict[str, tuple[Record, str]]:
 
 
 def texts_below(file: Path) -> dict[str, str]:
-    """Return the text below each assignment of a Python module, by the assigned name. If no text
-    stands between two assignments, the text below the second also belongs to the first."""
+    """Return the assigned name -> the text below the assignment, for a Python module. If there is
+    no text between two assignments, the text below the second also belongs to the first."""
     found: dict[str, str] = {}
     waiting: list[str] = []
     for statement in ast.parse(file.read_text(encoding="utf-8")).body:

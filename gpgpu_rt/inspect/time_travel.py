@@ -114,8 +114,8 @@ def _one_pass(tracer: Tracer) -> str:
 
 
 def watchable_relatives(method: Method) -> list[str]:
-    """Return the names of the methods of the same family whose passes can be observed. Methods
-    that share ``method``'s use of stacks and packets are preferred to the rest of the family."""
+    """Return the names of the family's methods that run in passes which can be observed. If some
+    of them use stacks and packets as ``method`` does, return only these."""
     family = [row for row in methods() if family_of(row.name) == family_of(method.name)
               and {"step", "kernels"} & set(row.schedules)]
     alike = [row for row in family if (row.stack, row.packet) == (method.stack, method.packet)]

@@ -1,8 +1,8 @@
 """Films of passes and heat maps of the cost per pixel, made while the page is written.
 
-A film is a picture of all its frames below each other, with a pixel for each ray. The page shows
-a frame of it, enlarged, and its script moves the picture. The page therefore stays small and the
-reader can pause the film.
+A film is stored as one picture with all frames below each other and a pixel for each ray. The page
+shows one frame of this picture, enlarged. The page's script moves the picture to show another
+frame. The page therefore stays small, and the reader can pause the film.
 """
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from ..tracer import Tracer
 
 FRAMES = 60      # largest number of frames of a film
 WHITE = 255
-WIDEST = 1 << 14     # a picture with a pixel for each ray is not made smaller
+WIDEST = 1 << 14     # so wide that no picture with a pixel for each ray is made smaller
 SEAM = 1         # rows between the frames of the picture, so that no frame shows its neighbour
 
 
@@ -37,7 +37,7 @@ class _Film:
     def __init__(self, painter: PassPainter, frames: int) -> None:
         self.painter, self.chooser = painter, EvenLoss(frames)
         self.frames: list[tuple[Pass, np.ndarray]] = []
-        self.passes: list[Pass] = []    # the last pass is the film's last frame
+        self.passes: list[Pass] = []    # only the last pass, which is the film's last frame
         self.titles: list[str] = []
 
     def look(self, one: Pass) -> None:

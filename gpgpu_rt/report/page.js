@@ -1,6 +1,6 @@
 "use strict"
-// The page works without this script: it folds the contents, marks the present chapter, and plays
-// the films.
+// This script folds the contents, marks the present chapter, and plays the films. The page also
+// works without the script.
 
 const still = matchMedia("(prefers-reduced-motion: reduce)")
 const FRAME_MS = 120, LAST_MS = 1500

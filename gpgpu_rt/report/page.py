@@ -31,7 +31,7 @@ PARTS = importlib.resources.files(__package__)
 STYLE, SCRIPT = (PARTS.joinpath(name).read_text(encoding="utf-8")
                  for name in ("page.css", "page.js"))
 # The content security policy forbids all requests, so even a faulty page cannot contact a server.
-# It allows no script but the page's own, which it names by its digest.
+# It allows only the page's own script, which the policy names by the script's digest.
 _DIGEST = base64.b64encode(hashlib.sha256(SCRIPT.encode()).digest()).decode()
 _HEAD = f"""<!DOCTYPE html>
 <html lang="en"><head><meta charset="utf-8">

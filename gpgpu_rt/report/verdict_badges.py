@@ -1,4 +1,4 @@
-"""Verdict badges: which results of the survey came out, in HTML."""
+"""Verdict badges: HTML that says which results of the survey are confirmed or contradicted."""
 from __future__ import annotations
 
 import html
@@ -38,7 +38,8 @@ class JudgedFigure:
         aside = self.verdict["stand_ins"]
         return "; ".join(filter(None, (
             score(self.verdict),
-            f'by stand-ins it would be "{aside["word"]}" ({score(aside)})' if aside else "")))
+            f'with stand-in scenes it would be "{aside["word"]}" ({score(aside)})'
+            if aside else "")))
 
 
 def judged_figure(name: str, title: str, folder: Path) -> JudgedFigure | None:
@@ -49,7 +50,7 @@ def judged_figure(name: str, title: str, folder: Path) -> JudgedFigure | None:
         badge(found.verdict["word"])
         return found
     except (OSError, ValueError, KeyError, TypeError, AttributeError):
-        return None     # no page has this file, or another version wrote it
+        return None     # there is no such file, or another version of the project wrote it
 
 
 def badge(word: str, text: str | None = None) -> str:

@@ -16,7 +16,7 @@ class Shown:
     Attributes
     ----------
     value : the value; None if the user gave no value and the default is None
-    none : the words for None: "off", "automatic", or "automatic (20)"
+    none : the words that the control shows for None: "off", "automatic", or "automatic (20)"
     """
 
     value: Any

@@ -158,7 +158,7 @@ class Controls:
 
     def _options(self, known: Sequence[Option], given: Mapping[str, Any],
                  change: Callable[[str, Any], Selection]) -> None:
-        """Draw the controls of the options that have a meaning now."""
+        """Draw a control for each option that applies with the present schedule and options."""
         tracer = self.viewer.tracer
         values = {**{option.name: option.default for option in known}, **tracer.options, **given}
         for option in known:

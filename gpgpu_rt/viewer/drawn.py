@@ -13,7 +13,8 @@ class Drawn:
     divisor : the picture has the window's width and height divided by this number
     seconds : time for drawing and readback
     rays, passes : rays and passes of all waves (a wave is a set of rays that are traced together)
-    live : the number of live rays at each count; empty under a schedule that does not count rays
+    live : a number of live rays for each time that the tracer counted them; empty under a schedule
+        that does not count live rays
     """
 
     divisor: int

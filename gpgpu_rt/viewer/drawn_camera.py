@@ -14,12 +14,12 @@ import numpy as np
 from ..errors import SceneError
 from ..scene.camera import Camera
 
-# Rounding moves the picture of a point by less than this share of a pixel. The promise holds for
-# points between NEAREST and 1 times the target's distance, along the view.
+# Rounding moves the projection of a point by less than this share of a pixel. This holds for each
+# point whose distance from the eye, along the view, is NEAREST to 1 times the target's distance.
 PIXEL_SHARE = 0.1
 NEAREST = 0.25
-# A part of the camera, and all parts before it in this list, together move the picture of a point
-# by less than this share of PIXEL_SHARE.
+# (part of the camera, share). The parts are rounded in this order. The part and all parts before
+# it together move the projection of a point by less than ``share`` times PIXEL_SHARE.
 _BUDGETS = (("fov", 0.1), ("up", 0.3), ("eye", 0.6), ("target", 1.0))
 
 
@@ -38,7 +38,7 @@ def fitted(camera: Camera, size: tuple[int, int]) -> Camera:
 
 
 def shift(exact: Camera, other: Camera, size: tuple[int, int]) -> float:
-    """Return the largest distance in pixels between the pictures of a point by two cameras.
+    """Return the largest distance in pixels between the projections of a point by two cameras.
 
     The points are on the rays of ``exact`` through the corners, the middles of the edges and the
     centre of the picture, at NEAREST times and 1 times the distance of the target.
@@ -83,7 +83,8 @@ def rounded(camera: Camera, size: tuple[int, int], own: Camera | None = None) ->
 
 
 def _candidates(camera: Camera, name: str) -> Iterator[Camera]:
-    """Yield cameras with a part rounded to more and more decimals, and the camera itself last."""
+    """Yield cameras whose part ``name`` is rounded to more and more decimals. Yield the camera
+    itself last."""
     value: Any = getattr(camera, name)
     largest = np.abs(value).max()
     first = -int(np.floor(np.log10(largest))) if largest > 0 else 0     # one significant digit

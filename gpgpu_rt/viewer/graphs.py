@@ -19,7 +19,7 @@ TIPS = {"ms": "milliseconds of the last pictures",
 
 
 def draw_graphs(viewer: Viewer) -> None:
-    """Draw graphs of the last pictures. For a journey, draw only live rays: the
+    """Draw graphs of the last pictures. For a journey (journey.py), draw only the live rays: the
     journey's times would include the storing of all states."""
     history, journey = list(viewer.history), viewer.journey
     if viewer.mode == "passes":

@@ -157,8 +157,8 @@ class Journey:
 
 
 def hit_words(one: Pass, ray: int) -> dict[str, str]:
-    """Return the fields of a ray's nearest hit so far as text, or "-" each before the first hit.
-    """
+    """Return the fields of a ray's nearest hit so far as text. Before the first hit, each text is
+    "-"."""
     none = not np.isfinite(one.hit["t"][ray])
     return {name: "-" if none else word_of(values[ray]) for name, values in one.hit.items()}
 

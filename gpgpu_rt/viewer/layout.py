@@ -1,11 +1,10 @@
-"""Layout: the rectangles of the picture and of the panels in the window. Panels cover no picture.
-"""
+"""Layout: the rectangles of the picture and of the panels in the window. They do not overlap."""
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 LOW = 66                # height of the bottom panel
-PANEL, HELP, TABLE = 340, 330, 220      # first widths of left panel and help; height of the table
+PANEL, HELP, TABLE = 340, 330, 220      # initial: widths of left panel and help, height of table
 LEAST_PANEL = 220       # smallest width of the left panel in a window that is wide enough
 # The left panel and the help each get at most this share of the width that is left. The table of a
 # ray gets at most this share of the height that is left.

@@ -35,7 +35,7 @@ class Link:
     Parameters
     ----------
     gpu : the context to draw with
-    window : a window of moderngl_window over glfw, whose context is current
+    window : a glfw window of moderngl_window; its context is the current context
     """
 
     def __init__(self, gpu: Gpu, window: Any) -> None:

@@ -383,7 +383,7 @@ class Viewer:
         """Write the picture with all its pixels as a PNG, and return its path. The PNG and a JSON
         file beside it contain the settings. After an error, return None and set ``message``."""
         with self._guarded():
-            path = name_for(self, Path(folder))     # report a folder that cannot be written first
+            path = name_for(self, Path(folder))     # first: fails if the folder is not writable
             if self.mode == "passes":
                 if self.journey is None:
                     self._travel()

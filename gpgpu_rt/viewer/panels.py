@@ -82,7 +82,7 @@ class Panels:
         imgui.end()
 
     def _notice(self, rect: Rect) -> None:
-        """Draw the present work, or else the last error or report, over the top of the picture."""
+        """Draw a line at the top of the picture: the present work, or the last error or report."""
         text = self.viewer.busy or self.viewer.message
         if not text:
             return

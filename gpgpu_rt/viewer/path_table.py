@@ -9,7 +9,7 @@ from .style import FIXED_SIZE, Fonts
 from .widgets import FIXED, quiet, tip
 
 RECORD = 250        # width of the part with the node's record
-# Columns that are no fields of the ray's state; fields have the names of the method's record.
+# Tooltips of the columns that are not fields of the ray's state.
 TIPS = {"pass": "the number of the pass", "ran": "the kernel that ran for the ray in this pass",
         "waits for": "the kernel that the ray needs next",
         "hit t": "the distance to the nearest hit so far",
@@ -21,7 +21,7 @@ class PathTable:
 
     Attributes
     ----------
-    height : wanted height in pixels, which the user changes by the upper edge
+    height : wanted height in pixels, which the user changes by dragging the upper edge
     """
 
     def __init__(self, fonts: Fonts, height: int) -> None:

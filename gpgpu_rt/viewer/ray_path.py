@@ -27,8 +27,8 @@ class Place:
     ----------
     title : its name, such as "node 12"
     box : (2, 3) lower and upper corner
-    record : (name, text) of each field of its records, as the textures hold them. A line with the
-        name of a record and "" precedes the record's fields
+    record : (name, text) of each field of its records, decoded from the textures. Before the
+        fields of a record, there is a pair of the record's name and ""
     """
 
     title: str

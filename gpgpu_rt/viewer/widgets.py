@@ -26,7 +26,7 @@ def place(name: str, rect: Rect) -> None:
 
 
 def room() -> int:
-    """Return the width in pixels of the window without its scrollbar."""
+    """Return the free width in pixels of the present window or table column, at least 64."""
     return max(int(imgui.get_content_region_avail().x), 64)
 
 
@@ -40,7 +40,7 @@ def tip(text: str) -> None:
 
 
 def quiet(text: str) -> None:
-    """Write a text in lines, in a colour that stays in the background."""
+    """Write a text in a dim colour. Lines wrap at the panel's right edge."""
     imgui.push_text_wrap_pos(0.0)
     imgui.text_disabled(text)
     imgui.pop_text_wrap_pos()

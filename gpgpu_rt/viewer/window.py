@@ -41,7 +41,7 @@ def run(selection: Selection, size: tuple[int, int], folder: str = ".",
     selection : the first selection
     size : (width, height) of the window in pixels
     folder : the folder for saved pictures
-    place : returns the first camera, given the scene's own
+    place : returns the first camera, given the scene's own camera
 
     Returns
     -------

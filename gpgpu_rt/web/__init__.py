@@ -1,1 +1,1 @@
-"""Web: pages that trace rays in a browser, by the tracer's GLSL programs, in WebGL 2."""
+"""Web: pages that trace rays in a browser with the tracer's GLSL programs, in WebGL 2."""

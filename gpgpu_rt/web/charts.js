@@ -1,6 +1,6 @@
 // What the passes counted: the rays that are alive after each step, and the scale of the heat map.
 
-// The kernels' colours, which page.py writes into the style. Kernels after the last colour share it.
+// The kernels' colours, which page.py writes into the style. Any further kernel has the last colour too.
 const KERNEL_COLOURS = [1, 2, 3, 4].map(
     (k) => getComputedStyle(document.documentElement).getPropertyValue(`--kernel-${k}`).trim());
 
@@ -57,7 +57,7 @@ function drawAlive(found, step, end) {
         + `are alive (${(100 * count / all).toFixed(1)} %)`;
 }
 
-// Draws the colours of the heat map by the program that draws the picture: a ray for each colour.
+// Draws the colours of the heat map with the program that draws the picture. Each colour is drawn as a ray.
 function drawRamp() {
     const {width: pixels, height} = element("ramp"), context = element("ramp").getContext("2d");
     const counts = new Float32Array(4 * pixels).map((_, k) => k % 4 ? 0 : k / 4 / (pixels - 1));

@@ -4,18 +4,18 @@ const chosen = {method: runnable[0], schedule: null, most: null, heat: false, sc
                 camera: page.camera};
 const ANSWER = 40;          // milliseconds that a picture may take while the camera turns
 const PROGRESS = 250;       // milliseconds between two pictures of an unfinished trace
-const PLAYED = 240;         // most pictures of a played search
-// The schedules by which a method opens, the best first: a schedule without steps shows no search.
+const PLAYED = 240;         // largest number of pictures, about, when a search is played
+// The schedules with which a method opens, the preferred schedule first: a schedule without steps shows no search.
 const OPENS = ["step", "kernels", "loop"];
 const SIDES = [512, 384, 256, 192, 128, 96, 64, 48, 32];
 let surfaces = null, result = null, busy = false, wanted = false, playing = false, lost = false;
-let counted = null, path = null;    // the survey of a whole search, and the path of the clicked ray
+let counted = null, path = null;    // the result of `survey` for a whole search, and the path of the clicked ray
 
 function schedule() {
     return chosen.method.schedules[chosen.schedule];
 }
 
-// Whether the context is lost. Its event follows later.
+// Whether the WebGL context is lost. The browser may send its event about the loss later.
 function isLost() {
     return lost || gl.isContextLost();
 }
@@ -42,7 +42,7 @@ async function draws() {
     const {name, side} = dragged ? quick() : {name: chosen.schedule, side: chosen.side};
     const drawn = method.schedules[name], stepwise = drawn.repeats, ends = () => wanted && !dragged;
     const counts = stepwise && !dragged && most !== null && !playing;
-    // The heat's first scale comes from a whole search. Otherwise the reader sees the picture first.
+    // A heat map without a scale needs the counts of a whole search first. Otherwise, draw the picture first.
     if (counts && chosen.heat && chosen.scale === null) await countWhole(drawn, camera, side);
     if (ends()) return;
     const plays = playing && stepwise, from = most === null ? 0 : most;
@@ -57,7 +57,7 @@ async function draws() {
     const found = await trace(drawn, camera, side, side, {most: limit, stopped: () => ends() || paused(), seen});
     if (ends()) return;
     if (stepwise && limit === MOST_TURNS && found.alive === 0 && !dragged) count(drawn, found, camera, side);
-    // A pause may come between two steps that were shown.
+    // A pause may come between two steps that were shown, so take the step from the trace.
     if (plays) [playing, chosen.most] = [false, playing || found.alive === 0 ? null : found.turns];
     element("play").textContent = "play";
     paint(found, drawn, camera, side);
@@ -76,7 +76,7 @@ async function draws() {
     if (counts && !wanted) await countWhole(drawn, camera, side);
 }
 
-// Counts the rays of the whole search of a picture that stops at a step, unless they are known.
+// Traces the whole search for a picture that stops at a step, and counts its live rays, unless the counts are known.
 async function countWhole(drawn, camera, side) {
     if (presentSurvey()) return;
     const whole = await trace(drawn, camera, side, side, {place: "count", stopped: () => wanted});
@@ -110,7 +110,7 @@ function progress(began, drawn, camera, side) {
     };
 }
 
-// Returns the function that shows each step of a trace from a step on, so that wavefronts are seen to advance.
+// Returns the function that shows the steps of a trace after the step `from`, so that wavefronts are seen to advance.
 function played(from, drawn, camera, side) {
     const stride = Math.max(1, Math.round((presentSurvey() ? counted.last : 1) / PLAYED));
     return async (states, step) => {
@@ -144,14 +144,15 @@ function quick() {
 
 const countKey = (camera, side) => `${chosen.method.name} ${chosen.schedule} ${side} ${camera.eye}`;
 
-// The survey of the chosen trace; null if another trace was counted last.
+// The result of `survey` for the chosen trace; null if another trace was counted last.
 function presentSurvey() {
     return counted && counted.key === countKey(chosen.camera, chosen.side) ? counted : null;
 }
 
 function count(drawn, found, camera, side) {
     counted = {...survey(drawn, found.states), key: countKey(camera, side)};
-    // A turn of several cycles runs a kernel for the rays that wait for it, so it is no step of every ray.
+    // With several cycles, a turn runs one kernel, and only for the rays that wait for this kernel. The number of
+    // turns is then not the number of a ray's steps.
     if (drawn.cycles.length > 1) Object.assign(counted, {last: found.turns, alive: null});
     element("pass").max = counted.last;
     if (chosen.scale === null) rescale(counted.percentile);
@@ -169,8 +170,8 @@ function steps() {
     spaceAt();
 }
 
-// The step after which the clicked ray has ended; null if it is unknown. Under kernels, a step of the slider runs a
-// kernel for the rays that wait for it, so it is no step of every ray.
+// The step after which the clicked ray has ended; null if it is unknown. Under kernels, a step of the slider runs one
+// kernel, and only for the rays that wait for this kernel. The step of the slider is then not the ray's step.
 function rayEnd() {
     return path && path.states && schedule().cycles.length === 1 ? path.states.length - 1 : null;
 }
@@ -238,7 +239,7 @@ function describe(x, y) {
 
 // Choices -------------------------------------------------------------------------------------------------
 
-// Takes the method of its list, a schedule by its name, and the step at which the search stops.
+// Chooses the method that its list shows, a schedule by its name, and the step at which the search stops.
 function choose(name = element("schedule").value, most = null) {
     chosen.method = page.methods.find(({name}) => name === element("method").value);
     const names = Object.keys(chosen.method.schedules), list = element("schedule");
@@ -287,8 +288,8 @@ function slant(eye, {target: at, up}) {
     return Math.hypot(...cross(unit(eye.map((x, k) => x - at[k])), unit(up)));
 }
 
-// Whether a camera at `eye` looks far enough from upward. Where the given camera itself looks almost upward, `eye` may
-// be as near to this direction as the camera, but for rounding.
+// Whether the view from `eye` is far enough from the upward direction. If the given camera itself looks almost upward,
+// the view from `eye` may be as close to this direction as the camera's view, apart from rounding.
 function sideways(eye, camera) {
     return slant(eye, camera) >= Math.min(0.1, slant(camera.eye, camera) * (1 - 1e-6));
 }
@@ -309,8 +310,8 @@ function remember() {
     }
 }
 
-// Reads the address. Returns the name of the schedule, and the step, or null for the whole search. Where the address
-// chooses no schedule, step or ray, the page opens in mid-search, with the ray that takes most steps.
+// Reads the address. Returns the name of the schedule, and the step, or null for the whole search. If the address
+// names no schedule, step or ray, the page opens in mid-search, with the ray that takes the most steps.
 function recall() {
     const choices = new URLSearchParams(location.hash.slice(1));
     const numbers = (name) => (choices.get(name) || "").split(",").map(Number);

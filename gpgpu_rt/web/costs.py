@@ -12,7 +12,8 @@ from ..tracer import Tracer
 def ray_costs(scene: Scene, name: str, side: int) -> dict[str, Any]:
     """Return the costs of ``side`` x ``side`` eye rays, ready for JSON.
 
-    The host counts them, so a method that keeps no state between passes has its counts too.
+    The tracer counts them, not the page. So a method that keeps no state between passes has counts
+    too.
 
     Returns
     -------

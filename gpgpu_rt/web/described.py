@@ -2,7 +2,8 @@
 
 The host draws a picture of test rays and observes the passes. Equal passes have the same program,
 inputs and target. The description names the passes before the first repetition, and the passes of
-a cycle, which the player repeats until no ray is alive.
+a cycle, which the player repeats until no ray is alive. A cycle consists of turns; the cycle's
+first program runs once in each turn.
 """
 from __future__ import annotations
 
@@ -62,9 +63,9 @@ class Described:
         self._meaning = list({**meaning(declared), **meaning(STATE)}.values())
         self._packets = tracer.method.packet_state is not None
         self._passes: list[dict[str, Any]] = []
-        self._numbers: dict[tuple[Any, ...], int] = {}      # of passes, by their keys
+        self._numbers: dict[tuple[Any, ...], int] = {}      # key of a pass -> its number
         self._targets: list[dict[str, Any]] = []
-        self._places: dict[int, tuple[int, int]] = {}       # of textures: target and output
+        self._places: dict[int, tuple[int, int]] = {}       # texture's id -> (target, output)
         if len(self._kernels) > MOST_KERNELS:
             raise NotInBrowser(f"the page counts the rays of at most {MOST_KERNELS} kernels")
         first = [one.name for one in observed].index(EYE)
@@ -127,7 +128,7 @@ class Described:
         return {"states": states, "hits": [hits, self._hits[hits]]}
 
     def _sampled_as(self, passes: Sequence[ObservedPass], sampler: str) -> dict[int, int]:
-        """Return the targets that passes sample by a name, and the output of this name."""
+        """Return the targets that passes read by a sampler: target -> the output that is read."""
         return dict(self._places[one.inputs[sampler].glo] for one in passes
                     if sampler in one.inputs and one.inputs[sampler].glo in self._places)
 
@@ -178,7 +179,8 @@ class Described:
                 "outputs": len(one.outputs)}
 
     def _sized(self, one: ObservedPass) -> dict[str, list[Any]]:
-        """Return the uniforms that follow from the number of rays: a target, and a size of it."""
+        """Return the uniforms that follow from the number of rays: name -> [target, the kind of
+        this target's size]."""
         kinds = {"ray_texture_size": "rays", "tile_size": "tile", "tiles_a_row": "across"}
         atlas = next((k for k, target in enumerate(self._targets) if "levels" in target), 0)
         return {name: [atlas if name.startswith("tile") else 0, kind]
@@ -220,7 +222,8 @@ def _key(one: ObservedPass) -> tuple[Any, ...]:
 
 
 def _cycle(passes: list[ObservedPass]) -> tuple[list[ObservedPass], list[ObservedPass]]:
-    """Return the passes before the first pass that is repeated, and the passes until then."""
+    """Return two lists: the passes before the first pass that is repeated, and the passes from
+    there up to its repetition."""
     keys = [_key(one) for one in passes]
     first = next((k for k, key in enumerate(keys) if key in keys[k + 1:]), None)
     if first is None:
@@ -233,6 +236,6 @@ def _cycle(passes: list[ObservedPass]) -> tuple[list[ObservedPass], list[Observe
 
 
 def _turns(cycle: list[ObservedPass]) -> list[list[ObservedPass]]:
-    """Cut a cycle where its first program runs again."""
+    """Cut a cycle into turns: cut wherever the cycle's first program runs again."""
     starts = [k for k, one in enumerate(cycle) if one.program.glo == cycle[0].program.glo]
     return [cycle[a:b] for a, b in zip(starts, [*starts[1:], len(cycle)])]

@@ -37,8 +37,8 @@ class WebMethod:
     name, summary, citation : of the method's row
     about : the paragraphs of the method's manual
     schedules : for each schedule that runs in a browser, its passes
-    test : the test's rays, and the numbers of the tables of their directions and of their hits,
-        which are t, u, v, and the triangle or -1
+    test : the test's rays (``side`` and ``eye``), and the numbers of two tables: the rays'
+        directions, and the rays' hits (t, u, v, and the triangle or -1)
     costs : the steps and nodes of the test's rays, and the ray with the most steps
     """
 

@@ -22,7 +22,7 @@ from .page import write_page
 from .twins import TWINS, Twin
 
 INDEX = "index.html"
-SIDE = 128      # of the heat maps, in rays
+SIDE = 128      # side of the heat maps in rays
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,7 @@ class Gallery:
 def write_gallery(scene: Scene, names: Sequence[str], folder: str,
                   left_out: dict[str, str] | None = None,
                   say: Callable[[str], None] = lambda line: None) -> Gallery:
-    """Write a page for each method, the twins of figures, and an index.
+    """Write a page for each method, the pages beside figures (twins.py), and an index.
 
     Parameters
     ----------
@@ -50,8 +50,8 @@ def write_gallery(scene: Scene, names: Sequence[str], folder: str,
     names : the methods; the twins have the methods of their figures
     folder : is made if it is missing; other files in it stay, except the earlier page of a method
         that does not run
-    left_out : receives, by name, why a method does not run on this scene. The gallery then leaves
-        the method out
+    left_out : receives name -> reason for each method that does not run on this scene. The gallery
+        then leaves the method out
     say : called with each line about progress
 
     Raises
@@ -70,7 +70,7 @@ def write_gallery(scene: Scene, names: Sequence[str], folder: str,
             write_page(scene, [name], str(path / f"{name}.html"))
             shown.append(name)
         except (OptionError, LimitError) as reason:
-            # A named method that does not run is an error, but the other pages get their index.
+            # Raise the error only after the other pages and the index are written.
             reasons[name] = str(reason)
             (path / f"{name}.html").unlink(missing_ok=True)     # of an earlier gallery
     twins = {twin: load_scene(twin.scene) for twin in TWINS}
@@ -110,7 +110,8 @@ def _map(scene: Scene, name: str) -> Heat:
 
 def _index(scene: Scene, maps: Mapping[str, Heat], twins: Mapping[Twin, Scene],
            left_out: Mapping[str, str]) -> str:
-    # Brute force would make every other map dark, so the scale ends where half of the maps do.
+    # A scale up to the steps of brute force would make every other map dark. So the scale ends at
+    # the median of the maps' 99 % quantiles.
     ends = [one.summary()["quantile_99"] for one in maps.values()] or [1.0]
     highest = max(1.0, statistics.median(ends))
     cards = [_card(find_method(name), one, scene, highest) for name, one in maps.items()]

@@ -12,6 +12,8 @@ from typing import Any
 
 import numpy as np
 
+# A number is predicted as 0, as the number before it, as the number of its row, or as one more
+# than the largest number before it.
 PREDICTIONS = ("none", "previous", "row", "fresh")
 MOST_TEXELS = 4     # records with up to this number of texels get a column for each component
 SAMPLE = 1 << 13    # rows from which the prediction of a column is chosen
@@ -39,12 +41,12 @@ def packed_table(values: np.ndarray) -> dict[str, Any]:
 
 
 class _Columns:
-    """A table with a number of columns, and the cheapest codes of each column, by a sample.
+    """A table with ``width`` columns. Each column has the codes that pack its sample best.
 
     Attributes
     ----------
     table : (rows, width) float32. Zeros fill the last row
-    cost : bytes of the sample
+    cost : bytes of the packed table, estimated from the samples
     """
 
     def __init__(self, flat: np.ndarray, width: int) -> None:
@@ -65,7 +67,7 @@ class _Columns:
                     if divided[0] < 0.97 * cost:
                         cost, codes = divided[0], [key, CLASSES, divided[1]]
             if any(isinstance(one[0], int) and one[0] == k for one in self._codes.values()):
-                cost, codes = plain[k]      # another column's key stays whole
+                cost, codes = plain[k]      # a key of another column is not divided
             self._codes[k] = codes
             self.cost += cost * len(self.table) / max(len(sample), 1)
 
@@ -121,7 +123,7 @@ def _coded(column: np.ndarray, rows: np.ndarray, kind: str,
     """Return the codes of a column, and its differences in byte planes, lowest plane first."""
     column = np.ascontiguousarray(column)
     if kind == "integer" and not _exact_integers(column):
-        kind, prediction = "float", "none"      # the sample held integers, another row does not
+        kind, prediction = "float", "none"      # the sample held integers, but not all rows do
     if kind == "integer":
         numbers = column.astype(np.int32)
     else:

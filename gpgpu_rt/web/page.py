@@ -29,7 +29,7 @@ SCRIPTS = ("vectors.js", "unpack.js", "player.js", "passes.js", "selftest.js", "
 # The page's own programs, which show and count the rays. These and the scripts use CONSTANTS.
 OWN = {"whole": "drivers/full_screen.vert", "show": "web/show.frag", "alive": "web/alive.frag"}
 CONSTANTS = {"NO_TRIANGLE": NO_TRIANGLE, "TILE": TILE, "HEAT_COLOURS": len(RAMP)}
-SIDE = 512          # of the canvas, in pixels
+SIDE = 512          # side of the canvas in pixels
 MOST_WIRES = 2000   # triangles whose edges the page draws in space
 MOST_BYTES = 64 << 20
 
@@ -41,8 +41,8 @@ def write_page(scene: Scene, names: list[str], path: str,
 
     Parameters
     ----------
-    left_out : receives, by name, why a method does not run on this scene. The page then leaves the
-        method out
+    left_out : receives name -> reason for each method that does not run on this scene. The page
+        then leaves the method out
     title, caption : the page's heading, and a sentence below it. The default heading names the
         scene, and the method if the page has only one
 
@@ -85,7 +85,7 @@ def page_text(scene: Scene, methods: list[WebMethod], tables: PageData, title: s
     style = _kernel_colours() + (HERE / "page.css").read_text()
     policy = (f"default-src 'none'; script-src '{_digest(script)}'; "
               f"style-src '{_digest(style)}'")
-    # "<" cannot end the element of the description, nor begin markup.
+    # Escape "<", so that the description cannot end its own element or begin markup.
     description = json.dumps(told).replace("<", "\\u003c")
     one = f"{methods[0].name} on " if len(methods) == 1 else ""
     return _PAGE.format(policy=policy, title=escape(title or f"{one}{scene.title} in WebGL 2"),
@@ -110,8 +110,8 @@ def _kernel_colours() -> str:
 
 
 def _wires(scene: Scene, tables: PageData) -> dict[str, Any]:
-    """Return the triangles whose edges the page draws: their corners in 4096 steps of the scene's
-    box. Of a large scene these are its largest triangles, and as many others."""
+    """Return the triangles whose edges the page draws. Their corners are integers from 0 to 4095
+    across the scene's box. For a large scene, half of them are the scene's largest triangles."""
     corners = scene.triangles.astype(np.float64)
     if len(corners) > MOST_WIRES:
         edges = corners[:, 1:] - corners[:, :1]

@@ -35,13 +35,14 @@ class PageData:
     def scene(self, scene: Scene) -> None:
         """Store the scene's triangles, from which the page makes triangle tables and surfaces.
 
-        ``triangles`` then names three tables: the different corners, the corners of each triangle
-        as their numbers, and each triangle's colour, 8 bits each of red, green and blue.
+        ``triangles`` then names three tables: the distinct corners, the numbers of each triangle's
+        three corners, and each triangle's colour (8 bits each of red, green and blue).
         """
         self._corners = np.ascontiguousarray(scene.triangles, np.float32)
         bits = self._corners.reshape(-1, 3).view("V12").ravel()
         _, first, place = np.unique(bits, return_index=True, return_inverse=True)
-        order = np.argsort(first)       # the order of the first use, in which many follow on
+        # Number the corners in the order of first use: packing.py then predicts many numbers.
+        order = np.argsort(first)
         numbers = np.empty(len(order), np.int64)
         numbers[order] = np.arange(len(order))
         colours = np.round(255 * np.clip(scene.colours, 0, 1)).astype(np.int64)
@@ -73,7 +74,7 @@ class PageData:
     def _triangle_rows(self, texels: np.ndarray) -> np.ndarray | None:
         """Return the triangle and the field ``last`` of each row of a triangle table, (n, 2).
 
-        Return None if the texels are not, to the bit, the table that the page makes of these.
+        Return None if the table that the page would make from these rows differs in any bit.
         """
         if texels.shape[1] != 4 or not len(self._corners):
             return None

@@ -1,12 +1,13 @@
-// The passes of a schedule: draws them in their order, and repeats the turns of its cycles until no ray is alive.
+// The passes of a schedule: draws them in their order, and repeats the turns of its cycles until no ray is alive. A
+// turn is a part of a cycle that ends with complete states and hits (gpgpu_rt/web/described.py).
 
-const CHECKED = 16;         // turns between two looks at the rays that are alive
+const CHECKED = 16;         // turns between two counts of the rays that are alive
 const MOST_TURNS = 60000;   // a search that takes more turns is stopped
 const MOST_RECTANGLES = 1 << 14;
 
 // Draws the passes of a schedule. Returns the directions, the last states and hit, and the number of passes and turns.
-// With `directions`, a texture, the rays are not the camera's. `most` ends the repetition after this number of turns.
-// `place` names the targets, so that two traces at a time share none; `stopped` ends the trace early.
+// `directions`, a texture, replaces the directions of the camera's rays. `most` ends the repetition after this number
+// of turns. `place` names the targets, so that two traces at the same time share no target; `stopped` ends the trace.
 // `seen` receives the states after the set-up and after each turn, and the number of turns. Throws a LostContext.
 async function trace(schedule, camera, width, height,
                      {directions = null, most = MOST_TURNS, place = "picture", stopped = () => false,
@@ -35,8 +36,8 @@ async function trace(schedule, camera, width, height,
     if (seen) await seen(present, turns);
     check();
     while (schedule.repeats && turns < most && !stopped()) {
-        // Turns of several cycles end in the same target. The turns of a single cycle may end in two targets. A ray
-        // then has its last state in both if it ended before the last turn.
+        // With several cycles, every turn ends in the same target. The turns of a single cycle may end in two targets
+        // alternately: then draw a ray until its last state is in both, that is, until it ended before the last turn.
         const known = cycles.length > 1 ? present : before;
         if (known) {
             live = look(schedule, known.states, place);
@@ -87,8 +88,8 @@ function bound(pass, made, output, textures, own, rays) {
     return (live) => draw(pass.vertex, pass.fragment, into, uniforms, inputs, ...spread(live, into));
 }
 
-// Returns the rectangles of live rays in a target, and the texels in their unit. The target may hold several rays for
-// a packet, or, in an atlas, several tiles of the size of the states.
+// Returns the rectangles of live rays in a target, and the number of texels in their unit. The target may hold several
+// rays for each packet, or, as an atlas, several tiles of the size of the states.
 function spread(live, {tile, across, levels}) {
     const [width, height] = live ? live.size : tile, texels = tile[0] / width;
     if (!live || !live.corners || !Number.isInteger(texels) || tile[1] !== texels * height
@@ -102,7 +103,7 @@ function spread(live, {tile, across, levels}) {
     return [all, texels];
 }
 
-// What has a state of its own: a ray, or a packet of several rays.
+// Returns the name of the things that have a state of their own: rays, or packets of several rays.
 function searchers(schedule) {
     return schedule.targets[schedule.start.states].of.some((size) => size < 1) ? "packets" : "rays";
 }
@@ -112,7 +113,8 @@ function field(schedule, name) {
     return [texel, "xyzw".indexOf(swizzle)];
 }
 
-// Counts the rays, or packets, that wait for each kernel, in squares of TILE x TILE. `steps` returns their most steps.
+// Counts the rays, or packets, that wait for each kernel, in squares of TILE x TILE. `steps` returns the largest number
+// of steps of a ray.
 function look(schedule, states, place) {
     const [[phase, a], [steps, b]] = [field(schedule, "phase"), field(schedule, "steps")];
     const size = sizeOf.get(states[phase]), [across, down] = size.map((length) => Math.ceil(length / TILE));
@@ -126,7 +128,7 @@ function look(schedule, states, place) {
 }
 
 // Returns the corners of rectangles that cover the squares with rays that wait for a kernel, or, with kernel 0, for
-// any. A rectangle is a run of squares in a row. Returns null if all squares have such rays.
+// any kernel. A rectangle is a run of squares in a row. Returns null if all squares have such rays.
 function rectanglesOf({squares, across, down}, kernel) {
     const corners = [], waits = (at) => kernel ? squares[at + kernel - 1] > 0
         : squares[at] + squares[at + 1] + squares[at + 2] + squares[at + 3] > 0;

@@ -1,5 +1,5 @@
-// The path of a single ray, read from the states that the passes write. Here is no traversal: the ray is traced by the
-// method's own passes, its states are kept, and their fields name the node or the cell, and the triangle under test.
+// The path of a single ray, read from the states that the passes write. This script runs no traversal of its own: the
+// method's passes trace the ray, and the fields of the kept states name the node or cell, and the triangle under test.
 
 const ROW = 1024;           // states in a row of the texture that keeps them
 const MOST_STATES = 8192;   // a longer path is cut off

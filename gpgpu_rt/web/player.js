@@ -8,7 +8,8 @@ const {NO_TRIANGLE, TILE} = page.constants;   // TILE: side of the squares of ra
 const UNWRITTEN = -2;      // what a target holds where no fragment wrote
 const SLICE = 30;           // milliseconds of passes between two pauses for the page's events
 
-// A lost context fails in many places. Its own events tell the reader, so that no other message is needed.
+// After the WebGL context is lost, calls fail in many places. The listeners of the context's events tell the reader,
+// so no other message is needed.
 class LostContext extends Error {}
 let losses = 0;             // how often the context was lost
 
@@ -43,7 +44,7 @@ enableExtensions();
 
 // Textures, targets and programs --------------------------------------------------------------------------
 
-const sizeOf = new WeakMap();       // of textures: width and height
+const sizeOf = new WeakMap();       // texture -> [width, height]
 
 function texture(width, height, components, values) {
     const limit = gl.getParameter(gl.MAX_TEXTURE_SIZE);
@@ -86,7 +87,7 @@ async function tableTexture(number) {
     return texture(width, height, components, texels);
 }
 
-// The promise of the corners of the scene's triangles, nine numbers a triangle.
+// The promise of the corners of the scene's triangles, nine numbers per triangle.
 let corners = null;
 function sceneCorners() {
     return corners ??= expandedCorners();
@@ -139,8 +140,8 @@ if (!runnable.length) fail(`No method of this page runs here: ${page.methods[0].
 
 const targets = new Map();
 
-// Returns the render targets of a place for `width` x `height` rays. `of` is the size in rays; `levels` is the number
-// of tiles of this size that lie side by side in an atlas.
+// Returns the render targets of a place for `width` x `height` rays. `of` is the target's width and height in texels
+// per ray. `levels` is the number of tiles of this size that lie side by side in an atlas.
 function target(place, {of = [1, 1], outputs, components = 4, levels = 1}, width, height) {
     const key = JSON.stringify([place, of, outputs, components, levels, width, height]);
     if (!targets.has(key)) {
@@ -160,7 +161,7 @@ function target(place, {of = [1, 1], outputs, components = 4, levels = 1}, width
     return targets.get(key);
 }
 
-const stamps = new Map();       // of places: the number of traces that drew there
+const stamps = new Map();       // place -> the number of traces that drew there
 
 // Frees the targets of a place. With `keepsLast`, the targets of the place's last trace stay.
 function freeTargets(place, keepsLast = false) {

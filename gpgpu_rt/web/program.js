@@ -50,7 +50,7 @@ function marked(lines, kernels) {
 }
 
 // Marks the present kernel: the kernel for which the clicked ray waits. Without a ray, no kernel is present. With
-// `scrolls`, another kernel than before is scrolled into view.
+// `scrolls`, the text scrolls to the present kernel if it has changed.
 function markKernel(kernel, scrolls) {
     const box = element("text"), marks = [...box.querySelectorAll("mark")];
     for (const mark of marks) mark.classList.toggle("present", mark.dataset.kernel === kernel);

@@ -1,6 +1,6 @@
-// The self-test: known rays, whose hits must be the same to the bit.
+// The self-test: the hits of the test rays must equal the known hits to the bit.
 
-// Says that the test is not done.
+// Says that the test is running.
 function announceTest() {
     element("selftest").replaceChildren();
     element("selftest").dataset.state = "running";

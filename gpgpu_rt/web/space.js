@@ -77,7 +77,7 @@ const boxCorner = ([lo, hi], number) => lo.map((x, k) => number >> k & 1 ? hi[k]
 const BOX_EDGES = [0, 1, 2, 3, 4, 5, 6, 7].flatMap(
     (a) => [1, 2, 4].filter((bit) => !(a & bit)).map((bit) => [a, a | bit]));
 
-// Draws the scene, and the path of a ray up to a step. `ray` has the origin, the direction and the hit's t.
+// Draws the scene, and the path of a ray up to a step. `ray` has the origin, the direction, and the t of its end.
 function drawSpace(ray, path, step) {
     if (!wires) return;
     const context = space.getContext("2d"), {line, dot, write} = projector(context);
@@ -128,7 +128,7 @@ function drawSpace(ray, path, step) {
 
 const colourOf = ({fields}) => fields.phase > 0 ? kernelColour(fields.phase) : ENDED;
 
-// One line about the path's present step. `kind` is that of the structure's boxes.
+// Returns a line about the path's present step. `kind` is the kind of the structure's boxes, as in structure.py.
 function stepLine(path, step, kind) {
     if (!path) return "The method traces packets or runs in a single pass, so only the ray and its hit are shown.";
     const present = path[Math.min(step, path.length - 1)], {fields, kernel, interval, triangle} = present;

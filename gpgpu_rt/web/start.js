@@ -2,7 +2,8 @@
 
 let dragging = false, listens = false;
 
-// Calls `turned` with each way of a drag over an element, `ended` after the drag, and `clicked` after a press alone.
+// Calls `turned` with each movement (dx, dy) of a drag on an element, and `ended` after the drag. Calls `clicked` after
+// a press without a drag.
 function onDrag(one, turned, clicked, ended) {
     let from = null, moved = false, pressed = null;     // the place, and the pointer that is pressed
     one.addEventListener("pointerdown", (event) => {
@@ -145,7 +146,7 @@ async function begin() {
     await selfTest(idle);
 }
 
-// Tells the reader what failed. After a lost context, the page's own events do so.
+// Tells the reader what failed. If the context is lost, the listeners of its events have told the reader already.
 function reportProblem(problem) {
     if (!(problem instanceof LostContext)) fail(problem.message);
 }

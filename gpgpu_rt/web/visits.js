@@ -1,9 +1,9 @@
 // Visits: how often a ray's path enters nodes or cells, and how often it restarts.
 
-// Counts the visits of the states of a path. A visit begins where the path goes on in another node. A visit is a
-// restart if the path goes back, without a climb from child to parent, to a node that it has visited and whose box
-// encloses its last box: to the root, or with push-down to a lower ancestor. Cells, and nodes along ropes or escape
-// indices, have no restarts. `times` gives by node the number of its visits; `latest` is the state of the last
+// Counts the visits of the states of a path. A visit begins where the path enters another node. A visit is a
+// restart if the path goes back, without a climb from child to parent, to a visited node with a box that encloses the
+// path's last box: to the root, or with push-down to a lower ancestor. Cells, and nodes along ropes or escape
+// indices, have no restarts. `times` maps a node to the number of its visits; `latest` is the state of the last
 // restart, or null.
 function visitsOf(states) {
     const times = new Map();
