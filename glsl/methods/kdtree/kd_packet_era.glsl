@@ -13,7 +13,8 @@
 // node. The node of a free stack entry is 0. The first entry's node is PUSHING while `pushed` may still move
 // down.
 
-#define node place // in a leaf, this field holds the cursor define cursor place
+#define node place      // in a leaf, this field holds the cursor
+#define cursor place
 
 #include "core/axis.glsl"
 

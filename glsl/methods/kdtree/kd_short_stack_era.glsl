@@ -7,8 +7,9 @@
 //   2. No stack holds the root, so the node of a free entry is 0, and no field counts the entries.
 //   3. While a ray is `pushing`, its stack is empty. The node of its first entry is then PUSHING.
 
-#define node place // in a leaf, this field holds the cursor define cursor place define end t_min // of a ray
-#in a leaf
+#define node place      // in a leaf, this field holds the cursor
+#define cursor place
+#define end t_min       // in a leaf, this field holds the end of the leaf's list
 
 #include "methods/kdtree/kd_common.glsl"
 
