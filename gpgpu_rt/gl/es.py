@@ -84,8 +84,8 @@ def _expanded(text: str, name: str, names: list[str], body: str) -> str:
     while (found := call.search(text)) is not None:
         values, end = _arguments(text, found.end())
         if len(values) != len(names):
-            raise ShaderError(f"GLSL ES cannot join names, and the macro {name} takes {len(names)} "
-                              f"values: {text[found.start():end]}")
+            raise ShaderError(f"GLSL ES cannot join names, and the macro {name} takes "
+                              f"{len(names)} values: {text[found.start():end]}")
         line = text[text.rfind("\n", 0, found.start()) + 1:end]
         if line.startswith("#define"):
             raise ShaderError(f"GLSL ES cannot join names, but the macro {name} does, and "
@@ -97,7 +97,7 @@ def _expanded(text: str, name: str, names: list[str], body: str) -> str:
 
 
 def _arguments(text: str, start: int) -> tuple[list[str], int]:
-    """Return the values of a call from the place behind its opening bracket, and the call's end."""
+    """Return the values of a call whose opening bracket ends at ``start``, and the call's end."""
     values, depth, at = [""], 0, start
     while at < len(text):
         letter = text[at]
