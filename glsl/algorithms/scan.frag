@@ -4,8 +4,9 @@
 // the sum of the block's elements before this element. In the survey (section 3.6) stream reduction begins
 // with a scan (D. Horn, "Stream Reduction Operations for GPGPU Applications", GPU Gems 2, 2005).
 //
-// Departure: Horn doubles the distance in log2 n passes, each over all n elements. Here, as in Blelloch's
-// tree, the work of all levels together is proportional to n. A wider fan reduces the number of levels.
+// Departure: Horn runs log2 n passes over all n elements, and each pass doubles the distance between the
+// added elements. Here, as in Blelloch's tree, the work of all levels together is proportional to n. A wider
+// fan reduces the number of levels.
 
 #include <records>
 #include "core/stream.glsl"

@@ -1,6 +1,6 @@
 // Find the flagged element of a given rank by a binary search in the prefix sums of the flags (D. Horn, GPU
-// Gems 2, 2005). The search is needed because a fragment can read any element but write only its own. FLAG
-// selects the channel if the flags have four channels.
+// Gems 2, 2005). The search is needed because a fragment can read any element but write only its own. If the
+// sums have four channels, FLAG selects the channel.
 
 #ifndef FLAG
 #define FLAG x

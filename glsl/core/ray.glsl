@@ -15,8 +15,8 @@ struct Ray {
 #endif
 };
 
-// Before the inversion of a direction, this number replaces each component of smaller magnitude. A
-// component as small as this number does not visibly move a ray, because the largest is at least 0.5.
+// Before the inversion of a direction, this number replaces each component of smaller magnitude. A component
+// as small as this number does not visibly move a ray, because the largest component is at least 0.5.
 const float TINY_DIRECTION = 1e-20;
 
 float not_zero(float d) {

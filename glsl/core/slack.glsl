@@ -1,5 +1,5 @@
 // Boxes are widened so that rounding never loses a box that contains a hit. The boxes themselves do not
-// change: each ray moves, once, the origins from which the ray measures the corners of boxes.
+// change. Instead, the setup of each ray moves the origins from which the ray measures the corners of boxes.
 //
 // Let u be the unit roundoff ARITHMETIC_UNIT, and M the largest distance from the origin to a point of the
 // scene along any axis. A distance along one axis does not bound the error along this axis, because the
@@ -7,11 +7,11 @@
 // the plane y = 0: their distance along y is 0, yet a sheared corner is off by several u M. These errors
 // arise along an axis, to first order in u (gpgpu_rt/numerics/error_bounds.py has the same steps):
 //
-//   6 u M             A sheared corner: u M by the subtraction, 3 u M by the product, 2 u M by the
+//   6 u M             A sheared corner: u M from the subtraction, 3 u M from the product, 2 u M from the
 //                     sum. Edge functions have the right signs for the corners as computed. An
 //                     accepted ray therefore passes the triangle at most this far away.
-//   (14 + 16 k) u M/c The hit's place: 14 u M by the two dot products and the quotient, 16 k u M by the
-//                     normal. The number c is the cosine of the angle between ray and normal. The
+//   (14 + 16 k) u M/c The hit's place: 14 u M from the two dot products and the quotient, 16 k u M from
+//                     the normal. The number c is the cosine of the angle between ray and normal. The
 //                     number k is the product of the lengths of the two shorter edges, divided by the
 //                     length of their cross product.
 //   5 u M             The slab's t: M itself, a difference, the inverse direction, a product.

@@ -7,7 +7,7 @@
 
 // Keep a hit if it comes before the nearest hit so far in the order of (t, index). A ray that continues
 // behind a hit (AFTER_HIT) has the hit's t as t_min; at exactly this t it accepts only triangles with a
-// higher index. The era form (ERA, docs/era.md) compares only t, as the papers' kernels did.
+// higher index than the hit's. The era form (ERA, docs/era.md) compares only t, as the papers' kernels did.
 void accept(Ray ray, float t, float u, float v, int index, inout Hit hit) {
 #ifdef AFTER_HIT
     bool ahead = t > ray.t_min || (t == ray.t_min && index > ray.after);

@@ -1,6 +1,6 @@
 // The watertight triangle test: Woop, Benthin, Wald, "Watertight Ray/Triangle Intersection", JCGT 2013,
-// without its fallback to a wider format. An edge function depends on its two vertices only. The neighbour
-// across the edge computes the same value with the opposite sign, so no ray leaks between two triangles.
+// without its fallback to a wider format. An edge function depends on its two vertices only. The triangle
+// across the edge computes the same value with the opposite sign, so no ray leaks between the two.
 //
 // Departures:
 // - The paper swaps two axes to keep the winding; here they are not swapped, because both windings are
@@ -8,11 +8,11 @@
 // - The ray must also pass through the sheared triangle's box. Rounding never flips the sign of an edge
 //   function but can make it zero, and three zeros count as a hit. Without the box a tiny triangle would be
 //   "hit" from far away. The box test loses no hit: its comparisons are exact.
-// - The paper interpolates t from the depths of the sheared corners, which cancel beside a long thin
-//   triangle. Here t is the distance of the triangle's plane, clamped to the range of the depths.
+// - The paper interpolates t from the depths of the sheared corners. Near a long thin triangle the terms of
+//   this sum cancel. Here t is the distance of the triangle's plane, clamped to the range of the depths.
 
-// Shear space so that the ray becomes the z axis, and return a corner there: x and y are the corner's
-// offset from the ray, z is its depth. The corner p is relative to the ray's origin and has permuted axes.
+// Return a corner in the space that is sheared so that the ray is the z axis: x and y are the corner's offset
+// from the ray, z is the corner's depth. The corner p is relative to the ray's origin and has permuted axes.
 vec3 sheared(Ray ray, vec3 p) {
     PRECISE vec2 xy = R(p.xy - R(ray.shear.xy * p.z));
     return vec3(xy, p.z);

@@ -94,7 +94,7 @@ bool begins_near(int r) {
     return max_component(abs(rays[r].origin - beginning)) <= reach;
 }
 
-// The extreme origin of an axis is a maximum or a minimum, depending on the sign of the directions along
+// Along each axis the extreme origin is a maximum or a minimum, depending on the sign of the directions along
 // this axis. Multiplied by the signs, the first origin is always a maximum and the last origin always a
 // minimum.
 void bound_origin(int r) {

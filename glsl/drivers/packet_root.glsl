@@ -1,4 +1,4 @@
-// Every packet begins its walk at the root. The counterpart of packet_entry.glsl.
+// Every packet begins its walk at the root. This file replaces packet_entry.glsl for packets without entries.
 
 int first_node(int root) {
     return root;

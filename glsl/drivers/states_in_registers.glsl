@@ -1,4 +1,4 @@
-// The state stays in registers. Fragments of unfinished rays are discarded; a query counts the other rays.
+// The state stays in registers. Unfinished rays are discarded. An occlusion query counts the finished rays.
 
 void end_pass(State state) {
     if (state.phase != DONE) discard;

@@ -2,9 +2,9 @@
 // same dominant axis.
 //
 // The axes of the corners are permuted once for all rays of the turn. If all rays of the image have one
-// origin, the corners relative to this origin are also computed once. The operations are those of `test_triangle` on the same
-// numbers, so the hits have the same bits. A method defines PRESENT(r), which says whether ray r belongs to
-// the turn.
+// origin, the positions of the corners relative to this origin are also computed once. The operations are
+// those of `test_triangle` on the same numbers, so the hits have the same bits. A method defines PRESENT(r),
+// which says whether ray r belongs to the turn.
 
 int shared_axis(Ray ray) {
     return ray.dominant.x ? 0 : ray.dominant.y ? 8 : 16;

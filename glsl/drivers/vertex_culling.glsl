@@ -18,7 +18,7 @@ vec3 cull_origin_hi;
 vec2 cull_shear_lo;
 vec2 cull_shear_hi;
 bvec2 cull_dominant;
-int cull_axes;          // 0, 1 or 2: no dominant axis, one, or several different ones
+int cull_axes;          // number of different dominant axes among the rays; 2: two or more
 
 void bound_for_culling(int r) {
     Ray ray = rays[r];
@@ -47,8 +47,8 @@ void bound_frustum() {
     EACH(bound_for_culling)
 }
 
-// For each of the four sides, whether a corner lies outside the side for all rays. Components x and y say
-// whether the moved corner is below 0 along x and y; components z and w say whether it is above 0.
+// Return, for each of the four sides, whether a corner lies outside the side for all rays. Components x and y
+// say whether the moved corner is below 0 along x and y; components z and w say whether it is above 0.
 bvec4 sides_outside(vec3 corner) {
     vec3 at = permuted(cull_dominant, corner);
     PRECISE vec3 lo = R(at - cull_origin_hi);
@@ -62,7 +62,7 @@ bvec4 sides_outside(vec3 corner) {
     return bvec4(lessThan(most, vec2(0.0)), greaterThan(least, vec2(0.0)));
 }
 
-// Whether no ray of the turn can hit triangle i.
+// Return whether triangle i can be skipped, because no ray of the turn can hit it.
 bool culled(int i) {
     bvec4 a = sides_outside(triangle_v0(i));
     bvec4 b = sides_outside(triangle_v1(i));

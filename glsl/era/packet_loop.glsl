@@ -15,7 +15,7 @@ uniform vec3 scene_hi;
 
 #include <method>
 
-// The rays of the packet, with their numbers in the components of vectors.
+// Load the rays of the packet. Component k of every vector belongs to ray k.
 Packet_rays packet_rays() {
     vec2 corner = 2.0 * gl_FragCoord.xy;
     Rays a = rays_load(corner + vec2(-0.5, -0.5));
@@ -56,7 +56,7 @@ void main() {
         }
     }
 #ifdef DISCARDS_UNFINISHED
-    // The present renderer ends long loops silently. An occlusion query finds out.
+    // The present renderer ends long loops silently. An occlusion query finds the discarded fragments.
     if (state.phase != DONE) {
         discard;
     }

@@ -1,5 +1,6 @@
-// A ray of the era form (docs/era.md). The counterpart of core/ray.glsl. The inverse of a zero component is
-// infinite, as on the cards. A loop computes the inverse once, so its kernels read it.
+// A ray of the era form (docs/era.md). This file replaces core/ray.glsl. The inverse of a zero component is
+// infinite, as on the cards. A loop computes the inverse of a ray's direction once, so with IN_LOOP the
+// kernels read this inverse.
 
 uniform vec3 scene_lo;
 uniform vec3 scene_hi;

@@ -1,6 +1,6 @@
 #version 330 core
 // Final gathering by parallel projection (Hachisuka, GPU Gems 2, chapter 38, 2005; survey, section 5):
-// project each receiving point into the bundle. The pass has two neighbouring layers of the bundle. A point
+// project each receiving point into the bundle. The pass reads two neighbouring layers of the bundle. A point
 // between the two layers sees the layer that it faces, and receives this layer's light times the cosine. One
 // peeling serves points that look along the bundle and points that look in the opposite direction.
 //

@@ -1,8 +1,8 @@
 // Radiance that neighbouring layers of a bundle send each other. The sky lies beyond the first and last
 // layer.
 
-uniform vec3 sky_before;    // radiance of the sky before the first layer, and behind the last
-uniform vec3 sky_behind;
+uniform vec3 sky_before;    // radiance of the sky before the first layer
+uniform vec3 sky_behind;    // radiance of the sky behind the last layer
 uniform float weight;       // solid angle of the bundle in one direction
 
 // Radiance that leaves a layer towards the viewer. `side` is the side of a triangle that faces the viewer, or

@@ -8,7 +8,7 @@ uniform vec3 upward;
 uniform vec3 along;         // away from the viewer
 uniform float pixel_size;   // world units
 uniform vec2 shift;         // shift of the image's centre in pixels, so that no two projections line up
-uniform float resolution;   // pixels a side
+uniform float resolution;   // pixels per side
 
 // x and y in pixels, and the depth.
 vec3 projected(vec3 place) {

@@ -4,7 +4,7 @@
 // is called the asked light.
 
 uniform int light_count;
-uniform float light_density;    // density of sampled points by area, divided by the luminance of their emission
+uniform float light_density;   // density of sampled points per area, divided by the luminance of their emission
 
 struct AskedLight {
     vec3 place;

@@ -1,9 +1,10 @@
 // Light sampling of the surroundings. If the surroundings are an image, brighter directions are sampled more
-// often, and multiple importance sampling gives the weights, as for points on emitting triangles. The
-// brightness of a sky varies little, so light sampling draws a direction from the surface's own
-// distribution. The path's next direction is also drawn from this distribution. The two directions therefore
-// get equal weights, except for a factor: the probability that light sampling chooses the surroundings
-// (`far_chance`). Include after scatter.glsl, surroundings.glsl, luminance.glsl and both_ways.glsl.
+// often, and multiple importance sampling gives the weights, as for points on emitting triangles. If the
+// surroundings are a sky, their brightness varies little, so light sampling draws a direction from the
+// surface's own distribution. The path's next direction is also drawn from this distribution. The two
+// directions therefore get equal weights, except for a factor: the probability that light sampling chooses
+// the surroundings (`far_chance`). Include after scatter.glsl, surroundings.glsl, luminance.glsl and
+// both_ways.glsl.
 
 uniform int far_light;      // the surroundings' number among the lights
 uniform float far_chance;   // the probability that light sampling chooses the surroundings

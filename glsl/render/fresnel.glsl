@@ -13,7 +13,7 @@ float sine_squared(float cosine) {
     return max((1.0 - cosine) * (1.0 + cosine), 0.0);
 }
 
-// The cosine of the refracted ray times ior. The result is 0 under total reflection.
+// The cosine of the refracted ray's angle, times ior. The result is 0 under total reflection.
 float refracted_cosine(float cosine, float ior) {
     float square = cosine < 0.7 ? (ior - 1.0) * (ior + 1.0) + cosine * cosine
                                 : ior * ior - sine_squared(cosine);

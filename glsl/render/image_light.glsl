@@ -4,9 +4,9 @@
 
 uniform sampler2D surroundings_sums;    // cumulative probabilities of the cells of each row
 
-// The probability density of a direction, per steradian, divided by the luminance of its radiance, where the
-// cosine of the direction's latitude equals the mean cosine of its row of cells. The density includes the
-// probability that this light is chosen.
+// The probability density (per steradian) of a direction, divided by the luminance of its radiance. This
+// value applies at the latitude whose cosine is the mean cosine of the row of cells. The density includes the
+// probability that light sampling chooses the image.
 uniform float image_density;
 
 struct FarLight {

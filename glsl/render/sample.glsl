@@ -1,9 +1,9 @@
 // Directions and points from random numbers in (0, 1) (see random.glsl), with their densities. Directions
 // are local: z is the normal, or the mirror direction for a glossy lobe.
 //
-// Sine, cosine, logarithm and exponential are computed by polynomials, not by the driver's functions. Those
-// may have errors of 1e-4 (GLSL 330 guarantees nothing), which would be visible in a glossy lobe of small
-// roughness. The polynomials' errors are a few float32 roundings on any driver.
+// Sine, cosine, logarithm and exponential are computed by polynomials, not by the driver's functions. The
+// driver's functions may have errors of 1e-4 (GLSL 330 guarantees nothing), which would be visible in a
+// glossy lobe of small roughness. The polynomials' errors are a few float32 roundings on any driver.
 // gpgpu_rt/reference/sampling.py has the float64 versions.
 
 const float SAMPLE_PI = 3.14159265358979;

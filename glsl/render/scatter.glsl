@@ -4,7 +4,7 @@
 struct Scatter {
     vec3 direction;     // direction of the incoming ray
     vec3 mirrored;
-    vec3 glossy;        // reflected shares; zero for parts that the scene or the surface lacks
+    vec3 glossy;        // reflected share, as `mirror`; zero if the scene or the surface lacks this part
     vec3 mirror;
     float exponent;
     float ior;          // 0 for an opaque surface
@@ -37,8 +37,8 @@ bool scatters(Scatter scatter) {
     return scatter.ior == 0.0 && scatter.chance.x + scatter.chance.y > 0.0;
 }
 
-// The reflected share of the light from a direction, times the cosine, and the density with which a path
-// continues in this direction.
+// Return the reflected share of the light from a direction, times the cosine. `density` becomes the density
+// with which a path continues in this direction.
 vec3 scattered(Surface surface, Scatter scatter, vec3 direction, out float density) {
     float cosine = max(dot(surface.normal, direction), 0.0);
 #ifdef SMOOTH_NORMALS

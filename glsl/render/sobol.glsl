@@ -59,7 +59,7 @@ uvec2 sobol_next_two(uint i) {
 }
 
 uvec4 sobol_keys(uvec2 pixel, uint bounce, uint block, uint seed) {
-    return random_bits(random_counter(pixel, 0xffffffffu, bounce, block, seed));    // no sample
+    return random_bits(random_counter(pixel, 0xffffffffu, bounce, block, seed));   // the keys serve all samples
 }
 
 uint scrambled(uint bits, uint key) {

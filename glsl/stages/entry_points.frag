@@ -33,7 +33,8 @@ void emit(int code) {
     ++entries;
 }
 
-// Fill the tile's list. The file <walk> defines this function. Rays of one octant share an order of nodes.
+// Fill the tile's list. The file <walk> defines this function. All rays of one octant visit the nodes in the
+// same order.
 void walk(Tile_beam beam, ivec2 tile);
 
 #include <walk>

@@ -5,8 +5,8 @@
 //      least depth of T in the square.
 //   2. The rows of pixels in these squares that the edges of T enclose.
 //   3. The pixels of these rows that show a triangle other than T at a depth of at least d.
-//   4. The rays of these pixels, which are tested against T. So a ray is tested only where, by these bounds,
-// T may come before the shown triangle.
+//   4. The rays of these pixels, which are tested against T.
+// So a ray is tested only where, by these bounds, T may come before the shown triangle.
 
 #include "core/precision.glsl"
 #include <streams>

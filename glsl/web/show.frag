@@ -5,10 +5,10 @@
 uniform sampler2D hits;         // t, u, v, triangle
 uniform sampler2D surfaces;     // normal, and 8 bits each of red, green and blue as one number
 uniform sampler2D directions;
-uniform sampler2D phases;       // the texel of the states with the phase
-uniform sampler2D counts;       // the texel of the states with the number of steps
+uniform sampler2D phases;       // the texture that holds the phase of each state
+uniform sampler2D counts;       // the texture that holds the number of steps of each state
 uniform ivec2 places;           // components of the phase and of the steps
-uniform float most;             // the number of steps of the brightest colour; 0 shows surfaces
+uniform float most;             // the number of steps that gets the brightest colour; 0: show surfaces
 uniform bool stepwise;          // whether there are states
 uniform vec2 size;              // of the shown picture, in pixels
 uniform vec3 kernel_colours[4]; // of rays in phase 1, 2, 3, and 4 or more, as the screen shows them
@@ -36,7 +36,7 @@ void main() {
     pixel.y = rays.y - 1 - pixel.y;
     vec4 hit = texelFetch(hits, pixel, 0);
     vec3 direction = texelFetch(directions, pixel, 0).xyz;
-    ivec2 place = pixel * textureSize(phases, 0) / rays;    // a packet has a state for several rays
+    ivec2 place = pixel * textureSize(phases, 0) / rays;    // a packet has one state for all its rays
     int phase = stepwise ? int(texelFetch(phases, place, 0)[places.x]) : 0;
     vec3 shown = sqrt(int(hit.w) == NO_TRIANGLE ? mix(vec3(0.86, 0.9, 0.95), vec3(0.55, 0.66, 0.8), normalize(direction).y)
                                            : surface(int(hit.w), direction));

@@ -48,7 +48,8 @@ class AngleLoader:
     Raises
     ------
     ContextError
-        if the libraries are missing or incomplete, or ANGLE gives no context; one line each.
+        if the libraries are missing or incomplete, or ANGLE gives no context. The message has one
+        line.
     """
 
     def __init__(self) -> None:

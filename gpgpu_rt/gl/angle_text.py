@@ -53,8 +53,8 @@ def angle_texts(vertex: str, fragment: str) -> tuple[str, str]:
 
 
 def _with_end(text: str, end: str) -> str:
-    """Call the program's ``main`` from a new ``main``."""
-    # The functions need a line that is no directive.
+    """Return the text with a new ``main`` that calls the program's ``main``."""
+    # Put the functions into a line of the header that is not a directive.
     header = HEADER.rstrip("\n").replace("\n#define", f" {FUNCTIONS}\n#define", 1)
     body = without_branches(without_do(es_text(text).removeprefix(HEADER)))
     return f"{header}\n#define main {_MAIN}\n{body}{end}"

@@ -21,8 +21,9 @@ from .observation import HostQuery, Observer, Observers
 from .occlusion_query import OcclusionQuery
 from .osmesa import HINT, OsMesaLoader
 
-# Backends that "auto" tries, by ``sys.platform``. Windows and macOS have neither EGL nor OSMesa of
-# their own. There, moderngl itself makes a context without a window, by WGL or CGL.
+# Backends that "auto" tries. A key is a value of ``sys.platform``. Windows and macOS have neither
+# EGL nor OSMesa of their own. There, moderngl itself makes a context without a window, by WGL or
+# CGL.
 AUTOMATIC = {"win32": ("native",), "darwin": ("native",)}
 ELSEWHERE = ("egl", "osmesa")
 GL_VERSION = 330
@@ -53,7 +54,7 @@ def is_software(renderer: str) -> bool:
 
 
 def threads_of(renderer: str) -> int | None:
-    """Return the number of threads by which a software renderer draws in this process.
+    """Return the number of threads with which a software renderer draws in this process.
 
     Call this after the renderer's context was made. Return None for a graphics card, or if the
     system does not list threads.
@@ -87,7 +88,7 @@ class Gpu:
     Attributes
     ----------
     is_es : whether the context is OpenGL ES, which compiles another dialect of GLSL
-    max_draw_buffers : most render targets of a program
+    max_draw_buffers : largest number of render targets of a program
     """
 
     def __init__(self, context: moderngl.Context, backend: str) -> None:
@@ -107,7 +108,7 @@ class Gpu:
         # that is divisible by 2 and 3, so a draw in parts cuts no line and no triangle.
         self.most_vertices = 4092 if self.renderer.startswith("softpipe") else None
         self.programs: dict[Any, moderngl.Program] = {}   # filled by gl/shader.py
-        self.compilations: list[Any] | None = None    # gl/shader.py: compilations
+        self.compilations: list[Any] | None = None    # filled by gl/shader.py
         self.observers = Observers()
         self.whole = False    # whether passes also draw texels that they know to be empty
         self.keeps_own_arrays: bool | None = None   # set by traversal/own_arrays.py

@@ -10,7 +10,8 @@ from typing import Any
 
 from .fragment_counter import FragmentCounter
 
-# ES 3.1 has these functions as an extension. The functions without a suffix are errors there.
+# ES 3.1 has these functions as an extension, with the suffix OES. A call without the suffix is an
+# error.
 INDEXED = ("ColorMaski", "Enablei", "Disablei", "IsEnabledi", "BlendEquationi",
            "BlendEquationSeparatei", "BlendFunci", "BlendFuncSeparatei")
 RENAMED = {**{f"gl{name}": f"gl{name}OES" for name in INDEXED},
@@ -19,11 +20,12 @@ RENAMED = {**{f"gl{name}": f"gl{name}OES" for name in INDEXED},
 # ES always behaves as if these capabilities were enabled, and knows no names for them:
 # PROGRAM_POINT_SIZE, TEXTURE_CUBE_MAP_SEAMLESS, PRIMITIVE_RESTART, MULTISAMPLE.
 NO_CAPABILITIES = (0x8642, 0x884F, 0x8F9D, 0x809D)
-# The range of the sizes of points: ES has it for points that are not smoothed, by another name.
+# The name of the range of point sizes in OpenGL, and the name in ES, where points are not
+# smoothed.
 GL_POINT_SIZE_RANGE, GL_ALIASED_POINT_SIZE_RANGE = 0x0B12, 0x846D
 # Floats that are read from a float framebuffer are never clamped in ES.
 WITHOUT_EFFECT = ("glClampColor",)
-# moderngl asks whether a context has these functions, and has another way without them.
+# moderngl asks whether a context has these functions, and can do without them.
 MAY_BE_MISSING = ("glPrimitiveRestartIndex",)
 GL_NO_ERROR, GL_INVALID_OPERATION = 0, 0x0502
 UINT, INT, POINTER, FLOAT, DOUBLE = (
@@ -33,8 +35,8 @@ UINT, INT, POINTER, FLOAT, DOUBLE = (
 class DesktopFunctions:
     """Addresses of functions. The object must live as long as the context.
 
-    A call of a function that ES lacks does nothing but set the error GL_INVALID_OPERATION. So does
-    an exception in a function of this class.
+    A call of a function that ES lacks does nothing but set the error GL_INVALID_OPERATION. An
+    exception in a function of this class also sets this error.
 
     Parameters
     ----------
@@ -83,14 +85,14 @@ class DesktopFunctions:
         return int(ctypes.cast(self._kept[name], ctypes.c_void_p).value or 0)
 
     def _es(self, name: str, result: Any, *arguments: Any) -> Callable[..., Any]:
-        """Return a function of ES. The name may have another name there, as in ``RENAMED``."""
+        """Return the function of ES for a name of OpenGL. ``RENAMED`` has names that differ."""
         return ctypes.CFUNCTYPE(result, *arguments)(self._address_of(RENAMED.get(name, name)))
 
     def _replace(self, name: str, call: Callable[..., object], *arguments: Any) -> None:
         def void(*values: Any) -> None:
             try:
                 call(*values)
-            except Exception:       # ctypes only prints it
+            except Exception:       # ctypes would only print the exception
                 self._failed = True
                 raise
 

@@ -70,7 +70,7 @@ def commit() -> str | None:
 
 
 def processors() -> list[dict[str, str]]:
-    """Return the entries of each logical processor; empty if the system does not list them."""
+    """Return the entries of /proc/cpuinfo for each logical processor; empty without this file."""
     try:
         text = Path("/proc/cpuinfo").read_text()
     except OSError:

@@ -1,7 +1,7 @@
 """Accessors of records in the era dialect: GLSL 1.20 without integers (glsl/era/card.frag).
 
 An index is a float, and an accessor computes the texture coordinates of a texel by a single
-multiply-add. The x coordinate of a texel then exceeds 1 by the texel's row. A table therefore
+multiply-add. The whole part of a texel's x coordinate is then the texel's row. A table therefore
 repeats along x (wrap mode), so that only the fraction of the x coordinate has an effect.
 """
 from __future__ import annotations
@@ -56,7 +56,7 @@ def _sampler_of_fields(record: Record) -> list[str]:
 
 
 def streams_glsl(reads: Iterable[Record], writes: Iterable[Record]) -> str:
-    """Return accessors of the streams that a pass reads and writes at its own fragment.
+    """Return accessors of the streams that a fragment reads and writes at its own texel.
 
     The written streams use the render targets in their order.
     """
@@ -74,7 +74,7 @@ def streams_glsl(reads: Iterable[Record], writes: Iterable[Record]) -> str:
 
 
 def changes_glsl(changed: Record) -> str:
-    """Return the store function of a stream whose struct exists, for some of its fields.
+    """Return a store function for some fields of a stream whose struct is already declared.
 
     Parameters
     ----------
@@ -119,5 +119,5 @@ def _store_glsl(record: Record, first: int) -> str:
 
 
 def _type(field: Field) -> str:
-    """Return the type of a field; an integer is a float."""
+    """Return the type of a field. Integers are declared as floats."""
     return {"int": "float", "ivec3": "vec3", "ivec4": "vec4"}.get(field.type, field.type)

@@ -1,8 +1,8 @@
 """ES: rewrites a program's text from GLSL 3.30 to GLSL ES 3.00, the language of WebGL 2.
 
 The rewriting is mechanical. ES has no `precise`. A global variable must be initialised by a
-constant, so another initialiser becomes a macro. ES's preprocessor joins no names, so macros that
-join names are expanded here.
+constant, so a variable with any other initialiser becomes a macro. ES's preprocessor cannot join
+names by ``##``, so macros that join names are expanded here.
 """
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def es_text(text: str) -> str:
     Raises
     ------
     ShaderError
-        the text joins names in a macro that cannot be expanded
+        if the text joins names in a macro that cannot be expanded
     """
     body, found = _VERSION.subn(HEADER, text)
     if not found:
@@ -74,7 +74,7 @@ def _without_joined_names(text: str) -> str:
         text = _expanded(text, name, names, body)
     line = next((line for line in text.splitlines() if "##" in line.partition("//")[0]), None)
     if line is not None:
-        raise ShaderError(f"GLSL ES joins no names, but a macro does: {line.strip()}")
+        raise ShaderError(f"GLSL ES cannot join names, but a macro does: {line.strip()}")
     return text
 
 
@@ -84,12 +84,12 @@ def _expanded(text: str, name: str, names: list[str], body: str) -> str:
     while (found := call.search(text)) is not None:
         values, end = _arguments(text, found.end())
         if len(values) != len(names):
-            raise ShaderError(f"GLSL ES joins no names, and the macro {name} takes {len(names)} "
-                              f"values: {text[found.start():end]}")
+            raise ShaderError(f"GLSL ES cannot join names, and the macro {name} takes "
+                              f"{len(names)} values: {text[found.start():end]}")
         line = text[text.rfind("\n", 0, found.start()) + 1:end]
         if line.startswith("#define"):
-            raise ShaderError(f"GLSL ES joins no names, but the macro {name} does, which another "
-                              f"macro calls: {line}")
+            raise ShaderError(f"GLSL ES cannot join names, but the macro {name} does, and "
+                              f"another macro calls it: {line}")
         by_name = dict(zip(names, values))
         put = re.sub(r"\w+", lambda word: by_name.get(word[0], word[0]), body.replace("##", "\0"))
         text = text[:found.start()] + put.replace("\0", "") + text[end:]
@@ -97,7 +97,7 @@ def _expanded(text: str, name: str, names: list[str], body: str) -> str:
 
 
 def _arguments(text: str, start: int) -> tuple[list[str], int]:
-    """Return the values of a call from the place behind its bracket, and the end of the call."""
+    """Return the values of a call whose opening bracket ends at ``start``, and the call's end."""
     values, depth, at = [""], 0, start
     while at < len(text):
         letter = text[at]

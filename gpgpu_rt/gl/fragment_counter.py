@@ -1,10 +1,10 @@
-"""FragmentCounter: occlusion queries that count, on OpenGL ES.
+"""FragmentCounter: occlusion queries that count fragments, on OpenGL ES.
 
 An occlusion query of ES says only whether a fragment passed. Here a draw inside a query therefore
 also adds 1 to a texel of an extra render target, for each fragment that is drawn there. The depth
 test and `discard` act on this target too, so the sum of the texels is the count of OpenGL 3.3.
-`angle_text.py` adds the output to each fragment program. A draw into 8 render targets leaves none
-for the count. Such a draw counts as many fragments as the viewport has pixels, because the
+`angle_text.py` adds the output to each fragment program. A draw into 8 render targets leaves no
+target for the count. Such a draw counts as many fragments as the viewport has pixels, because the
 programs of 8 targets are full-screen passes that discard nothing.
 """
 from __future__ import annotations
@@ -30,7 +30,7 @@ UINT, INT, POINTER = ctypes.c_uint, ctypes.c_int, ctypes.c_void_p
 
 
 class FragmentCounter:
-    """Replacements for the functions of queries and draws.
+    """Replacements for OpenGL's functions of queries and draws.
 
     Parameters
     ----------
@@ -71,7 +71,7 @@ class FragmentCounter:
     # Replaced functions -------------------------------------------------------------------------
 
     def begin(self, target: int, query: int) -> None:
-        """glBeginQuery."""
+        """Replace glBeginQuery."""
         if target == GL_SAMPLES_PASSED:
             self._counted, self._is_clear = 0, False
         elif target == GL_PRIMITIVES_GENERATED:
@@ -82,7 +82,7 @@ class FragmentCounter:
         self._open[target] = query
 
     def end(self, target: int) -> None:
-        """glEndQuery."""
+        """Replace glEndQuery."""
         query = self._open.pop(target, None)
         if query is None:
             self._end(target)
@@ -93,7 +93,7 @@ class FragmentCounter:
             self._results[query] = self._counted
 
     def result(self, query: int, name: int, into: int) -> None:
-        """glGetQueryObjectuiv."""
+        """Replace glGetQueryObjectuiv."""
         if query in self._results:
             ctypes.cast(into, ctypes.POINTER(UINT))[0] = (
                 self._results[query] if name == GL_QUERY_RESULT else 1)
@@ -101,13 +101,13 @@ class FragmentCounter:
             self._result(query, name, into)
 
     def draw_arrays(self, mode: int, first: int, vertices: int, instances: int) -> None:
-        """glDrawArraysInstanced."""
+        """Replace glDrawArraysInstanced."""
         self._draw(mode, vertices, instances,
                    lambda: self._arrays(mode, first, vertices, instances))
 
     def draw_elements(self, mode: int, vertices: int, kind: int, first: int | None,
                       instances: int) -> None:
-        """glDrawElementsInstanced."""
+        """Replace glDrawElementsInstanced."""
         self._draw(mode, vertices, instances,
                    lambda: self._elements(mode, vertices, kind, first, instances))
 
@@ -137,7 +137,7 @@ class FragmentCounter:
         self._blend_equation(COUNTING_TARGET, GL_FUNC_ADD)
         self._blend_function(COUNTING_TARGET, GL_ONE, GL_ONE)
         draw()
-        if not is_blended:      # a program may have the target itself
+        if not is_blended:      # restore the state: programs may use this target themselves
             self._disable(GL_BLEND, COUNTING_TARGET)
         self._attach_to_counting_target(0)
         self._draw_buffers(TARGETS, present)

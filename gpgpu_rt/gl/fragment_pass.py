@@ -27,7 +27,7 @@ class FragmentPass:
     ----------
     name : the fragment program's file
     vertex : the vertex program's file
-    texts : the (vertex, fragment) text that was compiled
+    texts : the (vertex, fragment) texts that were compiled
     label : the pass's name in logs; if empty, logs use ``name``
     kernel : the method's kernel, as in ``ObservedPass``; empty for a program without a kernel
     samplers : names of the textures that the compiled program reads
@@ -42,8 +42,8 @@ class FragmentPass:
         self.program = compile_program(gpu, fragment, defines, virtual, vertex)
         self.texts = gpu.text_of(self.program)
         self.uniforms: dict[str, object] = {}
-        # The program gets this mark when it has the uniforms of this pass. The mark is no
-        # reference to the pass, because that would keep the pass alive.
+        # The program gets this mark when it has the uniforms of this pass. The mark is not a
+        # reference to the pass, because a reference would keep the pass alive.
         self._mark = object()
         self.samplers = tuple(name for name in self.program if getattr(
             self.program[name], "gl_type", None) in GL_SAMPLERS)

@@ -1,4 +1,4 @@
-"""Column: a field of a table that is made slice by slice, so no table is ever copied whole."""
+"""Column: a field of a table that is made slice by slice, so no table is copied as a whole."""
 from __future__ import annotations
 
 from collections.abc import Callable

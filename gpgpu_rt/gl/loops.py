@@ -1,8 +1,8 @@
-"""Loops: writes loops that test their condition behind their body in another form.
+"""Loops: rewrites ``do`` loops, which test their condition after their body, as ``for`` loops.
 
-SwiftShader compiles some loops wrongly that test their condition behind the body and contain other
-loops: kd-packet with two or more stack entries then lost hits of a few rays in a thousand. The
-same text is right on Mesa's renderers, and on SwiftShader in the other form.
+SwiftShader compiles some ``do`` loops wrongly if they contain other loops: kd-packet with two or
+more stack entries then lost hits of a few rays in a thousand. Mesa's renderers run the same text
+correctly, and SwiftShader runs the ``for`` loops correctly.
 """
 from __future__ import annotations
 

@@ -93,8 +93,8 @@ class Observer:
 
 
 class Observers:
-    """The observers of a context. The object is false if there are none, and while they look at a
-    pass: draws that an observer makes are not observed."""
+    """The observers of a context. The object is false if the context has no observers. It is also
+    false while an observer receives a pass, because draws of observers are not observed."""
 
     def __init__(self) -> None:
         self.all: list[Observer] = []
@@ -164,7 +164,7 @@ class Observers:
 
 
 class HostQuery:
-    """An occlusion query by which the host counts rays, while passes are observed. Its result is
+    """An occlusion query with which the host counts rays, while passes are observed. Its result is
     also the fragment count of the pass inside, because OpenGL cannot nest occlusion queries."""
 
     def __init__(self, observers: Observers, query: OcclusionQuery) -> None:

@@ -30,7 +30,7 @@ class OcclusionQuery:
         self._free, self._samples = free, 0
 
     def __enter__(self) -> OcclusionQuery:
-        assert self._query is not None      # an `OcclusionQuery` serves once
+        assert self._query is not None      # an `OcclusionQuery` can be used once
         self._query.__enter__()
         return self
 

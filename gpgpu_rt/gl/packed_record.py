@@ -70,7 +70,7 @@ class PackedRecord:
 
     @property
     def planes(self) -> tuple[Plane, ...]:
-        """The planes, as of a Record: a single texture of integers."""
+        """The planes, as in ``Record.planes``. There is only one plane, a texture of integers."""
         return (Plane("", 0, self.texels, self.channels // self.texels, "u4"),)
 
     def table_glsl(self) -> str:

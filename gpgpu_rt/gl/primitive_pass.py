@@ -33,7 +33,8 @@ class PrimitivePass(FragmentPass):
         Parameters
         ----------
         layout : in moderngl's notation: "3f 1i" for a vertex or "4f/i" for an instance
-        attributes : an attribute per word of the layout. Unused attributes are ignored
+        attributes : the name of an attribute for each word of the layout. Unused attributes are
+            ignored
         """
         if self._buffer is not buffer:
             release(self._geometry)

@@ -18,7 +18,7 @@ class RowPass(FragmentPass):
     Parameters
     ----------
     vertex, fragment : files under ``glsl/``
-    attribute : the vertex program's name of the integer
+    attribute : name of the integer in the vertex program
     vertices : vertices per integer. 1 draws points, other numbers draw triangles
     """
 
@@ -31,7 +31,7 @@ class RowPass(FragmentPass):
 
     def draw(self, target: Drawable, textures: Mapping[str, moderngl.Texture],
              rows: np.ndarray, uniforms: Mapping[str, object]) -> None:
-        """Draw (n,) or (n, k) int ``rows``. Uniforms that the program lacks are ignored."""
+        """Draw (n,) or (n, k) integers ``rows``. Uniforms that the program lacks are ignored."""
         if not len(rows):
             return
         data = np.repeat(rows.astype(np.int32), self.vertices, axis=0)

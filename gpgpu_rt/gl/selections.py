@@ -7,10 +7,10 @@ into its queue again for each path that leads there. A loop with 36 selections t
 GiB. The arguments of a function are plain names inside it, so `picked_value(a, b, c)` is no
 branch.
 
-A selection is rewritten only if both values can be computed in any case. They assign nothing, and
-call no function that could have an effect or a loop. If they read an element of an array, its
-index is a parameter of a function: programs hand over only numbers of rays and axes, which are
-inside the array.
+A selection is rewritten only if both values can be computed in any case: they assign nothing, and
+call no function that could have an effect or a loop. If they read an element of an array, the
+index must be a parameter of a function. Programs pass only numbers of rays and axes as such an
+index, and these numbers lie inside the array.
 """
 from __future__ import annotations
 
@@ -154,7 +154,7 @@ def harmless_functions(text: str, items: Sequence[Item], parameters: frozenset[s
     """Return the names of functions and macros that may be called although their value is not
     needed."""
     bodies: dict[str, list[Sequence[Item]]] = {}
-    # the names of variables that are no function's own
+    # the names of variables that are declared outside of functions
     changing = set().union(*map(_declared, _statements(items)))
     for kind, name, arguments, body in _functions(items):
         is_plain = kind in TYPES and not {"out", "inout"} & set(map(str, _flat(arguments.items)))
@@ -165,7 +165,7 @@ def harmless_functions(text: str, items: Sequence[Item], parameters: frozenset[s
             ("discard",) if _CHANGING & set(map(str, _flat(macro))) else macro)
 
     def is_harmless(body: Sequence[Item], harmless: set[str]) -> bool:
-        # `for (` and `while (` look like calls of functions, which are not harmless.
+        # `for (` and `while (` look like calls of unknown functions, so they are not harmless.
         words = {item.partition(".")[0] for item in _flat(body) if isinstance(item, str)}
         return (not words & (changing | {"discard"}) and _calls(body) <= harmless
                 and not _reads_element(body, parameters))
@@ -254,7 +254,7 @@ class _Writer:
         return text
 
     def _changes_nothing(self, items: Sequence[Item]) -> bool:
-        """Return whether a value that is needed in any case changes nothing."""
+        """Return whether computing a value changes nothing, if the value is needed in any case."""
         words = [item for item in _flat(items) if isinstance(item, str)]
         return _calls(items) <= self._harmless and not any(
             word in _CHANGING or _is_directive(word) for word in words)
@@ -270,7 +270,7 @@ def _split(items: Sequence[Item], operator: str) -> list[Sequence[Item]]:
 
 
 def _is_name(items: Sequence[Item]) -> bool:
-    """Return whether ANGLE makes no branch for this value."""
+    """Return whether a value is a plain name or constant, for which ANGLE makes no branch."""
     return len([item for item in items if not _is_blank(item)]) == 1 and not any(
         isinstance(item, Bracketed) for item in items)
 

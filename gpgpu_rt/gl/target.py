@@ -66,13 +66,14 @@ class Target:
         return next(iter(self.records.values()))
 
     def part(self, record: Record) -> Target:
-        """Return a target over the textures of a single record, which this target still owns."""
+        """Return a target for a single record. This target still owns the record's textures."""
         return Target(self.gpu, record, self.size,
                       borrowed={record.name: self.streams[record.name]})
 
     def samplers(self, as_name: str | None = None) -> Mapping[str, moderngl.Texture]:
         """Return sampler name -> texture, read-only. ``as_name`` renames the only record."""
-        # Every draw asks for the names, so the plain answer is kept until the streams change.
+        # Every draw asks for the names, so the answer without ``as_name`` is kept until the
+        # streams change.
         if as_name is None and self._sampled[0] is self.streams:
             return self._sampled[1]
         found = MappingProxyType({

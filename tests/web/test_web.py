@@ -49,7 +49,7 @@ def test_es_text(text: str, told: str) -> None:
 
 
 def test_joined_names_that_cannot_be_expanded_are_refused() -> None:
-    with pytest.raises(ShaderError, match="joins no names"):
+    with pytest.raises(ShaderError, match="cannot join names"):
         es_text(HEADER + "#define READ(k) texels_##k\n#define BOTH(k) READ(k)\n")
     with pytest.raises(ShaderError, match="does not begin"):
         es_text("#version 120\n")

@@ -2,11 +2,11 @@
 // section 4.4). The two planes of a node say where the left child ends and where the right child begins.
 // The children may overlap or leave a gap, so a ray enters both children, one child or neither.
 //
-// The paper keeps a stack. A fragment program of 2006 has no stack. As in Foley and Sugerman's
-// kd-backtrack, a ray therefore climbs, one parent a step. On the way it enters each far child whose box it
-// meets. This box is the part of the scene's box that the planes of the node's ancestors leave. The t of a
-// plane always comes from the same expression, so the ray's interval in this box equals the interval that a
-// stack would have kept.
+// The paper keeps a stack. A fragment program of 2006 has no stack. As in Foley and Sugerman's kd-backtrack,
+// a ray therefore climbs, one parent per step. On the way it enters each far child whose box it meets. This
+// box is the part of the scene's box that the planes of the node's ancestors leave. The t of a plane always
+// comes from the same expression, so the ray's interval in this box equals the interval that a stack would
+// have kept.
 //
 // With STACK_SIZE above 0 far children wait in a stack, which is a local array. Entries can be lost: the
 // array is empty at the start of each pass, and a push onto a full stack drops the lowest entry. If a ray's

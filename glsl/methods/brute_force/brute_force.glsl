@@ -1,4 +1,4 @@
-// Brute force: every ray tests every triangle, one triangle a step. Foley and Sugerman, "KD-Tree
+// Brute force: every ray tests every triangle, one triangle per step. Foley and Sugerman, "KD-Tree
 // Acceleration Structures for a GPU Raytracer", Graphics Hardware 2005, measure this method as "Brute"
 // (survey, Figure 12).
 

@@ -1,4 +1,4 @@
-// A threaded BVH that stores each octant copy in full and shares no subtree. The counterpart of
+// A threaded BVH that stores each octant copy in full and shares no subtree. This file replaces
 // shared_subtrees.glsl. These functions do not use `after`, so the compiler removes it.
 
 int no_way_out;

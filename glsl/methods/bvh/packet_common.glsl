@@ -2,8 +2,9 @@
 // the tests of a leaf's triangles. The walks are in bvh_packet.glsl (with a stack) and
 // bvh_packet_threads.glsl (along escape indices).
 //
-// Options choose the files behind <triangle_tests> (triangle by ray, or by shared axes), <box_tests> (box
-// by ray, or by interval) and <culling>. A walk defines `start_walk`, `walk_on` and `step_packet`.
+// Options choose the files in drivers/ behind <triangle_tests> (triangle_by_ray or triangle_by_axes),
+// <box_tests> (boxes_by_ray or boxes_by_interval) and <culling> (cull_nothing or vertex_culling). A walk
+// defines `start_walk`, `walk_on` and `step_packet`.
 
 #define PRESENT(r) (rays[r].t_min < NEVER)
 

@@ -1,7 +1,7 @@
-// The shared part of all packet walks through a BVH under the schedule `step`: the choice of
-// the next turn, and the advance through a leaf's triangles. The rays of a turn walk together
-// (drivers/packet_turns.glsl). The walks are in packet_steps_stack.glsl and packet_steps_threads.glsl. A walk defines these
-// functions:
+// The shared part of all packet walks through a BVH under the schedule `step`: the choice of the next turn,
+// and the advance past each tested triangle of a leaf. The rays of a turn walk together
+// (drivers/packet_turns.glsl). The walks are in packet_steps_stack.glsl and packet_steps_threads.glsl. A walk
+// defines these functions:
 //   `clear_place`, `load_place` and `store_place` handle the fields of the state besides the node.
 //   `go_on` continues at `node`, with a pop, or with the end of the walk.
 //   `leave_leaf` continues after the last triangle of a leaf.

@@ -12,8 +12,8 @@
 #include "core/quantised.glsl"
 #include "methods/bvh/bvh_pairs.glsl"
 
-// The children whose boxes the ray meets, the nearer child first, and the t at which the ray enters each
-// box. NOTHING stands for a child that the ray misses.
+// Return the children whose boxes the ray meets, the nearer child first, and the t at which the ray enters
+// each box. NOTHING stands for a child that the ray misses.
 Visited visit(Ray ray, float t_hit, int node) {
     vec2 left = box_interval(ray, bvh_pair_left_lo(node), bvh_pair_left_hi(node));
     vec2 right = box_interval(ray, bvh_pair_right_lo(node), bvh_pair_right_hi(node));

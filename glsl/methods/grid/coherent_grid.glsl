@@ -42,7 +42,7 @@ bool is_settled(int r) {
 
 // Turns ------------------------------------------------------------------------------------------
 
-// The dominant axis, and the sign along it.
+// The number of a ray's turn: twice the dominant axis, plus 1 if the direction is negative along this axis.
 int major_of(Ray ray) {
     int axis = ray.dominant.x ? 0 : ray.dominant.y ? 1 : 2;
     return 2 * axis + (permute(ray, ray.inv_dir).z < 0.0 ? 1 : 0);

@@ -1,6 +1,6 @@
-// kd-backtrack: Foley and Sugerman 2005, section 4 (survey, section 3.4, Figure 11 right). A ray that
-// leaves a leaf without a hit climbs, one parent a step. It stops at the first ancestor whose box the rest
-// of its interval still crosses, and descends from this ancestor.
+// kd-backtrack: Foley and Sugerman 2005, section 4 (survey, section 3.4, Figure 11 right). A ray that leaves
+// a leaf without a hit climbs, one parent per step. The ray stops at the first ancestor whose box the rest of
+// its interval still crosses, and descends from this ancestor.
 //
 // The faces of boxes are planes of the tree, and one expression computes the t at which a ray leaves a box
 // or a leaf. If an ancestor's box ends where the leaf ended, the two values are equal. The climb therefore

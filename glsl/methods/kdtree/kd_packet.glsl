@@ -1,15 +1,15 @@
 // kd-packet: Horn, Sugerman, Houston, Hanrahan, "Interactive k-D Tree GPU Raytracing", I3D 2007 (survey,
-// section 3.4, Figures 13 and 14). The rays of a packet share the node and its fetch. Each ray keeps its
-// own interval. The packet enters a child if any ray needs the child. If it needs both children, it enters
-// the near child and pushes the far child. A restart begins at the root. With PUSH_DOWN, it begins at the
-// last node that contains the rest of every ray's interval (see kd_push_down.glsl).
+// section 3.4, Figures 13 and 14). The rays of a packet share the node and its fetch. Each ray keeps its own
+// interval. The packet enters a child if any ray needs the child. If rays need both children, the packet
+// enters the near child and pushes the far child. A restart begins at the root. With PUSH_DOWN, it begins at
+// the last node that contains the rest of every ray's interval (see kd_push_down.glsl).
 //
 // Addition: with SKIP_EMPTY_LEAVES a packet passes leaves without triangles without fetching them, because
 // their parent says that they are empty. The survey does not mention this for Horn et al.
 //
-// The rays of a turn agree in the signs of their directions (drivers/packet_turns.glsl). All other rays
-// wait, masked by an empty interval. Options choose the files behind <triangle_tests> (triangle by ray, or
-// by shared axes), <culling> and <short_stack>.
+// The rays of a turn agree in the signs of their directions (drivers/packet_turns.glsl). All other rays wait,
+// masked by an empty interval. Options choose the files behind <triangle_tests> (drivers/triangle_by_ray.glsl
+// or triangle_by_axes.glsl), <culling> and <short_stack>.
 
 #define PRESENT(r) (t_min[r] < t_exit[r])
 

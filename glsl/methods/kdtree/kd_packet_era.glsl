@@ -13,7 +13,7 @@
 // node. The node of a free stack entry is 0. The first entry's node is PUSHING while `pushed` may still move
 // down.
 
-#define node place      // of a packet in a leaf: the cursor
+#define node place      // in a leaf, this field holds the cursor
 #define cursor place
 
 #include "core/axis.glsl"
@@ -23,7 +23,7 @@ const float FREE = 0.0;
 const float PUSHING = -1.0;
 const vec4 ZERO = vec4(0.0);
 
-// For each ray, a number of `a` where `is_a` holds, else of `b`.
+// Choose for each ray: the component of `a` where `is_a` is true, else the component of `b`.
 vec4 each_chosen(bvec4 is_a, vec4 a, vec4 b) {
     return vec4(is_a.x ? a.x : b.x, is_a.y ? a.y : b.y, is_a.z ? a.z : b.z, is_a.w ? a.w : b.w);
 }
@@ -54,7 +54,7 @@ void init(Packet_rays rays, out State state) {
     state.phase = dot(vec4(lessThan(state.t_turn, vec4(NEVER))), vec4(1.0)) > 0.0 ? BEGIN : DONE;
 }
 
-// The turn has the signs of the first ray that waits.
+// Begin a turn with all waiting rays whose directions have the same signs as the first waiting ray.
 void begin(Packet_rays rays, inout State state, inout Hit hit) {
     vec4 waits = waiting(state, hit);
     vec4 first = waits * vec4(1.0, 1.0 - waits.x, 1.0 - max(waits.x, waits.y),
@@ -111,8 +111,8 @@ void traverse(Packet_rays rays, inout State state, inout Hit hit) {
     }
 }
 
-// Push the far child, with the ends of the rays' intervals before the visit. A full stack drops its lowest
-// entry.
+// Push the far child, with the end that each ray's interval had before the visit. A full stack drops its
+// lowest entry.
 void push(Packet_rays rays, inout State state, inout Hit hit) {
     state.node_2 = STACK_SIZE > 2 ? state.node_1 : FREE;
     state.node_1 = STACK_SIZE > 1 ? state.node_0 : FREE;

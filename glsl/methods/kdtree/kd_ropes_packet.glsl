@@ -10,7 +10,7 @@
 //
 // Departure: only rays that agree in the signs of their directions walk together, in one turn
 // (drivers/packet_turns.glsl). The rays of a turn therefore leave a box through the same three faces. An
-// option chooses the file behind <triangle_tests> (triangle by ray, or by shared axes).
+// option chooses the file behind <triangle_tests> (drivers/triangle_by_ray.glsl or triangle_by_axes.glsl).
 
 #define PRESENT(r) (ray_node[r] == node)
 

@@ -1,5 +1,5 @@
 // kd-short-stack in the era form: the search of kd_short_stack.glsl, with a state that leaves one of a card's
-// four render targets to the hit.
+// four render targets free for the hit.
 //
 // Three rules make the state small, and none of them costs an instruction:
 //   1. In a leaf, the node and t_min are not needed, because leave_leaf() sets both. Their fields hold the
@@ -7,9 +7,9 @@
 //   2. No stack holds the root, so the node of a free entry is 0, and no field counts the entries.
 //   3. While a ray is `pushing`, its stack is empty. The node of its first entry is then PUSHING.
 
-#define node place      // of a ray in a leaf: the cursor
+#define node place      // in a leaf, this field holds the cursor
 #define cursor place
-#define end t_min       // of a ray in a leaf
+#define end t_min       // in a leaf, this field holds the end of the leaf's list
 
 #include "methods/kdtree/kd_common.glsl"
 

@@ -10,7 +10,7 @@
 void repeat_kernel() {
     node = packet.from;
     turn = packet.turn;
-    packet.turns |= packet.last == BEGIN ? 1 << turn : 0;   // the turns before the kernel
+    packet.turns |= packet.last == BEGIN ? 1 << turn : 0;   // restore the value before the kernel
     load_packet();
     load_ray(0);
     if (packet.last == TRAVERSE) {

@@ -1,4 +1,4 @@
-// A kd packet without a stack carries no stack between passes. The counterpart of
+// A kd packet without a stack carries no stack between passes. This file replaces
 // packet_short_stack_steps.glsl.
 
 void clear_packet_stack() {

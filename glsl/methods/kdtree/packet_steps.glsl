@@ -6,7 +6,7 @@
 //   `leave` goes on behind a leaf.
 //   `begin` begins the next turn at the root.
 //
-// In a kernel, the rays vote: it loads the places of all rays, but stores only the decision for the packet.
+// A kernel loads the places of all rays and lets the rays vote, but stores only the decision for the packet.
 // A second pass repeats the kernel for each ray, and stores the ray's new place (packet_ray.glsl). For this
 // pass, the fields `last` and `from` hold the last kernel and its node. The field `turns` has a bit for each
 // turn that has not begun.
@@ -19,7 +19,7 @@ void clear_packet();
 void load_packet();
 void store_packet();
 
-// The texel of ray r. A ray beyond the edge of the ray textures, which never enters the tree, has the texel
+// The texel of ray r. A ray beyond the edge of the ray textures, which never enters the tree, gets the texel
 // of another ray.
 ivec2 own_texel(int r) {
     return min(ray_texel(r), ray_texture_size - 1);

@@ -1,6 +1,6 @@
 #version 330 core
-// Writes the hit and the state of each ray. Each ray once more tests the triangle that the batches found
-// for it, to get u and v.
+// Writes the hit and the state of each ray. To get u and v, each ray tests once more the triangle that the
+// batches found for this ray.
 
 #include "core/precision.glsl"
 #include "core/fetch.glsl"

@@ -8,12 +8,12 @@
 // beyond the present leaf can hold a nearer hit.
 //
 // The traversal owns links, leaves and the way back. Both trees have nodes of the same format. A stack would
-// not fit all schedules, so a ray climbs one parent a step, as in kd-backtrack (Foley and Sugerman 2005). From
-// a near child the ray goes to the far sibling if it meets the sibling's box before its nearest hit.
+// not fit all schedules, so a ray climbs one parent per step, as in kd-backtrack (Foley and Sugerman 2005).
+// From a near child the ray goes to the far sibling if it meets the sibling's box before its nearest hit.
 
 #include "core/axis.glsl"
 
-// Whether a ray reaches the right child of a node with this axis first.
+// Return whether a ray reaches the right child first, at a node that is split along this axis.
 bool goes_down(Ray ray, int axis) {
     return along(axis, ray.inv_dir) < 0.0;
 }

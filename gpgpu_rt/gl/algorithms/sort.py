@@ -23,8 +23,8 @@ def sort(room: StreamRoom, keys: Stream) -> Stream:
 
 
 def flips(length: int) -> list[int]:
-    """Return for each step the bits in which the index of an element differs from the index of the
-    element that it is compared with."""
+    """Return an integer for each step. Its bits are the bits in which the indices of two compared
+    elements differ."""
     merged, result = 1, []
     while merged < length:
         result.append(2 * merged - 1)          # mirror a block of two sorted halves

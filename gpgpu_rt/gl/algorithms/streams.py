@@ -73,7 +73,7 @@ class StreamRoom:
 
     Parameters
     ----------
-    folder : the folder under ``glsl/`` of programs whose names have no folder
+    folder : the folder under ``glsl/`` of the programs whose names contain no folder
     """
 
     def __init__(self, gpu: Gpu, folder: str = "algorithms") -> None:
@@ -114,8 +114,8 @@ class StreamRoom:
 
         Parameters
         ----------
-        reads : the streams that the program reads. If several have the same name, it reads the
-            first of them
+        reads : the streams that the program reads. If several have the same name, the program
+            reads the first of these
         """
         count = target.length - first if count is None else count
         if count <= 0:

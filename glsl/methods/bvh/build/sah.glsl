@@ -1,6 +1,7 @@
-// Shared code of the passes of the SAH build. The build is breadth-first: the same passes handle all nodes
-// of a level (C. Lauterbach et al., "Fast BVH Construction on GPUs", Eurographics 2009; survey,
-// section 5). Costs are binned (I. Wald, "On fast construction of SAH-based bounding volume hierarchies", 2007).
+// Shared code of the passes of the SAH build. The build is breadth-first: the same passes handle all nodes of
+// a level (C. Lauterbach et al., "Fast BVH Construction on GPUs", Eurographics 2009; survey, section 5).
+// Costs are computed at bins (I. Wald, "On fast construction of SAH-based bounding volume hierarchies",
+// 2007).
 //
 // Departures: each triangle is drawn as a point, and blending adds the point to its bin. A node of at most
 // SMALL triangles tries every split between two triangles, as the CPU builder does. Lauterbach et al. give

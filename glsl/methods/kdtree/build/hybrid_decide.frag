@@ -1,5 +1,6 @@
 #version 330 core
-// Splits a large node of the lower levels by the cheapest of all planes, or makes it a leaf.
+// Splits a large node of the lower levels by the cheapest of all planes. Axis 3 marks a node that this pass
+// does not split: a leaf, or a small node.
 
 #include <records>
 #include "core/stream.glsl"
