@@ -22,6 +22,10 @@ vec3 heat(float x) {
     return mix(heat_colours[low], heat_colours[low + 1], at - float(low));
 }
 
+vec3 sky(vec3 direction) {
+    return mix(vec3(0.86, 0.9, 0.95), vec3(0.55, 0.66, 0.8), normalize(direction).y);
+}
+
 vec3 surface(int triangle, vec3 direction) {
     int width = textureSize(surfaces, 0).x;
     vec4 texel = texelFetch(surfaces, ivec2(triangle % width, triangle / width), 0);
@@ -38,8 +42,7 @@ void main() {
     vec3 direction = texelFetch(directions, pixel, 0).xyz;
     ivec2 place = pixel * textureSize(phases, 0) / rays;    // a packet has one state for all its rays
     int phase = stepwise ? int(texelFetch(phases, place, 0)[places.x]) : 0;
-    vec3 shown = sqrt(int(hit.w) == NO_TRIANGLE ? mix(vec3(0.86, 0.9, 0.95), vec3(0.55, 0.66, 0.8), normalize(direction).y)
-                                           : surface(int(hit.w), direction));
+    vec3 shown = sqrt(int(hit.w) == NO_TRIANGLE ? sky(direction) : surface(int(hit.w), direction));
     if (most > 0.0) {
         shown = heat(texelFetch(counts, place, 0)[places.y] / most);
     } else if (phase > 0) {
