@@ -5,8 +5,8 @@
 FOLDER is the result of tools/period_compilers.sh. CARD is r300, r420, r580, nv40 or g80.
 The drivers of R300 to R580 print counts of the program's instructions, fetches and registers; with
 --listing they also print the program. NV40's driver prints the program. G80's driver prints counts
-of instructions and registers. Some of these drivers crash at a normal end, so each program is
-compiled in a separate process.
+of instructions and registers. Some of these drivers crash when the process exits normally, so each
+program is compiled in a separate process.
 """
 from __future__ import annotations
 
@@ -164,7 +164,7 @@ def main() -> None:
     if chosen.card in COMPILES_AT_A_DRAW:
         driver.draw(program)
     sys.stdout.flush()
-    os._exit(0)     # a normal end would crash in some of the drivers
+    os._exit(0)     # skips the normal exit, in which some drivers crash
 
 
 if __name__ == "__main__":

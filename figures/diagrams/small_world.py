@@ -1,8 +1,8 @@
 """Small world: a few triangles that stand on a plane, their kd-tree, and one ray.
 
 `walk` traces the ray by the passes of a given method and reads the ray's state after each pass.
-The triangles are low, and the ray runs parallel to the ground. Therefore no split across z lowers
-the cost, and the tree is two-dimensional when seen from above, as the survey draws it.
+The triangles are low, so no split across z lowers the cost. The ray runs parallel to the plane.
+Seen from above, tree and ray are therefore two-dimensional, as the survey draws them.
 """
 from __future__ import annotations
 
@@ -29,8 +29,9 @@ class World:
 
     triangles : (n, 3, 3) float32.
     lo, hi : (nodes, 3) float32, the boxes of the tree's nodes.
-    origin, direction : (3,) float32. The direction's largest component lies in [0.5, 1). Kernels
-        scale directions to this size, so their t is the caller's t.
+    origin, direction : (3,) float32. The direction's largest component lies in [0.5, 1). A
+        tracer scales each direction by a power of two to this size. This direction has the size
+        already, so the t of the kernels is the caller's t.
     """
 
     scene: rt.Scene

@@ -69,7 +69,7 @@ def _rays(cell: Cell, name: str) -> Workload:
 
 
 def picture_size(size: int) -> int:
-    """Side in pixels of the picture that is judged beside size squared rays of each kind."""
+    """Return the side in pixels of the picture that an accuracy cell compares with a reference."""
     return min(256, 2 * size)
 
 
@@ -134,10 +134,11 @@ WORKS = (
                     catalogued=False, digest=_of_made(bundle_errors)),
     MeasurementKind("first hits", lambda cell, _: {"first_hits": first_hit_times.measure(
         load(cell.scene), cell.method, dict(cell.options), cell.size, cell.runs)}),
-    # The errors are measured by number of samples, up to the number in the options.
+    # The errors are measured after 64, 128, ... samples, up to the number in the options.
     MeasurementKind("path errors", lambda cell, _: {"errors": path_errors.measure(
         load(cell.scene), cell.method, dict(cell.options), cell.size)}, timed=False),
-    # The options name the step of `growing` whose pictures are timed.
+    # The options number one of the scenes of experiments/growing.py, each of which needs one more
+    # feature of the renderer than the scene before.
     MeasurementKind("needs", lambda cell, _: {"needs": needs_times.measure(
         dict(cell.options)["step"], cell.method, cell.size, cell.runs, cell.scene)},
         digest=lambda cell: needs_times.digest(cell.scene, dict(cell.options)["step"])),
@@ -164,5 +165,5 @@ TRACED = MeasurementKind("", lambda cell, _: trace_times.measure(cell))
 
 
 def work_of(cell: Cell) -> MeasurementKind:
-    """The row of WORKS that a cell's `work` names."""
+    """The row of WORKS that a cell's `work` names, or TRACED if `work` names a workload."""
     return next((work for work in WORKS if cell.work.startswith(work.name)), TRACED)

@@ -34,7 +34,7 @@ def cells(full: bool) -> list[Cell]:
 
 
 def judge(data: Path, full: bool) -> verdicts.Verdict:
-    """The verdict on packets under mirrors, from all scenes that can show what mirrors do.
+    """The verdict on packets after mirrors, from all scenes whose packets the mirrors scatter.
 
     The tendency is that packets gain less at the last bounce than at the first. The claim is that
     packets become slower than single rays. If the rays of a packet stay together, the mirrors have
@@ -53,8 +53,9 @@ def judge(data: Path, full: bool) -> verdicts.Verdict:
         pairs = tuple(verdicts.Pair(scene, mirror(bounces), SINGLE, PACKET) for bounces in BOUNCES)
         claims += [verdicts.Claim(says, holds, (scene,), pairs,
                                   bool(results[0][0]["scene"]["stand_in"])) for says, holds in (
-            (f"on {scene} packets have {number(gains[0])} times the rate of single rays before "
-             f"mirrors, and less, {number(gains[-1])} times, after them", gains[-1] < gains[0]),
+            (f"on {scene} the rate of packets, divided by the rate of single rays, falls from "
+             f"{number(gains[0])} before the mirrors to {number(gains[-1])} after them",
+             gains[-1] < gains[0]),
             (f"packets become slower than single rays on {scene}", min(gains) < 1))]
     return verdicts.of_claims(claims, exceptions)
 
@@ -113,8 +114,8 @@ def draw(data: Path, out: Path, full: bool) -> None:
         "actually decreases the performance as we increase the number of bounces\". Packets are "
         "2x2 neighbouring pixels; the ray of a pixel may have ended at an earlier bounce. A "
         "packet's nodes are divided among four rays. \"So far\" means the sum over all bounces "
-        "up to the row's. At the quick size rays are two to four times as far apart as "
-        "at 1024x1024.", *stand_ins, "", *parts)))
+        "up to the bounce of the row. At the quick size rays are two to four times as far apart "
+        "as at 1024x1024.", *stand_ins, "", *parts)))
     for axis in axes[:, 0]:
         axis.set_ylabel("million pixels a second,\nall bounces so far (log)")
     figure.legend(handles=[plt.Line2D([], [], marker=marker, color=colour, label=method)

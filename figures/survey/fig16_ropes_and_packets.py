@@ -50,9 +50,9 @@ def _remarks(results: Results) -> list[str]:
             frustum = published("fig16", panel.scene, "openrt-frustum-packet")
             lines.append(
                 f"{panel.label}: single rays have {number(over[0])} times and packets "
-                f"{number(over[1])} times the rate of {CPU}. In the paper they have "
-                f"{number(paper[0])} and {number(paper[1])} times the rate of single rays along "
-                "ropes on an Opteron" + (
+                f"{number(over[1])} times the rate of {CPU}. In the paper, single rays on the "
+                f"GPU have {number(paper[0])} times and packets {number(paper[1])} times the rate "
+                "of single rays along ropes on an Opteron" + (
                     "." if frustum is None else
                     f", and {number(_rate(panel, SINGLE) / frustum)} and "
                     f"{number(_rate(panel, PACKET) / frustum)} times the rate of OpenRT's frustum "
@@ -74,15 +74,16 @@ FIGURE = Comparison(
      MethodColumn(SINGLE, SINGLE), MethodColumn(PACKET, PACKET)),
     _cell,
     ("The CPU is today's, and so is its ray tracer: Embree's BVH through embreex, on one thread, "
-     "without ropes. The published number in embreex's row is the rate of Popov's single rays "
-     "along ropes on an Opteron, so tau-b leaves the row out. On a software renderer our "
-     "methods run on the same CPU as Embree.",
+     "without ropes. In this row, the published number belongs to another method: Popov's "
+     "single rays along ropes on an Opteron. So the comparison of orders (tau-b) leaves the row "
+     "out. On a software renderer our methods run on the same CPU as Embree.",
      "\"Primary+secondary\" is a whole picture here: eye rays, shading and a shadow ray per hit. "
      "The survey does not say which secondary rays the paper traced. Counters are of the eye "
      "rays, and times are per pixel. A packet's counters are divided among its rays.",
-     "Measured packets are 2x2, and predicted packets are 4x4. The paper's packets are as wide as "
-     "a warp. At the quick size neighbouring rays are twice as far apart as at 1024x1024, so the "
-     "rays of a packet share fewer nodes.", LEFT_OUT),
+     "Measured packets are 2x2. The prediction scales the counts of 4x4 packets to the paper's "
+     "packets, which have the 32 rays of a warp. At the quick size neighbouring rays are twice as "
+     "far apart as at 1024x1024, so the rays of a packet share fewer nodes.", LEFT_OUT),
     _remarks, full_only=STAND_IN,
-    # The paper does not publish the order of its loop.
+    # The paper does not say whether its loop is while-while or runs one step of each ray per
+    # iteration, so both forms are predicted. The third form is while-while with uncoalesced loads.
     paper_card=PaperCard("G80", 1024, (WHILE_WHILE, STEP, UNCOALESCED)))

@@ -4,8 +4,9 @@
 // "Hash Functions for GPU Rendering", JCGT 9(3), 2020. Philox, the hash of Salmon et al., needs the high half
 // of a product, which GLSL 330 does not give. gpgpu_rt/reference/random_numbers.py draws the same numbers.
 
-// The counter of a block of four numbers: pixel, sample, and a word for the purpose. This word has space for
-// 16 blocks per bounce, 4096 bounces and 65536 seeds.
+// The counter of a block of four numbers: the pixel, the sample, and a word that packs the seed, the bounce
+// and the block (which stands for the purpose). The word has space for 16 blocks per bounce, 4096 bounces and
+// 65536 seeds.
 uvec4 random_counter(uvec2 pixel, uint path_sample, uint bounce, uint block, uint seed) {
     return uvec4(pixel, path_sample, (seed << 16) | (bounce << 4) | block);
 }

@@ -36,7 +36,7 @@ def read_obj(path: Path, groups: bool) -> Mesh:
     Raises
     ------
     ValueError
-        the file is wrong; the message names the line
+        the file is wrong; the message names the line if a single line is wrong
     SceneError
         a texture that a material names cannot be read
     """
@@ -103,8 +103,11 @@ def _libraries(path: Path, text: _Text) -> dict[str, LibraryMaterial]:
 
 
 class _Corners(NamedTuple):
-    """The corners of n triangles: (n, 3) int64 rows of vertices (``place``), texture coordinates
-    and normals, negative for a missing value; and (n,) the line of each triangle's face."""
+    """The corners of n triangles.
+
+    ``place``, ``uv`` and ``normal`` are (n, 3) int64, the indices of the corners' vertices,
+    texture coordinates and normals. A missing value has a negative index. ``line`` is (n,), the
+    line of each triangle's face."""
 
     place: np.ndarray
     uv: np.ndarray
@@ -151,8 +154,8 @@ def _indices(words: Sequence[bytes]) -> np.ndarray:
 
 def _count_from_zero(index: np.ndarray, declared: np.ndarray, line: np.ndarray) -> None:
     """Convert indices to count from 0, in place. In the file, a negative index counts back from
-    the last value declared before its line. Afterwards, -1 means a missing index, and -2 means an
-    index before the first value."""
+    the last value declared before its line. Afterwards, a negative index means a
+    missing index, or an index before the first value."""
     back = index < 0
     if back.any():
         before = np.searchsorted(declared, line[back])
@@ -195,7 +198,7 @@ class _Text:
         return decoded(self.lines[row][len(word):].strip())
 
     def columns(self, word: bytes) -> int:
-        """Return the least number of values in a line that begins with a word."""
+        """Return the smallest number of values among the lines that begin with ``word``."""
         rows = self.rows(word).tolist()
         return min((len(self.lines[row].split(None, 7)) - 1 for row in rows), default=0)
 
@@ -228,13 +231,14 @@ class _Text:
                 whole = False
             if not whole:
                 return f"line {row + 1} is {decoded(self.lines[row])[:40]!r}; give numbers"
-        return "its numbers do not add up"
+        return "its lines have too few numbers; give the same count in each line"
 
     def named_before(self, word: bytes, lines: np.ndarray, default: str
                      ) -> tuple[list[str], np.ndarray]:
-        """Return names without repetition, and for each of ``lines`` the index of its name. A
-        line's name follows ``word`` in the last earlier line that begins with ``word``. Without
-        such a line, the name is ``default``."""
+        """Return the names that apply to line numbers, without repetition, and the index of the
+        name of each of ``lines``. The name of a line follows ``word`` (for example ``usemtl``) in
+        the last earlier line that begins with ``word``. Without such a line, the name is
+        ``default``."""
         rows = self.rows(word)
         said = [default, *(self.body(row, word) or default for row in rows.tolist())]
         used, which = np.unique(np.searchsorted(rows, lines), return_inverse=True)

@@ -2,8 +2,9 @@
 
 The host draws a picture of test rays and observes the passes. Equal passes have the same program,
 inputs and target. The description names the passes before the first repetition, and the passes of
-a cycle, which the player repeats until no ray is alive. A cycle consists of turns; the cycle's
-first program runs once in each turn.
+a cycle, which the page's script (passes.js) repeats until no ray is alive. A cycle consists of
+turns, each of which begins with the cycle's first program. A cycle has several turns if successive
+turns write to different targets.
 """
 from __future__ import annotations
 
@@ -81,7 +82,7 @@ class Described:
         if self._schedule == "loop":
             once = list({_key(one): one for one in rest}.values())
             if len(once) > 1 + (once[-1].name == PACKET_HITS):
-                raise NotInBrowser("a ray takes more steps than a loop has on this scene")
+                raise NotInBrowser("a test ray exceeds the limit on loop iterations")
         elif self._schedule == "step":
             once, cycle = _cycle([one for one in rest if one.name not in COUNTING])
             self._cycles = [self._described_cycle(0, _turns(cycle))]
@@ -148,7 +149,7 @@ class Described:
         self._targets.append(told)
 
     def _number(self, one: ObservedPass) -> int:
-        """Return the number of a pass. An equal pass is described once."""
+        """Return the number of a pass. Equal passes share a number and a description."""
         key = _key(one)
         if key not in self._numbers:
             self._numbers[key] = len(self._passes)
@@ -164,7 +165,7 @@ class Described:
             elif sampler.endswith("_table"):
                 inputs[sampler] = f"table:{self._tables.texture(texture)}"
             else:
-                raise NotInBrowser(f"the host writes {sampler}")
+                raise NotInBrowser(f"neither a pass nor a table provides {sampler}")
         # The printed form is shorter, computes the same bits, and is shown to the page's reader.
         sized, fragment = self._sized(one), program_text(self._printed[one.texts[1]])
         if self._packets:
@@ -179,8 +180,9 @@ class Described:
                 "outputs": len(one.outputs)}
 
     def _sized(self, one: ObservedPass) -> dict[str, list[Any]]:
-        """Return the uniforms that follow from the number of rays: name -> [target, the kind of
-        this target's size]."""
+        """Return the uniforms that depend on the number of rays: name -> [target, size]. ``size``
+        is "rays" for the size of the ray textures, "tile" for the size of a tile of the target, or
+        "across" for the target's number of tiles in a row."""
         kinds = {"ray_texture_size": "rays", "tile_size": "tile", "tiles_a_row": "across"}
         atlas = next((k for k, target in enumerate(self._targets) if "levels" in target), 0)
         return {name: [atlas if name.startswith("tile") else 0, kind]

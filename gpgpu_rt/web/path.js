@@ -51,8 +51,8 @@ async function boxReader(drawn) {
     return () => null;
 }
 
-// Returns (node) -> [low corner, high corner], or null, for a kd-tree whose nodes store split planes alone. The planes
-// of its ancestors cut a node's box from the scene's box.
+// Returns (node) -> [low corner, high corner], or null, for a kd-tree whose nodes store split planes alone. A node's
+// box is the scene's box, cut by the split planes of the node's ancestors.
 async function splitBoxes(drawn) {
     const [split, axis] = [await reader(drawn, "split"), await reader(drawn, "axis")];
     const left = await reader(drawn, "left"), parents = await parentsOf(drawn, axis, left);

@@ -86,7 +86,7 @@ def test_a_closed_stdout_is_no_mistake(words: str, redirection: str, tmp_path) -
     ([LATE], None, "time ran out.*--budget"), ([], None, "give other methods"),
     ([LATE], SimpleNamespace(candidate="grid", note="slow"), "more time with --budget"),
     ([], SimpleNamespace(candidate="grid", note="slow"), "grid: slow; relax the bounds")])
-def test_tune_says_that_its_time_was_up(notes: list[str], closest: object, message: str) -> None:
+def test_tune_says_why_no_candidate_fits(notes: list[str], closest: object, message: str) -> None:
     said = tuning._unreachable(SimpleNamespace(notes=notes, closest=closest, rays_of=ALL))
     assert re.search(message, said) and ("--budget" in said) == bool(notes)
 
@@ -206,7 +206,7 @@ def test_a_number_beyond_floats_is_an_option_error() -> None:
         rt.Tracer("cornell", "grid", density=10**400)
 
 
-def test_a_folder_at_the_locks_name_is_a_line(tmp_path: Path, monkeypatch) -> None:
+def test_a_folder_in_place_of_the_lock_file_is_an_error(tmp_path: Path, monkeypatch) -> None:
     """A folder in the place of the machine's lock file is an error that says what to remove."""
     monkeypatch.setattr(machine, "_file", lambda: tmp_path)
     with pytest.raises(rt.Error, match="cannot lock.*remove what is there"), machine.taken():

@@ -53,7 +53,7 @@ def test_a_measured_cell(method: str, options: dict, rebuilt: int, monkeypatch) 
 
 
 @pytest.mark.parametrize("found", [False, True])
-def test_scenes_of_files_are_measured_where_they_are(found: bool, tmp_path, monkeypatch) -> None:
+def test_scenes_are_measured_if_their_file_exists(found: bool, tmp_path, monkeypatch) -> None:
     """A scene without its file has no cells, and the page says how to get the file."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("GPGPU_RT_SCENES", str(tmp_path))
@@ -71,7 +71,7 @@ def test_scenes_of_files_are_measured_where_they_are(found: bool, tmp_path, monk
 
 
 def test_a_scene_is_measured_from_its_first_frame(tmp_path, monkeypatch) -> None:
-    """The scene starts at the frame where its motion begins, seen by the camera of this frame."""
+    """The scene starts at its frame of `frame_times.FIRST`, seen by the camera of this frame."""
     file = tmp_path / catalogue.ROWS["kitchen-moving"].file
     file.parent.mkdir(parents=True)
     keys, view = ("".join(f"{time} {x} 0 {z} 0 0 0 " for time, x in (

@@ -17,7 +17,7 @@
 #include "methods/kdtree/ropes.glsl"
 #include "drivers/packet_turns.glsl"
 
-const int SETTLED = 1 << 24;   // a node above every index
+const int SETTLED = 1 << 24;   // marks a ray that visits no node; greater than each index, for `min`
 
 float t_min[RAYS];
 int ray_node[RAYS];
@@ -94,8 +94,8 @@ void split_ray(int r) {
     next = here && t_min[r] == t_front ? min(next, child) : next;
 }
 
-// Visit an inner node: each ray at the node moves on to a child, and the packet to the child of a ray with
-// the smallest t.
+// Visit an inner node. Each ray at the node moves on to a child. The packet moves on to the child of the ray
+// with the smallest t.
 void enter() {
     COUNT(nodes_visited);
     ++steps;

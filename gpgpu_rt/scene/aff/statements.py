@@ -240,7 +240,7 @@ def _key_frames(tokens: Tokens, _: bytes) -> Iterator[Statement]:
                                tokens.at - 1)
         said[part] = tokens.numbers(count * width, "key frames").reshape(count, width)
     tokens.expect("}")
-    with np.errstate(over="ignore", invalid="ignore"):  # vertices that are not finite are refused
+    with np.errstate(over="ignore", invalid="ignore"):  # mesh.py refuses infinite vertices
         yield KeyFrames(name, KeyedMotion(
             Spline(said["transl"]) if "transl" in said else None,
             RotationSpline(said["rot"]) if "rot" in said else None,

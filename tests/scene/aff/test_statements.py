@@ -58,7 +58,7 @@ def test_meshes(read, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("folder", [None, "../TextureFiles", "elsewhere"])
-def test_textures_are_found_or_a_note(folder: str | None, tmp_path: Path) -> None:
+def test_a_missing_texture_gives_a_warning(folder: str | None, tmp_path: Path) -> None:
     """A texture is found in ../TextureFiles. A missing texture gives a warning of one line."""
     place = tmp_path / "aff"
     place.mkdir()
@@ -136,7 +136,7 @@ def test_fills(text: str, part: str, value, read) -> None:
     assert getattr(material, part) == (value if value is None else pytest.approx(value))
 
 
-def test_a_fill_holds_until_the_next_through_blocks_and_files(read) -> None:
+def test_a_fill_lasts_across_blocks_and_files(read) -> None:
     red, blue = "f 1 0 0 1 0 0 0 0\n", "f 0 0 1 1 0 0 0 0\n"
     mesh = read(f"i 0 paint.aff\n{TRIANGLE} xs 1 1 1 0 0 1 0 0 0 0 {{ {blue} {TRIANGLE} }}"
                 f"{TRIANGLE} i 0 part.aff", paint=red, part=TRIANGLE)

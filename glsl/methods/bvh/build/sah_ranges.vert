@@ -1,5 +1,6 @@
 #version 330 core
-// Sends each triangle to its node if the node is binned.
+// Places a point for each triangle on the texel of its node, if the node is large: the splits of large nodes
+// are chosen by bins.
 
 #include <sources>
 #include "core/fetch.glsl"
