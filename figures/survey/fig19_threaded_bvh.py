@@ -85,9 +85,10 @@ def draw(data: Path, out: Path, full: bool) -> None:
     draw_threads(tree, found, places)
     draw_array(figure.add_subplot(grid[1, :]), found, seen)
     figure.tight_layout(rect=(0, 0.05, 1, 1))
-    save_chart(figure, out / "fig19.png", "Dotted: miss links, each to a node further right; links "
-               "to the end of the array are not drawn in the tree. Below: the array in the texture, "
-               "with the ray's path. Filled: boxes that the ray meets. Crossed: boxes that it misses.",
+    save_chart(figure, out / "fig19.png", "Dotted: miss links, each to a node further right; "
+               "links to the end of the array are not drawn in the tree. Below: the array in the "
+               "texture, with the ray's path. Filled: boxes that the ray meets. Crossed: boxes "
+               "that it misses.",
                "A tree of boxes with dotted miss links, and below it the array of nodes in the "
                "texture with the same links")
 
