@@ -270,10 +270,15 @@ function choose(name = element("schedule").value, most = null) {
     return show();
 }
 
+// Returns an element for each text. Words between backticks become code.
 function paragraphs(texts) {
     return texts.map((text) => {
         const paragraph = document.createElement("p");
-        paragraph.textContent = text.replaceAll("`", "");
+        paragraph.append(...text.replaceAll("``", "`").split("`").map((part, k) => {
+            const one = document.createElement(k % 2 ? "code" : "span");
+            one.textContent = part;
+            return one;
+        }));
         return paragraph;
     });
 }

@@ -61,7 +61,8 @@ class Described:
         self._schedule, self._kernels = str(tracer.options["schedule"]), tracer.method.kernels
         declared, self._stream = _state_record(tracer)
         self._state = tracer.precision.layout(declared)
-        self._meaning = list({**meaning(declared), **meaning(STATE)}.values())
+        self._meaning = [f"{name}: {text}" for name, text in
+                         {**meaning(declared), **meaning(STATE)}.items()]
         self._packets = tracer.method.packet_state is not None
         self._passes: list[dict[str, Any]] = []
         self._numbers: dict[tuple[Any, ...], int] = {}      # key of a pass -> its number

@@ -145,6 +145,17 @@ def test_programs_and_their_kernels(page: Browser) -> None:
     assert "void init(Ray ray" in page.run("element('text').textContent")
 
 
+def test_the_fields_of_the_state_are_explained(page: Browser) -> None:
+    """The page names each field of the present schedule's state in code, and hides the texts under
+    a schedule without states."""
+    words = page.run("[...document.querySelectorAll('#fields code')].map(one => one.textContent)")
+    assert set(page.run("schedule().state.map(([name]) => name)")) <= set(words)
+    assert page.run("element('fields').textContent").count("KD_STATE: ") == 1
+    page.select("#schedule", "loop")
+    settle(page)
+    assert page.run("element('fields').hidden")
+
+
 def test_the_address_is_followed(page: Browser) -> None:
     before = page.pixels("#picture")
     page.run("location.hash = 'method=bvh-threaded&schedule=step&rays=128&pass=7&ray=0.5,0.5'")
