@@ -1,6 +1,6 @@
 """The texts of programs for a context of ANGLE: `es_text`, and four additions.
 
-* A fragment program writes 1 to the render target by which ``FragmentCounter`` counts fragments.
+* A fragment program writes 1 to the render target in which ``FragmentCounter`` counts fragments.
   A program that needs this target itself is not counted in this way.
 * Points have the size 1, as in OpenGL. ES leaves their size undefined.
 * Loops are written as `without_do` writes them, because SwiftShader compiles some loops wrongly.

@@ -27,9 +27,9 @@ from .osmesa import HINT, OsMesaLoader
 AUTOMATIC = {"win32": ("native",), "darwin": ("native",)}
 ELSEWHERE = ("egl", "osmesa")
 GL_VERSION = 330
-# renderers that run on the processor
+# words in the names of renderers that run on the processor
 SOFTWARE = ("llvmpipe", "softpipe", "swrast", "swiftshader")
-THREADS = {"llvmpipe": r"llvmpipe-\d+", "swiftshader": r"Thread<\d+>"}    # names of threads
+THREADS = {"llvmpipe": r"llvmpipe-\d+", "swiftshader": r"Thread<\d+>"}    # renderer -> its threads
 
 
 def automatic() -> tuple[str, ...]:
@@ -128,7 +128,7 @@ class Gpu:
         return self
 
     def __exit__(self, *exception: Any) -> None:
-        """Leave the context. It stays current inside an outer ``with`` block."""
+        """Leave the ``with`` block. Inside an outer block, the context stays current."""
         self._entered -= 1
         if not self._entered:
             self.context.__exit__(*exception)

@@ -80,7 +80,7 @@ class FragmentPass:
         for unit, name in enumerate(self.samplers):
             if name not in textures:
                 raise Error(f"{self.name} samples {name}, which was not given")
-            if textures[name].glo in attached:   # undefined in GL, without an error
+            if textures[name].glo in attached:   # GL reports no error, but the result is undefined
                 raise Error(f"{self.name} samples {name} while drawing into it")
             textures[name].use(unit)
         framebuffer.use()

@@ -88,7 +88,8 @@ class Record:
     name : Name of the record, and prefix of its accessors in GLSL.
     layout : Declaration of the fields.
     storage : Format of the geometric fields. Set by ``stored``.
-    half_texels : Number of the first texels that are in half float textures. Set by ``stored``.
+    half_texels : Number of texels in half float textures; these texels come first. Set by
+        ``stored``.
     uniform_texels : Texels of a stream that are the same for all its records. A program reads
         these texels from uniforms. GLSL finds, for example, RAYS_TEXEL_0_UNIFORM defined.
     define : GLSL define that accompanies a stream's accessors. A program uses it to distinguish

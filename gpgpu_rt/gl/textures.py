@@ -115,7 +115,7 @@ def _room(gpu: Gpu, name: str, count: int, plane: Plane,
 
 
 def _write_rows(texture: moderngl.Texture, row: int, texels: np.ndarray, dtype: str) -> None:
-    """Write (n, components) texels from ``row`` on. Zeros fill the last row."""
+    """Write (n, components) texels from ``row`` on. Fill the rest of the last row with zeros."""
     rows = max(1, -(-len(texels) // TABLE_WIDTH))
     padded = np.zeros((rows * TABLE_WIDTH, texels.shape[1]), "<" + dtype)
     padded[:len(texels)] = texels

@@ -83,7 +83,7 @@ class Sessions:
                          for rays, (_, options) in self.rows.items()))
 
     def facts(self) -> Facts:
-        """Return what a tracer shows of itself: the scene, the methods with the options that
+        """Return the facts that describe a tracer: the scene, the methods with the options that
         differ from their defaults, and the renderer."""
         scene = self.present.scene
         found = [("scene", scene.title), ("size", counted(len(scene), "triangle"))]

@@ -32,7 +32,8 @@ RAYS = Record("packet_rays", " | ".join(
 HITS = replace(HIT, layout="t:vec4 | u:vec4 | v:vec4 | triangle:ivec4")
 """The hits of the four rays."""
 
-_KEPT = replace(HITS, name="packet")    # the record of single rays' hits has another name
+# The hits under another name: the program that copies them to single rays also uses HIT.
+_KEPT = replace(HITS, name="packet")
 
 
 def packet_kernels(method: Method, options: Mapping[str, Any],

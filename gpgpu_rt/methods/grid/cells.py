@@ -23,7 +23,8 @@ from ...errors import LimitError, OptionError
 
 MOST_CELLS_AN_AXIS = 512
 MOST_REFERENCES = 1 << 27           # 0.5 GiB of int32
-# An automatic resolution is halved while the mean number of references per triangle is larger.
+# An automatic resolution is halved while the mean number of references per triangle is larger than
+# this number.
 USUAL_REFERENCES = 64
 # Smallest side of a cell, in units of the padding. With smaller cells, the padding would put a
 # triangle into many neighbouring cells that the triangle does not overlap.

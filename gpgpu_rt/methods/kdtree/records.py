@@ -57,8 +57,8 @@ pointer `stacked`."""
 
 KD_ROPES_PACKET_STATE = replace(
     PACKET_STATE, layout=PACKET_STATE.layout + " last:int from:int")
-"""A packet's state: PACKET_STATE, the packet's last kernel (`last`), and the node where it ran
-(`from`)."""
+"""A packet's state: PACKET_STATE, the packet's last kernel (`last`), and the node where this
+kernel ran (`from`)."""
 
 KD_PACKET_STATE = KD_ROPES_PACKET_STATE.extended("needed:int pushed:int pushing:int")
 """KD_ROPES_PACKET_STATE, the vote of the rays (``needed``), and the restart (`pushed`, `pushing`)
@@ -68,8 +68,8 @@ as in KD_PUSH_DOWN_STATE.
 
 KD_PACKET_STACK_STATE = replace(
     KD_PACKET_STATE, layout=KD_PACKET_STATE.layout + " popped:int | stack_node:ivec4")
-"""KD_PACKET_STATE, and `stack_node`, the nodes on the short stack, newest first. A node of 0 is a
-free entry.
+"""KD_PACKET_STATE, and `stack_node`, the nodes on the short stack, newest first. An entry with the
+node 0 is free.
 
 ``popped`` is the number of entries that the last kernel popped. The record fills the four render
 targets of the cards that Horn et al. used."""
