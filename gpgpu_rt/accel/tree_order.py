@@ -67,7 +67,7 @@ def depth_first_pairs(inner: list[np.ndarray], size: np.ndarray, left: np.ndarra
     siblings comes first, then all nodes below the left sibling, then all nodes below the right
     sibling. The root is at position 0."""
     place = np.zeros(len(left), np.int64)
-    below = np.ones(len(left), np.int64)     # position of the pair of a node's children
+    below = np.ones(len(left), np.int64)     # position of each node's pair of children
     for nodes in inner:
         one, two, pair = left[nodes], right[nodes], below[nodes]
         place[one], place[two] = pair, pair + 1

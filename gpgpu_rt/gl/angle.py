@@ -43,7 +43,7 @@ GL_EXTENSIONS = 0x1F03
 class AngleLoader:
     """An ANGLE context with the interface of moderngl's loaders.
 
-    The context has a surface of 1 x 1. All draws go to framebuffers.
+    The context's surface has only 1 x 1 pixels, because all draws go to framebuffers.
 
     Raises
     ------

@@ -54,7 +54,7 @@ def angle_texts(vertex: str, fragment: str) -> tuple[str, str]:
 
 def _with_end(text: str, end: str) -> str:
     """Return the text with a new ``main`` that calls the program's ``main``."""
-    # Put the functions into a line of the header that is not a directive.
+    # Append the functions to the line before the first #define, so that lines keep their numbers.
     header = HEADER.rstrip("\n").replace("\n#define", f" {FUNCTIONS}\n#define", 1)
     body = without_branches(without_do(es_text(text).removeprefix(HEADER)))
     return f"{header}\n#define main {_MAIN}\n{body}{end}"

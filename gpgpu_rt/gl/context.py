@@ -29,7 +29,8 @@ ELSEWHERE = ("egl", "osmesa")
 GL_VERSION = 330
 # words in the names of renderers that run on the processor
 SOFTWARE = ("llvmpipe", "softpipe", "swrast", "swiftshader")
-THREADS = {"llvmpipe": r"llvmpipe-\d+", "swiftshader": r"Thread<\d+>"}    # renderer -> its threads
+# renderer -> pattern of the names of its threads
+THREADS = {"llvmpipe": r"llvmpipe-\d+", "swiftshader": r"Thread<\d+>"}
 
 
 def automatic() -> tuple[str, ...]:
@@ -170,7 +171,8 @@ class Gpu:
                              f"{limit} x {limit}; trace fewer rays at a time or a smaller scene")
 
     def check_error(self, what: str) -> None:
-        """Raise LimitError if GL recorded an error. moderngl does not raise for lack of memory."""
+        """Raise LimitError if GL recorded an error. moderngl itself does not report all errors,
+        such as a lack of memory."""
         error = self.context.error
         if error != "GL_NO_ERROR":
             raise LimitError(f"OpenGL says {error} after {what} on {self.renderer}")

@@ -11,7 +11,7 @@ from .context import Gpu
 from .shader import compile_program
 from .target import Drawable, framebuffer_of
 
-LISTS = (moderngl.POINTS, moderngl.LINES, moderngl.TRIANGLES)   # separate primitives
+LISTS = (moderngl.POINTS, moderngl.LINES, moderngl.TRIANGLES)   # modes of separate primitives
 GL_SAMPLERS = (0x8B5E, 0x8DD2)   # sampler2D, usampler2D
 
 

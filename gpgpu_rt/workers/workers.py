@@ -93,7 +93,8 @@ class Workers:
         except BaseException:       # including an interrupt
             self._close_cluster()
             raise
-        self._futures: OrderedDict[tuple[Any, ...], Any] = OrderedDict()   # the last MOST_KEPT
+        # The MOST_KEPT futures that were used last.
+        self._futures: OrderedDict[tuple[Any, ...], Any] = OrderedDict()
 
     def _connect(self, address: Any) -> None:
         import distributed

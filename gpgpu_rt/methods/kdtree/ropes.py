@@ -83,7 +83,7 @@ def _pushed_down(tree: KdTree, rope: np.ndarray, lo: np.ndarray, hi: np.ndarray,
         moving, node, axis = moving[inner], node[inner], axis[inner].astype(np.int64)
         plane, left = tree.split[node], tree.left[node]
         below, above = plane >= hi[moving, axis], plane <= lo[moving, axis]
-        across = axis == face     # the child that touches the face
+        across = axis == face     # split parallel to the face: one child touches the whole face
         takes_left = np.where(across, upper, below)
         goes_on = across | below | above
         rope[moving[goes_on]] = np.where(takes_left, left, left + 1)[goes_on]

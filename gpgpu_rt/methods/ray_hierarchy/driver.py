@@ -195,7 +195,8 @@ class RayHierarchy(MethodDriver):
     def compiled(self, name: str, records: list[tuple[Record, bool]],
                  more: Mapping[str, str] | None = None, any_hit: bool = False,
                  **defines: object) -> FullScreenPass:
-        """Return the program ``glsl/<name>.frag``. It writes the records that have True."""
+        """Return the program ``glsl/<name>.frag``. ``records`` pairs each record with True if the
+        program writes the record, or with False if the program reads it."""
         def make() -> FullScreenPass:
             texts, target = list((more or {}).values()), 0
             for record, writes in records:
