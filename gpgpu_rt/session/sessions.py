@@ -75,8 +75,8 @@ class Sessions:
         return any(method.packet for method, _ in self.rows.values())
 
     def remade(self) -> Choices:
-        """Return choices from which another process makes equal sessions. A context that is an
-        object cannot be sent there, so the other process opens its own context."""
+        """Return choices from which another process makes equal sessions. A context object cannot
+        be sent to another process, so that process opens its own context."""
         context = self.present.options["context"]
         context = context if isinstance(context, str) else None
         return Choices(*(replace(self.choices.of(rays), options={**options, "context": context})

@@ -50,8 +50,8 @@ class Structure:
     triangles : (n, 3, 3) float32, the triangles as the textures store them
     accelerator : the accelerator over ``triangles``
     tables : the accelerator's arrays as textures
-    table_bytes : record name -> bytes of its textures. The dict object never changes, so that
-        ``Statistics`` can refer to it
+    table_bytes : record name -> bytes of its textures. ``Statistics`` refers to this dict, so
+        changes update its entries and never replace the dict
     """
 
     def __init__(self, gpu: Gpu, method: Method, options: dict[str, Any], scene: Scene) -> None:

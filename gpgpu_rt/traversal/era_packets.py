@@ -1,8 +1,9 @@
 """Packets in the era form: 2x2 rays in one loop, as Horn et al. 2007 ran them on a card with
 branches.
 
-A card's compiler counts the kernels one by one (glsl/era/packet_kernel.glsl). `packet_loop` is the
-whole program, which the option ``era`` runs on chips with loops.
+To count instructions, a card's compiler reads the kernels one by one
+(glsl/era/packet_kernel.glsl). `packet_loop` is the whole program, which the option ``era`` runs on
+chips with loops.
 """
 from __future__ import annotations
 

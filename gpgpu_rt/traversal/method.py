@@ -186,7 +186,7 @@ class Method:
     era_packets : The packets in the era form, if the method has them.
     single : Name of the method that traces a packet's rays singly after the packet's step limit.
     entry_walk : GLSL file of a beam's walk through the tree, for the option ``entry_points``.
-    own_array : (options) -> whether fragments write into a GLSL array, at different indices.
+    own_array : (options) -> whether fragments write to different indices of local GLSL arrays.
     fixed_defines : GLSL defines of all programs of this method. If methods share a GLSL file,
         these defines tell the methods apart.
     no_era_form : why the kernels do not compile in the era dialect (traversal/era.py). Empty if

@@ -203,7 +203,8 @@ class Shapes:
 
     def plane_range(self, triangle: np.ndarray,
                     cell: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """The cells of a column that the triangle's plane crosses: the first, and how many."""
+        """The cells of a column that the triangle's plane crosses: the first cell, and the number
+        of cells."""
         normal, axis, row = self.normal[triangle], self.axis[triangle], np.arange(len(triangle))
         first, count = self.first[triangle, axis], self.cell_count[triangle, axis]
         along = normal[row, axis]

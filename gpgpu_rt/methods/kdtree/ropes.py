@@ -2,8 +2,8 @@
 
 The method is that of S. Popov, J. Günther, H.-P. Seidel, P. Slusallek, "Stackless KD-Tree
 Traversal for High Performance GPU Ray Tracing", Eurographics 2007. The construction goes down from
-the root, whose ropes are nil. The faces of two siblings in their split plane get ropes to each
-other. On all other faces, a child inherits its parent's ropes.
+the root, whose ropes are nil. At the split plane of a node, the faces of its two children get
+ropes to each other. On all other faces, a child inherits its parent's ropes.
 """
 from __future__ import annotations
 
