@@ -111,10 +111,10 @@ def cut(inner: list[np.ndarray], left: np.ndarray, right: np.ndarray,
 
     Returns
     -------
-    (inside, left, right, place)
-        (n,) bool, whether a node remains an inner node; (k,) int, left and right children of the k
-        kept nodes; (n,) int64, the new position of each kept node. A dropped node has the new
-        position of its nearest kept ancestor
+    inside : (n,) bool, whether a node remains an inner node
+    left, right : (k,) int, the children of the k kept nodes
+    place : (n,) int64, the new position of each kept node. A dropped node has the new position of
+        its nearest kept ancestor
     """
     place = np.cumsum(kept) - 1
     inside = kept & (left >= 0)

@@ -151,7 +151,7 @@ class Gpu:
             self.observers.all = [one for one in self.observers.all if one is not observer]
 
     def note_moved(self, up: int = 0, down: int = 0) -> None:
-        """Report bytes uploaded to the card or read back to the observers."""
+        """Tell the observers how many bytes were uploaded to the card or read back."""
         self.observers.moved(up, down)
 
     def text_of(self, program: moderngl.Program) -> tuple[str, str]:

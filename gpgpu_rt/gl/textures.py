@@ -15,7 +15,8 @@ from .precision import Precision
 from .record import TABLE_WIDTH_LOG2, Plane, Record, check_count
 
 TABLE_WIDTH = 1 << TABLE_WIDTH_LOG2
-# Records that are packed at once. They fill whole rows, whatever the number of texels of a record.
+# Number of records that are packed together. They fill whole rows, whatever the number of texels
+# of a record.
 RECORDS_AT_ONCE = 32 * TABLE_WIDTH
 
 

@@ -143,8 +143,8 @@ def automatic(scene: Scene, renderer: str, options: Mapping[str, Any]
 
     If cached settings for the scene and the renderer agree with the caller's options, the choices
     come from these settings. Otherwise, they come from SAFE_DEFAULT, with the caller's options
-    added. If the default for coherent rays does not accept the options, it is tried without entry
-    points. If that fails too, coherent rays use the default for incoherent rays.
+    added. If the default for coherent rays does not accept the options, this default is tried
+    without entry points. If that fails too, coherent rays use the default for incoherent rays.
     """
     found = find(scene, renderer)
     if found is not None:

@@ -388,8 +388,8 @@ def _in_a_line() -> Iterator[None]:
     try:
         yield
     except distributed.KilledWorker as failure:
-        raise Error("workers could not finish a part: they died repeatedly; give each worker more "
-                    "memory, if memory was the reason") from failure
+        raise Error("workers could not finish a part: workers died repeatedly; give each worker "
+                    "more memory, if memory was the reason") from failure
     except (CancelledError, distributed.comm.CommClosedError) as failure:
         raise Error("workers could not finish a part: their scheduler ended or cancelled it; "
                     "start the scheduler again") from failure
