@@ -41,7 +41,7 @@ TESTED = Record("tested", "t triangle:int x:int y:int")
 
 LEAST = Record("least", "t spare:vec2 tests:int")
 """Results of blending: the smallest t of a ray's tests, and the number of tests. ``spare`` is not
-used: it moves ``tests`` to the alpha channel, which has its own blend equation."""
+used. It moves ``tests`` to the alpha channel, which has a separate blend equation."""
 
 LOWEST = Record("lowest", "triangle:int")
 """Result of blending: the lowest index of the triangles at the smallest t."""

@@ -64,7 +64,7 @@ class RayTrip:
         cell holds the rays that wait for the cell's triangles.
 
         The rays of queues that are long enough are intersected now. If no queue is long enough,
-        all rays are intersected now.
+        all waiting rays are intersected now.
 
         Returns
         -------

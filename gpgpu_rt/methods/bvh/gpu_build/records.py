@@ -20,8 +20,8 @@ SPLIT = Record("split", "axis:int at:int taken:int")
 Axis 3 splits the triangles in the order of their slots."""
 
 INTERVAL = Record("interval", "first:int last:int parent:int turns:int")
-"""A node: the slots from ``first`` to ``last``. ``first`` is -1 if there is no node. ``parent`` is
-the parent, or after passes of pointer jumping (lbvh.py) a higher ancestor, or -1.
+"""A node: the slots from ``first`` to ``last``. ``first`` is -1 if there is no node.
 
 ``turns`` is the number of ancestors, on the path up to ``parent``, that have the node in their
-left subtree."""
+left subtree. In LBVH, ``parent`` is the parent at first; each pass of pointer jumping (lbvh.py)
+replaces it by a higher ancestor. If ``parent`` is -1, the path goes up to the root."""
