@@ -9,7 +9,7 @@ from ..errors import SceneError
 # to 16 float32 spacings at this coordinate, which is more than a shader's rounding of a hit point.
 # Hence no hit falls between two cells.
 PADDING = 1e-6
-AT_ONCE = 1 << 18   # triangles per block that is converted to float64
+AT_ONCE = 1 << 18   # triangles that are converted to float64 together
 
 
 def largest(values: np.ndarray) -> np.ndarray:

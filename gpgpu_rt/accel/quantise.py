@@ -20,7 +20,7 @@ def quantise(lo: np.ndarray, hi: np.ndarray, base: np.ndarray, top: np.ndarray,
     Returns
     -------
     quantum : (3,) float32, the step along each axis, world units
-    (q_lo, q_hi) : (n, 3) int64 each
+    (q_lo, q_hi) : (n, 3) int64 each, the quantised lower and upper corners
     """
     base, top = np.asarray(base, np.float32), np.asarray(top, np.float32)
     most = (1 << bits) - 1

@@ -67,7 +67,7 @@ def depth_first_pairs(inner: list[np.ndarray], size: np.ndarray, left: np.ndarra
     siblings comes first, then all nodes below the left sibling, then all nodes below the right
     sibling. The root is at position 0."""
     place = np.zeros(len(left), np.int64)
-    below = np.ones(len(left), np.int64)     # position of the pair of a node's children
+    below = np.ones(len(left), np.int64)     # position of each node's pair of children
     for nodes in inner:
         one, two, pair = left[nodes], right[nodes], below[nodes]
         place[one], place[two] = pair, pair + 1
@@ -111,10 +111,10 @@ def cut(inner: list[np.ndarray], left: np.ndarray, right: np.ndarray,
 
     Returns
     -------
-    (inside, left, right, place)
-        (n,) bool, whether a node remains an inner node; (k,) int, left and right children of the k
-        kept nodes; (n,) int64, the new position of each kept node. A dropped node has the new
-        position of its nearest kept ancestor
+    inside : (n,) bool, whether a node remains an inner node
+    left, right : (k,) int, the children of the k kept nodes
+    place : (n,) int64, the new position of each kept node. A dropped node has the new position of
+        its nearest kept ancestor
     """
     place = np.cumsum(kept) - 1
     inside = kept & (left >= 0)

@@ -1,8 +1,8 @@
 """AngleLoader: an OpenGL ES context of ANGLE, which draws by SwiftShader on the processor.
 
-ANGLE is the OpenGL of Chromium. It has its own GLSL compiler and SwiftShader its own code
-generator. They share no code with Mesa, so equal hits on both are evidence from two independent
-compilers. Use this context to compare hits; it is slow.
+ANGLE is the OpenGL of Chromium. ANGLE has its own GLSL compiler, and SwiftShader has its own code
+generator. Neither shares code with Mesa, so hits that are equal on ANGLE and on Mesa are evidence
+from two independent compilers. Use this context only to compare hits, because it is slow.
 """
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ FOLDERS = ("/usr/lib/chromium", "/usr/lib/chromium-browser", "/opt/google/chrome
 LIBRARIES = ("libGLESv2.so", "libEGL.so")    # libEGL.so loads libGLESv2.so from its own folder
 HINT = ("set GPGPU_RT_ANGLE to a folder with ANGLE's libEGL.so, libGLESv2.so and "
         "libvk_swiftshader.so")
-# DesktopFunctions counts fragments in the last render target.
+# Programs cannot use the last render target, because DesktopFunctions counts fragments in it.
 MOST_TARGETS = TARGETS - 1
 ES_VERSION = 310
 EXTENSIONS = ("GL_EXT_color_buffer_float", "GL_EXT_float_blend", "GL_OES_draw_buffers_indexed",
               "GL_ANGLE_get_image")
-# With framebuffer fetch, ANGLE offers 6 render targets on SwiftShader; without it 8, as OpenGL 3.3
-# promises.
+# Features that are switched off. With framebuffer fetch, ANGLE offers only 6 render targets on
+# SwiftShader; without framebuffer fetch, it offers the 8 that OpenGL 3.3 promises.
 DISABLED = ("supportsShaderFramebufferFetch", "supportsShaderFramebufferFetchNonCoherent",
             "supportsShaderFramebufferFetchDepthStencil", "supportShaderPixelLocalStorageAngle",
             "emulatePixelLocalStorage", "supportsBlendOperationAdvanced")
@@ -43,7 +43,7 @@ GL_EXTENSIONS = 0x1F03
 class AngleLoader:
     """An ANGLE context with the interface of moderngl's loaders.
 
-    The context has a surface of 1 x 1. All draws go to framebuffers.
+    The context's surface has only 1 x 1 pixels, because all draws go to framebuffers.
 
     Raises
     ------

@@ -1,6 +1,6 @@
 """The texts of programs for a context of ANGLE: `es_text`, and four additions.
 
-* A fragment program writes 1 to the render target by which ``FragmentCounter`` counts fragments.
+* A fragment program writes 1 to the render target in which ``FragmentCounter`` counts fragments.
   A program that needs this target itself is not counted in this way.
 * Points have the size 1, as in OpenGL. ES leaves their size undefined.
 * Loops are written as `without_do` writes them, because SwiftShader compiles some loops wrongly.
@@ -54,7 +54,7 @@ def angle_texts(vertex: str, fragment: str) -> tuple[str, str]:
 
 def _with_end(text: str, end: str) -> str:
     """Return the text with a new ``main`` that calls the program's ``main``."""
-    # Put the functions into a line of the header that is not a directive.
+    # Append the functions to the line before the first #define, so that lines keep their numbers.
     header = HEADER.rstrip("\n").replace("\n#define", f" {FUNCTIONS}\n#define", 1)
     body = without_branches(without_do(es_text(text).removeprefix(HEADER)))
     return f"{header}\n#define main {_MAIN}\n{body}{end}"

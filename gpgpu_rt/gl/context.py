@@ -27,9 +27,10 @@ from .osmesa import HINT, OsMesaLoader
 AUTOMATIC = {"win32": ("native",), "darwin": ("native",)}
 ELSEWHERE = ("egl", "osmesa")
 GL_VERSION = 330
-# renderers that run on the processor
+# words in the names of renderers that run on the processor
 SOFTWARE = ("llvmpipe", "softpipe", "swrast", "swiftshader")
-THREADS = {"llvmpipe": r"llvmpipe-\d+", "swiftshader": r"Thread<\d+>"}    # names of threads
+# renderer -> pattern of the names of its threads
+THREADS = {"llvmpipe": r"llvmpipe-\d+", "swiftshader": r"Thread<\d+>"}
 
 
 def automatic() -> tuple[str, ...]:
@@ -128,7 +129,7 @@ class Gpu:
         return self
 
     def __exit__(self, *exception: Any) -> None:
-        """Leave the context. It stays current inside an outer ``with`` block."""
+        """Leave the ``with`` block. Inside an outer block, the context stays current."""
         self._entered -= 1
         if not self._entered:
             self.context.__exit__(*exception)
@@ -150,7 +151,7 @@ class Gpu:
             self.observers.all = [one for one in self.observers.all if one is not observer]
 
     def note_moved(self, up: int = 0, down: int = 0) -> None:
-        """Report bytes uploaded to the card or read back to the observers."""
+        """Tell the observers how many bytes were uploaded to the card or read back."""
         self.observers.moved(up, down)
 
     def text_of(self, program: moderngl.Program) -> tuple[str, str]:
@@ -170,7 +171,8 @@ class Gpu:
                              f"{limit} x {limit}; trace fewer rays at a time or a smaller scene")
 
     def check_error(self, what: str) -> None:
-        """Raise LimitError if GL recorded an error. moderngl does not raise for lack of memory."""
+        """Raise LimitError if GL recorded an error. moderngl itself does not report all errors,
+        such as a lack of memory."""
         error = self.context.error
         if error != "GL_NO_ERROR":
             raise LimitError(f"OpenGL says {error} after {what} on {self.renderer}")

@@ -46,7 +46,8 @@ class DesktopFunctions:
     def __init__(self, address_of: Callable[[str], int]) -> None:
         self._address_of = address_of
         self._failed = False
-        self._kept: dict[str, Any] = {}     # callbacks by name; ctypes would free them
+        # Callbacks by name. ctypes would free a callback to which no reference is left.
+        self._kept: dict[str, Any] = {}
         enable, disable = (self._es(name, None, UINT) for name in ("glEnable", "glDisable"))
         clear_depth = self._es("glClearDepthf", None, FLOAT)
         depth_range = self._es("glDepthRangef", None, FLOAT, FLOAT)

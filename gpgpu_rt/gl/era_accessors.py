@@ -12,7 +12,7 @@ from ..errors import LimitError
 from .record import Field, Record
 from .textures import TABLE_WIDTH
 
-# Above this number of rows, the rounding of a coordinate in float32 could reach the next row.
+# Above this number of rows, rounding to float32 could move a coordinate into the next row.
 MOST_ROWS = 1000
 
 
@@ -78,7 +78,7 @@ def changes_glsl(changed: Record) -> str:
 
     Parameters
     ----------
-    changed : a record of the stream's name, with the fields to store
+    changed : a record that has the stream's name and only the fields to store
     """
     return _store_glsl(changed, 0)
 

@@ -19,8 +19,8 @@ precision highp usampler2D;
 #define PRECISE
 
 """
-# The compiled text begins with the extension and `precise`. The printed text names the extension
-# alone, in a later line.
+# In a compiled text, the lines after #version enable the extension and define PRECISE. A printed
+# text only enables the extension, in a later line.
 _VERSION = re.compile(r"\A#version 330 core\n(?:#extension .*?#endif\n)?", re.S)
 _EXTENSION = re.compile(r"^#extension .*\n", re.M)
 _GLOBAL = re.compile(r"^(?:const )?(?:float|int|uint|i?vec[234]) (\w+) = ([^;]+);([ \t]*//.*)?$",

@@ -30,7 +30,7 @@ UINT, INT, POINTER = ctypes.c_uint, ctypes.c_int, ctypes.c_void_p
 
 
 class FragmentCounter:
-    """Replacements for OpenGL's functions of queries and draws.
+    """Replacements for OpenGL's functions that make queries and draw.
 
     Parameters
     ----------

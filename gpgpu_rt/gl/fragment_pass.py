@@ -11,7 +11,7 @@ from .context import Gpu
 from .shader import compile_program
 from .target import Drawable, framebuffer_of
 
-LISTS = (moderngl.POINTS, moderngl.LINES, moderngl.TRIANGLES)   # separate primitives
+LISTS = (moderngl.POINTS, moderngl.LINES, moderngl.TRIANGLES)   # modes of separate primitives
 GL_SAMPLERS = (0x8B5E, 0x8DD2)   # sampler2D, usampler2D
 
 
@@ -80,7 +80,7 @@ class FragmentPass:
         for unit, name in enumerate(self.samplers):
             if name not in textures:
                 raise Error(f"{self.name} samples {name}, which was not given")
-            if textures[name].glo in attached:   # undefined in GL, without an error
+            if textures[name].glo in attached:   # GL reports no error, but the result is undefined
                 raise Error(f"{self.name} samples {name} while drawing into it")
             textures[name].use(unit)
         framebuffer.use()

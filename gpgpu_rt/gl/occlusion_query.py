@@ -6,9 +6,9 @@ from collections import deque
 import moderngl
 
 # A query of OpenGL rests for this number of other queries before it is used again. When a query
-# begins again, Mesa frees the fence of its last use. Two of three searches of 3.3 million passes
-# on a loaded machine ended with a corrupted heap when queries did not rest. The cause is not
-# proven; a thread of Mesa may still use the fence for a moment after the result is known.
+# begins again, Mesa frees the fence of its last use. When queries did not rest, two of three runs
+# of 3.3 million passes on a loaded machine ended with a corrupted heap. The cause is not proven;
+# a thread of Mesa may still use the fence for a moment after the result is known.
 REST = 256
 
 

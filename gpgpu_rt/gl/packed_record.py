@@ -12,7 +12,7 @@ from .record import Plane, sampler_glsl
 
 @dataclass(frozen=True)
 class PackedRecord:
-    """A table record of bit fields in integer texels with four channels each.
+    """A table record of bit fields in integer texels with up to four channels each.
 
     ``"lo:16 hi:16 | link:32"`` lists the fields of each channel from the lowest bit up. In GLSL,
     ``name_lo(i)`` returns a uint.

@@ -48,7 +48,8 @@ class PassWork:
 
 @dataclass
 class PassLog(Observer):
-    """The passes of a call by name and texts, and the bytes between host and card."""
+    """The work of a call's passes, keyed by name and texts, and the bytes moved between host and
+    card."""
 
     passes: dict[tuple[str, tuple[str, str]], PassWork] = field(default_factory=dict)
     queries: int = 0

@@ -88,7 +88,8 @@ class Record:
     name : Name of the record, and prefix of its accessors in GLSL.
     layout : Declaration of the fields.
     storage : Format of the geometric fields. Set by ``stored``.
-    half_texels : Number of the first texels that are in half float textures. Set by ``stored``.
+    half_texels : Number of texels in half float textures; these texels come first. Set by
+        ``stored``.
     uniform_texels : Texels of a stream that are the same for all its records. A program reads
         these texels from uniforms. GLSL finds, for example, RAYS_TEXEL_0_UNIFORM defined.
     define : GLSL define that accompanies a stream's accessors. A program uses it to distinguish
@@ -255,8 +256,8 @@ class Record:
         """Return the GLSL struct and load function of a stream record.
 
         With ``writes``, add the store function, which rounds to ``storage``. ``first_target`` is
-        the render target of the record's first texel. Without ``reads``, leave out the load
-        function and its textures, and add only the rounding: the record stays in registers.
+        the render target of the record's first texel. Without ``reads``, the record stays in
+        registers: leave out the load function and its textures, and add the function that rounds.
         """
         name, struct = self.name, self.name.capitalize()
         lines = ['#include "core/texel.glsl"']
@@ -350,8 +351,8 @@ def streams_glsl(reads: Iterable[Record], writes: Iterable[Record],
                  registers: Iterable[Record] = ()) -> str:
     """Return the text of ``#include <streams>``: the accessors of a pass's streams.
 
-    The written streams use the render targets in their order. Records in ``registers`` are neither
-    read nor written.
+    The written streams use the render targets in their order. Records in ``registers`` stay in
+    registers: the pass neither reads nor writes their textures.
     """
     texts, target = [record.stream_glsl(writes=False) for record in reads], 0
     texts += [record.stream_glsl(writes=False, reads=False) for record in registers]

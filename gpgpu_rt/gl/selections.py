@@ -244,7 +244,7 @@ class _Writer:
         return _called("picked_value", texts)
 
     def _folded(self, parts: list[Sequence[Item]], operator: str, function: str) -> str:
-        """Write `a && b && c` from the left to the right."""
+        """Write `a && b && c` as nested calls where possible, from the left to the right."""
         text, is_harmless = self._expression(parts[0]), self._changes_nothing(parts[0])
         for part in parts[1:]:
             other = self._expression(part)

@@ -36,7 +36,8 @@ _VERSION = re.compile(r"^\s*#\s*version\b")
 # "0:12(5): error" (Mesa), "0(12) : error" (NVIDIA), "ERROR: 0:12:" (others)
 _LOCATION = re.compile(r"(?P<a>\d+):(?P<b>\d+)(?:\(\d+\))?:|(?P<c>\d+)\((?P<d>\d+)\)\s*:")
 
-# Contraction to FMA breaks the watertight test. `precise` forbids it, if the driver supports that.
+# Contraction to FMA breaks the watertight test. Where the driver supports `precise`, it forbids
+# contraction.
 _PREAMBLE = """#extension GL_ARB_gpu_shader5 : enable
 #ifdef GL_ARB_gpu_shader5
 #define PRECISE precise
@@ -223,7 +224,7 @@ def _let_go(gpu: Gpu) -> None:
     for key in list(gpu.programs):
         if len(gpu.programs) < MOST_PROGRAMS:
             return
-        if sys.getrefcount(gpu.programs[key]) == 2:    # references: table and argument
+        if sys.getrefcount(gpu.programs[key]) == 2:    # only the table and the call refer to it
             gpu.programs.pop(key).release()
 
 

@@ -89,7 +89,7 @@ class Target:
         Parameters
         ----------
         name : the record; None for the first record
-        by_ray : changes the order or the number of the texels
+        by_ray : selects the texels of rays and puts them into the order of the rays
 
         Returns
         -------

@@ -15,7 +15,8 @@ from .precision import Precision
 from .record import TABLE_WIDTH_LOG2, Plane, Record, check_count
 
 TABLE_WIDTH = 1 << TABLE_WIDTH_LOG2
-# Records that are packed at once. They fill whole rows, whatever the number of texels of a record.
+# Number of records that are packed together. They fill whole rows, whatever the number of texels
+# of a record.
 RECORDS_AT_ONCE = 32 * TABLE_WIDTH
 
 
@@ -115,7 +116,7 @@ def _room(gpu: Gpu, name: str, count: int, plane: Plane,
 
 
 def _write_rows(texture: moderngl.Texture, row: int, texels: np.ndarray, dtype: str) -> None:
-    """Write (n, components) texels from ``row`` on. Zeros fill the last row."""
+    """Write (n, components) texels from ``row`` on. Fill the rest of the last row with zeros."""
     rows = max(1, -(-len(texels) // TABLE_WIDTH))
     padded = np.zeros((rows * TABLE_WIDTH, texels.shape[1]), "<" + dtype)
     padded[:len(texels)] = texels

@@ -11,8 +11,8 @@ from . import Method, find_method
 
 COHERENT, INCOHERENT = "coherent", "incoherent"
 RAYS = (COHERENT, INCOHERENT)
-# Options that do not change how rays are traced: whether work is counted, and in which OpenGL
-# context. Settings do not store these options.
+# Options that do not change how rays are traced. They decide whether work is counted, and choose
+# the OpenGL context. Settings do not store these options.
 PASSING = ("statistics", "context")
 
 

@@ -30,7 +30,7 @@ from ..traversal.method import SCHEDULES, Accelerator, Method
 
 VARIABLE = "GPGPU_RT_METHODS"
 _NAME = re.compile(r"[a-z][a-z0-9]*(-[a-z0-9]+)*")
-_MOST_KERNELS = 4    # drivers/traverse.frag has four cases
+_MOST_KERNELS = 4    # drivers/traverse.frag has a case for each of four kernels
 # Method files that were written for version 0.1 import modules by these old names.
 _FORMER_NAMES = {"gpgpu_rt.record": gl_record, "gpgpu_rt.texel_layout": triangle_table}
 
@@ -182,7 +182,7 @@ def _guarded(row: Method, path: Path) -> Callable[..., Accelerator]:
             raise MethodError(f"{where}: prepare returns {type(made).__name__}; return an "
                               "Accelerator")
         missing = {"scene_lo", "scene_hi"} - set(made.uniforms)
-        if missing:     # without them, rays would silently miss triangles on the faces of boxes
+        if missing:     # without these uniforms, rays could miss triangles on the faces of boxes
             raise MethodError(f"{where}: prepare returns no {' and no '.join(sorted(missing))}; "
                               "the kernels need these uniforms to widen boxes; add "
                               "**box_uniforms(triangles)")

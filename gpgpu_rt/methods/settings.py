@@ -25,12 +25,12 @@ from .choices import COHERENT, INCOHERENT, PASSING, RAYS, Choice, Choices
 FORMAT = 2
 ONE_CHOICE = 1    # the older format, which has one choice for all rays
 # The choices for a scene that was not tuned. Their hits equal the hits of every other exact choice
-# to the bit, and they are never much slower than the fastest choice. Packets trace eye and shadow
-# rays twice as fast as single rays, but other rays more slowly; docs/accuracy.md has the measured
-# rates. docs/notes/bvh.md has the measured gain of entry points. The interval test makes packets
-# faster on large images of eye rays. But mirror rays also count as coherent, and with the interval
-# test, packets of mirror rays would take two to three times as long as single rays. So the
-# interval test is off.
+# to the bit, and these choices are never much slower than the fastest choice. Packets trace eye
+# and shadow rays twice as fast as single rays, but trace other rays more slowly than single rays;
+# docs/accuracy.md has the measured rates. docs/notes/bvh.md has the measured gain of entry points.
+# The interval test makes packets faster on large images of eye rays. But mirror rays also count as
+# coherent, and with the interval test, packets of mirror rays would take two to three times as
+# long as single rays. So the interval test is off.
 SAFE_DEFAULT = {
     COHERENT: ("bvh-packet", {"packet": (4, 2), "octants": True, "quantise_nodes": 16,
                               "entry_points": 32}),
@@ -143,8 +143,8 @@ def automatic(scene: Scene, renderer: str, options: Mapping[str, Any]
 
     If cached settings for the scene and the renderer agree with the caller's options, the choices
     come from these settings. Otherwise, they come from SAFE_DEFAULT, with the caller's options
-    added. If the default for coherent rays does not accept the options, it is tried without entry
-    points. If that fails too, coherent rays use the default for incoherent rays.
+    added. If the default for coherent rays does not accept the options, this default is tried
+    without entry points. If that fails too, coherent rays use the default for incoherent rays.
     """
     found = find(scene, renderer)
     if found is not None:

@@ -117,7 +117,8 @@ def collect(batch: RayBatch, trace: Round, max_hits: int | None = None) -> AllHi
         t, triangle = fields["t_min"][rays], fields["after"][rays]
         if not ((one["t"] > t) | ((one["t"] == t) & (one["triangle"] > triangle))).all():
             raise Error("a ray continued after a hit and found it again: this renderer computes "
-                        "two t for a triangle; use context osmesa, or egl's software renderer")
+                        "different t for the same ray and triangle; use context osmesa, or egl's "
+                        "software renderer")
         fields["t_min"][rays], fields["after"][rays] = one["t"], one["triangle"]
         found.append(one)
     return _ordered(batch, found, status)

@@ -5,9 +5,9 @@ Ray-Tracing of Dynamic Scenes", 2008 (survey, section 3.4), trace with a stack o
 the kd-tree of each frame on the CPU. While the CPU builds the tree of frame n + 1, the GPU traces
 frame n.
 
-Departure: the build is any method's own build. It runs in a separate process, because OpenGL
-calls hold Python's interpreter lock. The process is spawned, not forked, because a fork would
-inherit the OpenGL context.
+Departure: any method's accelerator can be built ahead, not only a kd-tree. The build runs in a
+separate process, because OpenGL calls hold Python's interpreter lock. The process is spawned, not
+forked, because a fork would inherit the OpenGL context.
 """
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ from .sessions import Sessions
 
 
 class Coming(NamedTuple):
-    """A scene, and the accelerator over it that is being built."""
+    """A scene, and its accelerator, which is being built."""
 
     scene: Scene
     accelerator: Future[Accelerator]
@@ -128,7 +128,7 @@ def _begin(builds: Builds, sessions: Sessions,
 
 
 def _build(method: str, options: Mapping[str, Any], triangles: np.ndarray) -> Accelerator:
-    """Build an accelerator whose tables hold plain arrays. This runs in the other process."""
+    """Build an accelerator whose tables hold plain arrays. The process of `Builds` runs this."""
     with uncached():
         built = find_method(method).prepare(triangles, {**options, "charts": None})
     tables = {name: {field: np.asarray(values) for field, values in table.items()}
@@ -138,7 +138,8 @@ def _build(method: str, options: Mapping[str, Any], triangles: np.ndarray) -> Ac
 
 @contextlib.contextmanager
 def _one_line_errors() -> Iterator[None]:
-    """Raise the package's errors for a process that ends early and for a lack of memory."""
+    """Return a context that raises an error of this package if the building process ends early, or
+    if memory is lacking."""
     try:
         yield
     except BrokenProcessPool as failure:

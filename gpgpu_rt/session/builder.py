@@ -24,7 +24,7 @@ class Builder:
     def __init__(self, method: Method, options: dict[str, Any], charts: Any) -> None:
         self.precision = Precision.of(options)
         self._method, self._options, self._charts = method, options, charts
-        self._built_cost: float | None = None   # SAH cost of the last build; a refit needs it
+        self._built_cost: float | None = None   # SAH cost of the last build, to compare refits
 
     def stored(self, scene: Scene) -> np.ndarray:
         """Return the triangles as textures store them. Boxes must enclose these triangles."""

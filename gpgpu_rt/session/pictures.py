@@ -100,7 +100,8 @@ class Pictures:
 
     def plan(self, session: Session, region: Region, integrator: str | None,
              options: Mapping[str, Any]) -> Plan:
-        """Return the plan of a ``render`` with these arguments: passes, textures and reasons."""
+        """Return the plan of a ``render`` with these arguments: its passes and textures, and the
+        reasons why all other passes and textures are left out."""
         drawer = self._drawer(session, region, integrator, options)
         rays, buffers = session.buffers.of(drawer.size)
         buffers.side(0)

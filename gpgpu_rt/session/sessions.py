@@ -75,15 +75,15 @@ class Sessions:
         return any(method.packet for method, _ in self.rows.values())
 
     def remade(self) -> Choices:
-        """Return choices from which another process makes equal sessions. A context that is an
-        object cannot be sent there, so the other process opens its own context."""
+        """Return choices from which another process makes equal sessions. A context object cannot
+        be sent to another process, so that process opens its own context."""
         context = self.present.options["context"]
         context = context if isinstance(context, str) else None
         return Choices(*(replace(self.choices.of(rays), options={**options, "context": context})
                          for rays, (_, options) in self.rows.items()))
 
     def facts(self) -> Facts:
-        """Return what a tracer shows of itself: the scene, the methods with the options that
+        """Return the facts that describe a tracer: the scene, the methods with the options that
         differ from their defaults, and the renderer."""
         scene = self.present.scene
         found = [("scene", scene.title), ("size", counted(len(scene), "triangle"))]

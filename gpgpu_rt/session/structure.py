@@ -50,7 +50,8 @@ class Structure:
     triangles : (n, 3, 3) float32, the triangles as the textures store them
     accelerator : the accelerator over ``triangles``
     tables : the accelerator's arrays as textures
-    table_bytes : record name -> bytes of its textures. It is always the same dict object
+    table_bytes : record name -> bytes of its textures. ``Statistics`` refers to this dict, so
+        changes update its entries and never replace the dict
     """
 
     def __init__(self, gpu: Gpu, method: Method, options: dict[str, Any], scene: Scene) -> None:
@@ -117,7 +118,7 @@ class Structure:
             refitted = None if built else self.builder.refit(self.accelerator, triangles)
             tried = time.perf_counter() - began
             accelerator = built or refitted or self.builder.build(triangles)
-        self.tables.check(own, accelerator)     # may raise, while the present tables are unchanged
+        self.tables.check(own, accelerator)     # an error leaves the present tables unchanged
         before, self.accelerator, self.triangles = self.accelerator, accelerator, triangles
         self.scene, self.bounds = scene, scene.bounds
         self.tables.keep(own)       # other methods' tables are remade by `adopt` when needed

@@ -28,7 +28,7 @@ Part = TypeVar("Part")
 
 DONE, UNFINISHED, OVERFLOWN = 0, -1, -2   # phases of ended rays, as in core/phase.glsl
 QUERY_INTERVAL = 16     # steps between two counts of the live rays, if the user gives no interval
-DRAWN = 0.5     # depth at which passes over rays are drawn; a masked ray has depth 0
+DRAWN = 0.5     # depth of passes over rays; a masked ray has depth 0 and so fails the depth test
 
 
 @dataclass(frozen=True)
@@ -99,7 +99,8 @@ class DriverBase:
 
     @property
     def mask_interval(self) -> int:
-        """Number of passes between two counts of the live rays. The option can set this number."""
+        """Number of passes between two counts of the live rays: the option ``mask_interval``, or a
+        default."""
         steps = self.options["steps_per_pass"] if self.options["schedule"] == "step" else 1
         return self.options["mask_interval"] or max(2, QUERY_INTERVAL // steps)
 

@@ -106,7 +106,7 @@ def _texts(method: Method, options: Mapping[str, Any], start: bool,
 
 
 class EraDriver(MethodDriver):
-    """A driver whose programs read tables and rays as the programs of the era form do."""
+    """A driver whose programs read tables and rays by the accessors in gl/era_accessors.py."""
 
     def __init__(self, setup: Setup) -> None:
         super().__init__(setup)

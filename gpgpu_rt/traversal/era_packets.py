@@ -1,8 +1,9 @@
 """Packets in the era form: 2x2 rays in one loop, as Horn et al. 2007 ran them on a card with
 branches.
 
-A card's compiler counts the kernels one by one (glsl/era/packet_kernel.glsl). `packet_loop` is the
-whole program, which the option ``era`` runs on chips with loops.
+To count instructions, a card's compiler reads the kernels one by one
+(glsl/era/packet_kernel.glsl). `packet_loop` is the whole program, which the option ``era`` runs on
+chips with loops.
 """
 from __future__ import annotations
 
@@ -32,7 +33,8 @@ RAYS = Record("packet_rays", " | ".join(
 HITS = replace(HIT, layout="t:vec4 | u:vec4 | v:vec4 | triangle:ivec4")
 """The hits of the four rays."""
 
-_KEPT = replace(HITS, name="packet")    # the record of single rays' hits has another name
+# The hits under another name: the program that copies them to single rays also uses HIT.
+_KEPT = replace(HITS, name="packet")
 
 
 def packet_kernels(method: Method, options: Mapping[str, Any],

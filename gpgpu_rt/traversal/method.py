@@ -142,7 +142,8 @@ class Stepwise:
     kernels : the kernels that a packet can wait for, in the order of its phases
     glsl : file under ``glsl/`` with a packet's kernels, which drivers/packet_visit.frag includes
     ray : file under ``glsl/`` with a ray's step, which drivers/packet_intersect.frag includes
-    stack_entry : the record of a level of the packet's stack, if an atlas holds the stack
+    stack_entry : the record of a level of the packet's stack, if an atlas (see stack_atlas.py)
+        holds the stack
     """
 
     state: Record
@@ -185,7 +186,7 @@ class Method:
     era_packets : The packets in the era form, if the method has them.
     single : Name of the method that traces a packet's rays singly after the packet's step limit.
     entry_walk : GLSL file of a beam's walk through the tree, for the option ``entry_points``.
-    own_array : (options) -> whether fragments write into a GLSL array, at different indices.
+    own_array : (options) -> whether fragments write to different indices of local GLSL arrays.
     fixed_defines : GLSL defines of all programs of this method. If methods share a GLSL file,
         these defines tell the methods apart.
     no_era_form : why the kernels do not compile in the era dialect (traversal/era.py). Empty if
@@ -255,7 +256,7 @@ class Method:
         return tuple(record.apart() for record in records if isinstance(record, Record))
 
     def formed(self, options: Mapping[str, Any]) -> Method:
-        """Return the row for these options, by ``form``. A missing option has its default.
+        """Return the row that ``form`` makes for these options. A missing option has its default.
 
         With the option ``era``, the row's states have no step counts, and it runs only under the
         schedule ``kernels``. Packets in the era form run only under ``loop``.

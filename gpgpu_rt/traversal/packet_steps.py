@@ -1,6 +1,6 @@
 """Packets under the schedule ``step``: textures hold the packets' states between passes.
 
-A texel holds a packet's state, and an atlas holds its stack.
+A texel holds a packet's state, and an atlas texture (stack_atlas.py) holds its stack.
 """
 from __future__ import annotations
 

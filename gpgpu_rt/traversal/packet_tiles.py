@@ -106,7 +106,8 @@ class PacketTiles:
         if rays.tiles is None or self.gpu.whole:
             return None
         if self.entry_tile and rays.bounded:
-            # This readback waits for the pass over the beams. The packets' pass would wait, too.
+            # This readback waits for the pass over the beams, but the packets' pass reads the same
+            # results and would wait anyway.
             side, some = self.entry_tile, read_field(PACKET_ENTRY, "met", samplers) != 0
         else:
             side = max(SIDE, SQUARE * max(self.packet))

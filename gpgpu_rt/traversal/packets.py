@@ -175,7 +175,7 @@ class PacketTraversal(MethodDriver):
         file = name.replace("_counters", "").replace("_unsettled", "")
         alone = any_hit or name == "packet_none"
         defines = {**self._defines(any_hit, alone), "SETTLED_ALONE": name == "packet"}
-        if name in ("packet", "packet_unsettled", "packet_none"):   # a separate pass counts
+        if name in ("packet", "packet_unsettled", "packet_none"):   # "packet_counters" counts
             defines["STATISTICS"] = False
         return f"drivers/{file}.frag", defines, {**self._virtual(name, rays),
                                                  "targets": self._targets_text(alone)}
@@ -210,7 +210,7 @@ class PacketTraversal(MethodDriver):
             reads += written[:1]
             writes = [replace(rays, name="single_rays")]
         elif name in ("packet_none", "packet_counters_none"):
-            reads += [layout(HIT)]      # the program needs only its struct
+            reads += [layout(HIT)]      # the program needs only the struct of HIT
         else:
             single = layout(self._single_traversal().method.state)
             reads = [replace(rays, name="single_rays"),

@@ -40,7 +40,8 @@ TESTED = Record("tested", "t triangle:int x:int y:int")
 ``x`` and ``y`` are the ray's texel."""
 
 LEAST = Record("least", "t spare:vec2 tests:int")
-"""Results of blending: the smallest t of a ray's tests, and the number of tests."""
+"""Results of blending: the smallest t of a ray's tests, and the number of tests. ``spare`` is not
+used. It moves ``tests`` to the alpha channel, which has a separate blend equation."""
 
 LOWEST = Record("lowest", "triangle:int")
 """Result of blending: the lowest index of the triangles at the smallest t."""
@@ -63,9 +64,10 @@ triangles."""
 PACKET_STATE = Record("state", "node:int cursor:int phase:int steps:int | turn:int turns:int")
 """A packet's state: the fields of TREE_STATE, the active turn, and the turns that wait.
 
-``turn`` is the number of the active turn, for example a direction octant. The rays of this turn
-now traverse the tree together (drivers/packet_turns.glsl). ``turns`` has a bit for each turn that
-has not ended (BVHs), or for each turn that has not begun (kd-trees)."""
+A packet traverses the tree once per turn. In a turn, only rays of the same group traverse, for
+example the rays of a direction octant (drivers/packet_turns.glsl). ``turn`` is the number of the
+active turn. ``turns`` has a bit for each turn that has not ended (BVHs), or for each turn that has
+not begun (kd-trees)."""
 
 KD_ENTERING, BVH_ENTERING = "entry:int root:int", "entry:int end:int"
 """Additional fields of rays that visit a list of subtrees. ``entry`` is the position in the list.

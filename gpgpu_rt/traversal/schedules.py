@@ -75,8 +75,7 @@ class Traversal(MethodDriver):
     _overran = False    # whether a ray under `loop` did not end within one pass
 
     def follow(self, samplers: Samplers, accelerator: Accelerator, step_cap: int) -> None:
-        """Use these tables from now on. The triangles have moved. The records and the defines must
-        be unchanged."""
+        """Use the tables of triangles that moved. Records and defines must be unchanged."""
         super().follow(samplers, accelerator, step_cap)
         self._overran = False
 

@@ -21,6 +21,6 @@ def digest(value: Any) -> str:
     try:
         told = pickle.dumps(value, pickle.HIGHEST_PROTOCOL)
     except (pickle.PicklingError, AttributeError, TypeError) as failure:
-        raise Error(f"this cannot be sent to other processes ({failure}); define its functions at "
-                    "the top level of a module") from failure
+        raise Error(f"a value cannot be sent to other processes ({failure}); define its functions "
+                    "at the top level of a module") from failure
     return hashlib.sha256(told).hexdigest()

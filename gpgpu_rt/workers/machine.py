@@ -97,9 +97,10 @@ def helped(by: Processes) -> Iterator[None]:
 
     Notes
     -----
-    This is only for work on the CPU, because a graphics card would continue with the work that it
-    already has. A stopped helper must not hold a lock for which the timed work waits. Mesa's
-    single-file shader cache has such a lock, so helpers need ``MESA_DISK_CACHE_MULTI_FILE=1``.
+    Use this context only for work on the CPU, because a graphics card would continue with the work
+    that it already has. A stopped helper must not hold a lock for which the timed work waits.
+    Mesa's single-file shader cache has such a lock, so helpers need
+    ``MESA_DISK_CACHE_MULTI_FILE=1``.
     """
     _helpers.append(by)
     try:

@@ -72,7 +72,10 @@ def tracer_of(scene: Scene, built: Structures, digest: str, method: str,
 
 def trace(scene: Scene, built: Structures, digest: str, method: str, options: Options,
           rays: Mapping[str, Any], any_hit: bool) -> Hits | np.ndarray:
-    """Return the hits of some rays. ``rays`` holds the arguments of ``Tracer.trace``."""
+    """Return the hits of some rays; with ``any_hit``, return whether each ray hits a triangle.
+
+    ``rays`` holds the arguments of ``Tracer.trace`` or ``Tracer.occluded``.
+    """
     with tracer_of(scene, built, digest, method, options) as tracer:
         return tracer.occluded(**rays) if any_hit else tracer.trace(**rays)
 

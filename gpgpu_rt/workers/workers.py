@@ -93,7 +93,8 @@ class Workers:
         except BaseException:       # including an interrupt
             self._close_cluster()
             raise
-        self._futures: OrderedDict[tuple[Any, ...], Any] = OrderedDict()   # the last MOST_KEPT
+        # The MOST_KEPT futures that were used last.
+        self._futures: OrderedDict[tuple[Any, ...], Any] = OrderedDict()
 
     def _connect(self, address: Any) -> None:
         import distributed
@@ -387,8 +388,8 @@ def _in_a_line() -> Iterator[None]:
     try:
         yield
     except distributed.KilledWorker as failure:
-        raise Error("workers could not finish a part: they died repeatedly; give each worker more "
-                    "memory, if memory was the reason") from failure
+        raise Error("workers could not finish a part: workers died repeatedly; give each worker "
+                    "more memory, if memory was the reason") from failure
     except (CancelledError, distributed.comm.CommClosedError) as failure:
         raise Error("workers could not finish a part: their scheduler ended or cancelled it; "
                     "start the scheduler again") from failure

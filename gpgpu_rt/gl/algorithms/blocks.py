@@ -2,9 +2,9 @@
 
 D. Roger, U. Assarsson, N. Holzschuch, "Efficient Stream Reduction on the GPU", 2007 (survey,
 section 3.6). A block has a constant number s of elements. For each block a line of texels is drawn
-at the block's final position; each fragment of the line finds its source in the block in log s
-steps. `compact` takes log n steps for a stream of n elements. Here, only the blocks' totals are
-scanned.
+at the block's final position; each fragment of the line finds its element in the block in log s
+steps. Only the blocks' totals are scanned. `compact` instead scans all n elements of the stream,
+and finds each element in log n steps.
 """
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ def _ranks(room: StreamRoom, source: Stream, texels: int, defines: Mapping[str, 
     """Return the rank of each kept element in its block, the start of each block in the result,
     and the number of kept elements.
 
-    A texel of the ranks has four elements.
+    A texel of the ranks holds the ranks of four elements.
     """
     flags = room.stream(VALUES, texels).called("flags")
     room.draw("algorithms/block_flags", flags, [source], count=texels, defines=defines, **uniforms)

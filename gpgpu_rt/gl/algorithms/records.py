@@ -13,4 +13,5 @@ SOURCE = Record("source", "index:int")
 """The index of the element to copy."""
 
 BOX = Record("box", "lo:vec3 | hi:vec3")
-"""A box of a triangle, of a run of slots or of a node."""
+"""A box of a triangle, of a node, or of a run of slots. A slot is a place in the order of
+triangles."""

@@ -7,7 +7,7 @@ from .streams import Stream, StreamRoom
 
 
 def scan(room: StreamRoom, values: Stream) -> Stream:
-    """Return the exclusive prefix sums: n + 1 elements called "sums". The last is the total.
+    """Return the exclusive prefix sums, n + 1 elements called "sums". The last sum is the total.
 
     First make levels upwards: an element of a level is the sum of a block of the level below. Then
     go down again: each level adds to its own sums the sum of all elements before the block, which

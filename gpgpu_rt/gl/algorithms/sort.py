@@ -9,7 +9,7 @@ def sort(room: StreamRoom, keys: Stream) -> Stream:
     """Return the keys (SORT_KEY) in the order of hi, lo and index, for any number of keys.
 
     Equal keys are in the order of their index, so the sort is stable if indices ascend. For n
-    keys, k = ceil(log2 n), the sort takes k (k + 1) / 2 steps, two steps per pass. Passes draw
+    keys and k = ceil(log2 n), the sort takes k (k + 1) / 2 steps, two steps per pass. Passes draw
     alternately into ``keys`` and into another stream. The stream with the result is returned, and
     the other stream is dropped.
     """
@@ -23,8 +23,8 @@ def sort(room: StreamRoom, keys: Stream) -> Stream:
 
 
 def flips(length: int) -> list[int]:
-    """Return an integer for each step. Its bits are the bits in which the indices of two compared
-    elements differ."""
+    """Return an integer for each step. The step compares elements whose indices differ in exactly
+    the bits that are set in this integer."""
     merged, result = 1, []
     while merged < length:
         result.append(2 * merged - 1)          # mirror a block of two sorted halves

@@ -4,7 +4,8 @@ from __future__ import annotations
 from ...gl.record import Record
 
 BIH_NODE = Record("bih_node", "left_hi right_lo axis:int child:int")
-"""A node: the end of its left child and the start of its right child along `axis` (3 for a leaf).
+"""A node: the end of its left child (`left_hi`) and the start of its right child (`right_lo`)
+along `axis`. The axis of a leaf is 3.
 
 `child` is the left child of an inner node, and the right child directly follows it. For a leaf,
 `child` is the leaf's first triangle."""

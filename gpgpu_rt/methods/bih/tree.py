@@ -8,9 +8,9 @@ one half has no triangles, the build makes no node, and halves the other half ag
 computes no costs and does not sort triangles. The tree's size is linear in the number of
 triangles.
 
-Departures: all nodes of a level are split at once, not one by one in place. A node is split into
-two halves of equally many triangles in two cases: near the depth cap, and if the centres of all
-boxes coincide, so that no plane separates them.
+Departures: all nodes of a level are split together; the paper splits nodes one by one, in place. A
+node is split into two halves of equally many triangles in two cases: near the depth cap, and if
+the centres of all boxes coincide, so that no plane separates them.
 """
 from __future__ import annotations
 

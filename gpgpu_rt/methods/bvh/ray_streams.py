@@ -35,8 +35,8 @@ class RayStreams(MethodDriver):
     further rays start at the root.
 
     Between two passes, the stream holds at most ``stream_size`` elements for each level of the
-    tree. This holds because pushed elements are one level deeper than popped elements, and leaves
-    push no elements.
+    tree. The reason is that pushed elements are one level deeper than popped elements, and that
+    leaves push no elements.
 
     Attributes
     ----------

@@ -84,4 +84,5 @@ subtrees."""
 PACKET_STACK_STATE = replace(
     PACKET_STATE, layout=PACKET_STATE.layout + " far:int stacked:int | far_t_max")
 """The state of a packet with a stack: the fields of PACKET_STATE, the child to push (``far``), and
-the stack pointer ``stacked``. Packets leave ``far_t_max`` at 0."""
+the stack pointer ``stacked``. ``far_t_max`` is always 0. The field exists because
+drivers/push.frag, which kd-trees also use, reads it."""

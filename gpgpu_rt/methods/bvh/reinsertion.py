@@ -6,7 +6,7 @@ subtree moves to a place, a new inner node replaces the place and has two childr
 the subtree. A move is not made if it conflicts with a move of greater gain. The cost of an inner
 node is its area. The gain of a move is the decrease of the sum of these areas.
 
-Departures: the search goes from ancestor to ancestor, as in the paper. From each ancestor, it goes
+As in the paper, the search goes from ancestor to ancestor. Departures: from each ancestor, it goes
 down level by level, not depth first, because numpy processes many nodes at once. Subtrees whose
 move was in conflict search again in the same round, whereas in the paper they wait for the next
 round. Two moves conflict if they change the links of the same node, or if the first move's place
@@ -106,7 +106,8 @@ class _Tables:
     # The search --------------------------------------------------------------------------------
 
     def _found(self, nodes: np.ndarray) -> _Moves:
-        """The best move of each subtree, in ascending order of gain, if the move has a gain."""
+        """The best move of each subtree, in ascending order of gain. Subtrees without a move that
+        has a gain are left out."""
         parts = np.split(nodes, range(AT_ONCE, len(nodes), AT_ONCE))
         found = list(threads(len(nodes))(self._search, parts))
         moves = _Moves(*(np.concatenate([getattr(part, field.name) for part in found])

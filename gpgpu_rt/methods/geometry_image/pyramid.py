@@ -1,4 +1,4 @@
-"""Pyramid: compute the boxes of a geometry image's quadtrees by a fragment pass per level.
+"""Pyramid: computes the boxes of a geometry image's quadtrees with one fragment pass per level.
 
 A level is computed from the level below it, and a pass cannot read the texture that it writes.
 Levels are therefore drawn alternately into the tables and into scratch textures of the same size.

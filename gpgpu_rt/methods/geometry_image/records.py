@@ -14,16 +14,16 @@ the distance to the corner below it. The signs are marks: ``across`` is negative
 first triangle has no area, and ``down`` is negative if its second triangle has no area."""
 
 MIN_PYRAMID = Record("min_pyramid", "lo:vec3 miss:int")
-"""A node of a geometry image's quadtrees: the lower corner of its box, and the node after its
-subtree, or -1 at the end."""
+"""A node of a geometry image's quadtrees: the lower corner of its box, and ``miss``, the node
+after its subtree, or -1 at the end."""
 
 MAX_PYRAMID = Record("max_pyramid", "hi:vec3 hit:int")
-"""The second half of a node, after MIN_PYRAMID: the upper corner of its box, and its first child.
-For a leaf, ``hit`` is -1 - cell."""
+"""The second half of a node, after MIN_PYRAMID: the upper corner of its box, and ``hit``, its
+first child. For a leaf, ``hit`` is -1 - cell."""
 
 PYRAMID_LINK = Record("pyramid_link", "miss:int hit:int")
-"""The two links of a node for the rays of a direction octant. The table holds all nodes for octant
-0, then all nodes for octant 1, and so on."""
+"""The links ``miss`` and ``hit`` of a node for the rays of a direction octant. The table holds all
+nodes for octant 0, then all nodes for octant 1, and so on."""
 
 PYRAMID_SOURCE = Record("pyramid_source", "first:int last:int")
 """The sources of a node's box: the node's first and last child.

@@ -92,8 +92,8 @@ class ImageTree:
         return at
 
     def without_area(self, triangles: np.ndarray) -> np.ndarray:
-        """Whether each triangle has no area, (n,) bool. `shrink_flat` must have made the
-        triangles.
+        """Whether each triangle has no area, (n,) bool. The triangles must come from
+        `shrink_flat`.
         """
         v0, v1, v2 = triangles.transpose(1, 2, 0)    # faster one axis at a time
         return np.logical_and.reduce([v0[a] == v[a] for v in (v1, v2) for a in range(3)])

@@ -23,7 +23,8 @@ from ...errors import LimitError, OptionError
 
 MOST_CELLS_AN_AXIS = 512
 MOST_REFERENCES = 1 << 27           # 0.5 GiB of int32
-# An automatic resolution is halved while the mean number of references per triangle is larger.
+# An automatic resolution is halved while the mean number of references per triangle is larger than
+# this number.
 USUAL_REFERENCES = 64
 # Smallest side of a cell, in units of the padding. With smaller cells, the padding would put a
 # triangle into many neighbouring cells that the triangle does not overlap.
@@ -202,7 +203,8 @@ class Shapes:
 
     def plane_range(self, triangle: np.ndarray,
                     cell: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """The cells of a column that the triangle's plane crosses: the first, and how many."""
+        """The cells of a column that the triangle's plane crosses: the first cell, and the number
+        of cells."""
         normal, axis, row = self.normal[triangle], self.axis[triangle], np.arange(len(triangle))
         first, count = self.first[triangle, axis], self.cell_count[triangle, axis]
         along = normal[row, axis]

@@ -25,8 +25,8 @@ def proximity_cloud(grid: Grid) -> np.ndarray:
     occupied = np.diff(grid.cell_start) > 0
     distance = np.where(occupied, np.int32(0), far).reshape(rz, ry, rx)
     # Propagate distances along x, then along y, then along z. After each axis, the distances are
-    # exact if paths may use only the axes so far. In the Chebyshev distance, a step along one axis
-    # may also move one cell along each other axis, and still counts as one step.
+    # exact for paths along the axes processed so far. In the Chebyshev distance, a step along one
+    # axis may also move one cell along each other axis, and still counts as one step.
     for axis in (2, 1, 0):
         older = [other for other in range(axis + 1, 3)]
         before = distance.copy()

@@ -47,7 +47,7 @@ BUILD_OPTIONS = (
 def automatic_values(triangles: np.ndarray, options: Mapping[str, Any]) -> dict[str, int]:
     """Return option -> the value that `built_kdtree` uses, for build options that are None.
 
-    The build zhou has two depth limits, so it has no value for ``max_depth``.
+    The build zhou has two depth limits, so no single value can stand for ``max_depth``.
     """
     if options["build"] == "zhou":
         return {}

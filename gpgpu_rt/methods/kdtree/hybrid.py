@@ -39,7 +39,8 @@ def build(triangles: np.ndarray, *, morton_bits: int = MORTON_BITS, split: str =
 
     Parameters
     ----------
-    morton_bits : bits of a code per axis, reduced to a third of `max_depth` if it is larger
+    morton_bits : bits of a code per axis. A number above a third of `max_depth` is reduced to this
+        third
     split, bins, traversal_cost, intersection_cost, empty_bonus, max_depth : as in
         `sah_build.build`
     """
@@ -94,7 +95,7 @@ def cells_in_order(triangles: np.ndarray, vertices: np.ndarray, planes: np.ndarr
     box = np.concatenate([np.maximum(part_lo[:, whole] - pad, lo[:, owner]),
                           np.minimum(part_hi[:, whole] + pad, hi[:, owner])])
     held = np.bincount(owner, minlength=len(cell))
-    kept = np.flatnonzero(held)         # leave out cells that overlap triangles only by padding
+    kept = np.flatnonzero(held)     # leave out cells that hold triangles only because of padding
     return (KdLevel(np.ascontiguousarray(lo[:, kept]), np.ascontiguousarray(hi[:, kept]),
                     held[kept], triangle, box), codes[kept])
 
@@ -131,7 +132,8 @@ def upper_levels(codes: np.ndarray, bits: int, planes: np.ndarray) -> LooseKdTre
 
 
 def middle_of(prefix: np.ndarray, depth: int, bits: int) -> np.ndarray:
-    """The index of the lattice plane that halves each node, across the axis of its depth."""
+    """The index of the lattice plane that halves each node. All nodes lie at ``depth``, so the
+    plane is across axis ``depth`` % 3."""
     coordinate = np.zeros_like(prefix)
     for bit in range(depth % 3, depth, 3):
         coordinate = coordinate << 1 | prefix >> depth - 1 - bit & 1

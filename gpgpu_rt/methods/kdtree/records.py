@@ -45,11 +45,11 @@ KD_SHORT_STACK_ERA_STATE = replace(
     KD_STATE, layout="t_min t_max t_exit place:int | stack_t_max:vec3 phase:int "
                      "| stack_node:ivec3 pushed:int")
 """KD_SHORT_STACK_STATE in the era form (traversal/era.py), for at most three entries. Together
-with a hit, it fills the four render targets of a card.
+with a hit, this state fills the four render targets of a card.
 
-``place`` is the node. In a leaf, ``place`` is the cursor, and ``t_min`` is the end of the leaf's
-list. The node of a free stack entry is 0. The node of the first entry is -1 while ``pushed`` may
-still move down the tree."""
+``place`` is the node of a ray that descends. In a leaf, ``place`` is the cursor, and ``t_min`` is
+the end of the leaf's list. The node of a free stack entry is 0. The node of the first entry is -1
+while ``pushed`` may still move down the tree."""
 
 KD_TEXTURE_STACK_STATE = KD_STATE.extended("far_t_max far:int stacked:int")
 """KD_STATE, the far child to push (`far`), the end of its interval (`far_t_max`), and the stack
@@ -57,8 +57,8 @@ pointer `stacked`."""
 
 KD_ROPES_PACKET_STATE = replace(
     PACKET_STATE, layout=PACKET_STATE.layout + " last:int from:int")
-"""A packet's state: PACKET_STATE, the packet's last kernel (`last`), and the node where it ran
-(`from`)."""
+"""A packet's state: PACKET_STATE, the packet's last kernel (`last`), and the node where this
+kernel ran (`from`)."""
 
 KD_PACKET_STATE = KD_ROPES_PACKET_STATE.extended("needed:int pushed:int pushing:int")
 """KD_ROPES_PACKET_STATE, the vote of the rays (``needed``), and the restart (`pushed`, `pushing`)
@@ -68,8 +68,8 @@ as in KD_PUSH_DOWN_STATE.
 
 KD_PACKET_STACK_STATE = replace(
     KD_PACKET_STATE, layout=KD_PACKET_STATE.layout + " popped:int | stack_node:ivec4")
-"""KD_PACKET_STATE, and `stack_node`, the nodes on the short stack, newest first. A node of 0 is a
-free entry.
+"""KD_PACKET_STATE, and `stack_node`, the nodes on the short stack, newest first. An entry with the
+node 0 is free.
 
 ``popped`` is the number of entries that the last kernel popped. The record fills the four render
 targets of the cards that Horn et al. used."""
@@ -91,17 +91,17 @@ KD_PACKET_ERA_STATE = Record("state", " | ".join((
 """A packet's state in the era form (traversal/era_packets.py), which a loop keeps in registers. A
 vec4 has one number for each of the packet's four rays.
 
-``place`` is the node. In a leaf, ``place`` is the cursor, which runs up to ``end``. In a turn, the
-rays whose directions have the same signs traverse the tree. ``negative`` marks the axes along
-which these directions are negative. ``t_turn`` is the t_min of a ray that waits for its turn. The
-stack has the nodes ``node_0`` to ``node_2``, newest first. ``t_max_0`` to ``t_max_2`` are the ends
-of the rays' intervals in these nodes. ``far`` is the node to push, and ``t_far`` has the ends of
-the intervals in this node."""
+``place`` is the node of a packet that descends. In a leaf, ``place`` is the cursor, which runs up
+to ``end``. In a turn, the rays whose directions have the same signs traverse the tree.
+``negative`` marks the axes along which these directions are negative. ``t_turn`` is the t_min of a
+ray that waits for its turn. The stack has the nodes ``node_0`` to ``node_2``, newest first.
+``t_max_0`` to ``t_max_2`` are the ends of the rays' intervals in these nodes. ``far`` is the node
+to push, and ``t_far`` has the ends of the intervals in this node."""
 
 KD_ROPES_PACKET_RAY_STATE = replace(
     STATE, layout=STATE.layout + " t_min ray_node:int", full_precision=True)
-"""The state of a ray in a packet along ropes: its position in the tree. It is in float32 for the
-reason that KD_PACKET_RAY_STATE gives.
+"""The state of a ray in a packet along ropes: its position in the tree. The fields are in float32
+for the reason that KD_PACKET_RAY_STATE gives.
 
 ``ray_node`` is the ray's own node. It is 2^24 for a settled ray, and for a ray that waits for the
 turn of its direction octant (``drivers/packet_turns.glsl``)."""

@@ -2,8 +2,8 @@
 
 The method is that of S. Popov, J. Günther, H.-P. Seidel, P. Slusallek, "Stackless KD-Tree
 Traversal for High Performance GPU Ray Tracing", Eurographics 2007. The construction goes down from
-the root, whose ropes are nil. The faces of two siblings in their split plane get ropes to each
-other. On all other faces, a child inherits its parent's ropes.
+the root, whose ropes are nil. At the split plane of a node, the faces of its two children get
+ropes to each other. On all other faces, a child inherits its parent's ropes.
 """
 from __future__ import annotations
 
@@ -83,7 +83,7 @@ def _pushed_down(tree: KdTree, rope: np.ndarray, lo: np.ndarray, hi: np.ndarray,
         moving, node, axis = moving[inner], node[inner], axis[inner].astype(np.int64)
         plane, left = tree.split[node], tree.left[node]
         below, above = plane >= hi[moving, axis], plane <= lo[moving, axis]
-        across = axis == face     # the child that touches the face
+        across = axis == face     # split parallel to the face: one child touches the whole face
         takes_left = np.where(across, upper, below)
         goes_on = across | below | above
         rope[moving[goes_on]] = np.where(takes_left, left, left + 1)[goes_on]

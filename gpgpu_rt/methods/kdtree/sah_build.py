@@ -37,7 +37,7 @@ def build(triangles: np.ndarray, *, split: str = "binned", bins: int = 32,
     traversal_cost, intersection_cost : cost of a node and of a triangle, in any common unit
     empty_bonus : share by which a split's cost is reduced if the split cuts off empty space that
         is a fifth or more of the node
-    max_depth : the most levels; None for 8 + 1.3 log2 n
+    max_depth : largest number of levels; None for 8 + 1.3 log2 n
     clip : whether a reference is bounded by the triangle's part inside the node, instead of by the
         triangle's box
     workers : number of processes that grow subtrees (see `shevtsov`). The tree is the same

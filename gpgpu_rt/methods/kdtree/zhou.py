@@ -40,9 +40,11 @@ from .zhou_small import SmallRoots, grow_small
 MASK_BITS = 64
 EMPTY_CUT = 0.25    # the value of Zhou et al. for ray tracing
 FUTILE = 3          # most levels in a row whose splits separate no references: one per axis
-# Levels of large nodes beyond `depth_cap`, because halving needs more levels than SAH.
+# Large nodes may lie this many levels below `depth_cap`, because halving needs more levels than
+# SAH.
 MORE_LEVELS = 8
-# Levels below a small root. More levels would add references but not shorten traversal.
+# Largest number of levels below a small root. More levels would add references but not shorten
+# traversal.
 SMALL_LEVELS = 8
 SLACK = 2           # clipped parts are widened by this many paddings, for float32 errors
 CHUNK = 1 << 18     # triangles clipped together
@@ -55,7 +57,7 @@ class ZhouRules:
     Attributes
     ----------
     max_depth, large_depth : the depth limit of all nodes, and of large nodes
-    small_levels : the most levels below a small root
+    small_levels : the largest number of levels below a small root
     pad : the padding of triangles' boxes, world units
     """
 
@@ -68,7 +70,7 @@ class ZhouRules:
     pad: np.float32
 
     def levels_below(self, depth: int) -> int:
-        """The most levels below a small root at this depth."""
+        """The largest number of levels below a small root at this depth."""
         return min(self.small_levels, self.max_depth - depth)
 
     @property

@@ -27,13 +27,14 @@ class SmallRoots:
         Parameters
         ----------
         node : the numbers of the nodes in `zhou.Nodes`
-        levels : the most levels below each node
+        levels : the largest number of levels below each node
         """
         self._parts.append((level.lo, level.hi, level.count, level.triangle, level.box, node,
                             np.full(len(node), levels)))
 
     def joined(self) -> tuple[KdLevel, np.ndarray, np.ndarray]:
-        """All small nodes as a level, their node numbers, and the most levels below each node."""
+        """All small nodes as a level, their node numbers, and the largest number of levels below
+        each node."""
         *level, node, levels = (np.concatenate(part, axis=-1) for part in zip(*self._parts))
         return KdLevel(*level), node, levels
 

@@ -24,7 +24,7 @@ class CellWalk:
     ----------
     rays : the fields of RAY_TEXELS: origin and direction (n, 3) float32, t_min and t_max (n,)
         float32
-    unit : roundoff unit of the arithmetic; the grid's box is widened in proportion to it
+    unit : roundoff unit of the arithmetic; the grid's box is widened in proportion to this unit
 
     Attributes
     ----------

@@ -29,9 +29,9 @@ QUAD = np.dtype([("rectangle", "<f4", 4), ("row", "<i4")])
 class RayEngine(MethodDriver):
     """The driver of a method whose rays the host walks through cells.
 
-    See ``Driver`` and ``glsl/methods/ray_engine/ray_engine.glsl``. Each round intersects the
-    queues that are long enough, in batches. If no queue is long enough, the round intersects all
-    queues. Then the host walks the rays of these queues to their next cells.
+    See ``Driver`` and ``glsl/methods/ray_engine/ray_engine.glsl``. Each round intersects the rays
+    of the queues that are long enough, in batches. If no queue is long enough, the round
+    intersects the rays of all queues. Then the host walks these rays to their next cells.
 
     For each batch, the host uploads the rays, with the t of their hits so far, and the quads. A
     quad is a rectangle over rays, drawn for one triangle. Then the host reads back the hits.
@@ -137,7 +137,7 @@ class RayEngine(MethodDriver):
 
 @contextmanager
 def clocked(split: dict[str, float], name: str) -> Iterator[None]:
-    """Add the seconds that the block takes to the entry ``name``."""
+    """Add the seconds that the block takes to ``split[name]``."""
     began = time.perf_counter()
     yield
     split[name] += time.perf_counter() - began

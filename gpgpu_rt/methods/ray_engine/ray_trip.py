@@ -60,11 +60,11 @@ class RayTrip:
         return rays[on]
 
     def ready(self, waiting: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Sort waiting rays by cell, and choose the rays to intersect by the lengths of their
-        queues. The queue of a cell holds the rays that wait for the cell's triangles.
+        """Sort waiting rays by cell, and choose the rays that are intersected now. The queue of a
+        cell holds the rays that wait for the cell's triangles.
 
-        The queues that are long enough are intersected now. If no queue is long enough, all queues
-        are intersected now.
+        The rays of queues that are long enough are intersected now. If no queue is long enough,
+        all waiting rays are intersected now.
 
         Returns
         -------

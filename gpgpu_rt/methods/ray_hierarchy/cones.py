@@ -65,7 +65,7 @@ class RayCones:
             self._level.draw(level, below.samplers())
 
     def top(self, nodes: int) -> int:
-        """Return the number of the level at which pairs begin.
+        """Return the number of the level whose nodes form the first (triangle, node) pairs.
 
         This is the lowest level above the rays that has at most ``nodes`` nodes.
         """

@@ -32,10 +32,10 @@ class RayHierarchy(MethodDriver):
     rebuilt, and rays end at their nearest hits so far. The first batches are small, because their
     hits shorten the rays for the later batches. A batch begins with all pairs of one of its
     triangles and a node of the top level. A pass reads ``stream_size`` pairs, and tests the
-    triangle of each pair against the four children of the pair's node. The pairs with these
-    children that pass the test are processed in the same way, level by level down to the rays.
-    Only then are the next ``stream_size`` pairs tested. So no stream is longer than four times
-    ``stream_size``.
+    triangle of each pair against the four children of the pair's node. Each child that passes the
+    test forms a new pair with the triangle. The new pairs are processed in the same way, level by
+    level down to the rays. Only then are the next ``stream_size`` pairs tested. So no stream is
+    longer than four times ``stream_size``.
     """
 
     def __init__(self, setup: Setup) -> None:
@@ -114,7 +114,8 @@ class RayHierarchy(MethodDriver):
         return kept
 
     def _count(self, level: int, first: int, count: int) -> None:
-        """Add one visit to the node of each pair. `hand_down_visits` passes it down."""
+        """Add one visit to the node of each pair. `hand_down_visits` later adds this visit to the
+        nodes below."""
         visits = self._visits[level - 1]
         self.blend(moderngl.FUNC_ADD)
         self.room.scatter("pair_visits", visits, [self._pairs[level]], count, base=first,
@@ -195,7 +196,8 @@ class RayHierarchy(MethodDriver):
     def compiled(self, name: str, records: list[tuple[Record, bool]],
                  more: Mapping[str, str] | None = None, any_hit: bool = False,
                  **defines: object) -> FullScreenPass:
-        """Return the program ``glsl/<name>.frag``. It writes the records that have True."""
+        """Return the program ``glsl/<name>.frag``. ``records`` pairs each record with True if the
+        program writes the record, or with False if the program reads it."""
         def make() -> FullScreenPass:
             texts, target = list((more or {}).values()), 0
             for record, writes in records:

@@ -14,7 +14,7 @@ need no lists.
 
 A directory holds the start of every finest cell's list, so that a ray finds its list by one
 lookup. If lists do not fit into the budget, their rays use the lists of larger boxes. The largest
-box of each face of the direction cube always has a list. It holds all triangles in their order
+box of each face of the direction cube always has a list, which holds all triangles in their order
 along the face's axis.
 """
 from __future__ import annotations
@@ -36,7 +36,7 @@ CANDIDATE_BYTES, CELL_BYTES = 8, 4     # bytes in float32 textures
 SAMPLES = 48            # the memory of a level's lists is estimated from this many of the lists
 FILLED = 0.8            # share of the budget that an estimate may reach
 RAISED = 4              # factor by which ``min_rays`` is raised if an estimate exceeds FILLED
-FACES = 6               # cube faces; face 2 * axis, or 2 * axis + 1 for negative directions
+FACES = 6               # cube faces: 2 * axis for positive directions, 2 * axis + 1 for negative
 
 
 class RayBoxes:

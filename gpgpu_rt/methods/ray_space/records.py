@@ -9,8 +9,8 @@ RAY_BOX = Record("ray_box", "first:int")
 CANDIDATE = Record("candidate", "triangle:int near")
 """A triangle that rays of a box may hit. Triangle -1 ends the list.
 
-``near`` is the triangle's lowest coordinate along the rays' dominant axis. The axis points as the
-rays do."""
+``near`` is the triangle's lowest coordinate along the rays' dominant axis. This coordinate grows
+in the direction of the rays."""
 
 BEAM = Record("beam", "first:int entries:int")
 """A beam: the lines through a tile whose directions are in the same cell. The record has the first

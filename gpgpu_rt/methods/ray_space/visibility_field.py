@@ -34,8 +34,8 @@ MIB = 1 << 20
 ENTRY_BYTES, BEAM_BYTES = 16, 8      # bytes in float32 textures
 SAMPLES = 2000          # triangles from which the size of a field is estimated
 FINEST = (8, 24)        # the most directions and the most tiles by default
-# The least ratio of tiles to directions, both along a side. Of two fields with equal memory, the
-# field with a smaller ratio makes rays test more triangles.
+# The least ratio of tiles to directions, both along a side. If two fields need equal memory, rays
+# test more triangles in the field with the smaller ratio.
 TILES = 2
 USUAL_ENTRIES = 1024    # the most entries per triangle by default
 CHUNK = 1 << 20         # entries processed together
@@ -86,9 +86,9 @@ def build_visibility_field(triangles: np.ndarray, *, directions: int | None = No
     Parameters
     ----------
     triangles : (n, 3, 3) float32, world units
-    directions, tiles : the most cells along a side of a face, and the most tiles along a side of a
-        plane; None for 8 and 24. If both are None, the field is made coarser until it has at most
-        1024 entries per triangle
+    directions, tiles : the largest number of cells along a side of a face, and of tiles along a
+        side of a plane; None for 8 and 24. If both are None, the field is made coarser until it
+        has at most 1024 entries per triangle
     budget : limit on entries and beams, MiB. A field beyond the limit is made coarser
     arithmetic : the number format to which kernels round
 

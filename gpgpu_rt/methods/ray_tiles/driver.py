@@ -163,7 +163,7 @@ class RayTiles(MethodDriver):
 
 
 class TileTargets:
-    """The targets of tiles, and the targets of blending."""
+    """The targets with a texel per tile, and the targets of blending with a texel per ray."""
 
     def __init__(self, owner: RayTiles, size: tuple[int, int]) -> None:
         self.size = size

@@ -1,4 +1,4 @@
-"""Unit tree: a kd-tree or a BVH in the one node format of `tree-unit`."""
+"""Unit tree: a kd-tree or a BVH in the common node format of `tree-unit`."""
 from __future__ import annotations
 
 from dataclasses import dataclass

@@ -75,7 +75,8 @@ class EntryPoints(MethodDriver):
         return self.driver.run(rays, buffers, statistics, any_hit)
 
     def _count(self, rays: RayTextures, statistics: Statistics) -> None:
-        """Count the nodes that beams visited per ray, and the mean number of entries of a tile."""
+        """Record how many nodes the beams visited, divided by the number of rays, and the mean
+        number of entries of a tile."""
         levels = [level.entries.fields() for level in self._levels]
         visited = sum(float(level["visited"].sum()) for level in levels)
         statistics.add(entry_nodes_visited=visited / math.prod(rays.size))

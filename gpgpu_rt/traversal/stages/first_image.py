@@ -45,7 +45,8 @@ class FirstImage:
         self.fours = Target(gpu, SHOWN_FOUR, (-(-width // 4), height))
         self.blocks = Target(gpu, SHOWN_BLOCK, (-(-width // BLOCK), -(-height // BLOCK)))
         hits, doubt = {HIT.name: final.streams[HIT.name]}, {"doubt": [self.doubt]}
-        # Share the states' depth buffer: schedules clear the buffer before they mask rays.
+        # Share the states' depth buffer. This is safe, because schedules clear the buffer before
+        # they mask rays.
         self.drawn = gpu.context.framebuffer([self.candidates], buffers.depth)
         self.verified = Target(gpu, (), size, borrowed={**hits, **doubt})
         self.proved = Target(gpu, (), size, borrowed={**hits, **self.shown.streams, **doubt})

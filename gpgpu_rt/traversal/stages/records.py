@@ -6,9 +6,9 @@ from ..records import ENTRIES
 
 DEPTH_BOUNDS = Record("depth_bounds", "least closed minus_most")
 """Bounds of the depths, along the view, at which a tile's eye rays can hit something. ``least`` is
-the least depth of any triangle. If triangles cover the whole tile, ``closed`` is the least of the
-depths at which such a triangle ends. ``minus_most`` is the greatest depth of any triangle, negated
-so that MIN blending works for all fields."""
+the least depth of any triangle. ``closed`` is the least depth at which a triangle that alone
+covers the whole tile ends; no ray of the tile goes farther. ``minus_most`` is the greatest depth
+of any triangle, negated so that MIN blending works for all fields."""
 
 SHOWN = Record("shown", "depth triangle:int")
 """A rasterised pixel: an upper bound of its hit's depth, and the shown triangle."""

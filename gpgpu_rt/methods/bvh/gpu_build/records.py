@@ -9,8 +9,9 @@ BIN = Record("bin", "lo:vec3 count:int | minus_hi:vec3")
 The upper corner is negated, so that MIN blending serves both corners."""
 
 SLOT = Record("slot", "triangle:int node:int starts:int")
-"""A place in the order of triangles. ``triangle`` is the triangle in this slot, and ``node`` its
-unfinished node, or -1 in a leaf. ``starts`` is 1 if a leaf starts here."""
+"""A place in the order of triangles. ``triangle`` is the triangle in this slot. ``node`` is the
+unfinished node to which the slot belongs, or -1 in a leaf. ``starts`` is 1 if a leaf starts
+here."""
 
 SPLIT = Record("split", "axis:int at:int taken:int")
 """A node's split: ``taken`` triangles go to the left child. A node with ``taken`` = 0 is a leaf.
@@ -19,8 +20,8 @@ SPLIT = Record("split", "axis:int at:int taken:int")
 Axis 3 splits the triangles in the order of their slots."""
 
 INTERVAL = Record("interval", "first:int last:int parent:int turns:int")
-"""A node: the slots from ``first`` to ``last``. ``first`` is -1 if there is no node. ``parent`` is
-an ancestor of the node, or -1.
+"""A node: the slots from ``first`` to ``last``. ``first`` is -1 if there is no node.
 
 ``turns`` is the number of ancestors, on the path up to ``parent``, that have the node in their
-left subtree."""
+left subtree. In LBVH, ``parent`` is the parent at first; each pass of pointer jumping (lbvh.py)
+replaces it by a higher ancestor. If ``parent`` is -1, the path goes up to the root."""

@@ -22,7 +22,9 @@ from .lbvh import scaled_boxes, upload
 from .records import BIN, INTERVAL, SLOT, SPLIT
 from .thread import thread
 
-SMALL = 32     # largest node that is not binned; up to it, Lauterbach et al. use local queues
+# Nodes of at most this many triangles are not binned. Lauterbach et al. split such nodes in local
+# queues.
+SMALL = 32
 FAR = 3e38
 
 

@@ -3,8 +3,8 @@
 The build is that of `methods.kdtree.hybrid`, with the passes of Zhou's build. The upper levels
 need no costs: a node is a prefix of codes, and its bits select the lattice plane that halves it.
 The planes are the same as on the CPU. In the levels below, binned SAH splits all nodes of more
-than `FEW` pieces, a level at a time. The passes with Zhou's masks split the smaller nodes. These
-passes try every face of every piece's box, as the exact search on the CPU does.
+than `FEW` pieces (see `sah`), level by level. The passes with Zhou's masks split the smaller
+nodes. These passes try every face of every piece's box, as the exact search on the CPU does.
 
 A piece is a triangle's entry in a node, with the box of the triangle's part in the node. The build
 differs from the build on the CPU in one point. The CPU lists a triangle in the cells of a lattice.
@@ -65,7 +65,7 @@ class Codes(Halving):
         self.groups = {"BINS": bins, "GROUPS": bins // 4 + 1}
 
     def small(self, depth: int) -> int:
-        """The most pieces of a small node at this depth.
+        """The largest number of pieces of a small node at this depth.
 
         The result is 0 in the upper levels, because codes split every node there.
         """

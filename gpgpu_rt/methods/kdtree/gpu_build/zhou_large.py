@@ -36,7 +36,7 @@ class LargeLevel:
         of pieces of large leaves.
     first_stuck : Number of pieces of large leaves in all levels above.
     inner : Number of split nodes.
-    small : The most pieces of a small node.
+    small : Largest number of pieces of a small node.
     """
 
     cells: Stream
@@ -87,7 +87,7 @@ class Halving:
         self.rules = rules
 
     def small(self, depth: int) -> int:
-        """The most pieces of a small node at this depth."""
+        """The largest number of pieces of a small node at this depth."""
         return self.rules.small
 
     def decide(self, room: StreamRoom, cells: Stream, starts: Stream, pieces: Stream, chunks: int,
