@@ -82,9 +82,9 @@ __all__ = [
 class _Package(types.ModuleType):
     """The class of this package.
 
-    The public name `gpgpu_rt.methods` is a function. Python assigns an imported module to its name
-    in the package, and so an import of the module `methods` would replace the function. This class
-    ignores such assignments.
+    The public name `gpgpu_rt.methods` is a function. When Python imports a module of a package, it
+    assigns the module to its name in the package. An import of the module `methods` would
+    therefore replace the function. This class ignores such assignments.
     """
 
     def __setattr__(self, name: str, value: Any) -> None:

@@ -25,12 +25,12 @@ class Statistics:
     queries : Occlusion queries read back.
     stopped : Number of rays that the step cap or a full stack stopped. In a picture, shadow rays
         count too.
-    kernel_passes : Number of passes by kernel, under the ``kernels`` schedule.
+    kernel_passes : Number of passes of each kernel, under the ``kernels`` schedule.
     live : Numbers of live rays. A ray is live until its search ends. The schedules ``step`` and
         ``kernels`` count the live rays several times in a traversal, and append each number. The
         list of a picture holds the numbers of its first ray set, then of its second ray set, and
         so on.
-    picture_passes : Number of passes of a picture by name, without traversal passes.
+    picture_passes : Name of a pass -> how often it ran for the picture, without traversal passes.
     waves : Number of ray sets that a picture traced.
     texel_fetches : Texels per pixel that ``picture_passes`` read.
     vertices : An entry for each vertex of paths, if the integrator may pack the live paths into
@@ -65,7 +65,7 @@ class Statistics:
         read, tables sampled, bytes written. ``gl/pass_log.py`` describes an entry.
     uploaded_bytes, read_back_bytes : With statistics=True, bytes copied to the graphics card and
         back during the call.
-    split : Seconds and bytes by purpose, for a method that divides its work between the graphics
+    split : Purpose -> seconds or bytes, for a method that divides its work between the graphics
         card and the host.
     """
 

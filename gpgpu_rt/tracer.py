@@ -309,8 +309,8 @@ class Tracer:
     @public_call
     def plan(self, size: tuple[int, int] = (512, 512), integrator: str | None = None,
              **options: Any) -> Plan:
-        """Return the plan of `render` with the same arguments: the passes, textures and defines
-        that it would use, and why it would leave out all others. Nothing is drawn.
+        """Return the plan of `render` with these arguments, without drawing: the passes, textures
+        and defines that it would use, and why each other pass, texture or define is left out.
 
         Parameters
         ----------
@@ -326,7 +326,7 @@ class Tracer:
         """Move the scene's triangles.
 
         A method with a ``Method.refit`` adapts its structure to the new positions. It builds a new
-        structure only if the old one became worse by the ratio of the option ``rebuild_ratio``.
+        structure if the SAH cost now exceeds ``rebuild_ratio`` times the cost of the last build.
         Any other method always builds a new structure. ``statistics`` says whether a structure
         was built. ``scene`` is then a new object; the scene given to the tracer does not change.
 
@@ -369,7 +369,7 @@ class Tracer:
         Parameters
         ----------
         look : called after each pass, while the textures that it read and drew are unchanged
-        fragments : count the fragments and primitives of each pass, by queries around its draw
+        fragments : count the fragments and primitives of each pass, with queries around its draw
 
         Returns
         -------

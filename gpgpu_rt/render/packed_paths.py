@@ -193,7 +193,7 @@ class PackedPaths:
                 points=self._kept, size=self.wave, squares_a_row=_across(level.size))
 
     def bytes(self) -> dict[str, int]:
-        """Return the bytes by stream and size."""
+        """Return the bytes of each stream in each size, by a name that contains both."""
         return {f"{name} of {room.size[0]}x{room.size[1]} packed": taken
                 for room in self._rooms for name, taken in room.bytes().items()}
 
