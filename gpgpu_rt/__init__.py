@@ -22,8 +22,8 @@ Where to read on:
 - ``rt.load_animation`` loads a scene that moves; ``rt.Scene``, ``rt.Material`` and ``rt.Camera``
   make a scene of your own.
 - Every error is an ``rt.Error`` whose message says what to do.
-- README.md and docs/ describe the commands, the viewer and the figures. examples/tour.ipynb is a
-  notebook.
+- README.md and docs/ describe the commands, the viewer and the figures. The notebook
+  examples/tour.ipynb shows the package step by step.
 """
 from __future__ import annotations
 

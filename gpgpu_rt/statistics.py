@@ -47,8 +47,8 @@ class Statistics:
     refit_seconds : Time to refit and pack the accelerator, at the last update. If the update
         rebuilt the accelerator, this is the time of the attempt to refit before the rebuild.
     rebuilt : Whether the last update rebuilt the accelerator.
-    trace_seconds : Time from the first draw to the end of the last draw. With ``presort``, also
-        the time that the host sorts.
+    trace_seconds : Time from the first draw to the end of the last draw. With ``presort``, this
+        includes the time in which the host sorts rays.
     sort_seconds : The part of ``trace_seconds`` that sorts the rays, and puts the hits back into
         the caller's order of rays.
     upload_seconds, readback_seconds : Time to copy arrays to textures, and textures to arrays.

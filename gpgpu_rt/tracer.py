@@ -49,7 +49,7 @@ class Tracer:
         to its rays. The accelerator for incoherent rays is built at the first call with incoherent
         rays. After a call, ``statistics.choice`` says for which rays the used method was chosen,
         and ``method`` and ``options`` describe the used method. "auto" uses the ``Choices`` that
-        `tune` found for this scene and renderer; if `tune` has not run, a safe default
+        `tune` stored for this scene and renderer; without such ``Choices``, a safe default
     options : the options below, and the options that ``gpgpu-rt methods NAME`` prints for a method
 
     Raises
@@ -198,7 +198,7 @@ class Tracer:
         ValueError
             as for ``trace``
         Error
-            as for ``trace``, and if the step cap or a full stack stops a ray before it is decided
+            as for ``trace``, and if the step cap or a full stack stops a ray before a hit is found
         """
         batch = self._batch(origins, directions, t_min, t_max, shape, invalid)
         with self.sessions.call(batch) as session:

@@ -82,7 +82,7 @@ BOUNCES = Option("bounces", 8, "largest number of successive reflections and ref
 LIGHT_SAMPLES = Option("light_samples", 16, "shadow rays from each visible point towards emitting "
                        "triangles; each bounce halves the number", int, minimum=1,
                        maximum=1 << 16,     # the host makes a list of this length for each depth
-                       label="shadow rays per light")
+                       label="shadow rays to lamps")
 SAMPLES = Option("samples", 1, "samples per pixel, whose light is averaged; 1: a single ray "
                  "through the centre of the pixel", int, minimum=1, maximum=EXACT_INTEGER,
                  common=True, label="samples per pixel")
