@@ -49,8 +49,8 @@ class Statistics:
     rebuilt : Whether the last update rebuilt the accelerator.
     trace_seconds : Time from the first draw to the end of the last draw. With ``presort``, this
         includes the time in which the host sorts rays.
-    sort_seconds : The part of ``trace_seconds`` that sorts the rays, and puts the hits back into
-        the caller's order of rays.
+    sort_seconds : The part of ``trace_seconds`` in which rays are sorted, and hits are put back
+        into the caller's order of rays.
     upload_seconds, readback_seconds : Time to copy arrays to textures, and textures to arrays.
     driver : Counts by name that the method's driver adds; methods that use the common driver
         add none.
@@ -59,8 +59,9 @@ class Statistics:
         triangles that were rasterised. ``rivals`` is the number of rivals: triangles that a ray
         may hit before it hits the rasterised triangle of its pixel. A large triangle is examined
         in parts of the image, and counts once for each part in which it is a rival. ``retraced``
-        is the number of eye rays that the method traced because their rasterised hit was in doubt.
-        ``retraced_share`` is the share of these rays among all eye rays.
+        is the number of eye rays that the method traced, because they miss the rasterised triangle
+        of their pixel or because their pixel has a rival. ``retraced_share`` is the share of these
+        rays among all eye rays.
     pass_log : With statistics=True, an entry per program: name, draws, fragments, bytes of streams
         read, tables sampled, bytes written. ``gl/pass_log.py`` describes an entry.
     uploaded_bytes, read_back_bytes : With statistics=True, bytes copied to the graphics card and
