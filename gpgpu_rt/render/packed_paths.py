@@ -93,7 +93,7 @@ class PathTextures:
         return "came from" in self.room
 
     def start(self, rays: RayTextures) -> None:
-        """Start with live paths, which continue along these rays."""
+        """Start paths that continue along these rays, and unmask all texels."""
         self.now, self.then, self.walk = rays, self.room.rays["next rays"], ("walk 0", "walk 1")
         self.mask.clear(depth=1.0)
 
