@@ -22,8 +22,8 @@ Where to read on:
 - ``rt.load_animation`` loads a scene that moves; ``rt.Scene``, ``rt.Material`` and ``rt.Camera``
   make a scene of your own.
 - Every error is an ``rt.Error`` whose message says what to do.
-- README.md and docs/ describe the commands, the viewer and the figures. examples/tour.ipynb is a
-  notebook.
+- README.md and docs/ describe the commands, the viewer and the figures. The notebook
+  examples/tour.ipynb shows the package step by step.
 """
 from __future__ import annotations
 
@@ -82,9 +82,9 @@ __all__ = [
 class _Package(types.ModuleType):
     """The class of this package.
 
-    The public name `gpgpu_rt.methods` is a function. Python assigns an imported module to its name
-    in the package, and so an import of the module `methods` would replace the function. This class
-    ignores such assignments.
+    The public name `gpgpu_rt.methods` is a function. When Python imports a module of a package, it
+    assigns the module to its name in the package. An import of the module `methods` would
+    therefore replace the function. This class ignores such assignments.
     """
 
     def __setattr__(self, name: str, value: Any) -> None:

@@ -24,9 +24,11 @@ class Hits:
     t : (n,) float, distance in units of the ray's |direction|; inf on a miss
     u, v : (n,) float, barycentric coordinates: p = (1 - u - v) v0 + u v1 + v v2; 0 on a miss
     triangle : (n,) int32, row of the hit triangle in the scene's faces; -1 on a miss
-    status : (n,) uint8, 0 traced, 1 invalid ray, 2 unfinished (step cap), 3 stack overflow
-    nodes_visited, leaves_visited, triangles_tested : (n,) int32, or None without statistics
-    steps : (n,) int32, the number of kernel runs for the ray, or None without statistics
+    status : (n,) uint8: 0 if the ray was traced, 1 if it is invalid, 2 if the step cap stopped it,
+        3 if its stack overflowed
+    nodes_visited, leaves_visited, triangles_tested : (n,) int32, the work for each ray; None
+        without statistics
+    steps : (n,) int32, the number of kernel runs for the ray; None without statistics
     shape : shape of the ray arrays without their last axis: (n,), or (h, w) for (h, w, 3)
     """
 
@@ -110,8 +112,8 @@ class Hits:
 
 def check_decided(hits: Hits, step_cap: int) -> None:
     """Raise Error if the step cap or a full stack stopped a ray before a hit was found."""
-    for status, advice in ((UNFINISHED, f"reached the step cap of {step_cap} undecided; "
-                                        "raise step_cap"),
+    for status, advice in ((UNFINISHED, f"reached the step cap of {step_cap} before their "
+                                        "search ended; raise step_cap"),
                            (STACK_OVERFLOW, "overflowed their stack; raise stack_size")):
         undecided = int(((hits.status == status) & ~hits.hit).sum())
         if undecided:

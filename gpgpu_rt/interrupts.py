@@ -115,7 +115,7 @@ def left_to_this_process() -> Iterator[None]:
     thread, not ignored by the process, so the other threads of this process still receive it.
     """
     from multiprocessing import resource_tracker
-    resource_tracker.ensure_running()       # its start unblocks the signal, so start it first
+    resource_tracker.ensure_running()       # a later start of the tracker would unblock the signal
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         yield

@@ -38,7 +38,8 @@ class Option:
     schedules : The schedules that allow a value other than the default. Empty for all schedules.
     goes_with : The name of another option, and the values of that option for which this option
         has a meaning.
-    common : Whether many users need the option: the short help of a command lists it.
+    common : Whether many users need the option. The short help of a command lists only options
+        that many users need.
     label : A few plain words for a control, as the viewer shows them. Empty if ``name`` with
         spaces for underscores is plain enough; see ``title``.
     meanings : (choice, a few words) for choices whose spelling does not explain itself.
@@ -172,8 +173,9 @@ TRUTH = {"1": True, "true": True, "yes": True, "on": True,
 # The chips that the option ``era`` accepts. With this option, a method runs in its era form: the
 # kernels as the papers had them (docs/era.md). Each chip implies further options: the schedule of
 # cards without loops, the papers' triangle test, and the number format of the chip's fragment
-# processors. NV40 computed in fp32 unless a program used half-precision types. NV30 is missing
-# because it has a single render target, and its compiler refuses each of the kernels.
+# processors. NV40 and R580 compute in fp32, the default (NV40 unless a program uses half-precision
+# types). NV30 is missing because it has a single render target, and its compiler refuses each of
+# the kernels.
 _PAPERS = {"schedule": "kernels", "intersection": "moller-trumbore"}
 ERAS: dict[str, dict[str, Any]] = {
     "r300": {**_PAPERS, "precision": "fp24"}, "r420": {**_PAPERS, "precision": "fp24"},
@@ -247,7 +249,8 @@ def spell(choice: Any) -> str:
 
 
 def word_define(prefix: str, word: str) -> str:
-    """Return a word's define: INTERSECTION, moller-trumbore -> INTERSECTION_MOLLER_TRUMBORE."""
+    """Return the name of the macro for a word. For the prefix INTERSECTION and the word
+    moller-trumbore, the name is INTERSECTION_MOLLER_TRUMBORE."""
     return f"{prefix}_{word.upper().replace('-', '_')}"
 
 
@@ -281,9 +284,9 @@ def with_era(given: Mapping[str, Any], known: Iterable[Option], what: str,
     Raises
     ------
     OptionError
-        for another value of an implied option, or for a value by which a search may lose hits. In
-        the era form, rays do not count their steps. The step cap then cannot stop a search that
-        never finishes
+        for another value of an implied option, or for a value with which a search may lose hits.
+        Such a search may never end. The step cap cannot stop it, because rays do not count their
+        steps in the era form
     """
     if str(given.get("era")) not in ERAS:
         return dict(given)

@@ -25,12 +25,12 @@ class Statistics:
     queries : Occlusion queries read back.
     stopped : Number of rays that the step cap or a full stack stopped. In a picture, shadow rays
         count too.
-    kernel_passes : Number of passes by kernel, under the ``kernels`` schedule.
+    kernel_passes : Number of passes of each kernel, under the ``kernels`` schedule.
     live : Numbers of live rays. A ray is live until its search ends. The schedules ``step`` and
         ``kernels`` count the live rays several times in a traversal, and append each number. The
         list of a picture holds the numbers of its first ray set, then of its second ray set, and
         so on.
-    picture_passes : Number of passes of a picture by name, without traversal passes.
+    picture_passes : Name of a pass -> how often it ran for the picture, without traversal passes.
     waves : Number of ray sets that a picture traced.
     texel_fetches : Texels per pixel that ``picture_passes`` read.
     vertices : An entry for each vertex of paths, if the integrator may pack the live paths into
@@ -47,10 +47,10 @@ class Statistics:
     refit_seconds : Time to refit and pack the accelerator, at the last update. If the update
         rebuilt the accelerator, this is the time of the attempt to refit before the rebuild.
     rebuilt : Whether the last update rebuilt the accelerator.
-    trace_seconds : Time from the first draw to the end of the last draw. With ``presort``, also
-        the time that the host sorts.
-    sort_seconds : The part of ``trace_seconds`` that sorts the rays, and puts the hits back into
-        the caller's order of rays.
+    trace_seconds : Time from the first draw to the end of the last draw. With ``presort``, this
+        includes the time in which the host sorts rays.
+    sort_seconds : The part of ``trace_seconds`` in which rays are sorted, and hits are put back
+        into the caller's order of rays.
     upload_seconds, readback_seconds : Time to copy arrays to textures, and textures to arrays.
     driver : Counts by name that the method's driver adds; methods that use the common driver
         add none.
@@ -59,13 +59,14 @@ class Statistics:
         triangles that were rasterised. ``rivals`` is the number of rivals: triangles that a ray
         may hit before it hits the rasterised triangle of its pixel. A large triangle is examined
         in parts of the image, and counts once for each part in which it is a rival. ``retraced``
-        is the number of eye rays that the method traced because their rasterised hit was in doubt.
-        ``retraced_share`` is the share of these rays among all eye rays.
+        is the number of eye rays that the method traced, because they miss the rasterised triangle
+        of their pixel or because their pixel has a rival. ``retraced_share`` is the share of these
+        rays among all eye rays.
     pass_log : With statistics=True, an entry per program: name, draws, fragments, bytes of streams
         read, tables sampled, bytes written. ``gl/pass_log.py`` describes an entry.
     uploaded_bytes, read_back_bytes : With statistics=True, bytes copied to the graphics card and
         back during the call.
-    split : Seconds and bytes by purpose, for a method that divides its work between the graphics
+    split : Purpose -> seconds or bytes, for a method that divides its work between the graphics
         card and the host.
     """
 

@@ -49,7 +49,7 @@ class Tracer:
         to its rays. The accelerator for incoherent rays is built at the first call with incoherent
         rays. After a call, ``statistics.choice`` says for which rays the used method was chosen,
         and ``method`` and ``options`` describe the used method. "auto" uses the ``Choices`` that
-        `tune` found for this scene and renderer; if `tune` has not run, a safe default
+        `tune` stored for this scene and renderer; without such ``Choices``, a safe default
     options : the options below, and the options that ``gpgpu-rt methods NAME`` prints for a method
 
     Raises
@@ -198,7 +198,7 @@ class Tracer:
         ValueError
             as for ``trace``
         Error
-            as for ``trace``, and if the step cap or a full stack stops a ray before it is decided
+            as for ``trace``, and if the step cap or a full stack stops a ray before a hit is found
         """
         batch = self._batch(origins, directions, t_min, t_max, shape, invalid)
         with self.sessions.call(batch) as session:
@@ -309,8 +309,8 @@ class Tracer:
     @public_call
     def plan(self, size: tuple[int, int] = (512, 512), integrator: str | None = None,
              **options: Any) -> Plan:
-        """Return the plan of `render` with the same arguments: the passes, textures and defines
-        that it would use, and why it would leave out all others. Nothing is drawn.
+        """Return the plan of `render` with these arguments, without drawing: the passes, textures
+        and defines that it would use, and why each other pass, texture or define is left out.
 
         Parameters
         ----------
@@ -326,7 +326,7 @@ class Tracer:
         """Move the scene's triangles.
 
         A method with a ``Method.refit`` adapts its structure to the new positions. It builds a new
-        structure only if the old one became worse by the ratio of the option ``rebuild_ratio``.
+        structure if the SAH cost now exceeds ``rebuild_ratio`` times the cost of the last build.
         Any other method always builds a new structure. ``statistics`` says whether a structure
         was built. ``scene`` is then a new object; the scene given to the tracer does not change.
 
@@ -369,7 +369,7 @@ class Tracer:
         Parameters
         ----------
         look : called after each pass, while the textures that it read and drew are unchanged
-        fragments : count the fragments and primitives of each pass, by queries around its draw
+        fragments : count the fragments and primitives of each pass, with queries around its draw
 
         Returns
         -------

@@ -162,7 +162,7 @@ class RayMeshIntersector:
     def _places(self, origins: np.ndarray, directions: np.ndarray, most: int | None
                 ) -> tuple[AllHits, np.ndarray, np.ndarray]:
         """Return the result of ``_hits``, with enough hits for the nearest ``most`` places of each
-        ray. The rows of first hits belong to these places only."""
+        ray. The second array has only the rows of the hits that begin these places."""
         asked = most
         while True:
             hits, places, locations = self._hits(origins, directions, asked, True)
@@ -177,8 +177,8 @@ class RayMeshIntersector:
 
     def _hits(self, origins: np.ndarray, directions: np.ndarray, most: int | None, locate: bool
               ) -> tuple[AllHits, np.ndarray, np.ndarray]:
-        """Return the nearest ``most`` hits of each ray, the rows of the first hits of all places
-        (k,), and the positions of all hits (m, 3). Without ``locate``, rows and positions are
+        """Return the nearest ``most`` hits of each ray; the rows of the hits that begin a place,
+        (k,); and the positions of all hits, (m, 3). Without ``locate``, rows and positions are
         empty."""
         with self._lock:
             origins, directions, tracer = self._prepared(origins, directions)
@@ -213,8 +213,8 @@ class RayMeshIntersector:
         if origins.shape != directions.shape:
             raise ValueError(f"ray_origins {origins.shape} and ray_directions "
                              f"{directions.shape} differ")
-        # t is in units of the direction's length. With a very long or short direction, t would
-        # exceed the range of float32 and all hits would get the same t.
+        # t is in units of the direction's length. With a very long or short direction, all t would
+        # leave the range of float32 and become equal: 0 or infinity.
         directions = np.ldexp(directions, -np.frexp(
             np.abs(directions).max(axis=1, initial=0, keepdims=True))[1])
         tracer = self._current()

@@ -1,8 +1,8 @@
 """Draws: random numbers that are the same on every machine.
 
 The suite promises the same bits on every machine. Its generators therefore use only operations
-whose results IEEE 754 defines to the bit: integers, +, -, *, / and square roots, each by a numpy
-call of its own. Sines, powers, normal distributions, matrix products and norms may differ between
+whose results IEEE 754 defines to the bit: integers, +, -, *, / and square roots, each in its own
+numpy call. Sines, powers, normal distributions, matrix products and norms may differ between
 machines, because they come from vector libraries or because a compiler fuses a multiplication with
 an addition.
 """

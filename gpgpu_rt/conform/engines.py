@@ -2,7 +2,7 @@
 
 Every engine is optional, and is imported only in the process that runs it. A wrapper is an engine
 that calls another engine of this table. A wrong answer of a wrapper counts as the wrapper's own
-error if the wrapped engine is tested too, and answers the same ray rightly.
+error if the wrapped engine is tested too, and answers the same ray correctly.
 
 Some libraries trace only a single ray per call. Their adapters loop over rays in Python.
 """

@@ -26,7 +26,8 @@ READER, SCHEMA, INDEX = "read_cases.py", "schema.json", "index.json"
 
 
 def case_to_dict(case: Case) -> dict[str, Any]:
-    """Return the triangles and rays of a case, ready for JSON; an end at infinity is None."""
+    """Return the triangles and rays of a case, ready for JSON; an infinite t_min or t_max is
+    None."""
     n = len(case.origins)
     ends = {name: [None if np.isinf(value) else value
                    for value in np.broadcast_to(getattr(case, name), n).tolist()]

@@ -103,6 +103,6 @@ def _(n: int, seed: int) -> Case:
     return Flat(seed % 3, 0.0).case(n, seed)
 
 
-@family("flat-tilted", 41, "overlapping triangles far from 0, tilted by a spacing")
+@family("flat-tilted", 41, "overlapping triangles far from 0, tilted by a float32 spacing")
 def _(n: int, seed: int) -> Case:
     return Flat(seed % 3, 1000.0, tilted=True).case(n, seed)

@@ -36,6 +36,7 @@ if __name__ == "__main__":
         sys.exit(__doc__)
     family, answers = load(sys.argv[1]), load(sys.argv[2])
     if len(answers["triangle"]) != len(family["origins"]):
-        sys.exit(f"{len(answers['triangle'])} answers for {len(family['origins'])} rays")
+        sys.exit(f"{len(answers['triangle'])} answers for {len(family['origins'])} rays; "
+                 "give an answer for each ray")
     found = judge(family, answers["triangle"], answers.get("t"))
     print({kind: found.count(kind) for kind in sorted(set(found))})

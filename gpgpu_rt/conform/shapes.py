@@ -25,7 +25,7 @@ def sphere(subdivisions: int) -> np.ndarray:
 
 
 def bumpy_sphere(subdivisions: int = 3, at: np.ndarray | float = 0.0) -> np.ndarray:
-    """A closed bumpy sphere of 8 * 4^(subdivisions + 1) triangles, (n, 3, 3) float32.
+    """Return a closed bumpy sphere of 8 * 4^(subdivisions + 1) triangles, (n, 3, 3) float32.
 
     Shared vertices are equal to the bit. The sphere is star-shaped around its centre ``at``, with
     radii from 0.8 to 1.2.
@@ -37,16 +37,16 @@ def bumpy_sphere(subdivisions: int = 3, at: np.ndarray | float = 0.0) -> np.ndar
 
 
 def box(cells: int = 1) -> np.ndarray:
-    """The closed cube [-1, 1]^3, each face a grid of cells^2 squares; (12 cells^2, 3, 3)
-    float32."""
+    """Return the closed cube [-1, 1]^3, (12 cells^2, 3, 3) float32. Each face is a grid of cells^2
+    squares."""
     face = square(cells)
     sides = [np.roll(face, turn, axis=2) for turn in range(3)]
     return np.concatenate([*sides, *(-side[:, ::-1] for side in sides)])
 
 
 def tube(sections: int, height: float) -> np.ndarray:
-    """A closed tube of radius 1 along z, (4 sections, 3, 3) float64: a wall of triangles as long
-    as the tube, and two fans. ``sections`` is a multiple of 4.
+    """Return a closed tube of radius 1 along z, (4 sections, 3, 3) float64: a wall of triangles as
+    long as the tube, and two fans. ``sections`` is a multiple of 4.
 
     A quarter of the circle has the points (1 - s^2, 2 s) / (1 + s^2).
     """
@@ -63,7 +63,7 @@ def tube(sections: int, height: float) -> np.ndarray:
 
 
 def soup(count: int, seed: int, size: float = 0.2) -> np.ndarray:
-    """(count, 3, 3) float32 random triangles in about the unit box.
+    """Return (count, 3, 3) float32 random triangles in about the unit box.
 
     Every seventh triangle is perpendicular to an axis.
     """
@@ -87,7 +87,7 @@ def lattice(cells: int) -> np.ndarray:
 
 
 def square(quads: int) -> np.ndarray:
-    """The square [-1, 1]^2 at z = -1, (2 quads^2, 3, 3) float32."""
+    """Return the square [-1, 1]^2 at z = -1, (2 quads^2, 3, 3) float32."""
     side = ((2.0 * np.arange(quads + 1) - quads) / quads).astype(np.float32)
     x, y = np.meshgrid(side, side)
     v = np.stack([x, y, np.full_like(x, -1)], -1)
@@ -96,7 +96,8 @@ def square(quads: int) -> np.ndarray:
 
 
 def aims_at(triangles: np.ndarray, n: int, rng: np.random.Generator, at: str) -> np.ndarray:
-    """(n, 3) float64 random points: vertices, points of edges, or points inside triangles."""
+    """Return (n, 3) float64 random points. ``at`` decides where they lie: "vertices", "edges" or
+    "insides" of triangles."""
     corners = triangles.astype(np.float64)[rng.integers(len(triangles), size=n)]
     weights = spread_over(rng, n)
     if at != "insides":
@@ -111,7 +112,7 @@ def aims_at(triangles: np.ndarray, n: int, rng: np.random.Generator, at: str) ->
 
 def outside_rays(triangles: np.ndarray, n: int, rng: np.random.Generator,
                  distance: float = 1.0) -> Rays:
-    """Rays from a sphere around the scene to points of the scene's triangles.
+    """Return rays from a sphere around the scene to points of the scene's triangles.
 
     The radius of the sphere is ``distance`` times the diagonal of the scene.
     """

@@ -1,4 +1,4 @@
-"""Shrink: reduces a case with a wrong answer to a minimal mesh and ray that still show it."""
+"""Shrink: reduces a case with a wrong answer to a minimal mesh and ray with the same fault."""
 from __future__ import annotations
 
 from collections.abc import Callable

@@ -89,7 +89,7 @@ def long_way(count: int, n: int, seed: int) -> Case:
     return Case(triangles, origins, np.tile([0.0, 0, -1], (n, 1)), closed=True)
 
 
-@family("long-way", 36, "rays through boxes of 40,000 triangles: more steps than one loop runs", 3)
+@family("long-way", 36, "rays through boxes of 40,000 triangles, too many steps for one loop", 3)
 def _(n: int, seed: int) -> Case:
     return long_way(40_000, n, seed)
 

@@ -39,7 +39,7 @@ class Row:
     seconds : Time of the engine's call in seconds, including the construction of its structure.
     note : The reason of a crash, or the reason why no ray was traced; else "".
     own : For an engine that wraps another engine, the number of wrong rays that the wrapped engine
-        answers rightly. None for other engines, or if the wrapped engine was not run.
+        answers correctly. None for other engines, or if the wrapped engine was not run.
     """
 
     engine: str

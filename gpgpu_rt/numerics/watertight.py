@@ -55,9 +55,9 @@ def _flushed(values: np.ndarray) -> np.ndarray:
 
 def _decide(triangles: np.ndarray, origins: np.ndarray, directions: np.ndarray,
             order: np.ndarray, R: Rounding) -> tuple[tuple[np.ndarray, ...], np.ndarray]:
-    """Apply the test, with ``R`` around each operation. ``order`` (k, 3) permutes the axes so that
-    the direction is largest in the last axis. Return (accepted, t, u, v), and the least magnitude
-    of a nonzero coordinate or edge of each pair, (k,)."""
+    """Apply the test, and round the result of each operation with ``R``. ``order`` (k, 3) permutes
+    the axes so that the direction is largest in the last axis. Return (accepted, t, u, v), and the
+    least magnitude of a nonzero coordinate or edge of each pair, (k,)."""
     o, d = (R(np.take_along_axis(a, order, 1).T) for a in (origins, directions))
     corners = R(np.take_along_axis(triangles, order[:, None], 2).transpose(1, 2, 0))
     seen = R(corners - o)

@@ -45,7 +45,7 @@ FAIR = Arithmetic(2.0 ** -20, 4 * FLOAT32.tiny, FLOAT32.huge)
 # reach. The outer neighbours lie twice as far away.
 RADIUS = 32 * FAIR.unit
 _RINGS = ((RADIUS, 12), (RADIUS / 3, 4))    # ring's radius / reach, number of neighbours on it
-_WIDEST = 0.05      # no neighbours are judged beyond this angle, in radian
+_WIDEST = 0.05      # no neighbours are judged beyond this angle, in radians
 # A ray that certainly hits a triangle needs no neighbours if the largest possible t of this hit is
 # close to the exact t. _SAME is the largest difference that counts as close, as a share of t.
 _SAME = 1e-4
@@ -122,7 +122,7 @@ def acceptance(scene_or_triangles: Any, origins: np.ndarray, directions: np.ndar
     copy_of = first[copies.ravel()]
     single = (copy_of == np.arange(len(vertices))) & has_area(vertices)
     ray, triangle, t, bound, limit = _candidates(vertices, np.flatnonzero(single), *rays)
-    with np.errstate(invalid="ignore"):     # inf - inf of rays that need not hit
+    with np.errstate(invalid="ignore"):     # a ray that misses gives inf - inf
         doubtful = np.flatnonzero(exact.hit & ~(limit - exact.t <= _SAME * np.abs(exact.t)))
     limit[doubtful] = np.minimum(limit[doubtful],
                                  _behind_neighbours(vertices, exact, doubtful, *rays))
@@ -196,7 +196,8 @@ def _behind_neighbours(vertices: np.ndarray, exact: Hits, rays: np.ndarray, orig
     The result is inf unless all neighbours certainly hit within the interval, and their triangles
     meet at the edge or vertex through which the ray passes.
     """
-    # Directions are scaled by powers of two, because turned directions are rounded to float32.
+    # Scale directions by powers of two. `trace` rounds the turned directions to float32, in which
+    # very long or very short directions would overflow or become denormal.
     exponent = np.frexp(np.abs(directions[rays]).max(axis=1, initial=0))[1]
     o, d = origins[rays], np.ldexp(directions[rays], -exponent[:, None])
     t, first, last = (np.ldexp(end[rays], exponent) for end in (exact.t, t_min, t_max))

@@ -14,7 +14,7 @@ import numpy as np
 from ..hits import Hits
 from ..numerics.public_call import public_call
 
-_BITS = 24          # of a float32 significand
+_BITS = 24          # bits of a float32 significand
 _PAIRS = 1 << 16    # most pairs of ray and triangle in a batch
 
 
@@ -179,7 +179,7 @@ def _cross(a: Columns, b: Columns) -> Columns:
 
 
 def _quotients(above: np.ndarray, below: np.ndarray, where: np.ndarray) -> np.ndarray:
-    """Return (k,) float64, the correctly rounded quotients; NaN except ``where``."""
+    """Return (k,) float64, the correctly rounded quotients; NaN where ``where`` is false."""
     found = np.full(len(above), np.nan)
     found[where] = (above[where] / below[where]).astype(np.float64)
     return found

@@ -11,8 +11,8 @@ The test departs from the paper in four points. It accepts triangles that face e
 not fall back to a higher precision. A hit must also lie in the bounding box of the sheared
 triangle: for a tiny triangle far from the ray, all three edge functions may round to zero, which
 would count as a hit. The fourth point: t is the distance of the triangle's plane, clamped to the
-range of the vertices' distances, because the paper's interpolation of the depths is inexact beside
-long thin triangles.
+range of the vertices' distances, because the paper's interpolation of the depths is inexact for
+rays near long thin triangles.
 """
 from __future__ import annotations
 

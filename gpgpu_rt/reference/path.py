@@ -4,9 +4,9 @@ The algorithm is path tracing (Kajiya, "The Rendering Equation", SIGGRAPH 1986).
 path samples one light (next-event estimation), then continues in a direction sampled from the
 material. Both ways may find the same light, so the power heuristic weights the light of each way
 (Veach and Guibas, "Optimally Combining Sampling Techniques for Monte Carlo Rendering", SIGGRAPH
-1995). The reference and the
-shaders use the same random numbers and sample the same lights. Their pictures differ only because
-the shaders round to float32. Sometimes rounding makes a path of the shaders hit another surface.
+1995). The reference and the shaders use the same random numbers and sample the same lights. Their
+pictures differ only because the shaders round to float32. Sometimes rounding makes a path of the
+shaders hit another surface.
 
 In physics, radiance is multiplied by a factor where light enters a denser medium, and divided by
 the same factor where light leaves the medium. Both the reference and the shaders omit this factor.
@@ -148,9 +148,10 @@ class _Paths:
     def _far_density(self, direction: np.ndarray, radiance: np.ndarray, found: np.ndarray
                      ) -> np.ndarray:
         """Return the density with which next-event estimation samples the surroundings in each
-        ``direction``, from which ``radiance`` comes. An image is sampled by its luminance. A sky
-        is sampled by the material; its density is the path's density ``found``, times the
-        probability that the surroundings are chosen as the light."""
+        ``direction``, from which ``radiance`` comes. An image is sampled in proportion to its
+        luminance. For a sky, directions are sampled as the material scatters light, with the
+        path's density ``found``. Either density is multiplied by the probability that the
+        surroundings are chosen as the light."""
         light = self.scene.environment.image_light if self.scene.environment else None
         return self.lights.far * (found if light is None else light.density(direction, radiance))
 
@@ -221,8 +222,8 @@ class _Paths:
     def _lit_from_afar(self, at: _Surfaces, hits: Hits, rows: np.ndarray, random: np.ndarray
                        ) -> None:
         """Add the light of the surroundings at the vertices ``rows``, for which the surroundings
-        were chosen as the light. An image is sampled by its luminance, and a sky by the material
-        of the vertex."""
+        were chosen as the light. An image is sampled in proportion to its luminance. For a sky,
+        directions are sampled as the material of the vertex scatters light."""
         if not len(rows):
             return
         environment = self.scene.environment
@@ -319,7 +320,7 @@ class _Surfaces:
                            + self.chance[1, rows] * lobe)
 
     def next(self, random: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Sample directions from which light may arrive, by random numbers (n, 4). Return the
+        """Sample directions from which light may arrive, with (n, 4) random numbers. Return the
         directions (n, 3); their weights (n, 3), which are 0 where the path ends; and their
         densities (n,). The second random number is left for Russian roulette."""
         n = len(random)

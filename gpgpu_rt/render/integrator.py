@@ -82,7 +82,7 @@ BOUNCES = Option("bounces", 8, "largest number of successive reflections and ref
 LIGHT_SAMPLES = Option("light_samples", 16, "shadow rays from each visible point towards emitting "
                        "triangles; each bounce halves the number", int, minimum=1,
                        maximum=1 << 16,     # the host makes a list of this length for each depth
-                       label="shadow rays per light")
+                       label="shadow rays to lamps")
 SAMPLES = Option("samples", 1, "samples per pixel, whose light is averaged; 1: a single ray "
                  "through the centre of the pixel", int, minimum=1, maximum=EXACT_INTEGER,
                  common=True, label="samples per pixel")
@@ -155,7 +155,7 @@ class Integrator:
         """Allocate the streams for a region of a picture, and reset the counts of the last
         picture.
 
-        ``options`` are the integrator's options. ``needs`` already depend on most of them.
+        ``options`` are the integrator's options. Most of them have already determined ``needs``.
         """
         self.given = resolve_options(options, self.options, f"integrator {self.name}")
         self.region = region
@@ -174,8 +174,8 @@ class Integrator:
         return is_plain(self.given["exposure"], self.given["tone_map"])
 
     def show(self, light: np.ndarray) -> np.ndarray:
-        """Return linear light, (height, width, 3) float64, as uint8 sRGB, by the options
-        ``exposure`` and ``tone_map``."""
+        """Return linear light, (height, width, 3) float64, as uint8 sRGB. The options ``exposure``
+        and ``tone_map`` decide the conversion."""
         return shown(light, self.given["exposure"], self.given["tone_map"])
 
     def _make_room(self, size: tuple[int, int]) -> None:
@@ -255,7 +255,7 @@ class Integrator:
         return replace(held(record, self.precision), name=name)
 
     def bytes(self) -> dict[str, int]:
-        """Return the bytes by table, image or stream."""
+        """Return the bytes of each table, image and stream, by name."""
         return {**self.textures.bytes(), **(self.room.bytes() if self.room else {})}
 
     def _release_room(self) -> None:

@@ -93,7 +93,7 @@ class PathTextures:
         return "came from" in self.room
 
     def start(self, rays: RayTextures) -> None:
-        """Start with live paths, which continue along these rays."""
+        """Start paths that continue along these rays, and unmask all texels."""
         self.now, self.then, self.walk = rays, self.room.rays["next rays"], ("walk 0", "walk 1")
         self.mask.clear(depth=1.0)
 
@@ -193,7 +193,7 @@ class PackedPaths:
                 points=self._kept, size=self.wave, squares_a_row=_across(level.size))
 
     def bytes(self) -> dict[str, int]:
-        """Return the bytes by stream and size."""
+        """Return the bytes of each stream in each size, by a name that contains both."""
         return {f"{name} of {room.size[0]}x{room.size[1]} packed": taken
                 for room in self._rooms for name, taken in room.bytes().items()}
 

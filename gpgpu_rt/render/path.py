@@ -65,8 +65,8 @@ class Path(Integrator):
         Option("noise", None, "stop when the standard error of the pixels is at most this share "
                "of their luminance, both averaged over the picture", float, minimum=0,
                label="stop at noise", unset=OFF),
-        Option("roulette", _DEFAULTS.roulette, "path vertex from which Russian roulette may end a "
-               "path", int, minimum=1, label="roulette from bounce"),
+        Option("roulette", _DEFAULTS.roulette, "first path vertex at which Russian roulette may "
+               "end a path", int, minimum=1, label="roulette from bounce"),
         Option("seed", _DEFAULTS.seed, "seed of the random numbers", int, minimum=0,
                label="random seed"),
         Option("sampler", _DEFAULTS.sampler, "sample numbers: sobol spreads them evenly over the "

@@ -21,7 +21,7 @@ class Plan:
     needs : bounces that can matter, lights, bits of an index, precision
     present : properties that the scene has, or that options request
     passes : names of the passes, in the order of their declaration
-    textures : bytes by texture or stream
+    textures : name of a texture or stream -> its bytes
     defines : the defines of the programs
     left_out : kind ("pass", "texture" or "define") -> name -> the reason why it is left out. A
         reason names the property that the scene lacks
@@ -75,7 +75,7 @@ class Plan:
                  f"{counted(n['lights'], 'shadow ray')} per hit, "
                  f"indices of {n['index_bits']} bits, "
                  f"{n['storage']} stored, {n['arithmetic']} computed",
-                 "the scene has: " + (", ".join(said[False]) or "no property that needs more"),
+                 "the scene has: " + (", ".join(said[False]) or "no property that needs support"),
                  *(["asked for: " + ", ".join(said[True])] if said[True] else []),
                  "passes: eye rays, traversal, " + ", ".join(self.passes[1:]),
                  "defines: " + (" ".join(self.defines) or "none"), "textures:"]

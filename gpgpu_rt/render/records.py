@@ -53,7 +53,8 @@ RADIANCE = Record("radiance", "sum:vec3")
 """The light that a pixel has gathered so far."""
 
 SCREEN = Record("screen", "colour:vec4")
-"""The final colour of a pixel, sRGB; or its linear light, which the host then maps."""
+"""The final colour of a pixel, sRGB; or its linear light, which the host then
+converts (``tone_map.py``)."""
 
 LIVE = Record("live", "weight")
 """The largest weight of the rays in a tile of pixels."""

@@ -80,7 +80,7 @@ class SceneTextures:
         return uniforms
 
     def bytes(self) -> dict[str, int]:
-        """Return the bytes by table or image."""
+        """Return the bytes of each table and image, by name."""
         return {**{name: texture_bytes(table.values()) for name, table in self.tables.items()},
                 **{name: texture_bytes([image]) for name, image in self.images.items()}}
 

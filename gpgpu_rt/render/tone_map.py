@@ -17,7 +17,7 @@ EXPOSURE = Option("exposure", 0.0, "stops: the light is multiplied by 2^EXPOSURE
                   minimum=-32, maximum=32, common=True)
 TONE_MAP = Option("tone_map", TONE_MAPS[0], "curve that shows bright light", choices=TONE_MAPS,
                   common=True)
-_BRIGHTEST = 1e30   # clip light here: a curve divides two numbers that grow with the light
+_BRIGHTEST = 1e30   # clip light here, so that no curve divides infinity by infinity
 
 
 def is_plain(exposure: float, tone_map: str) -> bool:

@@ -123,7 +123,8 @@ def _read(path: Path) -> Animation:
 
 @dataclass(frozen=True)
 class _Recorded:
-    """The vertices of a file by frame; a class, because a closure cannot be pickled."""
+    """Returns the vertices of a file at a frame. This is a class, because a closure cannot be
+    pickled."""
 
     vertices: np.ndarray
 

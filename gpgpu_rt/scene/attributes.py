@@ -25,7 +25,8 @@ def material_rows(values: Any, count: int, materials: Sequence[Material], name: 
     if outside.any():
         first = int(np.argmax(outside))
         raise SceneError(f"{name}: triangle {first} is of material {rows[first]}, but there are "
-                         f"{len(materials)} materials")
+                         f"{len(materials)} materials; give indices from 0 to "
+                         f"{len(materials) - 1}")
     return rows.astype(np.int32)
 
 

@@ -110,8 +110,8 @@ def _check_ply(path: Path, size: int) -> None:
             if image:
                 check_image(path, path.parent / image)
     if needed > size - len(header) + 1:     # the last line may lack its newline
-        raise ValueError(f"its header declares {needed} bytes or more, {size - len(header)} "
-                         "follow")
+        raise ValueError(f"its header declares {needed} bytes or more, but only "
+                         f"{size - len(header)} follow")
 
 
 # glTF -------------------------------------------------------------------------------------------
@@ -135,7 +135,7 @@ def _check_gltf(path: Path, size: int) -> None:
     try:
         _check_tree(path, tree, size, inner)
     except (KeyError, IndexError, TypeError, AttributeError, OverflowError) as failure:
-        raise ValueError(f"its JSON does not fit together ({failure!r})") from None
+        raise ValueError(f"its JSON contradicts itself ({failure!r})") from None
 
 
 def _check_tree(path: Path, tree: Mapping[str, Any], size: int, inner: int) -> None:
@@ -190,10 +190,11 @@ def _accessor_bytes(k: int, entry: Mapping[str, Any], views: Any, there: int) ->
         there = view["byteLength"] - _whole(entry.get("byteOffset", 0))
         needed = (count - 1) * stride + each if count else 0
     else:
-        # An accessor without a view is filled with zeros. Limit its count to the buffers' bytes.
+        # An accessor without a view is filled with zeros, so even a small file could declare a
+        # huge one. Limit its count to the number of bytes in all buffers.
         needed = count
     if needed > there:
-        raise ValueError(f"accessors[{k}] counts {count} values, more than its data")
+        raise ValueError(f"accessors[{k}] declares {count} values, but its data holds fewer")
     return count * each
 
 

@@ -95,9 +95,9 @@ def inside(triangles: np.ndarray, outside: Camera) -> Camera | None:
     whose triangles face inwards. In the second condition, only the largest triangles, such as
     walls and table tops, can hide a triangle.
 
-    The limits are between measured values. The share of back faces is 0.95 and 0.5 for two rooms,
-    but at most 0.23 for objects and an open box. The share of hidden triangles is 0.36 and 0.9 for
-    the rooms, but at most 0.14 for objects whose triangles face inwards.
+    The limits, 0.4 and 0.25, lie between measured values. The share of back faces is 0.95 and 0.5
+    for two rooms, but at most 0.23 for objects and an open box. The share of hidden triangles is
+    0.36 and 0.9 for the rooms, but at most 0.14 for objects whose triangles face inwards.
 
     Parameters
     ----------

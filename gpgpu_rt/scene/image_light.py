@@ -67,7 +67,7 @@ class ImageLight:
                    cosine, float(power))
 
     def row(self, directions: np.ndarray) -> np.ndarray:
-        """Return (n,) the row of cells in which each of (n, 3) unit directions lies."""
+        """Return (n,) int64, the row of cells in which each of (n, 3) unit directions lies."""
         height = len(self.texels)
         down = 0.5 - np.arcsin(np.clip(directions[:, 1], -1, 1)) / np.pi
         return np.clip(np.floor(down * height + 0.5).astype(np.int64), 0, height)
@@ -110,7 +110,8 @@ class ImageLight:
 
 def _rest(sums: np.ndarray, entry: np.ndarray, first: np.ndarray, random: np.ndarray
           ) -> np.ndarray:
-    """Return the position, in [0, 1), of random numbers within the entries that they chose."""
+    """Return for each random number its position in the interval of the entry that it chose, (n,)
+    in [0, 1)."""
     below = np.where(first, 0, sums[entry - 1]).astype(np.float64)
     return (random - below) / (sums[entry] - below)
 

@@ -49,7 +49,8 @@ class Environment:
         from everywhere, for pictures of plain meshes. A sky is a gradient between two colours
     zenith, ground : (3,) radiance from straight above and from straight below. Between the two,
         the radiance is linear in the direction's y
-    image : an equirectangular image of all directions. Its middle column is -z, its top row is +y
+    image : an equirectangular image of all directions. Its middle column shows the direction -z,
+        and its top row the direction +y
     """
 
     kind: str

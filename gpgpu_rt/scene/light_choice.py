@@ -1,4 +1,4 @@
-"""Light choice: the table by which two random numbers choose the light for a shadow ray."""
+"""Light choice: the table with which two random numbers choose the light for a shadow ray."""
 from __future__ import annotations
 
 from collections.abc import Sequence

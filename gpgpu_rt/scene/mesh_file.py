@@ -26,7 +26,8 @@ from .obj_file import UNPAINTED, read_obj
 from .texture import quietly
 
 SUFFIXES = (".ply", ".obj", ".stl", ".glb", ".gltf", ".aff")
-# Messages of trimesh that need no warning. Face normals of STL files follow from the corners.
+# Messages of trimesh that need no warning. Missing face normals of an STL file are harmless,
+# because face normals follow from the corners.
 _HARMLESS = ("failed to extract face_normals",)
 
 
@@ -83,7 +84,7 @@ def reading(path: Path) -> Iterator[None]:
 
 
 def _read(path: Path, groups: bool) -> Mesh:
-    """Return the mesh of a file, by the reader of its format."""
+    """Return the mesh of a file; choose the reader according to the file's suffix."""
     suffix = path.suffix.lower()
     if suffix == ".obj":
         return read_obj(path, groups)

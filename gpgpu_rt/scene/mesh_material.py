@@ -69,8 +69,8 @@ def material_of(visual: Any, textures: Textures) -> Material | None:
         return _of_gltf(str(getattr(material, "name", None) or "material"), said["_data"],
                         textures)
     image, main = said.get("image"), np.asarray(material.main_color)
-    # trimesh's default grey would darken the texture of a material without a colour by more than
-    # half.
+    # If a material with a texture has no colour, use white instead of trimesh's default grey. The
+    # grey would darken the texture by more than half.
     plain = np.ones(3) if image is not None and np.array_equal(main, _grey()) else main[:3] / 255
     return of_mtl(str(said.get("_name") or "material"), said.get("kwargs") or {}, textures, image,
                   plain)

@@ -1,4 +1,4 @@
-"""MTL file: a library of Wavefront materials, each stored as words by key."""
+"""MTL file: reads a library of Wavefront materials. A material maps keys to words of the file."""
 from __future__ import annotations
 
 from dataclasses import dataclass, field

@@ -98,7 +98,7 @@ def _libraries(path: Path, text: _Text) -> dict[str, LibraryMaterial]:
                    and isinstance(failure, FileNotFoundError) else
                    f"the file of materials {name} cannot be read "
                    f"({getattr(failure, 'strerror', None) or failure})")
-            warnings.warn(f"{path}: {why}; its surfaces are grey", stacklevel=6)
+            warnings.warn(f"{path}: {why}; surfaces of its materials are grey", stacklevel=6)
     return found
 
 
@@ -128,8 +128,8 @@ class _Corners(NamedTuple):
         wrong = (indices[:, 0] < 0) | (indices[:, 0] >= points)
         if wrong.any():
             first = int(np.argmax(wrong))
-            raise ValueError(f"line {line[first] + 1}: a face names a vertex that is not among "
-                             f"the {points}")
+            raise ValueError(f"line {line[first] + 1}: a face names a vertex that does not "
+                             f"exist; the file has {points} vertices")
         first = np.cumsum(sides) - sides
         at, face = fans(first, sides)
         picked = indices[at]

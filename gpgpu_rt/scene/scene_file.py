@@ -64,7 +64,7 @@ class _SceneFile:
     def scene(self) -> Scene:
         """Return the scene that the file describes."""
         if not self.said["meshes"]:
-            raise SceneError(f"{self.path}: meshes is empty; give at least one")
+            raise SceneError(f"{self.path}: meshes is empty; give at least one mesh")
         parts = [self._mesh(entry, f"meshes[{k}]") for k, entry in enumerate(self.said["meshes"])]
         triangles, colours, rows, normals, uv = (
             [part[k] for part in parts] for k in range(5))

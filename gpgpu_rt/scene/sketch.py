@@ -12,7 +12,7 @@ _SIZE = (SIDE, SIDE * 3 // 4)
 _AMBIENT = 0.25     # brightness of a surface that the camera sees edge on
 _BLANK = 255        # grey level behind the scene
 _WIDEST = 8         # largest side of the square that a point covers, in pixels
-_OVERLAP = 1.5      # side of this square, in distances between neighbouring points
+_OVERLAP = 1.5      # side of the square of a point, in distances between neighbouring points
 # Multiples of these two numbers, modulo 1, are spread evenly over the unit square (Roberts 2018).
 _STEPS = np.array([[0.7548776662466927], [0.5698402909980532]])
 
@@ -34,7 +34,7 @@ def sketch(triangles: np.ndarray, colours: np.ndarray, camera: Camera) -> Image.
     right, up, forward = camera.basis(_SIZE)
     away = points - np.asarray(camera.eye)
     depth = away @ forward
-    with np.errstate(all="ignore"):     # points beside or behind the camera are dropped
+    with np.errstate(all="ignore"):     # a depth of 0 divides by zero; ``seen`` drops such points
         facing = np.abs((away * normals).sum(1)) / np.linalg.norm(away, axis=1)
         x = (away @ right / (right @ right) / depth + 1) * width / 2
         y = (1 - away @ up / (up @ up) / depth) * height / 2

@@ -11,9 +11,9 @@ from .model import Viewer
 from .widgets import quiet, room, tip
 
 HEIGHT = 40      # height of a graph in pixels
-TIPS = {"ms": "milliseconds of the last pictures",
+TIPS = {"ms": "milliseconds that each of the last pictures took",
         "rays": "millions of rays traced in a second, for the last pictures",
-        "passes": "passes of the last pictures",
+        "passes": "number of passes of each of the last pictures",
         "live": "rays that have not ended, after each pass; counted only under the schedules step "
                 "and kernels"}
 

@@ -101,8 +101,8 @@ class HeatView:
 
 def _shared(method: str, options: Mapping[str, Any]) -> dict[str, Any]:
     """Return the part of ``options`` that also applies to ``method``. ``options`` were chosen for
-    another method. The tracer's options are kept; the other method's own options are left out. The
-    schedule is left out if ``method`` does not support it."""
+    another method. The options of every tracer are kept, but the schedule only if ``method``
+    supports it. Options that belong to the other method are left out."""
     known = {option.name for option in TRACER_OPTIONS}
     shared = {name: value for name, value in options.items() if name in known}
     if shared.get("schedule") not in (None, *find_method(method).schedules):

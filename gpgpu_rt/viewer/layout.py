@@ -4,10 +4,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 LOW = 66                # height of the bottom panel
-PANEL, HELP, TABLE = 340, 330, 220      # initial: widths of left panel and help, height of table
+# The initial width of the left panel, the width of the help, the initial height of a ray's table.
+PANEL, HELP, TABLE = 340, 330, 220
 LEAST_PANEL = 220       # smallest width of the left panel in a window that is wide enough
-# The left panel and the help each get at most this share of the width that is left. The table of a
-# ray gets at most this share of the height that is left.
+# The left panel gets at most this share of the window's width, and the help at most this share of
+# the rest. The table of a ray gets at most this share of the height above the bottom panel.
 MOST_SHARE = 0.5
 
 

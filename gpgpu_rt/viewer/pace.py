@@ -32,7 +32,7 @@ class Pace:
     def estimate(self, divisor: int) -> float | None:
         """Return the estimated time of a picture in seconds, or None without measurements.
 
-        The time of the nearest measured divisor is scaled by the number of pixels. For a finer
+        The time of the nearest measured divisor is scaled in proportion to the pixels. For a finer
         picture, the estimate is too high, because the estimate also scales the fixed cost of a
         picture.
         """

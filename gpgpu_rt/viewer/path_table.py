@@ -8,7 +8,7 @@ from .ray_path import Place, RayPath
 from .style import FIXED_SIZE, Fonts
 from .widgets import FIXED, quiet, tip
 
-RECORD = 250        # width of the part with the node's record
+RECORD = 250        # width of the part that shows the record of a node or cell
 # Tooltips of the columns that are not fields of the ray's state.
 TIPS = {"pass": "the number of the pass", "ran": "the kernel that ran for the ray in this pass",
         "waits for": "the kernel that the ray needs next",

@@ -76,7 +76,8 @@ class RayPath:
         return None if self.row is None else self.places[self.row]
 
     def go(self, by: int) -> None:
-        """Choose the row that is ``by`` rows below the chosen row, or the first row."""
+        """Choose the row that is ``by`` rows below the chosen row. If no row is chosen, choose the
+        first row."""
         at = 0 if self.row is None else self.row + by
         self.row = min(max(at, 0), len(self.rows) - 1)
 

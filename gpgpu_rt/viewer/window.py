@@ -45,8 +45,8 @@ def run(selection: Selection, size: tuple[int, int], folder: str = ".",
 
     Returns
     -------
-    what was measured while the window was open: number of pictures while the camera moved, updates
-    per second, and seconds from the last move to full resolution
+    measurements from the time in which the window was open, such as the number of pictures while
+    the camera moved; see `Window.measured`
     """
     load_scene(selection.scene)       # report a wrong scene before the window opens
 

@@ -80,8 +80,8 @@ class Caustics:
         self.borders = MIRROR if not self.ior else CLOSED if is_closed(corners) else SURFACE
         self.mesh = Refractor(tracer, self.rows, self.borders == CLOSED, smooth)
         if not np.array_equal(self.mesh.triangles, corners):
-            raise SceneError(f"{scene.name}: the triangles of the glass face inwards, as if it "
-                             "were a hollow in glass; flip its triangles")
+            raise SceneError(f"{scene.name}: the triangles of the glass face inwards, as if the "
+                             "mesh were a hollow in glass; flip the triangles")
         self.camera, self.wide = _views(place, corners, spread)
         receivers = np.delete(scene.triangles, self.rows, axis=0)
         self._corners = 3 * len(receivers)

@@ -1,5 +1,5 @@
-"""Patches: divides triangles into patches of constant radiance. Also computes, by shadow rays, the
-direct light of lamps at points."""
+"""Patches: divides triangles into patches of constant radiance. This module also traces shadow
+rays to compute the direct light of lamps at points."""
 from __future__ import annotations
 
 from typing import TYPE_CHECKING

@@ -64,7 +64,8 @@ class RayBundles:
     weights : (m, 2), for each side, the sum of the cosine weights of the rays of `solve` that met
         this side. With many directions and pixels, the sum approaches pi. The sum is 0 for a side
         that no ray met
-    layers : the largest number of layers of a projection so far
+    layers : the largest number of layers of a projection so far. Layer k shows at each pixel the
+        k-th surface from the front
     """
 
     def __init__(self, tracer: Tracer, patch: float = 0.1, resolution: int = 128,

@@ -69,8 +69,8 @@ def read_moving(path: Path) -> Moving:
 
     Two corners share a vertex of the mesh if they have the same transform, the same position
     before this transform and the same normal. The normals of moved vertices are computed anew, and
-    are smooth where corners share a vertex. So they are smooth exactly where the file's normals
-    are smooth.
+    are smooth where corners share a vertex. So the new normals are smooth exactly where the file's
+    normals are smooth.
 
     Raises
     ------

@@ -16,7 +16,7 @@ CONE_SIDES = 24         # sides of a cone
 
 @dataclass(frozen=True, eq=False)
 class Keys:
-    """The positions of vertices that move between given times, by linear interpolation.
+    """Positions of vertices at several times, interpolated linearly between these times.
 
     Attributes
     ----------
@@ -44,10 +44,10 @@ class Geometry:
     Attributes
     ----------
     vertices : (v, 3) float64 positions in the coordinates of the statement
-    faces : (n, 3) int64 rows of vertices
+    faces : (n, 3) int64, the rows of ``vertices`` that are the corners of each triangle
     normals, uv : values at the corners, (n, 3, 3) and (n, 3, 2) float64, or None
     texture : the name of an image, or None
-    keys : positions that change, or None
+    keys : the positions of the vertices at several times; None if they do not change
     """
 
     vertices: np.ndarray

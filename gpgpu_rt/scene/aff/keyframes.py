@@ -1,10 +1,11 @@
 """Key frames: motions by splines with tension, continuity and bias.
 
 The splines are those of D. H. U. Kochanek and R. H. Bartels, "Interpolating Splines with Local
-Tension, Continuity, and Bias Control", SIGGRAPH 1984. Rotations use the same tangents between the
-logarithms of quaternions and interpolate by "squad" (K. Shoemake, "Quaternion Calculus and Fast
-Animation", SIGGRAPH 1987 course notes). The motion does not pass through the first and the last
-key, which only affect the tangents at the neighbouring keys.
+Tension, Continuity, and Bias Control", SIGGRAPH 1984. For rotations, the same formulas compute
+tangents from the logarithms of the rotations between neighbouring keys, and "squad" interpolates
+(K. Shoemake, "Quaternion Calculus and Fast Animation", SIGGRAPH 1987 course notes). The motion
+does not pass through the first and the last key, which only affect the tangents at the
+neighbouring keys.
 """
 from __future__ import annotations
 

@@ -19,7 +19,8 @@ from .placement import Placement
 from .surface import Surface
 from .viewpoint import Viewpoint
 
-# Folders of textures, relative to the folder of the AFF file. BART's scenes use the second.
+# Folders in which textures are searched, relative to the folder of the AFF file. BART's scenes use
+# the second folder.
 _TEXTURE_FOLDERS = ("", "../TextureFiles")
 
 
@@ -119,8 +120,8 @@ def _materials(document: Document) -> tuple[tuple[Material, ...], np.ndarray]:
     if missing:
         names = list(dict.fromkeys(missing))
         shown = ", ".join(names[:4]) + (f" and {len(names) - 4} more" if len(names) > 4 else "")
-        warnings.warn(f"{document.path}: no texture {shown} beside it; these surfaces have the "
-                      "colours of their materials", stacklevel=6)
+        warnings.warn(f"{document.path}: no texture {shown} beside it; surfaces of these "
+                      "textures have the colours of their materials", stacklevel=6)
     return tuple(rows), np.array(of, np.int64)
 
 

@@ -70,7 +70,8 @@ class Tokens:
         number = int(self.wholes(self.take(1, f"the number of {what}"))[0])
         left = len(self._words) - self.at
         if not 0 <= number * width <= left:
-            raise self.error(f"declares {number:,} {what}, but {left:,} words follow", self.at - 1)
+            raise self.error(f"declares {number:,} {what}, but only {left:,} words follow",
+                             self.at - 1)
         return number
 
     def take(self, count: int, what: str) -> range:

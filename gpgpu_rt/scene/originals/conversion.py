@@ -38,8 +38,9 @@ def _without_repeats(mesh: Mesh) -> Mesh:
     """Return a mesh without the triangles that repeat an earlier triangle, and without vertices
     that no triangle uses.
 
-    The published Cornell box needs this: two faces at the bottom repeat the vertices of side
-    faces. Cornell University's own data have 32 triangles.
+    The published Cornell box needs this function: two faces at the bottom repeat the vertices of
+    side faces. Without the two faces, the box has 32 triangles, like Cornell University's own
+    data.
     """
     corners = np.sort(mesh.vertices[mesh.faces].view("f8,f8,f8")[..., 0], axis=1)
     _, first = np.unique(corners.view("f8").reshape(len(mesh.faces), -1), axis=0,

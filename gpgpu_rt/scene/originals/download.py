@@ -62,7 +62,8 @@ class _Incoming:
             total = total.rpartition("/")[2]
             if first != str(start):
                 self._file.close()
-                raise _Lost(f"the server answered with the range {content[:40]!r}")
+                raise _Lost(f"the server answered with the range {content[:40]!r}, not from byte "
+                            f"{start}")
             self.start, self.total = start, _count(total)
 
     def blocks(self) -> Iterator[bytes]:
@@ -122,7 +123,7 @@ def download(file: SourceFile, base: str | None, partial: Path, report: Report) 
         partial.unlink()
         some = f"{size:,} bytes" if size <= LARGEST * file.size else f"more than {size:,} bytes"
         raise Error(f"{source} is not the expected file, and nothing of it is kept: it has {some} "
-                    f"and SHA-256 {found}; expected are {file.size:,} bytes and SHA-256 "
+                    f"and SHA-256 {found}, but should have {file.size:,} bytes and SHA-256 "
                     f"{file.sha256}; if the file has changed there, name an unchanged copy by "
                     "--from")
 

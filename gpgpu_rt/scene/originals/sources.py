@@ -45,7 +45,7 @@ class SourceFile:
         return PurePosixPath(self.repository.partition("/")[2], self.path)
 
     def location(self, base: str | None) -> str:
-        """The URL of the file, or its path in a folder.
+        """Return the URL of the file, or its path in a folder.
 
         Parameters
         ----------

@@ -110,15 +110,15 @@ def parametrise(scene: Scene | trimesh.Trimesh | str | os.PathLike[str], size: i
     scene = load_scene(scene)
     mesh = SurfaceMesh.of_triangles(scene.triangles, scene.name)
     if not len(mesh.faces):
-        raise SceneError(f"{scene.name}: has no triangle with area to make an image of")
+        raise SceneError(f"{scene.name}: has no triangle with an area; give a surface")
     loops = mesh.loops()
     mesh = mesh.filled(loops[1:])
     parts, handles = mesh.parts(), mesh.euler() != (1 if loops else 2)
     if parts != 1 or handles:
         what = f"{parts} parts" if parts != 1 else "handles"
         raise SceneError(
-            f"{scene.name}: has {what}; only one surface without handles can "
-            "be made a geometry image")
+            f"{scene.name}: has {what}; a geometry image needs a connected surface without "
+            "handles")
     return _opened(mesh, size, cuts)
 
 

@@ -129,10 +129,10 @@ class SurfaceMesh:
 
     @cached_property
     def _neighbours(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """The neighbours of each vertex, stored as a run for each vertex.
+        """The neighbours of each vertex. The entries of a vertex are consecutive and form a run.
 
-        Returned are the start and the length of each run, (v,) each; and for all runs, the
-        neighbours and their distances."""
+        The value holds the start and the length of the run of each vertex, (v,) each; and for all
+        runs together, the neighbours and their distances."""
         lone = self.twin < 0
         here = np.concatenate([self.start, self.end[lone]])
         there = np.concatenate([self.end, self.start[lone]])
