@@ -72,7 +72,7 @@ def draw(data: Path, out: Path, full: bool) -> None:
     heading = read(_cell(found[0][0], found[0][1], full), data)
     assert heading is not None
     note = (f"{SCENE}, {size(full)}x{size(full)} eye rays; bytes of streams from the pass log, "
-            f"without tables; {heading['gpu']['renderer']}, "
+            f"without tables; K is the number of steps per pass; {heading['gpu']['renderer']}, "
             f"commit {heading['commit']}."
             + (f" {SCENE} is a procedural stand-in." if heading["scene"]["stand_in"] else ""))
     write_csv(out / "retention.csv", HEADS, found)

@@ -1,5 +1,5 @@
-"""Comparison: a table with three times for each scene and method. They are published, predicted
-for the paper's card, and measured here.
+"""Comparison: a table with three times for each scene and method: the published time, the time
+predicted for the paper's card, and the time measured here.
 
 Figures 12, 13, 16, 20 and 22 have this form.
 """
