@@ -17,8 +17,8 @@ from ..framework.works import picture_size
 
 SCENES = ("bunny", "cornell")
 # At the quick size, all options are measured for these methods only. Most other methods are
-# measured in fp32 and in fp16. Methods with packets are measured only in fp32: their results are
-# those of single rays, and their programs take seconds to compile.
+# measured in fp32 and in fp16. Methods with packets are measured only in fp32: their results equal
+# the results of single rays, and their programs take seconds to compile.
 DETAIL = ("kd-restart", "bvh-threaded")
 # These methods get a quarter of the rays, like methods without the schedule `loop`. On the bunny
 # they are measured only in full precision, because every other precision takes minutes.

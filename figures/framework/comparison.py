@@ -140,8 +140,8 @@ class Comparison:
     def judge(self, data: Path, full: bool) -> verdicts.Verdict:
         """The verdict on the order of the methods and on the ratios between them.
 
-        The times are those predicted for the paper's card. The verdict on the times of the present
-        renderer is the ``renderer`` of the result.
+        It uses the times that are predicted for the paper's card. The verdict on the times of the
+        present renderer is the ``renderer`` of the result.
         """
         here = self._judge_renderer(data, full)
         if self.paper_card is None:

@@ -77,8 +77,8 @@ def _list(some: Sequence[Judged], one: str, many: str) -> str:
 
 
 def _order(judged: Sequence[Judged]) -> str:
-    """A sentence on the order of methods in all tables of times, even those too small to judge;
-    "" if no pair of methods was compared."""
+    """A sentence on the order of methods in all tables of times, even in tables that are too small
+    to judge; "" if no pair of methods was compared."""
     # Leave out figures that make claims. Table 1 is one of these figures; its pairs of methods are
     # counted in Figure 26.
     tables = [one.verdict for one in judged if not one.verdict.claims]
