@@ -125,7 +125,7 @@ def _index(out: Path) -> None:
            "clock." if unknown else ".")
         + ("" if not quick else " At the quick size fewer rays are traced than in the papers, so "
            "compare times per ray. `make figures FULL=1` uses the papers' sizes. If you interrupt "
-           "it, the next run continues where it stopped.")])
+           "this command, the next run continues from the finished measurements.")])
 
 
 def _make(folder: Path) -> None:

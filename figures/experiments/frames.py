@@ -62,7 +62,7 @@ def cells(full: bool) -> list[Cell]:
 
 
 def is_there(scene: str) -> bool:
-    """Whether the scene can be loaded: built in, or its file is found."""
+    """Whether the scene can be loaded, because it is built in or because its file is found."""
     return catalogue.ROWS[scene].file is None or catalogue.mesh_path(scene) is not None
 
 

@@ -42,7 +42,7 @@ def cells(full: bool) -> list[Cell]:
 
 
 def rows(data: Path, full: bool) -> list[list[Any]]:
-    """The rows of the table whose columns are HEADS, for methods whose ``loop`` is measured."""
+    """The rows of the table with the columns HEADS, for methods measured under ``loop``."""
     card, found = find_card(CARD), []
     for method in METHODS:
         results = {s: read(_cell(method, s, full), data) for s in SCHEDULES}
