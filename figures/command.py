@@ -85,7 +85,10 @@ def _main(arguments: list[str] | None) -> int:
 
 
 def _check(out: Path) -> int:
-    """Print every file that differs from the crate's description; the status is 1 if any does."""
+    """Print every difference between the files and the crate's description.
+
+    Return the exit status: 1 if there is a difference, and 0 otherwise.
+    """
     wrong = crate.faults(out)
     for line in wrong:
         print(line)
@@ -122,13 +125,13 @@ def _index(out: Path) -> None:
            "clock." if unknown else ".")
         + ("" if not quick else " At the quick size fewer rays are traced than in the papers, so "
            "compare times per ray. `make figures FULL=1` uses the papers' sizes. If you interrupt "
-           "it, the next run continues where it stopped.")])
+           "this command, the next run continues from the finished measurements.")])
 
 
 def _make(folder: Path) -> None:
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as failure:
-        raise Error(f"cannot make the folder {folder}: {failure.strerror}; choose another with "
-                    "--data or --out") from failure
+        raise Error(f"cannot make the folder {folder}: {failure.strerror}; choose another "
+                    "folder with --data or --out") from failure
     check_writable(folder / "index.md")

@@ -79,7 +79,7 @@ class Driver:
         return " ".join(text(what).decode() for what in (0x1F01, 0x1F02))
 
     def link(self, vertex: str, fragment: str) -> int:
-        """Return a linked program. Exit with the compiler's message if it refuses the text."""
+        """Return a linked program. If the compiler refuses the text, exit with its message."""
         program = self("glCreateProgram", c_uint)()
         for kind, text in ((0x8B31, vertex), (0x8B30, fragment)):
             shader = self("glCreateShader", c_uint, c_uint)(kind)

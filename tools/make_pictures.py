@@ -1,7 +1,7 @@
 """Makes the pictures of README.md anew, by the project's own commands: docs/readme/.
 
-The scenes are stand-ins and built-in scenes, so every machine makes the same pictures. It takes
-about two minutes on two cores. The picture of the page needs Chromium.
+The scenes are stand-ins and built-in scenes, so every machine makes the same pictures. The program
+takes about two minutes on two cores. The picture of the page needs Chromium.
 """
 from __future__ import annotations
 
@@ -49,8 +49,8 @@ def small(source: Path, target: Path, box: Box | None = None) -> None:
 def film(folder: Path, target: Path) -> None:
     """Writes the passes of a traversal as a film.
 
-    The film begins in slow motion, because half of the rays end in the first passes: the numbers
-    of the passes that it shows form a geometric series.
+    The numbers of the passes that the film shows form a geometric series. So the film begins in
+    slow motion, because half of the rays end in the first passes.
     """
     run(folder, *FILM, "--every", "2", "-o", "passes")
     pictures = sorted(folder.glob("passes/pass_*.png"))

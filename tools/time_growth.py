@@ -48,9 +48,9 @@ def milliseconds(scene: rt.Scene, kind: str, entries: Sequence[tuple[str, dict[s
                  ) -> list[float]:
     """Return the median time of a million rays of a kind for each (method, options).
 
-    The time covers the passes and the host's sorting of rays. The entries run in turn. Each entry
-    runs once untimed before its timed run, because the previous entry left its own data in the
-    caches.
+    The time covers the passes and the host's sorting of rays. The entries run one after another,
+    in several rounds. Each entry runs once untimed before its timed run, because the previous
+    entry left its own data in the caches.
     """
     origins, directions = scene.camera.rays((SIZE, SIZE)) if kind == "eye" else random_rays(
         scene, SIZE * SIZE, SEED)

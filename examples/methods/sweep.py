@@ -19,7 +19,8 @@ from gpgpu_rt.options import Option
 from gpgpu_rt.traversal.triangle_table import TRIANGLE, box_uniforms, triangle_table
 
 # A run: its box (lo, hi) and its first triangle. `least` is the lowest coordinate along the axis
-# of this run and all later runs; `most` is the highest of this run and all earlier runs.
+# of this run and all later runs; `most` is the highest coordinate along the axis of this run and
+# all earlier runs.
 RUN = Record("sweep_run", "lo:vec3 first:int | hi:vec3 | least most")
 
 

@@ -1,4 +1,4 @@
-"""Flow: draws a list of passes, with kernels below one another and the streams between them."""
+"""Flow: draws a list of passes: the kernels below one another, with their tables and streams."""
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence

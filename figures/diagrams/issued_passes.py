@@ -49,7 +49,7 @@ def issued(passes: Iterable[ObservedPass], left_out: tuple[str, ...] = ()) -> li
 
     Parameters
     ----------
-    left_out : programs that are not logged, such as those that only count
+    left_out : names of passes that are not returned, such as passes that only count rays
     """
     kept = [one for one in passes if kernel_of(one) not in left_out]
     # A texture may have two names, because a program needs a texture at each sampler, even at one

@@ -22,7 +22,7 @@ def draw_ground(axis: Any, small: World, shaded: Mapping[int, str] | None = None
     Parameters
     ----------
     shaded : leaf -> colour
-    central : whether to write the names of leaves in their middle, and no numbers of triangles
+    central : whether to write each leaf's name in its middle, without the triangles' numbers
     """
     tree = small.tree
     for node in range(len(tree.axis)):

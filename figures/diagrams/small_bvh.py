@@ -51,7 +51,7 @@ class Hierarchy:
         return self.bvh.order[first:first + self.bvh.count[node]].tolist()
 
     def hit_link(self, node: int) -> int | None:
-        """The next node for a ray that meets this node's box. It is the next node in the array.
+        """The next node of the array, at which a ray that meets this node's box continues.
 
         None ends the walk. At a leaf, the hit link and the miss link lead to the same node.
         """

@@ -23,7 +23,7 @@ class ConeLevel:
     centre, radius : (nodes, 3) and (nodes,), the spheres around the rays' origins
     axis : (nodes, 3), unit vectors, the axes of the cones
     chord : (nodes,), the largest distance between the axis and a ray's unit direction
-    reach : (nodes,), how far the rays of the node still search
+    reach : (nodes,), the largest distance at which the rays of the node still search
     """
 
     centre: np.ndarray

@@ -18,7 +18,7 @@ TILE = 64    # rays in a tile
 
 def needed_nodes(bvh: Bvh, origins: np.ndarray, directions: np.ndarray,
                  t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Find the nodes whose boxes rays meet before their hits. Every traversal must visit them.
+    """Find the nodes whose boxes rays meet before their hits. A traversal must visit these nodes.
 
     Parameters
     ----------
@@ -27,7 +27,7 @@ def needed_nodes(bvh: Bvh, origins: np.ndarray, directions: np.ndarray,
 
     Returns
     -------
-    rays, nodes : (pairs,) int each
+    rays, nodes : (pairs,) int each; a pair is a ray and a node whose box the ray meets
     """
     with np.errstate(divide="ignore"):
         inverse = 1.0 / np.where(directions == 0, np.float32(1e-20), directions)

@@ -62,7 +62,7 @@ def cells(full: bool) -> list[Cell]:
 
 
 def is_there(scene: str) -> bool:
-    """Whether the scene can be loaded: built in, or its file is found."""
+    """Whether the scene can be loaded, because it is built in or because its file is found."""
     return catalogue.ROWS[scene].file is None or catalogue.mesh_path(scene) is not None
 
 
@@ -118,13 +118,13 @@ def _markdown(rows: list[dict[str, Any]], notes: list[str]) -> str:
              "refitted tree.",
              "A frame ahead: as in Budge et al. 2008, another process builds the next frame's "
              "kd-tree while this frame is traced. The picture is then a frame behind the build. "
-             "An update is the wait for the build, and the writing of the tables.",
+             "An update is then the wait for the build and the writing of the tables.",
              *_overlap(rows),
              *([f"Measured with FULL=1 only: {', '.join(left)}."] if left else []),
              *(f"Not measured: {catalogue.how_to_get(catalogue.ROWS[scene])}."
                for scene in absent if not is_there(scene)),
              "Wrong distances: the number of rays, over all frames, whose t differs in a bit from "
-             "the t that a tree gives which is built anew for the frame."]
+             "the t by a tree that is built anew for the frame."]
     return "\n".join([*parts, *(f"* {note}" for note in notes), ""])
 
 

@@ -56,7 +56,10 @@ def measure(kind: str, scene: rt.Scene, rays: Workload, method: str,
 
 def _moved(scene: rt.Scene, rays: Workload, method: str,
            options: dict[str, Any]) -> dict[str, Any]:
-    """The bytes that all passes move, by the pass log: of rays, of states, and written bytes."""
+    """Return the bytes that all passes move, from the pass log.
+
+    ``rays`` and ``state`` are bytes read of rays and of states; ``written`` are bytes written.
+    """
     with rt.Tracer(scene, method, **options) as tracer:
         with tracer.gpu, logged(tracer.gpu, Statistics()) as log:
             rays.trace(tracer)
@@ -76,7 +79,7 @@ def _moved(scene: rt.Scene, rays: Workload, method: str,
 
 def _done(scene: rt.Scene, rays: Workload, method: str,
           options: dict[str, Any]) -> dict[str, Any]:
-    """Return each kernel's runs, the lanes that the runs occupy by width, and the misses of
+    """Return each kernel's runs, the lanes that the runs occupy at each width, and the misses of
     caches.
 
     Squares of rays are traced. With ``sort_rays`` the squares are filled with rays in their sorted

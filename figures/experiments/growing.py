@@ -1,4 +1,7 @@
-"""Growing: ten scenes, from the bare bunny on, each of which needs one more renderer feature."""
+"""Growing: ten scenes. Each scene needs one feature of the renderer more than the scene before.
+
+The first scene is the bare bunny.
+"""
 from __future__ import annotations
 
 from dataclasses import replace

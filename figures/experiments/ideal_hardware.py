@@ -114,8 +114,8 @@ def draw(data: Path, out: Path, full: bool) -> None:
                + _paragraph(found, data, full)
                + "\n\n" + note + f"\n\n{TREE} visits the same nodes as kd-stack. A push or a pop "
                "is part of the step before it and accesses the stack on the chip. The shaders' "
-               "instructions are those to which Mesa's compiler for a card compiled each "
-               "kernel. " + COMPILED
+               "instructions are counted in the kernels as Mesa's compiler for a card compiled "
+               "them. " + COMPILED
                + " For a machine without a compiler, the compiler that is named below was "
                "used.\n\n"
                + markdown_table(HEADS, [

@@ -1,4 +1,4 @@
-"""Lost rays: the eye rays of an image whose hits a method's number format loses or changes.
+"""Lost rays: the eye rays whose hits a method's number format loses or changes.
 
 An exact method is the reference. Cells whose ``work`` is "lost rays" count these rays.
 """
@@ -18,9 +18,10 @@ EXACT = "bvh-packet"    # the choice does not matter: in fp32 all methods have t
 def measure(scene: rt.Scene, method: str, options: dict[str, Any], size: int) -> dict[str, Any]:
     """Return the numbers of eye rays that are wrong, and a map of them.
 
-    ``hit`` is the number of rays that should hit. Of these, ``lost`` have no hit, and ``other``
-    hit another triangle. ``false`` rays hit although they should miss. ``map`` has two bit maps
-    of the image in base64: first the lost rays, row by row, then the rays with a wrong hit.
+    ``hit`` is the number of rays that should hit. ``lost`` is the number of these rays that have
+    no hit, and ``other`` the number of these rays that hit another triangle. ``false`` is the
+    number of rays that hit although they should miss. ``map`` has two bit maps of the image in
+    base64: first the lost rays, row by row, then the rays with a wrong hit.
     """
     rays = scene.camera.rays((size, size))
     with rt.Tracer(scene, EXACT) as tracer:

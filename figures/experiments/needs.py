@@ -84,5 +84,5 @@ def draw(data: Path, out: Path, full: bool) -> None:
     figure.subplots_adjust(left=0.06, right=0.99, top=0.93, bottom=0.05)
     save_chart(figure, out / "needs.png", f"Renderer: {known['gpu']['renderer']}",
                "Bars show the time and the texture bytes of a renderer derived from a scene, "
-               "divided by those of a renderer with all features. Below, a picture of each "
-               "scene")
+               "divided by the time and the bytes of a renderer with all features. Below, a "
+               "picture of each scene")

@@ -19,14 +19,14 @@ LIGHT_SAMPLES, BOUNCES = 4, 4
 
 
 def digest(name: str, step: int) -> str:
-    """A digest of a step's scene, which changes if the scene changes."""
+    """A digest of the scene of a step (growing.py), which changes if the scene changes."""
     scene = scenes(name)[step]
     said = (scene.camera, scene.lights, [(m.name, m.diffuse) for m in scene.materials])
     return hashlib.sha256(scene.triangles.tobytes() + repr(said).encode()).hexdigest()
 
 
 def measure(step: int, method: str, size: int, runs: int, name: str = "bunny") -> dict[str, Any]:
-    """Draw ``runs`` pairs of pictures of a step. The two kinds of renderer alternate.
+    """Draw ``runs`` pairs of pictures of a step's scene. The two kinds of renderer alternate.
 
     Returns
     -------

@@ -38,7 +38,7 @@ def cornell_truth() -> tuple[np.ndarray, np.ndarray]:
 
 
 def truth_noise() -> float:
-    """The mean relative error of Mitsuba's picture itself, if its noise is normal."""
+    """The mean relative error of Mitsuba's picture, if its noise is normally distributed."""
     radiance, error = cornell_truth()
     seen = radiance > 0
     return float(np.sqrt(2 / np.pi) * (error[seen] / radiance[seen]).mean())

@@ -52,7 +52,7 @@ def draw(data: Path, out: Path, full: bool) -> None:
         "Cornell box is compared with a picture by Mitsuba 3 (Jakob et al. 2022; "
         "`figures/measured`), in each channel of each pixel that is not black. The "
         f"noise of Mitsuba's picture, {result['errors']['truth_noise']:.2%}, is subtracted under "
-        "the assumption that both errors are independent. The furnace is "
+        "the assumption that the errors of the two pictures are independent. The furnace is "
         "a closed box whose walls emit and reflect evenly, so a formula gives its radiance. "
         "The furnace's error is shown for single pixels and for the mean of all pixels.\n\n"
         + markdown_table(HEADS, [[row[0], row[1], *(f"{error:.3%}" for error in row[2:])]

@@ -38,7 +38,8 @@ def draw(data: Path, out: Path, full: bool) -> None:
         "# Stream reduction by blocks\n\n"
         "Roger et al. (2007b) scan within blocks of 64 elements. They draw a line for each block "
         "at the block's place in the result, and each fragment of the line searches the block for "
-        "its element. Horn (2005) scans the whole stream and searches all of it. A scan of the "
+        "its element. Horn (2005) scans the whole stream, and each fragment searches the whole "
+        "scan for its element. A scan of the "
         "flags alone, the first part of Horn's method, is shown for comparison. The rates are in "
         "million elements of the unreduced stream per second, from medians of alternating runs in "
         "one process.\n\n" + markdown_table(HEADS, shown)))

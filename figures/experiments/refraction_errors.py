@@ -28,7 +28,7 @@ def measure(name: str, method: str, options: dict[str, Any], size: int,
     """Compare image-space refraction with traced rays and with the truth.
 
     ``seconds`` of the result has the time of each run of the rasterised passes, and of the two
-    waves of traced rays; passes and rays run alternately. All other entries have a value for each
+    sets of traced rays; passes and rays run alternately. All other entries have a value for each
     pixel, row by row. ``found`` and ``truth`` are the directions of the refracted light by
     rasterised passes and by float64 rays. ``kind`` and ``right`` are the kinds of the pixels by
     passes and by float64 rays, and ``off`` is the angle between the two directions in degrees.

@@ -42,7 +42,7 @@ def cells(full: bool) -> list[Cell]:
 
 
 def rows(data: Path, full: bool) -> list[list[Any]]:
-    """The rows of the table whose columns are HEADS, for methods whose ``loop`` is measured."""
+    """The rows of the table with the columns HEADS, for methods measured under ``loop``."""
     card, found = find_card(CARD), []
     for method in METHODS:
         results = {s: read(_cell(method, s, full), data) for s in SCHEDULES}
@@ -72,7 +72,7 @@ def draw(data: Path, out: Path, full: bool) -> None:
     heading = read(_cell(found[0][0], found[0][1], full), data)
     assert heading is not None
     note = (f"{SCENE}, {size(full)}x{size(full)} eye rays; bytes of streams from the pass log, "
-            f"without tables; {heading['gpu']['renderer']}, "
+            f"without tables; K is the number of steps per pass; {heading['gpu']['renderer']}, "
             f"commit {heading['commit']}."
             + (f" {SCENE} is a procedural stand-in." if heading["scene"]["stand_in"] else ""))
     write_csv(out / "retention.csv", HEADS, found)

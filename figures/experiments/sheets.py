@@ -1,6 +1,6 @@
 """Sheets: squares close above each other, and the square that the Ray Engine hits from above.
 
-They show the errors of a depth buffer, which confuses hits at nearly equal distances.
+The hits show the errors of a depth buffer, which confuses hits at nearly equal distances.
 """
 from __future__ import annotations
 

@@ -134,7 +134,7 @@ class OnChip:
 
 @dataclass(frozen=True)
 class Flight:
-    """The rays that are in flight on the card at the same time, and the rate at which it traces.
+    """The rays that are in flight on the card at the same time, and the rate of the card.
 
     kept : the bytes that a ray keeps on the chip
     work : the work of a ray

@@ -17,8 +17,8 @@ from ..framework.works import picture_size
 
 SCENES = ("bunny", "cornell")
 # At the quick size, all options are measured for these methods only. Most other methods are
-# measured in fp32 and in fp16. Methods with packets are measured only in fp32: their results are
-# those of single rays, and their programs take seconds to compile.
+# measured in fp32 and in fp16. Methods with packets are measured only in fp32: their results equal
+# the results of single rays, and their programs take seconds to compile.
 DETAIL = ("kd-restart", "bvh-threaded")
 # These methods get a quarter of the rays, like methods without the schedule `loop`. On the bunny
 # they are measured only in full precision, because every other precision takes minutes.
@@ -131,7 +131,7 @@ def _label(row: dict[str, Any]) -> str:
 
 def _chart(rows: list[dict[str, Any]], fronts: dict[str, list[dict[str, Any]]], path: Path,
            footnote: str) -> None:
-    """Draw both errors by the rate; a column for each scene."""
+    """Draw both errors against the rate, in a column of charts for each scene."""
     figure, axes = plt.subplots(2, len(fronts), squeeze=False,
                                 figsize=(2.5 + 7.5 * len(fronts), 12))
     named = []
@@ -159,10 +159,10 @@ def _chart(rows: list[dict[str, Any]], fronts: dict[str, list[dict[str, Any]]], 
 
 def _plot(axis: Any, rows: list[dict[str, Any]], key: str, unit: float,
           front: list[dict[str, Any]]) -> list[tuple[float, float, str]]:
-    """Draw an error by the rate. Return the marks with their labels, the front's first.
+    """Draw an error against the rate. Return the marks with their labels, the front's first.
 
-    A label is the method's name, followed by an option that is not the default. The colour of a
-    mark says the precision.
+    ``front`` are the rows that no other row beats in both. A label is the method's name, followed
+    by an option that is not the default. The colour of a mark says the precision.
     """
     def place(row: dict[str, Any]) -> tuple[float, float]:
         return row["rays_per_second"] / 1e6, unit * max(row[key], 1e-9)

@@ -1,5 +1,5 @@
-"""Comparison: a table with three times for each scene and method. They are published, predicted
-for the paper's card, and measured here.
+"""Comparison: a table with three times for each scene and method: the published time, the time
+predicted for the paper's card, and the time measured here.
 
 Figures 12, 13, 16, 20 and 22 have this form.
 """
@@ -140,8 +140,8 @@ class Comparison:
     def judge(self, data: Path, full: bool) -> verdicts.Verdict:
         """The verdict on the order of the methods and on the ratios between them.
 
-        The times are those predicted for the paper's card. The verdict on the times of the present
-        renderer is the ``renderer`` of the result.
+        It uses the times that are predicted for the paper's card. The verdict on the times of the
+        present renderer is the ``renderer`` of the result.
         """
         here = self._judge_renderer(data, full)
         if self.paper_card is None:

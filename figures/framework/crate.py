@@ -170,4 +170,4 @@ def _file_faults(name: str, entity: dict[str, Any], out: Path) -> list[str]:
     wrong = [f"{name}: {key} is {entity.get(key)}, but the file has {value}"
              for key, value in (("contentSize", str(size)), ("sha256", digest))
              if entity.get(key) != value]
-    return wrong if entity.get("@type") == "File" else [f"{name}: it is no File", *wrong]
+    return wrong if entity.get("@type") == "File" else [f"{name}: its @type is not File", *wrong]

@@ -39,7 +39,7 @@ UNCOALESCED = "while-while, uncoalesced"
 SMALLER = "step, 256 pixels"
 SMALLER_GROUPS = {"NV40": (16, 16)}
 BLOCK = (8, 8)   # the (h, w) of the pixels that early depth rejects together under BLOCKS
-# For a trace, a pass must run one step of every ray. The triangle test is that of the era form.
+# For a trace, a pass must run one step of every ray, with the triangle test of the era form.
 STEPWISE = {"schedule": "step", "steps_per_pass": 1, "intersection": "moller-trumbore"}
 # A method without an era form -> the method whose kernels it runs. kd-stack has the kernels of
 # kd-texture-stack, in a loop. On WARPS the 32 rays of a packet are the lanes of a warp: each lane

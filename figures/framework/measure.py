@@ -59,7 +59,7 @@ def _results(todo: list[Cell], workers: Workers | None,
         with taken(lambda: _say_waiting(progress)):
             yield from _here(todo, progress)
     else:
-        os.environ.setdefault("MESA_DISK_CACHE_MULTI_FILE", "1")     # `helped` gives the reason
+        os.environ.setdefault("MESA_DISK_CACHE_MULTI_FILE", "1")     # see `helped` for the reason
         timed = [cell for cell in todo if work_of(cell).timed]
         with Workers(count=min(cores() - 1, len(rest))) as them, helped(
                 them.processes), taken(lambda: _say_waiting(progress)):
@@ -68,7 +68,7 @@ def _results(todo: list[Cell], workers: Workers | None,
 
 def _beside(aside: Aside, timed: list[Cell],
             progress: tqdm) -> Iterator[tuple[Cell, Result]]:
-    """Yield the results of the cells that are timed here, and of those that ``aside`` measures."""
+    """Yield the results of the cells that are timed here and of the cells of ``aside``."""
     others = iter(aside.take, None)
     order = (timed, others) if is_software(open_gpu().renderer) else (others, timed)
     for cells in order:

@@ -37,7 +37,10 @@ class Judged:
 
 
 def sentences(pages: dict[str, dict[str, Any]]) -> list[str]:
-    """The sentences, at most ten, from the JSON files of the pages by figure."""
+    """Return at most ten sentences.
+
+    ``pages`` maps the name of a figure to the content of its page's JSON file.
+    """
     own = {name: page for name, page in pages.items() if of_survey(name)}
     judged = [Judged(FIGURES[name], verdict) for name, page in own.items()
               if (verdict := Verdict.from_json(page["verdict"])) is not None]
@@ -77,8 +80,8 @@ def _list(some: Sequence[Judged], one: str, many: str) -> str:
 
 
 def _order(judged: Sequence[Judged]) -> str:
-    """A sentence on the order of methods in all tables of times, even those too small to judge;
-    "" if no pair of methods was compared."""
+    """A sentence on the order of methods in all tables of times, even in tables that are too small
+    to judge; "" if no pair of methods was compared."""
     # Leave out figures that make claims. Table 1 is one of these figures; its pairs of methods are
     # counted in Figure 26.
     tables = [one.verdict for one in judged if not one.verdict.claims]
@@ -98,7 +101,7 @@ def _order(judged: Sequence[Judged]) -> str:
 
 
 def _too_little(some: Sequence[Judged]) -> list[str]:
-    """At most four sentences on the figures that rest on too little, and on what is missing.
+    """At most four sentences on the figures that are too little to judge, and on what is missing.
 
     A sentence that would count nothing is left out.
     """

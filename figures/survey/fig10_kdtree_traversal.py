@@ -126,7 +126,7 @@ def printed_rule(small: World, t_min: float, t_max: float) -> Printed:
 
 
 def _triangle_hits(small: World) -> np.ndarray:
-    """(n,) t of the ray with each triangle, inf if it misses."""
+    """(n,) t at which the ray hits each triangle, or inf if the ray misses the triangle."""
     v0, one, two = (small.triangles[:, k].astype(np.float64) for k in range(3))
     one, two, d = one - v0, two - v0, small.direction.astype(np.float64)
     from_v0 = small.origin.astype(np.float64) - v0

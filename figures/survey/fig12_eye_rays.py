@@ -49,8 +49,9 @@ FIGURE = Comparison(
     _cell,
     ("The survey does not name the card; the Radeon X800 XT PE is an assumption. The card cannot "
      "branch, so each kernel is a separate pass on the card.",
-     "Our schedule is `loop`, which runs the whole traversal in one pass. The paper's passes are "
-     "those of our schedule `kernels`; schedules.md shows their cost.",
+     "Our schedule is `loop`, which runs the whole traversal in one pass. The paper ran one "
+     "kernel per pass, as our schedule `kernels` does; schedules.md shows the cost of such "
+     "passes.",
      "At the quick size brute force traces fewer rays, so compare times per ray.",
      "At each node to which kd-backtrack climbs, it fetches the node's box and parent. No other "
      "step fetches these."),

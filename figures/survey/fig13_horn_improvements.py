@@ -90,5 +90,6 @@ FIGURE = Comparison(
      "of kd-restart, and then 88.8 for push-down. For shadow rays packets are not slower. The "
      "17.5 may be a misprint, so tau-b may be misleading for cornell's primary rays."),
     _remarks,
-    # The paper does not publish the order of its loop.
+    # The paper does not say whether its loop is while-while or runs one step per iteration, so
+    # both forms are predicted. The third form runs one kernel per pass.
     paper_card=PaperCard("R580", 1024, (WHILE_WHILE, STEP, PASSES)))

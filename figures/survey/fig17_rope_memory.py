@@ -102,8 +102,8 @@ def draw(data: Path, out: Path, full: bool) -> None:
              for row in rows]
     write_text(out / "fig17.md", "\n".join((
         "# Figure 17: what ropes add to a kd-tree (Popov et al. 2007)\n",
-        f"Bytes as in the paper's records: {NODE_BYTES} per node, {REFERENCE_BYTES} per "
-        "reference, and 48 per leaf for six ropes and a box. The paper's table has a column "
+        f"Bytes are counted as in the paper's records: {NODE_BYTES} per node, {REFERENCE_BYTES} "
+        "per reference, and 48 per leaf for six ropes and a box. The paper's table has a column "
         "\"references\" but does not say what the number counts. The sizes of the table are right "
         "if it counts references per leaf that is not empty, so this table does the same. The "
         "survey says that each node has six ropes, but the sizes are right "

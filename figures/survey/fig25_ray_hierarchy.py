@@ -60,8 +60,8 @@ def draw(data: Path, out: Path, full: bool) -> None:
     write_csv(out / "fig25.csv", HEADS, rows())
     write_text(out / "fig25.md", (
         "# Figure 25: the traversal of a ray hierarchy\n\n"
-        f"{TRIANGLES} triangles meet the root over {RAYS} rays (those of Figure 24). Each pair of "
-        "a triangle and a node writes the node's four children to four targets. A target stays "
+        f"{TRIANGLES} triangles meet the root over {RAYS} rays, the rays of Figure 24. Each pair "
+        "of a triangle and a node writes the node's four children to four targets. A target stays "
         "empty if no ray of the child may hit the triangle. Stream reduction compacts the other "
         "children, which are the pairs of the next level. The last column divides their number "
         "by the number of all pairs of a triangle and a node of the next level. The last level "

@@ -95,7 +95,7 @@ def _outside(out: Path) -> None:
     (_without("./", "license"), f"{crate.NAME}: ./ has no license"),
     (_without("#renderer", "softwareVersion"), f"{crate.NAME}: #renderer has no softwareVersion"),
     (_without("fig99.csv", "sha256"), "fig99.csv: sha256 is None, but the file has "),
-    (_without("charts/a%20b.png", "@type"), "charts/a b.png: it is no File"),
+    (_without("charts/a%20b.png", "@type"), "charts/a b.png: its @type is not File"),
     (_outside, "../fig99.csv: the file is outside of the folder")])
 def test_a_difference_is_found(out: Path, capsys, damage: Callable[[Path], None],
                                said: str) -> None:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
-# Pages outside docs/ that the site has too, and their names there.
+# Pages outside docs/ that the site has too, and their names on the site.
 MOVED = {ROOT / "README.md": "index.md", ROOT / "CONTRIBUTING.md": "contributing.md"}
 _LINK = re.compile(r"(!?)\[((?:[^\[\]]|\[[^\]]*\])*)\]\(([^)\s]+)\)")
 _FENCE = re.compile(r"(?ms)^(```.*?^```$)")
