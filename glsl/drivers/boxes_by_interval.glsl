@@ -30,7 +30,7 @@ vec3 chosen(bvec3 which, vec3 yes, vec3 no) {
 }
 
 // The corner that the rays meet first, and the opposite corner. The octant copies of a tree store the
-// corners in this order, and the rays have their origins in the same order.
+// corners in this order, and a ray's lo_origin and hi_origin have the same order (core/ray.glsl).
 #ifdef OCTANTS
 
 vec3 met_first(vec3 lo, vec3 hi) {

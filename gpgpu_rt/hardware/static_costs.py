@@ -28,8 +28,8 @@ DEFINES: Mapping[str, object] = {"STACK_SIZE": 32}
 # Settings that are compiled beside the defaults: (method, options).
 SETTINGS: tuple[tuple[str, Mapping[str, Any]], ...] = (
     ("bvh-threaded", {"octants": True}), ("tree-unit", {"criterion": "box"}))
-# Packets that are compiled, only as kernels in a loop: (method, options). Each adds the next of
-# Horn's improvements.
+# Packets that are compiled, only as kernels in a loop: (method, options). Each entry
+# adds one improvement of Horn et al. to the entry before.
 PACKETS: tuple[tuple[str, Mapping[str, Any]], ...] = tuple(
     ("kd-packet", {"push_down": down, "stack_size": size, "skip_empty_leaves": False})
     for down, size in ((False, 0), (True, 0), (True, 3)))
@@ -194,7 +194,7 @@ def compiled_costs(card: str) -> CompiledCosts:
     Raises
     ------
     OptionError
-        for a chip that no compiler exists for
+        for a chip without a compiler
     """
     if card not in COMPILERS:
         raise OptionError(f"no compiler of a card {card!r}" + nearest_names(card, COMPILERS))

@@ -105,8 +105,8 @@ has a gain and a cost, and both are measured here.
     Chapter("What rasterisation can do better (survey, section 5)", """
 The first hit of an eye ray needs no ray tracing: the rasteriser finds it. But the rasteriser
 compares *depths at pixel centres*, in other arithmetic than that of rays. Here the ray's own test
-verifies each hit of the rasteriser, and the rays in doubt are traced. The picture is the same to
-the bit.
+verifies each hit of the rasteriser, and a ray is traced if its hit cannot be proved. The picture
+is the same to the bit.
 """, ("rasterised", "refraction", "ray_bundles", "caustics")),
     Chapter("What moves, and what a scene needs", """
 A static scene needs its structure only once; a moving scene needs a new structure for every frame.

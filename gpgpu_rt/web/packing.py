@@ -1,6 +1,6 @@
 """Packing: float32 tables as short texts, from which the page recovers the same bits.
 
-A table is cut into columns, a column for each component of each texel of its record. Every column
+A table is cut into columns, a column for each component of each texel of its record. Every number
 is predicted, and the differences from the prediction are stored byte plane by byte plane: bytes of
 equal rank resemble each other, so they compress well. `unpack.js` reverses these steps.
 """
@@ -17,7 +17,9 @@ import numpy as np
 PREDICTIONS = ("none", "previous", "row", "fresh")
 MOST_TEXELS = 4     # records with up to this number of texels get a column for each component
 SAMPLE = 1 << 13    # rows from which the prediction of a column is chosen
-CLASSES = 3         # the last class of a column that divides the rows of another column
+# The values 0, 1, 2, ... of a key column divide the rows of another column into classes. This is
+# the number of the last class, which holds all larger values too.
+CLASSES = 3
 
 
 def packed_table(values: np.ndarray) -> dict[str, Any]:

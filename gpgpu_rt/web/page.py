@@ -26,7 +26,8 @@ HERE = Path(__file__).parent
 # One script in the page, in this order.
 SCRIPTS = ("vectors.js", "unpack.js", "player.js", "passes.js", "selftest.js", "path.js",
            "visits.js", "space.js", "charts.js", "program.js", "controls.js", "start.js")
-# The page's own programs, which show and count the rays. These and the scripts use CONSTANTS.
+# The page's own programs, which show and count the rays. These programs and the scripts use
+# CONSTANTS.
 OWN = {"whole": "drivers/full_screen.vert", "show": "web/show.frag", "alive": "web/alive.frag"}
 CONSTANTS = {"NO_TRIANGLE": NO_TRIANGLE, "TILE": TILE, "HEAT_COLOURS": len(RAMP)}
 SIDE = 512          # side of the canvas in pixels
@@ -166,7 +167,8 @@ follow its ray. The address keeps what you chose, so that you can share it.</p>
 <p id="waits"></p>
 <div class="controls"><label><input id="heat" type="checkbox"> steps as heat</label>
 <label>brightest at <input id="scale" type="number" min="1"></label>
-<button id="percentile" type="button" title="the steps of 99 % of the present rays">99 %</button>
+<button id="percentile" type="button"
+ title="the number of steps that 99 % of the present rays do not exceed">99 %</button>
 </div>
 <canvas id="ramp" role="img" aria-label="Colours of the heat map" width="256" height="12"></canvas>
 <p id="ticks"></p>
