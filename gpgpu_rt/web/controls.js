@@ -110,7 +110,7 @@ function progress(began, drawn, camera, side) {
     };
 }
 
-// Returns the function that shows the steps of a trace after the step `from`, so that the reader sees wavefronts advance.
+// Returns the function that shows the steps of a trace after the step `from`. The reader sees wavefronts advance.
 function played(from, drawn, camera, side) {
     const stride = Math.max(1, Math.round((presentSurvey() ? counted.last : 1) / PLAYED));
     return async (states, step) => {
@@ -151,8 +151,8 @@ function presentSurvey() {
 
 function count(drawn, found, camera, side) {
     counted = {...survey(drawn, found.states), key: countKey(camera, side)};
-    // With several cycles, a turn runs one kernel, and only for the rays that wait for this kernel. The number of
-    // turns is then not the number of a ray's steps.
+    // With several cycles, a turn (passes.js) runs one kernel, and only for the rays that wait for this kernel. The
+    // number of turns is then not the number of a ray's steps.
     if (drawn.cycles.length > 1) Object.assign(counted, {last: found.turns, alive: null});
     element("pass").max = counted.last;
     if (chosen.scale === null) rescale(counted.percentile);

@@ -98,8 +98,8 @@ async function triangleReader(drawn) {
 }
 
 // Returns the path of a ray: for the set-up and for each step, the ray's state (`fields`), the kernel that runs next,
-// the box, the node or cell of the box (`place`), the triangle under test and the interval on the ray. Returns null if the
-// method has no steps, or traces packets. Throws a LostContext.
+// the box, the node or cell of the box (`place`), the triangle under test and the interval on the ray. Returns null
+// if the method has no steps, or traces packets. Throws a LostContext.
 async function pathOf(method, camera, direction) {
     const drawn = method.schedules.step;
     if (!drawn || searchers(drawn) === "packets") return null;

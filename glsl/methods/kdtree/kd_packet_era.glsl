@@ -1,6 +1,6 @@
-// kd-packet in the era form: the kernels of kd_packet.glsl as Horn et al. 2007 may have written them for a
-// card with branches. A packet is 2x2 rays. A vector of four components holds one number of each ray, so that
-// an instruction of the card works on four rays.
+// kd-packet in the era form (docs/era.md): the kernels of kd_packet.glsl as Horn et al. 2007 may have written
+// them for a card with branches. A packet is 2x2 rays. A vector of four components holds one number of each
+// ray, so that an instruction of the card works on four rays.
 //
 // The loop of era/packet_loop.glsl branches to the kernels:
 //   `begin` begins the next turn at the root, with the rays whose directions agree in their signs.
