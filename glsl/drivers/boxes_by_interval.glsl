@@ -156,8 +156,8 @@ vec3 ends_by_sign(vec3 a, vec3 positive, vec3 negative) {
                 end_by_sign(a.z, positive.z, negative.z));
 }
 
-// Return an interval of t, from x to y, for all rays of the turn. It contains the part of each ray that
-// lies in the box and is not yet searched. The interval is empty if x > y.
+// Return an interval of t, from x to y, for all rays of the turn. The interval contains the part of each
+// ray that lies in the box and is not yet searched. The interval is empty if x > y.
 vec2 searched(int r, vec3 lo, vec3 hi) {
     vec3 a = R(met_first(lo, hi) - first_origin);
     vec3 b = R(met_last(lo, hi) - last_origin);

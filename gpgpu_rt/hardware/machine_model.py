@@ -6,11 +6,11 @@ card work side by side.
     time = lanes * max(instructions / issue rate, fetches / texel rate, bytes / bandwidth).
 
 On NV40, fetches take slots of the arithmetic (``fetches_beside`` of cards.json), so the sum of the
-first two terms replaces them. The texels of a stream are not in the texture cache, so a pass
-fetches them at a lower rate (``stream_fetch``). Lanes include idle lanes. Passes and occlusion
-queries add the host's time and the time in which early depth rejects pixels. All rates come from
-cards.json. `Assumptions` holds the numbers that no source states; they are the same for every
-card. The model leaves out cache misses, and the latency of fetches that too few fragments in
+first two terms replaces these two terms. The texels of a stream are not in the texture cache, so a
+pass fetches them at a lower rate (``stream_fetch``). Lanes include idle lanes. Passes and
+occlusion queries add the host's time and the time in which early depth rejects pixels. All rates
+come from cards.json. `Assumptions` holds the numbers that no source states; they are the same for
+every card. The model leaves out cache misses, and the latency of fetches that too few fragments in
 flight would expose.
 """
 from __future__ import annotations

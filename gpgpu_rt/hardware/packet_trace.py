@@ -31,7 +31,8 @@ def in_loop(trace: KernelTrace, stack: bool) -> KernelTrace:
     trace : a trace of kd-packet, with the fields of `fields_of`
     stack : whether packets have a stack
     """
-    # A step's fields were read before the step. The values after it are those of the next step.
+    # A step's fields were read before the step. The values after a step are the values before the
+    # next step.
     after = {name: _next(values) for name, values in trace.fields.items()}
     next_steps, number = _next(trace.steps), {
         name: at for at, name in enumerate(trace.kernels, 1)}

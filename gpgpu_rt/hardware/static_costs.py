@@ -22,8 +22,8 @@ from ..traversal.era import EraKernel, era_kernels
 from ..traversal.era_packets import packet_kernels, packet_loop
 
 COMPILERS = ("r300", "r420", "r580", "nv40", "g80")
-# The depth of a full stack follows from the scene's tree. No instruction depends on it, only a
-# constant. A short stack has its depth from an option.
+# The depth of a full stack follows from the scene's tree. No instruction depends on this depth,
+# only a constant. A short stack has its depth from an option.
 DEFINES: Mapping[str, object] = {"STACK_SIZE": 32}
 # Settings that are compiled beside the defaults: (method, options).
 SETTINGS: tuple[tuple[str, Mapping[str, Any]], ...] = (

@@ -112,7 +112,8 @@ def _kernel_colours() -> str:
 
 def _wires(scene: Scene, tables: PageData) -> dict[str, Any]:
     """Return the triangles whose edges the page draws. Their corners are integers from 0 to 4095
-    across the scene's box. For a large scene, half of them are the scene's largest triangles."""
+    across the scene's box. For a large scene, half of the drawn triangles are the scene's
+    largest triangles."""
     corners = scene.triangles.astype(np.float64)
     if len(corners) > MOST_WIRES:
         edges = corners[:, 1:] - corners[:, :1]

@@ -6,8 +6,9 @@
 // point cone. If a ray meets a sphere, the distance of the sphere's centre from the point cone is at most
 // `radius` plus the sphere's own radius. Let v be centre - apex, h its part along the axis and s its part
 // across the axis. The distance from the centre to the cone's side is s cosine - h sine, which is negative
-// inside the cone. For a centre behind the apex, the distance to the cone is |v|. The paper's test is |P - H|
-// <= h tan + r / cos. Multiplied by cosine, it becomes the test here, which has no pole at a right angle.
+// inside the cone. For a centre behind the apex, the distance to the cone is |v|. The paper's test is
+// s <= h tan + r / cos, with s written as |P - H|. Multiplied by the cosine, this inequality becomes the test
+// here, which has no pole at a right angle.
 //
 // Departures: a cone whose cosine is not above 0 rejects no triangle by its angle. The value `reach` rejects
 // spheres beyond the ends of all rays. With `lines` the rays also extend backwards (t_min < 0), and the test
