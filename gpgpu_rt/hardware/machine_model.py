@@ -170,7 +170,7 @@ def host_time(card: Card, queries: int, passes: int = 0, pixels: int = 0,
 
     The depth test of a pass asks for equal depths (traversal/schedules.py), which hierarchical
     depth buffers do not support. So the card tests each pixel. The pass of a query fetches the
-    state of each pixel and marks the rays that wait for a kernel by their depths
+    state of each pixel, and marks by depth the rays that wait for a kernel
     (drivers/classify.frag). Early depth rejects none of its pixels, because its program discards.
     """
     rejected = passes * pixels / card.depth_rate

@@ -1,4 +1,4 @@
-"""Packet trace: the kernels that a packet of kd-packet runs in a loop, from its trace by steps.
+"""Packet trace: the kernels that a packet of kd-packet runs in a loop, from a trace of its steps.
 
 Under the schedule ``step``, the kernel `traverse` of kd-packet includes the push, and the kernel
 `leave` includes the pops. In the loop on R580, `push` and `pop` are separate kernels

@@ -62,7 +62,8 @@ class StaticCost:
     arithmetic : Arithmetic instructions as the card issues them. R300 to R580 issue a vector and a
         scalar operation together, which count once. NV40's driver pairs no instructions, so each
         instruction that it emits counts.
-    vector, scalar : Operations by kind. Both are 0 where the driver does not tell them apart.
+    vector, scalar : Numbers of vector and of scalar operations. Both are 0 where the driver does
+        not tell them apart.
     fetches : Texture fetches.
     levels : Levels of texture indirection. A fetch at a computed place is a level above the
         fetches that the place depends on.
@@ -197,7 +198,8 @@ def compiled_costs(card: str) -> CompiledCosts:
         for a chip without a compiler
     """
     if card not in COMPILERS:
-        raise OptionError(f"no compiler of a card {card!r}" + nearest_names(card, COMPILERS))
+        raise OptionError(f"there is no compiler for the card {card!r}"
+                          + nearest_names(card, COMPILERS))
     file = importlib.resources.files("gpgpu_rt.hardware") / "static_costs" / f"{card}.json"
     if not file.is_file():
         return CompiledCosts()

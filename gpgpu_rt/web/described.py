@@ -130,7 +130,8 @@ class Described:
         return {"states": states, "hits": [hits, self._hits[hits]]}
 
     def _sampled_as(self, passes: Sequence[ObservedPass], sampler: str) -> dict[int, int]:
-        """Return the targets that passes read by a sampler: target -> the output that is read."""
+        """Return the targets that passes read through a sampler: target -> the output that is
+        read."""
         return dict(self._places[one.inputs[sampler].glo] for one in passes
                     if sampler in one.inputs and one.inputs[sampler].glo in self._places)
 

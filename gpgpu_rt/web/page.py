@@ -65,7 +65,7 @@ def write_page(scene: Scene, names: list[str], path: str,
             left_out[name] = str(reason)
     text = page_text(scene, methods, tables, title, caption)
     if len(text) > MOST_BYTES:
-        raise LimitError(f"the page would have {len(text) >> 20} MiB; take fewer methods or a "
+        raise LimitError(f"the page would have {len(text) >> 20} MiB; choose fewer methods or a "
                          f"smaller scene (at most {MOST_BYTES >> 20} MiB)")
     with replacing(path) as file:
         file.write_text(text, encoding="utf-8")

@@ -51,7 +51,7 @@ async function boxReader(drawn) {
     return () => null;
 }
 
-// Returns (node) -> [low corner, high corner], or null, for a kd-tree whose nodes store split planes alone. A node's
+// Returns (node) -> [low corner, high corner], or null, for a kd-tree whose nodes store only split planes. A node's
 // box is the scene's box, cut by the split planes of the node's ancestors.
 async function splitBoxes(drawn) {
     const [split, axis] = [await reader(drawn, "split"), await reader(drawn, "axis")];
