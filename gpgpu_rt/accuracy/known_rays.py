@@ -198,8 +198,8 @@ class KnownRays:
             self.scene.triangles[triangles], self.origins[rays], self.directions[rays])))
 
     def _choice(self, hits: Hits, rays: np.ndarray) -> np.ndarray:
-        """Return the categories of the answers of ``rays`` after their t was corrected to the
-        exact distance of the answer's triangle; (k,)."""
+        """Return the categories, (k,), of the answers of ``rays``, after the t of each answer was
+        corrected to the exact distance of the answer's triangle."""
         corrected = _part(hits, rays)
         corrected.t = self._pairs(rays, corrected.triangle).t
         return judge(self.scene, self.origins[rays], self.directions[rays], corrected,

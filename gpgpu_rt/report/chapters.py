@@ -39,8 +39,8 @@ on a card, a third number is the time that a model predicts for this card.
 Store a ray in each texel of a texture. Draw a square over all texels, and the fragment program
 runs once per ray: it reads the state of the ray from one texture and writes the new state to
 another. Then the two textures swap. There is no loop and no stack, and a program can write only to
-its own texel. What is a `while` loop in a program of today is a sequence of passes here, and the
-host counts the live rays by an occlusion query.
+its own texel. Where a program of today has a `while` loop, the card runs a sequence of passes, and
+the host counts the live rays by an occlusion query.
 
 In the film, each picture shows a pass. The left side shows the kernel that each ray waits for. A
 ray that has found its hit is finished, while its neighbour may still descend. The slowest rays

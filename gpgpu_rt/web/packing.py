@@ -28,10 +28,11 @@ def packed_table(values: np.ndarray) -> dict[str, Any]:
     Returns
     -------
     dict
-        "values": their number; "width": columns; "columns": for each column its number and its
-        codes, in the order of the bytes; "data": base64 of the bytes, compressed by raw deflate.
-        Codes are [kind, prediction, byte planes], or [key column, last class, a list of the codes
-        of each class] for a column whose rows are divided by the values of another column.
+        "values": the number of values; "width": the number of columns; "columns": [number, codes]
+        of each column, in the order in which "data" holds the columns; "data": the bytes of all
+        columns, compressed by raw deflate, as base64. Codes are [kind, prediction, byte planes],
+        or [key column, last class, a list of the codes of each class] for a column whose rows are
+        divided by the values of another column.
     """
     flat = np.ascontiguousarray(values, "<f4").ravel()
     components = 1 if np.ndim(values) == 1 else np.shape(values)[1]
