@@ -67,7 +67,7 @@ def web_names(names: list[str] | None = None) -> list[str]:
     Raises
     ------
     OptionError
-        a given method does not run in a browser
+        if a given method does not run in a browser
     """
     for name in names or ():
         if reason := why_not_in_browser(find_method(name)):
@@ -81,7 +81,7 @@ def export_method(scene: Scene, name: str, tables: PageData) -> WebMethod:
     Raises
     ------
     OptionError
-        no schedule of the method runs in a browser
+        if no schedule of the method runs in a browser
     """
     row, schedules, test, why = find_method(name), {}, {}, ""
     tables.scene(scene)

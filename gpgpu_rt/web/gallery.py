@@ -59,7 +59,7 @@ def write_gallery(scene: Scene, names: Sequence[str], folder: str,
     Error
         if the folder or a file cannot be written
     OptionError
-        a method does not run in a browser, and ``left_out`` is None
+        if a method does not run in a browser, and ``left_out`` is None
     """
     web_names(list(names))
     path = _made(folder)

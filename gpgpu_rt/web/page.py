@@ -31,7 +31,7 @@ SCRIPTS = ("vectors.js", "unpack.js", "player.js", "passes.js", "selftest.js", "
 OWN = {"whole": "drivers/full_screen.vert", "show": "web/show.frag", "alive": "web/alive.frag"}
 CONSTANTS = {"NO_TRIANGLE": NO_TRIANGLE, "TILE": TILE, "HEAT_COLOURS": len(RAMP)}
 SIDE = 512          # side of the canvas in pixels
-MOST_WIRES = 2000   # triangles whose edges the page draws in space
+MOST_WIRES = 2000   # largest number of triangles whose edges the page draws in space
 MOST_BYTES = 64 << 20
 
 
@@ -50,9 +50,9 @@ def write_page(scene: Scene, names: list[str], path: str,
     Raises
     ------
     OptionError
-        no method runs in a browser, or ``left_out`` is None and a method does not
+        if no method runs in a browser, or if ``left_out`` is None and a method does not run
     LimitError
-        the page would be larger than MOST_BYTES
+        if the page would be larger than MOST_BYTES
     """
     tables = PageData()
     methods = []

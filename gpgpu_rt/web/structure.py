@@ -36,7 +36,7 @@ def structure_of(method: Method) -> dict[str, Any]:
         places.update(_places(KD_NODE, "split", "axis", "left"))
     elif "node" in fields:
         for record in tables.values():
-            # The records of leaves are numbered leaf by leaf, so a node does not name its record.
+            # A leaf's record has the number of the leaf, which is not the number of the node.
             if record.name != KD_LEAF.name:
                 names = {field.name for field in record.fields} & {"lo", "hi"}
                 places.update(_places(record, *sorted(names)))
