@@ -9,8 +9,8 @@
 uniform int elements;
 
 #ifdef CHILDREN
-// A previous pass wrote the four elements to four render targets. The reduction keeps an element if its
-// number is at least 0.
+// A previous pass wrote the elements 4 i to 4 i + 3 to texel i of four render targets. The reduction keeps an
+// element if the element's first component is at least 0.
 vec4 flags(int i) {
     Children c = children_load(table_texel(i));
     return vec4(greaterThanEqual(ivec4(c.first.x, c.second.x, c.third.x, c.fourth.x), ivec4(0)));

@@ -6,8 +6,8 @@
 //
 // OpenGL assumes a diamond around the centre of each texel, and draws a line in the texels whose diamond the
 // line leaves. Each line therefore runs from the centre of its first texel to the centre of the texel after
-// its last. The texel after the last may lie beyond the end of the row. Clipping at the end of the row would
-// end the line on a diamond's corner, so the viewport is twice as wide as the target.
+// its last texel. The texel after the last may lie beyond the end of the row. Clipping at the end of the row
+// would end the line on a diamond's corner, so the viewport is twice as wide as the target.
 
 #include <sources>
 #include "core/fetch.glsl"

@@ -20,7 +20,7 @@ float min_component(vec3 v) {
     return smaller(smaller(v.x, v.y), v.z);
 }
 
-// Return the interval of t in which a ray is inside a box, from component x to y. It is empty if x > y. With
+// Return the interval of t, from x to y, in which a ray is inside a box. The interval is empty if x > y. With
 // OCTANTS the caller passes the corner that the ray meets first as `lo`, and the opposite corner as `hi`.
 vec2 box_interval(Ray ray, vec3 lo, vec3 hi) {
     vec3 a = R(R(lo - ray.lo_origin) * ray.inv_dir);

@@ -11,7 +11,7 @@ struct Ray {
     vec3 lo_origin;  // the origins from which box_interval measures the lower and the upper corners of
     vec3 hi_origin;  // boxes (core/slack.glsl)
 #ifdef AFTER_HIT
-    int after;       // at t_min a ray hits only triangles with a higher index
+    int after;       // at exactly t_min a ray hits only triangles with an index above this
 #endif
 };
 

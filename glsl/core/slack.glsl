@@ -1,10 +1,10 @@
 // Boxes are widened so that rounding never loses a box that contains a hit. The boxes themselves do not
 // change. Instead, the setup of each ray moves the origins from which the ray measures the corners of boxes.
 //
-// Let u be the unit roundoff ARITHMETIC_UNIT, and M the largest distance from the origin to a point of the
-// scene along any axis. A distance along one axis does not bound the error along this axis, because the
-// watertight test shears depth onto the other two axes. For example, let the scene and the origin lie in
-// the plane y = 0: their distance along y is 0, yet a sheared corner is off by several u M. These errors
+// Let u be the unit roundoff ARITHMETIC_UNIT, and M the largest distance along any axis from the ray's origin
+// to a point of the scene. A distance along one axis does not bound the error along this axis, because the
+// watertight test shears depth onto the other two axes. For example, let the scene and the ray's origin lie
+// in the plane y = 0: their distance along y is 0, yet a sheared corner is off by several u M. These errors
 // arise along an axis, to first order in u (gpgpu_rt/numerics/error_bounds.py has the same steps):
 //
 //   6 u M             A sheared corner: u M from the subtraction, 3 u M from the product, 2 u M from the
@@ -22,9 +22,9 @@
 // box. The search loses such a hit if the search begins or ends between t and the box; docs/extremes.md
 // says how often.
 //
-// The slack also includes SPACING times the origin, which is at least half the distance from the origin to
-// the next float. Without this term the sum of origin and slack could round back to the origin in a scene
-// far from 0, and no box would be widened.
+// The slack also includes SPACING times each coordinate of the ray's origin. This is at least half the
+// distance from the coordinate to the next float. Without this term the sum of origin and slack could round
+// back to the origin in a scene far from 0, and no box would be widened.
 
 uniform vec3 scene_lo;
 uniform vec3 scene_hi;

@@ -6,7 +6,7 @@
 #endif
 
 // Keep a hit if it comes before the nearest hit so far in the order of (t, index). A ray that continues
-// behind a hit (AFTER_HIT) has the hit's t as t_min; at exactly this t it accepts only triangles with a
+// behind a hit (AFTER_HIT) has the hit's t as t_min; at exactly this t the ray accepts only triangles with a
 // higher index than the hit's. The era form (ERA, docs/era.md) compares only t, as the papers' kernels did.
 void accept(Ray ray, float t, float u, float v, int index, inout Hit hit) {
 #ifdef AFTER_HIT

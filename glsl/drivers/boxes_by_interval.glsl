@@ -30,7 +30,7 @@ vec3 chosen(bvec3 which, vec3 yes, vec3 no) {
 }
 
 // The corner that the rays meet first, and the opposite corner. The octant copies of a tree store the
-// corners in this order, and the rays have their origins in the same order.
+// corners in this order, and a ray's lo_origin and hi_origin have the same order (core/ray.glsl).
 #ifdef OCTANTS
 
 vec3 met_first(vec3 lo, vec3 hi) {
@@ -156,8 +156,8 @@ vec3 ends_by_sign(vec3 a, vec3 positive, vec3 negative) {
                 end_by_sign(a.z, positive.z, negative.z));
 }
 
-// Return an interval of t, from x to y, for all rays of the turn. It contains the part of each ray that
-// lies in the box and is not yet searched. The interval is empty if x > y.
+// Return an interval of t, from x to y, for all rays of the turn. The interval contains the part of each
+// ray that lies in the box and is not yet searched. The interval is empty if x > y.
 vec2 searched(int r, vec3 lo, vec3 hi) {
     vec3 a = R(met_first(lo, hi) - first_origin);
     vec3 b = R(met_last(lo, hi) - last_origin);

@@ -1,14 +1,14 @@
-// Rays from the eye through places of the image, row 0 at the top. If the eye is far outside the scene's
-// sphere, rays start nearer to the scene, as in gpgpu_rt/rays/far_origins.py. Their t then counts from this
-// start, which is harmless because a picture needs no t. Rounding the start moves a ray less than rounding
-// the direction does.
+// Rays from the eye through places of the image, row 0 at the top. If the eye is far outside the sphere
+// around the scene, rays start nearer to the scene, as in gpgpu_rt/rays/far_origins.py. Their t then counts
+// from this start, which is harmless because a picture needs no t. Rounding the start moves a ray less than
+// rounding the direction does.
 
 uniform vec3 eye;
 uniform vec3 right;
 uniform vec3 up;
 uniform vec3 forward;
 uniform vec2 size;
-uniform vec3 centre;    // centre of the scene's sphere
+uniform vec3 centre;    // centre of the sphere around the scene
 uniform float beyond;   // rays start this far before the centre; 0: rays start at the eye
 
 // The eye ray through a place of the image. `place` is in pixels from the upper left corner.

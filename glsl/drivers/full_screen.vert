@@ -1,7 +1,8 @@
 #version 330 core
 // Covers a target with one fragment for each ray. It draws either one large triangle over the whole target,
-// or the rectangles that hold live rays. One program writes a mask of rays with this depth, and other
-// programs are tested against the mask. Every program must therefore compute exactly the same depth.
+// or the rectangles that hold live rays. One program writes a mask of rays into the depth
+// buffer, and the fragments of other programs are tested against this mask. Every program must therefore
+// compute exactly the same depth.
 
 in vec4 rectangle;     // lower and upper corner, in rays
 uniform vec2 scale;    // clip units per ray

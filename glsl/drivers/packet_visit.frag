@@ -3,8 +3,8 @@
 // another pass has done the rays' part of the step with one fragment for each ray
 // (drivers/packet_intersect.frag).
 //
-// The file <method> is the method's own file, as under `loop`. The file <stepwise> defines functions of
-// `packet`, the packet's state:
+// The file <method> is the method's own file, as under `loop`. The file <stepwise> defines functions that
+// work on `packet`, the packet's state:
 //   `start_steps` sets up the fields of the walk, and the first phase.
 //   `load_walk` loads the walk into the variables of <method>, and `store_walk` stores it.
 //   A function without arguments for each kernel, which sets the next phase.

@@ -1,6 +1,6 @@
 // Layout of hits in render targets: a target holds, for four rays, the rows of the hit triangles in the
 // triangle table. Packets with more rays than render targets need this layout. A program that reads a hit
-// computes it anew from its triangle, which gives the same bits.
+// tests the triangle again, which gives the hit's bits.
 
 #define TARGET uvec4
 #define TARGET_SAMPLER usampler2D

@@ -7,9 +7,9 @@
 // branched to the kernel, so the kernel does not ask which rays wait for it. A card's compiler counts the
 // instructions of this text, but this text is never run.
 //
-// Departures from the project's present kernels (drivers/traverse.frag): there are no integers, step counts,
-// counters or slack of boxes. The triangle test is that of Moeller and Trumbore. At equal t, the triangle
-// that is found first wins.
+// Departures from the project's present kernels (drivers/traverse.frag): there are no integers, step counts
+// or counters, and boxes are not widened. The triangle test is that of Moeller and Trumbore. At equal t, the
+// triangle that is found first wins.
 
 #define int float
 #define ivec2 vec2

@@ -6,8 +6,8 @@
 // caustic map.
 //
 // Departures: the first guess is d = 0 instead of one unit, so that the scene's scale does not matter. A
-// photon is dropped if another surface blocks its way to the refractor, or if it leaves the light's image.
-// With KNOWN the landing points are given, for example by traced rays. With HOME each photon's landing
+// photon is dropped if another surface blocks its way to the refractor, or if the photon leaves the light's
+// image. With KNOWN the landing points are given, for example by traced rays. With HOME each photon's landing
 // point goes to the photon's own texel, for readback.
 
 #include <constants>

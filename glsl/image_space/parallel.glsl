@@ -7,10 +7,10 @@ uniform vec3 across;        // unit axes of the image
 uniform vec3 upward;
 uniform vec3 along;         // away from the viewer
 uniform float pixel_size;   // world units
-uniform vec2 shift;         // shift of the image's centre in pixels, so that no two projections line up
+uniform vec2 shift;         // shift of the image in pixels, so that no two pixel grids line up
 uniform float resolution;   // pixels per side
 
-// x and y in pixels, and the depth.
+// Return x and y of a point in pixels, and its depth.
 vec3 projected(vec3 place) {
     vec3 p = place - centre;
     return vec3(vec2(dot(p, across), dot(p, upward)) / pixel_size + 0.5 * resolution + shift,

@@ -9,7 +9,7 @@ uniform float light_density;   // density of sampled points per area, divided by
 struct AskedLight {
     vec3 place;
     vec3 normal;        // normal of a triangle; zero for a point light
-    vec3 strength;      // radiance of a triangle; for a point light, irradiance divided by its probability
+    vec3 strength;      // radiance of a triangle; for a point light, irradiance / the light's probability
     float blur;         // the shadow ray must end this far before the light's surface
     bool far;           // the light is the surroundings of the scene
 };

@@ -1,7 +1,7 @@
 #version 330 core
-// path_pack.frag has copied the live paths of a wave, which is the set of paths traced at once, side by
-// side. Place a point for each packed path at the texel that the path came from. bring_back.frag copies the
-// path's light to this texel.
+// A wave is the set of paths traced at once. path_pack.frag has copied the live paths of a wave side by side
+// into smaller textures. Place a point for each packed path at the texel that the path came from.
+// bring_back.frag copies the path's light to this texel.
 
 #include <sources>
 #include "stages/sorted_place.glsl"

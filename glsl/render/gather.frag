@@ -7,7 +7,7 @@
 #include "core/hit.glsl"
 
 #ifdef BOUNCES
-uniform bool first_wave;
+uniform bool first_wave;    // the rays are eye rays, of weight 1
 #endif
 
 void main() {

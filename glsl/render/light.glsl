@@ -29,7 +29,7 @@ vec3 place_on_light(ivec2 pixel) {
 #endif
 
 #ifdef GLOSSY
-// A lobe around the mirror direction that conserves energy (Lafortune and Willems 1994), times pi. The
+// A lobe that conserves energy, around the mirror direction (Lafortune and Willems 1994), times pi. The
 // factor pi is there because light intensities are irradiances divided by pi.
 vec3 glossy_light(Surface surface, vec3 to_light, vec3 direction) {
     float exponent = glossy_exponent(surface.material);

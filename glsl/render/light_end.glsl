@@ -1,8 +1,8 @@
 // The end of a shadow ray, which must not hit the light that the ray aims at.
 
-// The relative error of a shadow ray's end. Computing the distance needs five roundings, the direction one,
-// and the test of a surface at the light six (its vertices and the shear). Storing the direction and the
-// end rounds again. The ray ends this share of its length before the light.
+// The relative error of a shadow ray's end. The distance is computed with five roundings, and the direction
+// with one. The test of a surface at the light adds six roundings (of the surface's vertices and the shear).
+// Storing the direction and the end rounds again. The ray ends this share of its length before the light.
 const float LIGHT_ERROR = 12.0 * ARITHMETIC_UNIT + 4.0 * STORAGE_UNIT;
 
 // The error of a point on a triangle, along the triangle's normal. The point has an error of a few units of

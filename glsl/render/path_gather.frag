@@ -1,7 +1,8 @@
 #version 330 core
-// Add the light of a path's vertex to the path by blending. This is the light that the path met (`lit`),
-// plus the sampled light if the shadow ray hit nothing. The fragment of an ended path that adds nothing
-// discards. An occlusion query around this pass thus shows when no further vertex is needed.
+// Add the light at a path's vertex to the light of the path, by blending. The light at a vertex is the light
+// that the path met (`lit`), plus the sampled light if the shadow ray hit nothing. A fragment is discarded if
+// its path has ended and adds nothing. An occlusion query around this pass thus shows when no further vertex
+// is needed.
 
 #include <streams>
 #include "core/hit.glsl"

@@ -74,7 +74,7 @@ vec3 light_asked(Hit hit, Surface surface, Scatter scatter, ivec2 texel, inout R
 #ifdef AREA_LIGHTS
     if (light.normal != vec3(0.0)) {
         // Light sampling draws this direction with density bright d^2 / facing. The path's own continuation
-        // draws it with density `density`.
+        // draws the direction with density `density`.
         facing = abs(dot(light.normal, direction));
         float bright = light_density * luminance(light.strength);
         found *= facing * power_weight(bright * distance * distance, facing * density);
@@ -83,7 +83,7 @@ vec3 light_asked(Hit hit, Surface surface, Scatter scatter, ivec2 texel, inout R
     if (max(max(found.r, found.g), found.b) > 0.0) {
         shadow = leave(spawn, direction);
         // `leave` may have moved the start after the direction was computed. This displaces the end by the
-        // same distance.
+        // same distance, so the offset is added to the light's error.
         shadow.t_max = shadow_end(dot(light.place - shadow.origin, direction),
                                   light.blur + spawn.offset, facing);
     }

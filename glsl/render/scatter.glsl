@@ -8,7 +8,7 @@ struct Scatter {
     vec3 mirror;
     float exponent;
     float ior;          // 0 for an opaque surface
-    vec3 chance;        // probabilities to continue by the diffuse, glossy and mirror part
+    vec3 chance;        // probabilities that the path continues with the diffuse, glossy or mirror part
 };
 
 Scatter scatter_of(Surface surface, vec3 direction) {

@@ -25,7 +25,7 @@
 #endif
 #include "render/onward.glsl"
 
-uniform bool last_wave;     // the limit of bounces ends the rays of this wave
+uniform bool last_wave;     // the limit of bounces is reached, so no rays continue from these hits
 
 // At the last bounce no further rays are traced. Instead, the light of the surroundings is added for each
 // ray that render/branch.frag would make.

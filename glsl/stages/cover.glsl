@@ -17,8 +17,9 @@
 // the corners' distances.
 //
 // The depth of a hit is the depth of the triangle's plane, clamped to the range of the corners' depths. So
-// it is never less than `depth`. The depth of the plane is 1 / (slope . ray). `slope_off` covers the errors
-// of the normal here and in the test. The hit's depth is less than this depth by at most `misjudged`.
+// the hit's depth is never less than `depth`. The depth of the plane is 1 / (slope . ray). `slope_off` covers
+// the errors of the normal here and in the test. The hit's depth is less than this depth by at most
+// `misjudged`.
 
 uniform vec3 eye;
 uniform vec3 right;      // `right` and `up` are scaled as in Camera.basis

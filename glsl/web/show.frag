@@ -10,9 +10,9 @@ uniform sampler2D counts;       // the texture that holds the number of steps of
 uniform ivec2 places;           // components of the phase and of the steps
 uniform float most;             // the number of steps that gets the brightest colour; 0: show surfaces
 uniform bool stepwise;          // whether there are states
-uniform vec2 size;              // of the shown picture, in pixels
-uniform vec3 kernel_colours[4]; // of rays in phase 1, 2, 3, and 4 or more, as the screen shows them
-uniform vec3 heat_colours[HEAT_COLOURS];    // from no step to the largest number, as the screen shows them
+uniform vec2 size;              // size of the shown picture, in pixels
+uniform vec3 kernel_colours[4]; // colours of rays in phase 1, 2, 3, and 4 or more, as the screen shows them
+uniform vec3 heat_colours[HEAT_COLOURS];    // from no step to `most` steps, as the screen shows them
 
 out vec4 colour;
 

@@ -128,8 +128,8 @@ def _is_for_accuracy(option: Option) -> bool:
 
 
 def _values(option: Option) -> list[Any]:
-    """Return the values of a knob, the default first. None is left out if it means the same as
-    another value."""
+    """Return the values of a knob, the default first. The value ``None`` is left out if it means
+    the same as another value."""
     values = list(option.choices) if option.choices is not None else [False, True]
     if option.optional and None not in values:
         values.append(None)

@@ -25,9 +25,9 @@ class Promise:
     Attributes
     ----------
     max_wrong : Bound on the share of rays with a wrong hit or miss. The upper 95 % confidence
-        bound of the measured share must not exceed it.
+        bound of the measured share must not exceed this bound.
     max_t_error : Bound on the relative error of t. A share ``t_quantile`` of the right hits must
-        keep it: the upper 95 % confidence bound of this quantile must not exceed it.
+        keep this bound: the upper 95 % confidence bound of the quantile must not exceed it.
     max_bytes : Bound on texture bytes with 2^18 rays in flight, as in a 512 x 512 picture; None
         for no bound.
     """
@@ -69,8 +69,8 @@ class Promise:
         If ``kinds`` contains eye rays and random rays, the result has an entry for ``COHERENT``
         rays, timed on eye rays, and an entry for ``INCOHERENT`` rays, timed on random rays. Rays
         aimed at vertices and edges belong to both entries. Otherwise the result has a single entry
-        ``ALL``, timed on all kinds. It also has a single entry if there is a bound on bytes,
-        because two methods would hold two structures in memory.
+        ``ALL``, timed on all kinds. The result also has a single entry if there is a bound on
+        bytes, because two methods would hold two structures in memory.
         """
         if self.max_bytes is not None or not set(OWN_KIND.values()) <= set(self.kinds):
             return {ALL: (self, None)}

@@ -26,7 +26,7 @@ WRONG = ("leak", "false hit", "wrong triangle", "unfinished")
 WITHIN_BOUND = "within bound"
 FLIGHT = 1 << 18          # largest number of rays per call, as in a 512 x 512 picture
 UNIT_ROUNDOFF = 2.0 ** -24
-# If a ray may have leaked, `KnownRays._through_the_surface` tests it by a ring of rays around it.
+# If a ray may have leaked, `KnownRays._through_the_surface` traces a ring of rays around it.
 # RINGS are the numbers of rays in a ring. A small ring may overlook a gap of the surface between
 # two of its rays, and then reports a false leak. Therefore larger rings test the suspected rays
 # again if there are at most FEW suspected rays. Among more suspected rays, a few false leaks do
@@ -198,8 +198,8 @@ class KnownRays:
             self.scene.triangles[triangles], self.origins[rays], self.directions[rays])))
 
     def _choice(self, hits: Hits, rays: np.ndarray) -> np.ndarray:
-        """Return the categories of the answers of ``rays`` after their t was corrected to the
-        exact distance of the answer's triangle; (k,)."""
+        """Return the categories, (k,), of the answers of ``rays``, after the t of each answer was
+        corrected to the exact distance of the answer's triangle."""
         corrected = _part(hits, rays)
         corrected.t = self._pairs(rays, corrected.triangle).t
         return judge(self.scene, self.origins[rays], self.directions[rays], corrected,

@@ -100,7 +100,7 @@ class Yardstick:
         return row
 
     def _capped(self, method: str, options: Mapping[str, Any]) -> dict[str, Any]:
-        """Return the options, with a step cap added if they lower the accuracy.
+        """Return the options, with a step cap added if the options lower the accuracy.
 
         Low precision can send a ray around an endless loop. The cap is STEP_ROOM times the largest
         number of steps of a ray at full accuracy.

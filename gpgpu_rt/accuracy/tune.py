@@ -4,8 +4,8 @@ A candidate is a method with values for its knobs, which are the options that th
 change. The search has four stages:
 
 1. Time every method with its default options on a few rays. Far slower methods are tried last.
-2. Speed knobs do not change the hits. Try them one after another on each of the other methods, and
-   keep the best few candidates (beam search).
+2. Speed knobs do not change the hits. Try them one after another on each method that is not far
+   slower, and keep the best few candidates (beam search).
 3. Combine the best candidates with each option that changes the accuracy. Drop a combination if
    its errors on some thousand rays already exceed the bounds. Time the faster half of the
    remaining candidates on more and more rays (successive halving).

@@ -21,7 +21,8 @@ def draw(found: Sequence[tuple[str, str, list[Entry]]], path: str, about: str) -
 
     Parameters
     ----------
-    found : (title, rays, entries) of each race; entries are drawn in this order
+    found : (title, rays, entries) of each race, from the top of the chart. ``rays`` is a text. The
+        entries of a race are drawn by speed, the fastest at the top
     path : the file to write
     about : a line for the top of the chart, such as the renderer's name
     """

@@ -41,7 +41,7 @@ class Engine:
     most : a slow engine traces only this number of rays, spread evenly over all rays; None for all
     ends : whether the engine accepts rays with an end, such as shadow rays
     threads : number of threads
-    tile : the engine gets the rays in the order of the image's tiles of this size in pixels
+    tile : (width, height) in pixels of the image's tiles; the engine gets the rays tile by tile
     robust : whether the engine runs in a mode that promises that no ray leaks at an edge or vertex
     absent : a function that returns the reason why the engine cannot run, or ""; None to look for
         the modules

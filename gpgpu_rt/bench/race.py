@@ -100,8 +100,8 @@ def ranked(entries: Sequence[Entry]) -> list[Entry]:
     """Return the entries in order of speed, the fastest first.
 
     The order follows the median ratio to embreex's rate, because the verdict is based on the same
-    ratios. Without embreex it follows the rate. The two orders may differ, because a busy moment
-    of the machine slows all entries of a round.
+    ratios. Without embreex the order follows the rate. The two orders may differ, because a busy
+    moment of the machine slows all entries of a round.
     """
     return sorted(entries, key=lambda entry: -(
         statistics.median(entry.over) if entry.over else entry.rays_per_second))

@@ -21,7 +21,7 @@ RANDOM = "random rays"
 RAY_SETS = {"eye": EYE, "shadow": SHADOW, "mirror": f"{MIRROR} 1", "diffuse": f"{DIFFUSE} 1",
             "random": RANDOM}   # the names on the command line of the bench
 SEED = 7    # seed of the directions of diffuse bounces, and of random rays
-# A shadow ray ends at this share of the distance to the light, as in render/surfaces.frag.
+# A shadow ray ends at this share of the distance to the light, as in glsl/render/light_end.glsl.
 _BEFORE_LIGHT = np.float32(1 - 12 * FLOAT32.unit)
 
 
@@ -47,8 +47,8 @@ class Workload:
 
     @functools.cached_property
     def has_ray(self) -> np.ndarray:
-        """(n,) bool, which pixels have a ray. A tracer treats the other pixels as misses. The ray
-        tracers that the bench compares with (engines.py) are given only pixels with a ray."""
+        """(n,) bool, whether each pixel has a ray. A tracer treats the other pixels as misses. The
+        ray tracers that the bench compares with (engines.py) are given only pixels with a ray."""
         return ((np.isfinite(self.origins) & np.isfinite(self.directions)).all(axis=1)
                 & self.directions.any(axis=1))
 

@@ -9,8 +9,8 @@ from matplotlib.ticker import FuncFormatter, Locator, MaxNLocator, NullLocator
 
 MOST_TICKS = 7
 FEWEST_TICKS = 3
-# The first digits of ticks on a logarithmic axis, from dense to sparse. A number alone is the
-# interval between ticks in decades.
+# The first digits of ticks on a logarithmic axis, from dense to sparse. An integer instead
+# of a tuple is the interval between ticks in decades.
 _DIGITS: tuple[tuple[float, ...] | int, ...] = ((1, 2, 5), (1, 3), 1, 2, 3, 4, 6)
 
 

@@ -19,7 +19,7 @@ def direct_labels(axis: Any, points: Sequence[tuple[float, float, str]], size: f
                   avoid: Sequence[tuple[float, float]] = ()) -> int:
     """Write a label beside each point, so that labels cover neither each other nor a point.
 
-    Call it after the layout and the limits are final, because it works in pixels.
+    Call this function after the layout and the limits are final, because it works in pixels.
 
     Parameters
     ----------

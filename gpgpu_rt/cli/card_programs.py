@@ -59,7 +59,7 @@ def card_text(costs: list[StaticCost], listing: bool = True) -> str:
 
 def _counts(cost: StaticCost, chip: Card | None) -> list[str]:
     if cost.refused:
-        return [f"  the card's compiler refuses it: {cost.refused}"]
+        return [f"  the card's compiler refuses the kernel: {cost.refused}"]
     lines = []
     for name, label, limit in _ROWS:
         value = getattr(cost, name)

@@ -92,7 +92,7 @@ def _conform(chosen: argparse.Namespace) -> None:
         _shrink(specs, rows, chosen)
     wrong = sum(row.wrong_rays for row in rows)
     if chosen.check and wrong:
-        raise Error(f"{counted(wrong, 'answer')} wrong")
+        raise Error(f"--check found {counted(wrong, 'wrong answer')}")
 
 
 def _tell(rows: list[Row], missing: dict[str, str], chosen: argparse.Namespace) -> None:
@@ -103,7 +103,8 @@ def _tell(rows: list[Row], missing: dict[str, str], chosen: argparse.Namespace) 
 
 
 def _specs(chosen: argparse.Namespace) -> tuple[list[Spec], dict[str, str]]:
-    """Return what to run, and for each engine of the table that cannot run, the reason."""
+    """Return the methods and engines to run. For each engine of the table that cannot run, return
+    also the reason."""
     missing: dict[str, str] = {}
     named = [word for word in chosen.engine if word != NONE]
     given = bool(named or chosen.program)

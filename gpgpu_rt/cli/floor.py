@@ -1,4 +1,4 @@
-"""``gpgpu-rt render --floor``: put a floor below the scene, on which its shadow falls.
+"""``gpgpu-rt render --floor``: put a floor below the scene, on which the scene's shadow falls.
 
 The default is no floor, for three reasons. Without a floor, the counts and times that `render`
 prints describe the given scene. Saved settings and cached trees, which belong to the given scene,
@@ -27,7 +27,7 @@ GREY = 0.75
 def add_floor(sub: argparse.ArgumentParser) -> None:
     """Declare the option ``--floor`` of ``render``."""
     sub.add_argument("--floor", action="store_true", help="add a floor of two triangles below the "
-                     "scene, on which its shadow falls")
+                     "scene, on which the scene's shadow falls")
 
 
 def scene_of(chosen: argparse.Namespace) -> Scene:

@@ -79,8 +79,8 @@ def _print_methods(found: Sequence[Card],
     pairs = list(refused[found[0].name])
     print_table(("method", "schedule", *(card.chip for card in found)),
                 [(*pair, *(word(card, pair) for card in found)) for pair in pairs])
-    print("\nyes: the card could run it. -: not decided, because the instructions of today's "
-          "programs are\nnot compared. Other words name the first exceeded limit:")
+    print("\nyes: the card could run the method. -: not decided, because the instructions of "
+          "today's programs\nare not compared. Other words name the first exceeded limit:")
     for limit in dict.fromkeys(r[0].limit for of in refused.values() for r in of.values() if r):
         # Print one example for each limit; --json prints all of them.
         card, pair = next((card, pair) for pair in pairs for card in found

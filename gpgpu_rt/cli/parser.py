@@ -25,8 +25,8 @@ class Parser(argparse.ArgumentParser):
     Attributes
     ----------
     switches : the words that need no value, such as --octants
-    owned : the options that belong to methods or integrators. If there are any, ``--help`` leaves
-        most of them out, and leaves out the group ``rare``
+    owned : the options that belong to methods or integrators. If there are such options,
+        ``--help`` leaves out most of them, and the group ``rare``
     in_full : whether the help has every option
     """
 

@@ -63,7 +63,7 @@ def doublings(unit: str) -> Lines:
 
 
 def _bar(unit: str, of: int) -> Any:
-    """Return a tqdm bar, or None without tqdm, or with neither a notebook nor a terminal."""
+    """Return a tqdm bar. Return None without tqdm, and outside of notebooks and terminals."""
     try:
         with warnings.catch_warnings():
             # In a notebook without widgets, tqdm warns and draws its bar as text.

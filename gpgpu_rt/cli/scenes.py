@@ -73,7 +73,7 @@ def fetch(names: Sequence[str], base: str | None, agreed: bool) -> None:
     Raises
     ------
     Error
-        a scene cannot be fetched; the scenes that were finished before it are kept
+        if a scene cannot be fetched; scenes that were already finished are kept
     """
     names = list(dict.fromkeys(name.removesuffix("-moving") for name in names))
     for name in names:
@@ -96,7 +96,7 @@ def fetch(names: Sequence[str], base: str | None, agreed: bool) -> None:
     try:
         _fetch(wanted, base, folder)
     except KeyboardInterrupt:
-        say("interrupted; the same command continues with what is downloaded so far")
+        say("interrupted; the same command keeps the downloaded files and continues")
         raise
     for name in wanted:
         print(f"{name}: {ORIGINALS[name].triangles:,} triangles, {catalogue.mesh_path(name)}")

@@ -110,7 +110,7 @@ def add_variants(sub: Parser, group: argparse._ArgumentGroup, options: OwnedOpti
             action = group.add_argument(word_of(name), dest=prefix + name,
                                         metavar="true|false" if bare else "VALUE",
                                         help=escaped(help_of(kinds)), **bare)
-        except argparse.ArgumentError:      # a method from a foreign folder has this option
+        except argparse.ArgumentError:      # the command itself has an option of this name
             owner = [owner for owners in kinds.values() for owner in owners][-1]
             raise OptionError(f"{find_method(owner).glsl}: method {owner} has an option {name}, "
                               f"but the commands use {word_of(name)} themselves; give the option "

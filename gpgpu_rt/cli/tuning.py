@@ -84,7 +84,7 @@ _COLUMNS = {
     ("method", "precision"): "",
     ("rays",): "number of judged rays, of all kinds together",
     ("wrong",): "share of rays with a leak, a false hit, a wrong triangle or an unfinished search",
-    ("at most (95 %)",): "upper 95 % confidence bound of this share",
+    ("at most (95 %)",): "upper 95 % confidence bound of the share of wrong rays",
     ("leak",): "number of rays that pass through a surface without a hit",
     ("false",): "number of rays with a hit where the reference has none",
     ("triangle",): "number of rays with a hit of a wrong triangle",
@@ -97,10 +97,10 @@ _COLUMNS = {
     "right hits, in units in the last place",
     ("u, v max",): "largest error of a barycentric coordinate",
     ("RMSE", "FLIP"): "error of a picture; 0 if the picture equals the reference's",
-    ("Mrays/s", "ms"): f"rate and time of only the passes for these rays, median of {RUNS} calls "
-    "for each kind. Few rays cannot fill the renderer: measure rates by `gpgpu-rt bench`",
-    ("MB",): "textures, with rays and hits",
-    ("passes",): "passes for these rays"}
+    ("Mrays/s", "ms"): f"rate and time of only the passes for the judged rays, median of {RUNS} "
+    "calls for each kind. Few rays cannot fill the renderer: measure rates by `gpgpu-rt bench`",
+    ("MB",): "size of all textures, those of rays and hits included",
+    ("passes",): "number of passes for the judged rays"}
 
 
 def _accuracy(chosen: argparse.Namespace) -> None:

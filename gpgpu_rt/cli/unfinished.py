@@ -100,7 +100,7 @@ class Unfinished:
         except BaseException:
             there = sum(map(self._is_there, range(self.count)))
             if there:
-                say(f"{there} of {self.count} parts are saved; --resume draws the others")
+                say(f"{there} of {self.count} parts are saved; --resume draws the other parts")
             else:
                 self._remove()
             raise

@@ -40,7 +40,7 @@ def _view(chosen: argparse.Namespace) -> None:
     selection = Selection(chosen.scene, method.name)
     for name, value in options_for(chosen, method.name).items():
         if name in DECIDED:
-            raise OptionError(f"the viewer sets {name} itself; leave it out")
+            raise OptionError(f"the viewer sets {name} itself; leave the option out")
         selection = selection.with_option(name, value)
     light = picture_options(chosen)
     selection = selection.with_integrator(find_integrator(light.pop("integrator")).name)

@@ -1,7 +1,7 @@
 """Era packet time: the time that a card with loops would have taken for packets that ran here.
 
-The program of packets is one loop, so no pass shows how often its kernels ran. The same rays are
-therefore traced once more, step by step, as the figures of the papers' cards do.
+The program of packets is one loop, so no pass shows how often its kernels ran. Therefore the
+same rays are traced once more, step by step, as for the figures about the papers' cards.
 """
 from __future__ import annotations
 

@@ -47,7 +47,8 @@ class EraTime:
         tables = self.tracer.session.tables.samplers().values()
         most = max(texture.width * texture.height for texture in tables)
         if refused := era_refusals(card, {method.name: most})[method.name, ERA]:
-            raise OptionError(f"the {card.name} could not have run this: it {refused[0].says}")
+            raise OptionError(f"the {card.name} could not have run the method, which "
+                              f"{refused[0].says}")
         if method.era_packets is not None:
             return card, self.packets.time_on(card)
         own = {o.name: self.tracer.options[o.name] for o in method.options}

@@ -33,9 +33,9 @@ class KernelIssues:
     kernels : names
     runs : useful runs, summed over rays
     lanes : lanes that the issues occupy, idle lanes included
-    iterations : iterations of the outer loop, summed over lanes; for passes 0
-    passes : passes of the host; for a loop zeros
-    queries : occlusion queries of the host; for a loop 0
+    iterations : iterations of the outer loop, summed over lanes; 0 for a schedule of passes
+    passes : number of passes that the host draws; empty for a loop
+    queries : number of occlusion queries of the host; 0 for a loop
     """
 
     kernels: tuple[str, ...]

@@ -28,8 +28,8 @@ def transfers(lines: np.ndarray, places: int) -> int:
     lines : (fetches,) int64, the fetched lines in order
     places : number of lines that the cache holds
     """
-    # Give each table a different offset. Without it, all tables would begin at the same cache
-    # line, which they would not do in memory.
+    # Give each table a different offset. Without the offset, all tables would begin at the
+    # same cache line. In memory they begin at different lines.
     place = (lines + (lines // TABLE) * 7919) % places
     order = np.argsort(place, kind="stable")
     line, where = lines[order], place[order]

@@ -6,11 +6,11 @@ card work side by side.
     time = lanes * max(instructions / issue rate, fetches / texel rate, bytes / bandwidth).
 
 On NV40, fetches take slots of the arithmetic (``fetches_beside`` of cards.json), so the sum of the
-first two terms replaces them. The texels of a stream are not in the texture cache, so a pass
-fetches them at a lower rate (``stream_fetch``). Lanes include idle lanes. Passes and occlusion
-queries add the host's time and the time in which early depth rejects pixels. All rates come from
-cards.json. `Assumptions` holds the numbers that no source states; they are the same for every
-card. The model leaves out cache misses, and the latency of fetches that too few fragments in
+first two terms replaces these two terms. The texels of a stream are not in the texture cache, so a
+pass fetches them at a lower rate (``stream_fetch``). Lanes include idle lanes. Passes and
+occlusion queries add the host's time and the time in which early depth rejects pixels. All rates
+come from cards.json. `Assumptions` holds the numbers that no source states; they are the same for
+every card. The model leaves out cache misses, and the latency of fetches that too few fragments in
 flight would expose.
 """
 from __future__ import annotations
@@ -53,7 +53,7 @@ class Assumptions:
     texel_bytes: float = 16.0
 
     def varied(self) -> dict[str, tuple[Assumptions, Assumptions]]:
-        """Return for each assumption the assumptions with this number halved and doubled."""
+        """Return for each number a pair: all assumptions with this number halved, and doubled."""
         return {one.name: (replace(self, **{one.name: getattr(self, one.name) / 2}),
                            replace(self, **{one.name: getattr(self, one.name) * 2}))
                 for one in fields(self)}
@@ -170,7 +170,7 @@ def host_time(card: Card, queries: int, passes: int = 0, pixels: int = 0,
 
     The depth test of a pass asks for equal depths (traversal/schedules.py), which hierarchical
     depth buffers do not support. So the card tests each pixel. The pass of a query fetches the
-    state of each pixel and marks the rays that wait for a kernel by their depths
+    state of each pixel, and marks by depth the rays that wait for a kernel
     (drivers/classify.frag). Early depth rejects none of its pixels, because its program discards.
     """
     rejected = passes * pixels / card.depth_rate

@@ -34,8 +34,8 @@ class _Programs(Observer):
     """Collects every program of a call. The key of a program is the pair of its texts.
 
     An entry holds the program's name, the largest number of render targets of its passes, and the
-    number of texels in the largest table that it reads. The name is the
-    kernel's name if the program runs a single kernel, else the file's name.
+    number of texels in the largest table that it reads. The name is the kernel's name if the
+    program runs a single kernel, else the file's name.
     """
 
     def __init__(self) -> None:

@@ -1,4 +1,4 @@
-"""Packet trace: the kernels that a packet of kd-packet runs in a loop, from its trace by steps.
+"""Packet trace: the kernels that a packet of kd-packet runs in a loop, from a trace of its steps.
 
 Under the schedule ``step``, the kernel `traverse` of kd-packet includes the push, and the kernel
 `leave` includes the pops. In the loop on R580, `push` and `pop` are separate kernels
@@ -31,7 +31,8 @@ def in_loop(trace: KernelTrace, stack: bool) -> KernelTrace:
     trace : a trace of kd-packet, with the fields of `fields_of`
     stack : whether packets have a stack
     """
-    # A step's fields were read before the step. The values after it are those of the next step.
+    # A step's fields were read before the step. The values after a step are the values before the
+    # next step.
     after = {name: _next(values) for name, values in trace.fields.items()}
     next_steps, number = _next(trace.steps), {
         name: at for at, name in enumerate(trace.kernels, 1)}

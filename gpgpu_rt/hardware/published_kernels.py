@@ -16,8 +16,7 @@ class PublishedKernel:
     method, kernel : this project's names of the method and the kernel
     instructions : the paper's count
     source : paper and kernel
-    read : whether the count was read in the source; False for a count that was only
-        remembered
+    read : whether the count was read in the source; False for a count that was only remembered
     """
 
     method: str

@@ -22,14 +22,14 @@ from ..traversal.era import EraKernel, era_kernels
 from ..traversal.era_packets import packet_kernels, packet_loop
 
 COMPILERS = ("r300", "r420", "r580", "nv40", "g80")
-# The depth of a full stack follows from the scene's tree. No instruction depends on it, only a
-# constant. A short stack has its depth from an option.
+# The depth of a full stack follows from the scene's tree. No instruction depends on this depth,
+# only a constant. A short stack has its depth from an option.
 DEFINES: Mapping[str, object] = {"STACK_SIZE": 32}
 # Settings that are compiled beside the defaults: (method, options).
 SETTINGS: tuple[tuple[str, Mapping[str, Any]], ...] = (
     ("bvh-threaded", {"octants": True}), ("tree-unit", {"criterion": "box"}))
-# Packets that are compiled, only as kernels in a loop: (method, options). Each adds the next of
-# Horn's improvements.
+# Packets that are compiled, only as kernels in a loop: (method, options). Each entry
+# adds one improvement of Horn et al. to the entry before.
 PACKETS: tuple[tuple[str, Mapping[str, Any]], ...] = tuple(
     ("kd-packet", {"push_down": down, "stack_size": size, "skip_empty_leaves": False})
     for down, size in ((False, 0), (True, 0), (True, 3)))
@@ -62,7 +62,8 @@ class StaticCost:
     arithmetic : Arithmetic instructions as the card issues them. R300 to R580 issue a vector and a
         scalar operation together, which count once. NV40's driver pairs no instructions, so each
         instruction that it emits counts.
-    vector, scalar : Operations by kind. Both are 0 where the driver does not tell them apart.
+    vector, scalar : Numbers of vector and of scalar operations. Both are 0 where the driver does
+        not tell them apart.
     fetches : Texture fetches.
     levels : Levels of texture indirection. A fetch at a computed place is a level above the
         fetches that the place depends on.
@@ -194,10 +195,11 @@ def compiled_costs(card: str) -> CompiledCosts:
     Raises
     ------
     OptionError
-        for a chip that no compiler exists for
+        for a chip without a compiler
     """
     if card not in COMPILERS:
-        raise OptionError(f"no compiler of a card {card!r}" + nearest_names(card, COMPILERS))
+        raise OptionError(f"there is no compiler for the card {card!r}"
+                          + nearest_names(card, COMPILERS))
     file = importlib.resources.files("gpgpu_rt.hardware") / "static_costs" / f"{card}.json"
     if not file.is_file():
         return CompiledCosts()

@@ -23,7 +23,7 @@ _COUNTERS = {"steps": "steps", "nodes": "nodes_visited", "leaves": "leaves_visit
 
 @dataclass
 class Heat:
-    """The costs of a picture's eye rays by a method.
+    """The costs of a picture's eye rays, traced by a method.
 
     Attributes
     ----------

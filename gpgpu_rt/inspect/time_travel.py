@@ -133,8 +133,8 @@ def phase_names(tracer: Tracer) -> dict[int, str]:
 
 
 def kernels_of(tracer: Tracer) -> tuple[str, ...]:
-    """Return the kernels for which a ray, or a packet, can wait. They are in the order of the
-    phases."""
+    """Return the kernels for which a ray, or a packet, can wait. The kernels are in the order
+    of the phases."""
     driver = tracer.session.driver
     if isinstance(driver, PacketSteps):
         assert tracer.method.packet_state is not None

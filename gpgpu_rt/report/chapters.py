@@ -39,8 +39,8 @@ on a card, a third number is the time that a model predicts for this card.
 Store a ray in each texel of a texture. Draw a square over all texels, and the fragment program
 runs once per ray: it reads the state of the ray from one texture and writes the new state to
 another. Then the two textures swap. There is no loop and no stack, and a program can write only to
-its own texel. What is a `while` loop in a program of today is a sequence of passes here, and the
-host counts the live rays by an occlusion query.
+its own texel. Where a program of today has a `while` loop, the card runs a sequence of passes, and
+the host counts the live rays by an occlusion query.
 
 In the film, each picture shows a pass. The left side shows the kernel that each ray waits for. A
 ray that has found its hit is finished, while its neighbour may still descend. The slowest rays
@@ -105,8 +105,8 @@ has a gain and a cost, and both are measured here.
     Chapter("What rasterisation can do better (survey, section 5)", """
 The first hit of an eye ray needs no ray tracing: the rasteriser finds it. But the rasteriser
 compares *depths at pixel centres*, in other arithmetic than that of rays. Here the ray's own test
-verifies each hit of the rasteriser, and the rays in doubt are traced. The picture is the same to
-the bit.
+verifies each hit of the rasteriser, and a ray is traced if its hit cannot be proved. The picture
+is the same to the bit.
 """, ("rasterised", "refraction", "ray_bundles", "caustics")),
     Chapter("What moves, and what a scene needs", """
 A static scene needs its structure only once; a moving scene needs a new structure for every frame.

@@ -119,7 +119,10 @@ def film(scene: Scene, method: str, size: tuple[int, int]) -> str:
 
 
 def heat_maps(scene: Scene, methods: Sequence[str], size: tuple[int, int]) -> str:
-    """Return HTML with heat maps by several methods on one scale: kernel runs for each pixel."""
+    """Return HTML with the heat maps of several methods on one scale.
+
+    A map shows the number of kernel runs of each pixel's ray.
+    """
     maps = []
     for method in methods:
         with Tracer(scene, method, statistics=True) as tracer:

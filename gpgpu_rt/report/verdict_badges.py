@@ -38,7 +38,7 @@ class JudgedFigure:
         aside = self.verdict["stand_ins"]
         return "; ".join(filter(None, (
             score(self.verdict),
-            f'with stand-in scenes it would be "{aside["word"]}" ({score(aside)})'
+            f'with stand-in scenes the verdict would be "{aside["word"]}" ({score(aside)})'
             if aside else "")))
 
 

@@ -4,7 +4,7 @@ const chosen = {method: runnable[0], schedule: null, most: null, heat: false, sc
                 camera: page.camera};
 const ANSWER = 40;          // milliseconds that a picture may take while the camera turns
 const PROGRESS = 250;       // milliseconds between two pictures of an unfinished trace
-const PLAYED = 240;         // largest number of pictures, about, when a search is played
+const PLAYED = 240;         // approximate number of pictures when a search is played
 // The schedules with which a method opens, the preferred schedule first: a schedule without steps shows no search.
 const OPENS = ["step", "kernels", "loop"];
 const SIDES = [512, 384, 256, 192, 128, 96, 64, 48, 32];
@@ -110,7 +110,7 @@ function progress(began, drawn, camera, side) {
     };
 }
 
-// Returns the function that shows the steps of a trace after the step `from`, so that wavefronts are seen to advance.
+// Returns the function that shows the steps of a trace after the step `from`. The reader sees wavefronts advance.
 function played(from, drawn, camera, side) {
     const stride = Math.max(1, Math.round((presentSurvey() ? counted.last : 1) / PLAYED));
     return async (states, step) => {
@@ -151,8 +151,8 @@ function presentSurvey() {
 
 function count(drawn, found, camera, side) {
     counted = {...survey(drawn, found.states), key: countKey(camera, side)};
-    // With several cycles, a turn runs one kernel, and only for the rays that wait for this kernel. The number of
-    // turns is then not the number of a ray's steps.
+    // With several cycles, a turn (passes.js) runs one kernel, and only for the rays that wait for this kernel. The
+    // number of turns is then not the number of a ray's steps.
     if (drawn.cycles.length > 1) Object.assign(counted, {last: found.turns, alive: null});
     element("pass").max = counted.last;
     if (chosen.scale === null) rescale(counted.percentile);

@@ -26,7 +26,8 @@ from .page_data import NotInBrowser, PageData
 from .structure import structure_of
 
 EYE = "drivers/eye_rays.frag"
-# Passes that mark and count rays. The player counts by a program of its own instead.
+# Passes that mark and count rays. The player, which is the page's script (player.js and
+# passes.js), counts by a program of its own instead.
 COUNTING = ("drivers/mask.frag", "drivers/classify.frag", "drivers/tile_counts.frag")
 PUSH = "drivers/push.frag"
 PACKET_HITS = "drivers/packet_hits.frag"
@@ -130,7 +131,8 @@ class Described:
         return {"states": states, "hits": [hits, self._hits[hits]]}
 
     def _sampled_as(self, passes: Sequence[ObservedPass], sampler: str) -> dict[int, int]:
-        """Return the targets that passes read by a sampler: target -> the output that is read."""
+        """Return the targets that passes read through a sampler: target -> the output that is
+        read."""
         return dict(self._places[one.inputs[sampler].glo] for one in passes
                     if sampler in one.inputs and one.inputs[sampler].glo in self._places)
 

@@ -1,8 +1,9 @@
 """Export: the passes of a method, as a description that the page's player runs.
 
 The host draws a few passes and observes them. The description names the programs in GLSL ES, the
-tables, and what each pass reads and writes. The player knows no method: it draws the passes in
-their order, and repeats the passes of a cycle until no ray is alive.
+tables, and what each pass reads and writes. The player (player.js and passes.js) knows no
+method: it draws the passes in their order, and repeats the passes of a cycle until no ray is
+alive.
 """
 from __future__ import annotations
 
@@ -54,19 +55,19 @@ class WebMethod:
 def why_not_in_browser(row: Method) -> str:
     """Return why a method does not run on a page; "" if it does."""
     if str(row.glsl).startswith("methods/ray_space/"):
-        return "the host builds its table anew for the rays of each call"
+        return "the host builds the method's table anew for the rays of each call"
     if set(row.schedules) == set(row.drivers) == {"kernels"}:
         return "its host reads lists back between passes, or draws triangles instead of rays"
     return ""
 
 
 def web_names(names: list[str] | None = None) -> list[str]:
-    """Return the methods for a page: the given ones, or every method that runs in a browser.
+    """Return the methods for a page: the given names, or every method that runs in a browser.
 
     Raises
     ------
     OptionError
-        a given method does not run in a browser
+        if a given method does not run in a browser
     """
     for name in names or ():
         if reason := why_not_in_browser(find_method(name)):
@@ -80,7 +81,7 @@ def export_method(scene: Scene, name: str, tables: PageData) -> WebMethod:
     Raises
     ------
     OptionError
-        no schedule of the method runs in a browser
+        if no schedule of the method runs in a browser
     """
     row, schedules, test, why = find_method(name), {}, {}, ""
     tables.scene(scene)

@@ -48,8 +48,8 @@ def write_gallery(scene: Scene, names: Sequence[str], folder: str,
     ----------
     scene : the scene of the methods' pages
     names : the methods; the twins have the methods of their figures
-    folder : is made if it is missing; other files in it stay, except the earlier page of a method
-        that does not run
+    folder : the folder, created if it is missing. Other files in the folder stay, except the
+        earlier page of a method that does not run
     left_out : receives name -> reason for each method that does not run on this scene. The gallery
         then leaves the method out
     say : called with each line about progress
@@ -59,7 +59,7 @@ def write_gallery(scene: Scene, names: Sequence[str], folder: str,
     Error
         if the folder or a file cannot be written
     OptionError
-        a method does not run in a browser, and ``left_out`` is None
+        if a method does not run in a browser, and ``left_out`` is None
     """
     web_names(list(names))
     path = _made(folder)

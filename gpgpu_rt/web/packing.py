@@ -1,6 +1,6 @@
 """Packing: float32 tables as short texts, from which the page recovers the same bits.
 
-A table is cut into columns, a column for each component of each texel of its record. Every column
+A table is cut into columns, a column for each component of each texel of its record. Every number
 is predicted, and the differences from the prediction are stored byte plane by byte plane: bytes of
 equal rank resemble each other, so they compress well. `unpack.js` reverses these steps.
 """
@@ -17,7 +17,9 @@ import numpy as np
 PREDICTIONS = ("none", "previous", "row", "fresh")
 MOST_TEXELS = 4     # records with up to this number of texels get a column for each component
 SAMPLE = 1 << 13    # rows from which the prediction of a column is chosen
-CLASSES = 3         # the last class of a column that divides the rows of another column
+# The values 0, 1, 2, ... of a key column divide the rows of another column into classes. This is
+# the number of the last class, which holds all larger values too.
+CLASSES = 3
 
 
 def packed_table(values: np.ndarray) -> dict[str, Any]:
@@ -26,10 +28,11 @@ def packed_table(values: np.ndarray) -> dict[str, Any]:
     Returns
     -------
     dict
-        "values": their number; "width": columns; "columns": for each column its number and its
-        codes, in the order of the bytes; "data": base64 of the bytes, compressed by raw deflate.
-        Codes are [kind, prediction, byte planes], or [key column, last class, a list of the codes
-        of each class] for a column whose rows are divided by the values of another column.
+        "values": the number of values; "width": the number of columns; "columns": [number, codes]
+        of each column, in the order in which "data" holds the columns; "data": the bytes of all
+        columns, compressed by raw deflate, as base64. Codes are [kind, prediction, byte planes],
+        or [key column, last class, a list of the codes of each class] for a column whose rows are
+        divided by the values of another column.
     """
     flat = np.ascontiguousarray(values, "<f4").ravel()
     components = 1 if np.ndim(values) == 1 else np.shape(values)[1]
@@ -112,7 +115,7 @@ def _classes(key: np.ndarray) -> np.ndarray:
 
 
 def _exact_integers(column: np.ndarray) -> bool:
-    """Whether a column holds integers alone, and none of them is -0."""
+    """Whether a column holds only integers, and no -0."""
     if not (np.abs(column) <= 1 << 24).all():   # also false for NaN
         return False
     return bool((column.astype(np.int32).astype("<f4").view("<u4") == column.view("<u4")).all())

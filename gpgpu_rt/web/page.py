@@ -26,11 +26,12 @@ HERE = Path(__file__).parent
 # One script in the page, in this order.
 SCRIPTS = ("vectors.js", "unpack.js", "player.js", "passes.js", "selftest.js", "path.js",
            "visits.js", "space.js", "charts.js", "program.js", "controls.js", "start.js")
-# The page's own programs, which show and count the rays. These and the scripts use CONSTANTS.
+# The page's own programs, which show and count the rays. These programs and the scripts use
+# CONSTANTS.
 OWN = {"whole": "drivers/full_screen.vert", "show": "web/show.frag", "alive": "web/alive.frag"}
 CONSTANTS = {"NO_TRIANGLE": NO_TRIANGLE, "TILE": TILE, "HEAT_COLOURS": len(RAMP)}
 SIDE = 512          # side of the canvas in pixels
-MOST_WIRES = 2000   # triangles whose edges the page draws in space
+MOST_WIRES = 2000   # largest number of triangles whose edges the page draws in space
 MOST_BYTES = 64 << 20
 
 
@@ -49,9 +50,9 @@ def write_page(scene: Scene, names: list[str], path: str,
     Raises
     ------
     OptionError
-        no method runs in a browser, or ``left_out`` is None and a method does not
+        if no method runs in a browser, or if ``left_out`` is None and a method does not run
     LimitError
-        the page would be larger than MOST_BYTES
+        if the page would be larger than MOST_BYTES
     """
     tables = PageData()
     methods = []
@@ -64,7 +65,7 @@ def write_page(scene: Scene, names: list[str], path: str,
             left_out[name] = str(reason)
     text = page_text(scene, methods, tables, title, caption)
     if len(text) > MOST_BYTES:
-        raise LimitError(f"the page would have {len(text) >> 20} MiB; take fewer methods or a "
+        raise LimitError(f"the page would have {len(text) >> 20} MiB; choose fewer methods or a "
                          f"smaller scene (at most {MOST_BYTES >> 20} MiB)")
     with replacing(path) as file:
         file.write_text(text, encoding="utf-8")
@@ -111,7 +112,8 @@ def _kernel_colours() -> str:
 
 def _wires(scene: Scene, tables: PageData) -> dict[str, Any]:
     """Return the triangles whose edges the page draws. Their corners are integers from 0 to 4095
-    across the scene's box. For a large scene, half of them are the scene's largest triangles."""
+    across the scene's box. For a large scene, half of the drawn triangles are the scene's
+    largest triangles."""
     corners = scene.triangles.astype(np.float64)
     if len(corners) > MOST_WIRES:
         edges = corners[:, 1:] - corners[:, :1]
@@ -166,7 +168,8 @@ follow its ray. The address keeps what you chose, so that you can share it.</p>
 <p id="waits"></p>
 <div class="controls"><label><input id="heat" type="checkbox"> steps as heat</label>
 <label>brightest at <input id="scale" type="number" min="1"></label>
-<button id="percentile" type="button" title="the steps of 99 % of the present rays">99 %</button>
+<button id="percentile" type="button"
+ title="the number of steps that 99 % of the present rays do not exceed">99 %</button>
 </div>
 <canvas id="ramp" role="img" aria-label="Colours of the heat map" width="256" height="12"></canvas>
 <p id="ticks"></p>

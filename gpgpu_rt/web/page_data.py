@@ -41,7 +41,7 @@ class PageData:
         self._corners = np.ascontiguousarray(scene.triangles, np.float32)
         bits = self._corners.reshape(-1, 3).view("V12").ravel()
         _, first, place = np.unique(bits, return_index=True, return_inverse=True)
-        # Number the corners in the order of first use: packing.py then predicts many numbers.
+        # Number the corners in the order of first use: packing.py can then predict many numbers.
         order = np.argsort(first)
         numbers = np.empty(len(order), np.int64)
         numbers[order] = np.arange(len(order))

@@ -51,7 +51,7 @@ async function boxReader(drawn) {
     return () => null;
 }
 
-// Returns (node) -> [low corner, high corner], or null, for a kd-tree whose nodes store split planes alone. A node's
+// Returns (node) -> [low corner, high corner], or null, for a kd-tree whose nodes store only split planes. A node's
 // box is the scene's box, cut by the split planes of the node's ancestors.
 async function splitBoxes(drawn) {
     const [split, axis] = [await reader(drawn, "split"), await reader(drawn, "axis")];
@@ -98,8 +98,8 @@ async function triangleReader(drawn) {
 }
 
 // Returns the path of a ray: for the set-up and for each step, the ray's state (`fields`), the kernel that runs next,
-// the box, the node or cell of the box (`place`), the triangle under test and the interval on the ray. Returns null if the
-// method has no steps, or traces packets. Throws a LostContext.
+// the box, the node or cell of the box (`place`), the triangle under test and the interval on the ray. Returns null
+// if the method has no steps, or traces packets. Throws a LostContext.
 async function pathOf(method, camera, direction) {
     const drawn = method.schedules.step;
     if (!drawn || searchers(drawn) === "packets") return null;

@@ -36,7 +36,7 @@ def structure_of(method: Method) -> dict[str, Any]:
         places.update(_places(KD_NODE, "split", "axis", "left"))
     elif "node" in fields:
         for record in tables.values():
-            # A leaf's record is numbered by leaves and not by nodes.
+            # A leaf's record has the number of the leaf, which is not the number of the node.
             if record.name != KD_LEAF.name:
                 names = {field.name for field in record.fields} & {"lo", "hi"}
                 places.update(_places(record, *sorted(names)))

@@ -35,7 +35,7 @@ TWINS = (
     Twin("fig11", "cornell", ("kd-restart", "kd-backtrack"),
          "After a leaf, a ray restarts at the root, or climbs to a parent."),
     Twin("fig13", "cornell", ("kd-restart", "kd-push-down", "kd-short-stack"),
-         "Push-down and a short stack save nodes that a restart visits again."),
+         "Push-down and a short stack avoid visits that a restart at the root repeats."),
     Twin("fig15", "cornell", ("kd-ropes", "kd-restart"),
          "Ropes lead a ray from a leaf to the next leaf."),
     Twin("fig19", "shirley6", ("bvh-threaded", "bih"),

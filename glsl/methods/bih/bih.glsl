@@ -13,8 +13,8 @@
 // stack is empty and entries were lost, the ray climbs. So a stack of any size and every schedule give the
 // same hits.
 //
-// Planes are widened as boxes are (core/slack.glsl). A plane that ends a child is measured from hi_origin.
-// A plane that begins a child is measured from lo_origin.
+// Planes are shifted outward as the faces of boxes are (core/slack.glsl). A plane that ends a child is
+// measured from hi_origin. A plane that begins a child is measured from lo_origin.
 
 #include "core/axis.glsl"
 

@@ -4,7 +4,7 @@
 
 uniform int root;
 
-const int NOTHING = 1 << 24;   // no child: a number above every index
+const int NOTHING = 1 << 24;   // no child; larger than the number of every node
 
 bool is_leaf(int child) {
     return child < 0;

@@ -30,8 +30,8 @@ void enter(Tile_beam beam, inout Packet_entry entry) {
 #ifdef BOUNDED
     entry.met = found > 0 || node != -1 ? 1 : 0;
 #endif
-    // If the beam has stopped at no node, start at the node at which its visits ended. If they ended at the
-    // end of the tree, start at the last visited node: the rays miss this node, so one visit ends the walk.
+    // If the beam has stopped at no node, start at the node at which its visits ended. If the visits ended at
+    // the end of the tree, start at the last visited node: the rays miss this node, so one visit ends the walk.
     entry.start = found > 0 || last == -1 ? entry.start : node == -1 ? last : node;
     entry.link_2 = found == 1 ? node : entry.link_2;
     entry.link_4 = found == 2 ? node : entry.link_4;

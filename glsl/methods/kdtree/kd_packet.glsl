@@ -1,11 +1,11 @@
 // kd-packet: Horn, Sugerman, Houston, Hanrahan, "Interactive k-D Tree GPU Raytracing", I3D 2007 (survey,
 // section 3.4, Figures 13 and 14). The rays of a packet share the node and its fetch. Each ray keeps its own
 // interval. The packet enters a child if any ray needs the child. If rays need both children, the packet
-// enters the near child and pushes the far child. A restart begins at the root. With PUSH_DOWN, it begins at
-// the last node that contains the rest of every ray's interval (see kd_push_down.glsl).
+// enters the near child and pushes the far child. A restart begins at the root. With PUSH_DOWN, a restart
+// begins at the last node that contains the rest of every ray's interval (see kd_push_down.glsl).
 //
-// Addition: with SKIP_EMPTY_LEAVES a packet passes leaves without triangles without fetching them, because
-// their parent says that they are empty. The survey does not mention this for Horn et al.
+// Addition: with SKIP_EMPTY_LEAVES a packet does not fetch a leaf without triangles, because the leaf's
+// parent says that the leaf is empty. The survey does not mention this for Horn et al.
 //
 // The rays of a turn agree in the signs of their directions (drivers/packet_turns.glsl). All other rays wait,
 // masked by an empty interval. Options choose the files behind <triangle_tests> (drivers/triangle_by_ray.glsl

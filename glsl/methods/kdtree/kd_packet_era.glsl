@@ -1,6 +1,6 @@
-// kd-packet in the era form: the kernels of kd_packet.glsl as Horn et al. 2007 may have written them for a
-// card with branches. A packet is 2x2 rays. A vector of four components holds one number of each ray, so that
-// an instruction of the card works on four rays.
+// kd-packet in the era form (docs/era.md): the kernels of kd_packet.glsl as Horn et al. 2007 may have written
+// them for a card with branches. A packet is 2x2 rays. A vector of four components holds one number of each
+// ray, so that an instruction of the card works on four rays.
 //
 // The loop of era/packet_loop.glsl branches to the kernels:
 //   `begin` begins the next turn at the root, with the rays whose directions agree in their signs.
@@ -10,8 +10,8 @@
 //
 // Empty leaves are visited, because the survey does not say that Horn et al. skipped them. Boxes are not
 // widened. As in kd_short_stack_era.glsl, the cursor in a leaf's list shares a field of the state with the
-// node. The node of a free stack entry is 0. The first entry's node is PUSHING while `pushed` may still move
-// down.
+// node. The node of a free stack entry is 0. The first entry's node is PUSHING while `pushed`, the node
+// at which a restart begins, may still move down.
 
 #define node place      // in a leaf, this field holds the cursor
 #define cursor place

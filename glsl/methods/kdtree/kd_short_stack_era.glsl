@@ -1,5 +1,5 @@
-// kd-short-stack in the era form: the search of kd_short_stack.glsl, with a state that leaves one of a card's
-// four render targets free for the hit.
+// kd-short-stack in the era form (docs/era.md): the search of kd_short_stack.glsl, with a state that leaves
+// one of a card's four render targets free for the hit.
 //
 // Three rules make the state small, and none of them costs an instruction:
 //   1. In a leaf, the node and t_min are not needed, because leave_leaf() sets both. Their fields hold the

@@ -1,5 +1,5 @@
 // The shared part of kd packets under the schedule `step`. The packet carries its node, its turns, and its
-// place in the list of a leaf. A turn is a walk of those rays whose directions agree in their signs
+// place in the list of a leaf. A turn is a walk of the rays whose directions agree in their signs
 // (drivers/packet_turns.glsl). Each ray carries its own place in the tree. The kernels of a packet are:
 //   `traverse` visits a node.
 //   `intersect` advances in the list of a leaf, after the rays have tested a triangle.

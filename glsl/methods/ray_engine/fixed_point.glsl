@@ -4,9 +4,9 @@
 //
 // Departure: this test is a reconstruction, because the paper's program is not known to this project. We
 // assume that the host scales the scene into the range, and that it attaches the triangle's unit normal and
-// the unit normals of its edges to each quad. Without them, the program would need a determinant of small
-// edges, which would be zero in fixed point. This file computes the normals of such a host in float32. The
-// division here stands for the lookup texture by which such a card would divide. u and v are not rounded,
+// the unit normals of its edges to each quad. Without these normals, the program would need a determinant of
+// small edges, which would be zero in fixed point. This file computes the normals of such a host in float32.
+// The division here stands for the lookup texture by which such a card would divide. u and v are not rounded,
 // because they do not decide which triangle is hit.
 
 #include "core/triangle.glsl"
@@ -36,7 +36,8 @@ vec3 scaled(vec3 p) {
     return q;
 }
 
-// The unit normal of the edge between two corners, towards the inside of the triangle. The host attaches it.
+// The unit normal of the edge between two corners, towards the inside of the triangle. A host would attach the
+// normal to the quad.
 vec3 edge_normal(vec3 from, vec3 to, vec3 normal) {
     PRECISE vec3 across = normalize(cross(normal, to - from));
     return F(across);

@@ -6,11 +6,13 @@
 // point cone. If a ray meets a sphere, the distance of the sphere's centre from the point cone is at most
 // `radius` plus the sphere's own radius. Let v be centre - apex, h its part along the axis and s its part
 // across the axis. The distance from the centre to the cone's side is s cosine - h sine, which is negative
-// inside the cone. For a centre behind the apex, the distance to the cone is |v|. The paper's test is |P - H|
-// <= h tan + r / cos. Multiplied by cosine, it becomes the test here, which has no pole at a right angle.
+// inside the cone. For a centre behind the apex, the distance to the cone is |v|. The paper's test is
+// s <= h tan + r / cos, with s written as |P - H|. Multiplied by the cosine, this inequality becomes the test
+// here, which has no pole at a right angle.
 //
-// Departures: a cone without cosine > 0 keeps every triangle. The value `reach` rejects spheres beyond the
-// ends of all rays. With `lines` the rays also extend backwards (t_min < 0), and the test uses |h|.
+// Departures: a cone whose cosine is not above 0 rejects no triangle by its angle. The value `reach` rejects
+// spheres beyond the ends of all rays. With `lines` the rays also extend backwards (t_min < 0), and the test
+// uses |h|.
 //
 // Rounding, in units u = 2^-24. All lengths are divided by the largest component m of v, so |v| <= sqrt(3)
 // and nothing overflows. The error of v is at most 4u, and the axis is within 4u of unit length. So h and s
@@ -18,7 +20,7 @@
 // the sine that belongs to the cosine, because 1 - cosine is exact near 1. The products and the difference
 // have errors below 48u. The radii have relative errors below 8u. MARGIN is more than twice the sum. The
 // errors of the cosine and of the directions need no further margin, because the pass that made the cone
-// has lowered the cosine by them (methods/ray_tiles/tile_cones.frag).
+// has lowered the cosine by these errors (methods/ray_tiles/tile_cones.frag).
 
 const float MARGIN = 128.0 * 5.9604645e-8;
 const float TINY = 1e-30;   // below this length, squares of components underflow

@@ -4,9 +4,9 @@
 // (radix.glsl). A search with doubling steps and then with halving steps finds the end of the span on each
 // side.
 //
-// A gap inside a leaf is dropped. Without MOST_BITS a gap is kept if its node spans more
-// than max_leaf triangles. With MOST_BITS, which makes the clusters of the hybrid build, a gap is kept if
-// its neighbours share fewer than MOST_BITS bits.
+// A gap inside a leaf is dropped. Without MOST_BITS a gap is kept if its node spans more than max_leaf
+// triangles. With MOST_BITS, which makes the clusters of the hybrid build, a gap is kept if the codes of its
+// two neighbouring slots share fewer than MOST_BITS bits.
 
 #include <records>
 #include "core/stream.glsl"

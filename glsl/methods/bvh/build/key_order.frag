@@ -1,5 +1,5 @@
 #version 330 core
-// Copies the triangle of each slot from the slot's sort key.
+// Copies the triangle of each slot from the slot's sort key. A slot is a position in the sorted order.
 
 #include <records>
 #include "core/stream.glsl"

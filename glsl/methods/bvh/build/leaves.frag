@@ -1,5 +1,5 @@
 #version 330 core
-// Writes the leaf that begins at a slot, or an empty record if none begins there. A slot is a position in
+// Writes the leaf that begins at a slot, or an empty record if no leaf begins there. A slot is a position in
 // the sorted order of the Morton codes (radix.glsl), and a leaf is a span of slots. The parent of a leaf is
 // an inner node. The stream `interval` holds the inner nodes, each at the number of its gap, which is the
 // place between two neighbouring slots (gaps.frag).

@@ -1,5 +1,5 @@
 #version 330 core
-// Flags the nodes that are binned.
+// Flags the large nodes, whose splits are chosen by bins.
 
 #include <records>
 #include "core/stream.glsl"

@@ -1,5 +1,6 @@
 #version 330 core
-// Copies the triangle of each slot after the last level, as the final order of the triangles.
+// Writes the final order of the triangles. After the last level it is the order of the slots, so copy the
+// triangle of each slot.
 
 #include <records>
 #include "core/stream.glsl"

@@ -1,7 +1,8 @@
 #version 330 core
-// Writes the slots of the next level. In each node the triangles of the left child come first and the
-// triangles of the right child follow; each child keeps its triangles in their old order. A slot finds its
-// triangle by a binary search over its node's part of the scanned flags of sah_sides.frag.
+// Writes the slots of the next level. A slot is a position in the order of the triangles. In each node the
+// triangles of the left child come first and the triangles of the right child follow; each child keeps its
+// triangles in their old order. A slot finds its triangle by a binary search in the prefix sums of the
+// flags of sah_sides.frag, over the slots of its node.
 
 #include <records>
 #include "core/stream.glsl"

@@ -1,5 +1,5 @@
 #version 330 core
-// Flags the slots whose triangles go to the right child.
+// Flags the slots whose triangles go to the right child. A slot is a position in the order of the triangles.
 
 #include <records>
 #include "core/stream.glsl"

@@ -1,5 +1,6 @@
 #version 330 core
-// Joins the bounds of a large node's chunks to the bounds of all pieces of the node.
+// Joins the bounds of a large node's chunks, which are parts of its pieces, to the bounds of all pieces of
+// the node.
 
 #include <records>
 #include "core/stream.glsl"

@@ -1,5 +1,6 @@
 #version 330 core
-// Splits a large node of the lower levels by the cheapest of all planes. Axis 3 marks a node that this pass
+// Splits a large node of the lower levels by the cheapest of all its planes. hybrid_costs.frag has found the
+// cheapest plane of each group. Axis 3 marks a node that this pass
 // does not split: a leaf, or a small node.
 
 #include <records>

@@ -1,5 +1,5 @@
 #version 330 core
-// Flags those nodes of a level that are split. In a second channel, counts the pieces of large nodes that
+// Flags the nodes of a level that are split. In a second channel, counts the pieces of large nodes that
 // are not split.
 
 #include <records>

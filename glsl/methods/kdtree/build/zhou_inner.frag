@@ -1,5 +1,5 @@
 #version 330 core
-// Flags those small nodes that are split.
+// Flags the small nodes that are split.
 
 #include <records>
 #include "core/stream.glsl"

@@ -1,5 +1,6 @@
 #version 330 core
-// Appends a level's small nodes to the list of the small roots of all levels.
+// Appends a level's small nodes to the list of the small roots of all levels. A small root is a small node
+// whose parent is large.
 
 #include <records>
 #include "core/stream.glsl"
