@@ -45,7 +45,8 @@ def row(scene: str, label: str, plain: dict[str, Any], treated: dict[str, Any]
         ) -> dict[str, Any]:
     """The row of the page for two measurements, without and with entry points or bounds.
 
-    Nodes that rays visit together are divided among the rays.
+    ``nodes_of_beams`` is the number of nodes that all beams visit, divided by the number of rays.
+    Bounds have no beams, so there it is 0.
     """
     nodes, left = (each["counters"]["nodes_visited"] for each in (plain, treated))
     driver = treated["driver"]
@@ -99,7 +100,7 @@ def _page(entries: list[dict[str, Any]], bounds: list[dict[str, Any]], note: str
     second = [[r["scene"], r["method"], *(number(r[k]) for k in (
         "nodes", "nodes_left", "fewer_by", "ms", "ms_treated", "faster_by"))] for r in bounds]
     return ("# Entry points and rasterised bounds\n\n" + note + " In all measurements the hits "
-            "are equal to the bit.\n\n"
+            "equal those without entries or bounds, to the bit.\n\n"
             "## Entry points\n\nBeams around tiles of 16x16 rays, and then around tiles of 4x4 "
             "rays, traverse the tree first. They write a list of entries for each tile: the "
             "subtrees that the tile's rays must search. \"Nodes with entries\" are the nodes that "
@@ -109,8 +110,8 @@ def _page(entries: list[dict[str, Any]], bounds: list[dict[str, Any]], note: str
             "without entries divided by the time with entries, beams included.\n\n"
             + markdown_table(HEADS, first)
             + "\n## Rasterised bounds\n\nTriangles are first drawn over tiles of 8x8 pixels. "
-            "The depths of the triangles drawn over a tile bound the interval of t in which the "
-            "tile's rays search. Drawing visits no node of the tree; the times include the time "
+            "The depths of these triangles limit the interval of t in which the rays of a tile "
+            "search. Drawing visits no node of the tree; the times include the time "
             "of drawing.\n\n" + markdown_table(BOUND_HEADS, second))
 
 

@@ -24,13 +24,15 @@ REPEATED = ("fig22", "kd-ropes-packet")
 
 
 def cells(full: bool) -> list[Cell]:
-    """The cells (cell.py) that count kernels, for all figures whose paper measured on a card."""
+    """Return the measurements (`Cell`, cell.py) that count how often a card issues each kernel,
+    for all figures whose paper measured on a card."""
     return list(dict.fromkeys(cell for figure in ON_CARDS
                               for cell in predicted_times.cells(figure, full)))
 
 
 def rows(data: Path, full: bool) -> list[PredictedRow]:
-    """Return a row for each published number and form whose counts are measured."""
+    """Return a row for each pair of a published number and a form of the card's program
+    (`era_counts`), if the counts of the pair are measured."""
     return [row for figure in ON_CARDS for row in predicted_times.rows(figure, data, full)]
 
 
@@ -47,19 +49,20 @@ def median_miss(found: Sequence[PredictedRow], assumed: Assumptions = ASSUMED) -
 
 
 def parts(found: Sequence[PredictedRow]) -> dict[str, tuple[int, float]]:
-    """Return for three parts of the rows the number of scored rows, and their `median_miss`."""
+    """Return the number of scored rows and the `median_miss` of three parts of the rows."""
     some = {"eye rays of a view that the scene's data set publishes":
             [row for row in found if row.published_view],
             "rays whose view or light is chosen here":
             [row for row in found if not row.published_view],
-            "without the published times that are too short for the tests":
+            "without the published times that are too short to test every triangle":
             [row for row in found if not row.ruled_out]}
     return {name: (len(scored(rows)), median_miss(rows)) for name, rows in some.items()}
 
 
 def orders(found: Sequence[PredictedRow], assumed: Assumptions = ASSUMED) -> dict[
         tuple[str, str], float]:
-    """Return tau-b (kendall.py) of each figure and panel, over the scored rows.
+    """Return tau-b (kendall.py) between predicted and published times of each figure and panel,
+    over the scored rows.
 
     A panel is left out if the published times give no order of its methods.
     """

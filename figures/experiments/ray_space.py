@@ -150,6 +150,7 @@ def _chart(rows: list[dict[str, Any]], notes: list[str], out: Path) -> None:
         named = {row["method"]: point for row, point in zip(some[::-1], points[::-1])}
         direct_labels(axis, list(named.values()), size=7, avoid=[point[:2] for point in points])
     save_chart(figure, out / "ray_space.png", "The larger the mark, the more memory the method "
-               "needs. A name stands beside one of the marks in its colour. " + " ".join(notes),
-               "Marks show the rays per second of tables over rays and of trees, by the "
+               "needs. All marks of a method have the same colour; its name stands beside one of "
+               "them, where there is space. " + " ".join(notes),
+               "Marks show how many rays per second a method traces, over the number of "
                "candidates that a ray tests, for eye, shadow and mirror rays")

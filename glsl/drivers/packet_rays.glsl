@@ -8,7 +8,7 @@ int step_limit = max(most_steps, 0);   // read once, for the reason given in cor
 Ray rays[RAYS];
 Hit hits[RAYS];
 int rows[RAYS];   // the rows of the hit triangles in the triangle table, or NO_TRIANGLE; the compiler
-                  // removes `rows` unless the program writes it (drivers/targets_rows.glsl)
+                  // removes `rows` unless they go to a render target (drivers/targets_rows.glsl)
 int steps = 0;
 int tested;       // the row that EACH(test_ray) tests
 

@@ -3,13 +3,14 @@
 // (survey, section 4.2). One fragment for each tile of rays sends a beam, which bounds rays, through the
 // tree. It writes the node at which the tile's packets begin their walk.
 //
-// Departures: unless the rays have bounds (BOUNDED), the beam surrounds PROBES x PROBES rays of the tile and
-// a margin. Reading all rays would take longer than the visits that the entry saves. The beam may therefore
-// miss rays, and a packet begins at the entry only if an exact comparison shows that all rays of the packet
+// Departures: if the rays share an origin and the bounds of each tile's directions are known (BOUNDED), the
+// beam contains all rays of the tile. Otherwise it surrounds only PROBES x PROBES rays of the tile, and is then
+// widened: reading all rays would take longer than the visits that the entry saves. Such a beam may
+// miss rays, so a packet begins at the entry only if an exact comparison shows that all rays of the packet
 // lie within the beam. Otherwise the packet begins at the root (drivers/packet_entry.glsl). In the paper,
 // the entry is the deepest node that holds every leaf that the beam meets. Here the entry is the first node
-// at which the beam stops because its rays no longer descend together. If the beam stops at further nodes,
-// links lead from the entry to these nodes. In BOUNDED tiles whose beam meets nothing, no packet is drawn at
+// into which the beam does not descend, because its rays would part there or the node is a leaf. Links say how
+// the walk continues after this node (<walk>). In BOUNDED tiles whose beam meets nothing, no packet is drawn at
 // all (drivers/packet_tiles.vert).
 
 #include "core/precision.glsl"
@@ -51,8 +52,8 @@ Tile_beam beam_of(ivec2 tile) {
     vec3 farthest = ray.lo_origin;
     float t_min = ray.t_min;
 #else
-    vec3 nearest = vec3(BEAM_END);       // bounds of the rays' hi_origin and lo_origin
-    vec3 farthest = vec3(-BEAM_END);
+    vec3 nearest = vec3(BEAM_END);       // the smallest hi_origin of a probe
+    vec3 farthest = vec3(-BEAM_END);     // the largest lo_origin of a probe
     vec3 least = vec3(BEAM_END);         // bounds of the directions' components
     vec3 most = vec3(-BEAM_END);
     float t_min = BEAM_END;

@@ -1,4 +1,5 @@
-"""Parser: an argument parser that reports a mistake in one line, and has help of three lengths."""
+"""Parser: an argument parser that reports a mistake in one line. Its help has three lengths
+(help.py)."""
 from __future__ import annotations
 
 import argparse
@@ -26,7 +27,7 @@ class Parser(argparse.ArgumentParser):
     ----------
     switches : the words that need no value, such as --octants
     owned : the options that belong to methods or integrators. If there are such options,
-        ``--help`` leaves out most of them, and the group ``rare``
+        ``--help`` leaves out the group ``rare`` and most of these options
     in_full : whether the help has every option
     """
 
@@ -47,7 +48,7 @@ class Parser(argparse.ArgumentParser):
         return self._rare
 
     def own(self, options: OwnedOptions) -> None:
-        """Add options that belong to methods or integrators to the help. The parser already has
+        """Add to the help the options that methods or integrators own. The parser already has
         them as arguments."""
         if not self.owned:
             self.add_argument("--help-all", action=_HelpAll, nargs=0, default=argparse.SUPPRESS,
@@ -102,5 +103,5 @@ class Parser(argparse.ArgumentParser):
         if not own:
             return f"takes no arguments; leave {word} out"
         if own[-1].nargs in ("*", "+"):
-            return f"takes each {names[-1]} before the options; write {word} there"
+            return f"needs every {names[-1]} before its first option; move {word} there"
         return f"takes one {' and one '.join(names)}; run {self.prog} again for {word}"

@@ -44,8 +44,8 @@ def surface_rays(scene: Any, n: int, seed: int) -> Rays:
     normal = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
     area = np.linalg.norm(normal, axis=1)
     if not area.any():
-        raise SceneError(f"{scene.name}: no triangle has an area for rays to leave from; "
-                         "give a scene with a surface")
+        raise SceneError(f"{scene.name}: every triangle has area 0, so no ray can start on the "
+                         "surface; give a scene with a surface")
     chosen = rng.choice(len(triangles), n, p=area / area.sum())
     u, v = rng.random((2, n, 1))
     u, v = np.where(u + v > 1, (1 - u, 1 - v), (u, v))
@@ -78,7 +78,7 @@ def aimed_rays(scene: Any, n: int, seed: int, at: str = "vertices",
         the scene has no triangles
     """
     if at not in ("vertices", "edges"):
-        raise OptionError(f"rays aimed at {at!r}{nearest_names(at, ('vertices', 'edges'))}")
+        raise OptionError(f"cannot aim rays at {at!r}{nearest_names(at, ('vertices', 'edges'))}")
     if not len(scene.triangles):
         raise SceneError(f"{scene.name}: no triangles to aim rays at; give a scene with "
                          "triangles")

@@ -25,8 +25,8 @@ class SceneTextures:
         self.images: dict[str, moderngl.Texture] = {}
 
     def take(self, scene: Scene) -> None:
-        """Write the textures of a scene. If only the positions of triangles changed, the existing
-        textures are overwritten."""
+        """Write the tables of a scene, and make its images at the first call. A later call is for
+        moved triangles: it writes the tables into the existing textures, and keeps the images."""
         for table in self.needs.tables:
             precision = self.precision if table.geometric else None
             record = precision.layout(table.record) if precision else table.record

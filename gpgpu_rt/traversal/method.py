@@ -31,8 +31,8 @@ ENTRY_POINTS = Option(
     "16, beams around 16x16 tiles search first, and beams around 4x4 tiles refine the result", int,
     choices=(16, 4), optional=True, label="start below the root", unset=OFF)
 PACKET_ENTRIES = Option(
-    "entry_points", None, "side in rays of the tiles that get a beam; a packet whose rays all lie "
-    "in the beam of its tile starts at the node where the beam enters the tree", int,
+    "entry_points", None, "side of tiles in rays; a beam bounds the rays of a tile. A packet whose "
+    "rays all lie in the beam of its tile starts at the node where the beam enters the tree", int,
     choices=(8, 16, 32), optional=True, schedules=("loop",), label="start below the root",
     unset=OFF)
 
@@ -108,9 +108,9 @@ class Part:
     ----------
     name : str, the name of the include
     option : str, the option whose value chooses the file
-    plain : file under ``glsl/`` for every value that has no file in ``files``
-    files : value -> file under ``glsl/``. The file of the key True also serves other values that
-        count as true in Python and for which `files` has no key
+    plain : file under ``glsl/`` for every value that no key of ``files`` matches
+    files : value -> file under ``glsl/``. The key True also matches each value that counts as true
+        in Python and has no key of its own
     """
 
     name: str
@@ -186,7 +186,8 @@ class Method:
     era_packets : The packets in the era form, if the method has them.
     single : Name of the method that traces a packet's rays singly after the packet's step limit.
     entry_walk : GLSL file of a beam's walk through the tree, for the option ``entry_points``.
-    own_array : (options) -> whether fragments write to different indices of local GLSL arrays.
+    own_array : (options) -> whether neighbouring fragments may write to different indices of a
+        local GLSL array.
     fixed_defines : GLSL defines of all programs of this method. If methods share a GLSL file,
         these defines tell the methods apart.
     no_era_form : why the kernels do not compile in the era dialect (traversal/era.py). Empty if
@@ -238,7 +239,7 @@ class Method:
         if self.no_era_form or self.era_packets is not None:
             return self.no_era_form
         if "kernels" not in self.schedules or "kernels" in self.drivers:
-            return "its rays do not run kernels one by one"
+            return "its rays do not run one kernel in each pass"
         if targets > ERA_TARGETS:
             return f"its kernels write {targets} render targets, and the cards have {ERA_TARGETS}"
         return ""

@@ -62,7 +62,7 @@ def test_a_misspelt_word_gets_a_suggestion(words: list[str], advice: str, capsys
 @pytest.mark.parametrize("words, advice", [
     ("accuracy cornell bunny", "accuracy takes one scene; run gpgpu-rt accuracy again for bunny"),
     ("trace cornell rays.npz more.npz -o hits.npz", "trace takes one scene and one RAYS.npz; run"),
-    ("bench cornell -m grid bunny", "bench takes each scene before the options; write bunny"),
+    ("bench cornell -m grid bunny", "bench needs every scene before its first option; move bunny"),
     ("scenes bunny", "scenes takes no arguments; leave bunny out")])
 def test_an_argument_too_many_is_one_line(words: str, advice: str, capsys) -> None:
     status, out, err = said(capsys, *words.split())

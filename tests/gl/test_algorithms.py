@@ -12,8 +12,8 @@ from gpgpu_rt.gl.algorithms.scan import scan
 from gpgpu_rt.gl.algorithms.sort import flips, sort
 from gpgpu_rt.gl.algorithms.streams import Stream, StreamRoom, span
 
-# Lengths of a single element, of full blocks and texture rows, of one element fewer and more, and
-# of several rows.
+# Lengths of a single element, of full blocks and texture rows, of one element fewer or more than a
+# full block, and of several rows.
 LENGTHS = (1, 2, 7, 8, 9, 64, 65, 100, 4095, 4096, 4097, 8192, 20_001)
 some_lengths = pytest.mark.parametrize("length", LENGTHS)
 
@@ -79,7 +79,7 @@ def test_sort(gpu, keys: str, length: int) -> None:
 
 @pytest.mark.parametrize("length", range(34))
 def test_sort_puts_zeros_before_ones(length: int) -> None:
-    """A network of comparisons that sorts all words of zeros and ones sorts any input.
+    """If a network of comparisons sorts all words of zeros and ones, it sorts any input.
 
     The test sorts all descending words of the length, and 500 random words.
     """

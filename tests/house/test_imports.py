@@ -11,8 +11,8 @@ import gpgpu_rt as rt
 
 PACKAGE = Path(rt.__file__).parent
 MOST_MODULES = 12  # modules directly in gpgpu_rt, which newcomers see first
-# The command line's entry imports late, so that an early interrupt is silent. Commands import
-# optional dependencies late: charts and the window.
+# Files whose functions may import. The entry of the command line does so that an interrupt during
+# the import prints no traceback. Commands import optional dependencies: charts and the window.
 LATE = {"__main__.py", "cli/benching.py", "cli/conforming.py", "cli/view.py"}
 
 

@@ -56,7 +56,8 @@ def test_triangles_without_area_are_never_hit(intersection: str) -> None:
     with rt.Tracer(scene, "brute-force", intersection=intersection) as tracer:
         hits = tracer.trace(origins, aims - origins)
     exact = rt.reference.trace(scene, origins, aims - origins)
-    # Rounding gives some of these triangles an area. A hit on such a triangle is right.
+    # The third corner of an even triangle is a rounded midpoint, so the triangle may have an area,
+    # and a hit is right. An odd triangle repeats a corner and has no area.
     assert not (hits.hit & ~exact.hit & (hits.triangle % 2 == 1)).any()
 
 
@@ -68,7 +69,8 @@ def test_a_triangles_border_is_its_own(intersection: str, direction: tuple[float
                                        axes: tuple[int, int, int]) -> None:
     """A triangle without neighbours is hit on its border and missed just beyond.
 
-    All numbers are exact, so corners and edge functions on the border are +0 or -0.
+    All numbers are exact. Where a ray meets a corner, the corner's offset from the ray is +0 or
+    -0. Where a ray meets an edge, the edge function is +0 or -0.
     """
     corners = np.array([(x, y, z) for z, four in ((0, (0, 0, 4, 4)), (8, (-4, -8, 0, 4)))
                         for x, y in (four[:2], four[2:], (four[0], four[3]))], float)

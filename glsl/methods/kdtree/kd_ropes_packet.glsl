@@ -1,16 +1,16 @@
 // kd-ropes-packet: Popov, Günther, Seidel, Slusallek, "Stackless KD-Tree Traversal for High Performance GPU
 // Ray Tracing", Eurographics 2007 (survey, section 3.4, Figure 16). Each ray of a packet has its own node
 // and its own t. The packet fetches one node at a time. The rays at this node share the fetch, and rays at
-// other nodes wait. A rope of a leaf names the node behind a face of the leaf. Ropes are not pushed down
-// into subtrees, so this node is the root of a whole sibling subtree, where rays from different leaves meet
-// again.
+// other nodes wait. A rope of a leaf names the node behind a face of the leaf. By default, ropes are not
+// pushed down into subtrees, so this node is the root of a whole sibling subtree, where rays from different
+// leaves meet again.
 //
 // The packet goes on to the node of the ray with the smallest t. Rays with a larger t wait, so a leaf that
 // several rays meet is fetched and tested for all of them at once.
 //
 // Departure: only rays that agree in the signs of their directions walk together, in one turn
-// (drivers/packet_turns.glsl). The rays of a turn therefore leave a box through the same three faces. An
-// option chooses the file behind <triangle_tests> (drivers/triangle_by_ray.glsl or triangle_by_axes.glsl).
+// (drivers/packet_turns.glsl). So the same three faces of a box are the possible exits of all rays of a turn.
+// An option chooses the file behind <triangle_tests> (drivers/triangle_by_ray.glsl or triangle_by_axes.glsl).
 
 #define PRESENT(r) (ray_node[r] == node)
 

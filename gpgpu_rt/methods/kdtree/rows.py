@@ -40,8 +40,8 @@ _OPTIONS = (*BUILD_OPTIONS, Option(
 _PUSH_DOWN = Option("push_down", True, "restart at the last node that contains the whole rest of "
                     "the interval, instead of the root", bool, define="PUSH_DOWN",
                     label="restart below the root")
-_SKIP_EMPTY_LEAVES = Option("skip_empty_leaves", True, "do not visit leaves without triangles, "
-                            "which their parents mark", bool,
+_SKIP_EMPTY_LEAVES = Option("skip_empty_leaves", True, "skip leaves without triangles; an "
+                            "inner node marks which of its children are empty leaves", bool,
                             define="SKIP_EMPTY_LEAVES")
 _PARTS = (
     Part("entries", "entry_points", "methods/kdtree/kd_root.glsl",
@@ -149,7 +149,7 @@ def _changed_by_packets(options: Mapping[str, Any]) -> dict[str, str]:
     """The fields of KD_PACKET_ERA_STATE that each kernel computes.
 
     Two kinds of fields are left out: fields that a kernel only sets to a constant, and ``t_far``,
-    which is a copy of ``t_max`` (glsl/era/packet_kernel.glsl).
+    which is a copy of ``t_max`` (glsl/methods/kdtree/kd_packet_era.glsl).
     """
     marks = options["push_down"] or options["stack_size"]
     found = {
@@ -222,8 +222,8 @@ def _row(name: str, summary: str, citation: str, kernels: tuple[str, ...] = (),
 
 
 def _short_stack(row: Method, options: Mapping[str, Any]) -> Method:
-    """The form of kd-short-stack. In the era form, the state of a stack of at most three entries
-    fits into the render targets of a card."""
+    """Return the row of kd-short-stack for these options. In the era form, a stack of at most
+    three entries has a smaller state, which fits into the render targets of a card."""
     if options.get("era") and options["stack_size"] <= 3:
         return replace(row, state=KD_SHORT_STACK_ERA_STATE,
                        glsl="methods/kdtree/kd_short_stack_era.glsl")

@@ -24,8 +24,9 @@ def scene_of(triangles: np.ndarray) -> rt.Scene:
 @pytest.mark.parametrize("name", [pytest.param(name, marks=() if name in QUICK
                                                else pytest.mark.full) for name in SCENES])
 def test_a_tree_by_passes_gives_the_same_hits(precise_renderer, name: str) -> None:
-    """Random rays, and rays that aim at edges, have the hits of brute force. With a wrong tree,
-    rays would miss flat triangles that lie in planes of the Morton lattice."""
+    """Random rays, and rays that aim at edges, have the hits of brute force. If a split
+    dropped the triangles in its plane, rays would miss flat triangles in the planes of the Morton
+    lattice."""
     scene = scene_of(SCENES[name]())
     with rt.Tracer(scene, "brute-force") as brute, rt.Tracer(
             scene, "kd-stack", build="hybrid", build_device="gpu") as tracer:

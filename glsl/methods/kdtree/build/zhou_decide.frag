@@ -50,7 +50,7 @@ void main() {
         return;
     }
     PRECISE vec3 middle = cell.lo + 0.5 * extent;
-    float none = 2.0 * float(cell.count);   // every piece on both sides
+    float none = 2.0 * float(cell.count);   // left + right of a plane that separates no pieces
     vec3 both = whole.left + whole.right;
     int longest = 0, least = 0;
     for (int a = 0; a < 3; ++a) {
