@@ -15,7 +15,7 @@ from ..errors import SceneError
 from ..scene.camera import Camera
 
 # Rounding moves the projection of a point by less than this share of a pixel. This holds for each
-# point whose depth along the view is between NEAREST times the target's distance and this distance.
+# point whose depth along the view is between NEAREST and 1 times the target's distance.
 PIXEL_SHARE = 0.1
 NEAREST = 0.25
 # (part of the camera, share). The parts are rounded in this order. The part and all parts before
