@@ -32,7 +32,7 @@ ENTRY_POINTS = Option(
     choices=(16, 4), optional=True, label="start below the root", unset=OFF)
 PACKET_ENTRIES = Option(
     "entry_points", None, "side of tiles in rays; a beam bounds the rays of a tile. A packet whose "
-    "rays all lie in its tile's beam starts at the node where the beam enters the tree", int,
+    "rays all lie in the beam of its tile starts where the beam enters the tree", int,
     choices=(8, 16, 32), optional=True, schedules=("loop",), label="start below the root",
     unset=OFF)
 

@@ -56,7 +56,7 @@ def test_codes_interleave_bits_x_first() -> None:
 @pytest.mark.parametrize("options, message", [
     ({"build": "hybrid", "morton_bits": 8}, "1 to 7"),
     ({"build": "zhou", "morton_bits": 2}, "needs build hybrid"),
-    ({"build": "sah", "build_device": "gpu"}, "no passes"),
+    ({"build": "sah", "build_device": "gpu"}, "cannot run on the GPU"),
     ({"build": "hybrid", "build_device": "gpu", "split": "exact"}, "split on the gpu")], ids=str)
 def test_what_is_refused(options: dict, message: str) -> None:
     with pytest.raises(rt.OptionError, match=message):
