@@ -31,7 +31,7 @@ ENTRY_POINTS = Option(
     "16, beams around 16x16 tiles search first, and beams around 4x4 tiles refine the result", int,
     choices=(16, 4), optional=True, label="start below the root", unset=OFF)
 PACKET_ENTRIES = Option(
-    "entry_points", None, "side of tiles in rays; a beam bounds the rays of a tile. A packet whose "
+    "entry_points", None, "side of tiles in rays; a beam bounds a tile's rays. A packet whose "
     "rays all lie in the beam of its tile starts where the beam enters the tree", int,
     choices=(8, 16, 32), optional=True, schedules=("loop",), label="start below the root",
     unset=OFF)
