@@ -37,8 +37,7 @@ def check_bounds(options: Mapping[str, Any]) -> None:
     """Raise OptionError if the rasterised bounds are not proved for the other options.
 
     The proof assumes that a hit's t lies in the range of the depths of the triangle's corners, up
-    to the rounding of float32. Only the watertight test in fp32 clamps t to this
-    range.
+    to the rounding of float32. Only the watertight test in fp32 clamps t to this range.
     """
     if options["rasterised_bounds"] and (
             options["intersection"] != "woop-watertight"
