@@ -167,7 +167,7 @@ def test_an_interrupted_run_goes_on(output: str, shared: bool, tmp_path, capsys,
     with pytest.MonkeyPatch.context() as patch:
         interrupted_after(2, patch)
         status, said = run(words + ["--scheduler", address] * shared, capsys)
-    assert status == 130 and "2 of 6 parts are saved; --resume draws the others" in said
+    assert status == 130 and "2 of 6 parts are saved; --resume draws the other parts" in said
     status, said = run([*words, "--resume", "--size", "8x8"], capsys)
     assert status == 1 and "parts with another size" in said and said.count("\n") == 1
     # Workers resume a run of a single process, and a single process resumes a run of workers.
@@ -196,7 +196,7 @@ def test_ctrl_c_is_a_line(tmp_path) -> None:
     finally:
         running.kill()
     assert running.returncode == 130
-    assert said.splitlines()[-1].endswith("--resume draws the others")
+    assert said.splitlines()[-1].endswith("--resume draws the other parts")
     assert "Traceback" not in said and "Process" not in said
     assert (tmp_path / "frames.unfinished").is_dir()
 
@@ -232,7 +232,7 @@ def test_a_lost_scheduler_is_a_line_and_the_last_one(tmp_path) -> None:
             process.kill()
             process.communicate()
     assert running.returncode == 1 and len(said) == 2, said
-    assert "--resume draws the others" in said[0] and "their scheduler ended" in said[1]
+    assert "--resume draws the other parts" in said[0] and "their scheduler ended" in said[1]
 
 
 def test_tiles_of_an_interrupted_picture_are_kept(tmp_path, monkeypatch, capsys,
