@@ -49,8 +49,8 @@ void main() {
     bounce.t_max = INFINITE;
     for (int tries = 0; tries < SPAWN_TRIES; ++tries) {
         bounce.origin = spawn_origin(spawn);
-        if (!spawn_hits_itself(spawn, Rays(bounce.origin, bounce.t_min, bounce.direction,
-                                           bounce.t_max)) || !spawn_further(spawn)) {
+        Rays ray = Rays(bounce.origin, bounce.t_min, bounce.direction, bounce.t_max);
+        if (!spawn_further(spawn, spawn_hits_itself(spawn, ray))) {
             break;
         }
     }

@@ -57,8 +57,8 @@ void light_surface(Rays ray, Hit hit, Surface surface, ivec2 pixel) {
         shadow.direction = stored(to_light / distance);
         shadow.t_max = shadow_end(distance, 0.0, 1.0);
         // A surface that faces away from the light needs no ray.
-        if (dot(surface.flat_normal, shadow.direction) <= 0.0 || !spawn_hits_itself(spawn, shadow)
-                || !spawn_further(spawn)) {
+        bool faces_away = dot(surface.flat_normal, shadow.direction) <= 0.0;
+        if (!spawn_further(spawn, !faces_away && spawn_hits_itself(spawn, shadow))) {
             break;
         }
     }

@@ -36,13 +36,13 @@ uniform bool last;          // no path continues behind this vertex
 uniform int roulette;       // first vertex at which Russian roulette ends paths
 uniform float most_survive; // largest probability to survive Russian roulette
 
-// Return a ray without an end that leaves the hit. While the ray hits its own triangle, double the offset
-// of its start.
+// Return a ray without an end that leaves the hit. Its start has an offset at which the ray does not hit its
+// own triangle.
 Rays leave(inout Spawn spawn, vec3 direction) {
     Rays ray = Rays(vec3(0.0), spawn_t_min(), direction, INFINITE);
     for (int tries = 0; tries < SPAWN_TRIES; ++tries) {
         ray.origin = spawn_origin(spawn);
-        if (!spawn_hits_itself(spawn, ray) || !spawn_further(spawn)) {
+        if (!spawn_further(spawn, spawn_hits_itself(spawn, ray))) {
             break;
         }
     }

@@ -1,6 +1,6 @@
 // The start of a ray that leaves a hit. The start lies off the triangle by the error of the hit point plus
 // the error of the triangle test, so that the ray does not hit the triangle that it leaves. `spawn` in
-// gpgpu_rt/rays/ray_sets.py computes the same start. This code needs the triangle table in the scene's
+// gpgpu_rt/reference/spawn.py computes the same start. This code needs the triangle table in the scene's
 // order.
 //
 // The error of the hit point. A unit is the relative error of one rounding. The point p = b0 v0 + u v1 + v
@@ -20,19 +20,23 @@
 // Eight units are not enough for a long thin triangle that is oblique to the axes. The rounding of the
 // normal adds four units of l times k, where k is the product of the lengths of the two shorter edges,
 // divided by twice the triangle's area (gpgpu_rt/numerics/error_bounds.py, step 7). Instead of adding this
-// error, the code runs the test, and doubles the offset while the ray hits its own triangle.
+// error, the code runs the test, and doubles the offset while the ray hits its own triangle. Then it
+// bisects between the largest offset that failed and the offset that succeeded, until they differ by at most
+// an eighth. Without the bisection, the offset could be twice the necessary offset.
 
 #ifndef STORAGE_UNIT
 #define STORAGE_UNIT 0.0
 #endif
 
 const float FLOAT_UNIT = 5.9604645e-8;
-const int SPAWN_TRIES = 24;   // enough to double the offset from 8 units of l to l
+const int SPAWN_TRIES = 28;   // enough to double the offset from 8 units of l to l, and to bisect
 
 struct Spawn {
     vec3 point;
     vec3 normal;     // of unit length, on the side of the new ray
     float offset;
+    float low;       // largest offset that failed; at first the smallest offset
+    float high;      // smallest offset that succeeded; at first INFINITE
     float most;      // largest offset
     int triangle;
 };
@@ -52,7 +56,8 @@ Spawn spawn_setup(Hit hit, vec3 normal) {
     vec3 reach = max(max(abs(v0 - point), abs(v1 - point)), abs(v2 - point));
     float most = max(max(reach.x, reach.y), reach.z);
     float seen = 8.0 * ARITHMETIC_UNIT * most;
-    return Spawn(point, normal, off.x + off.y + off.z + seen, most, hit.triangle);
+    float least = off.x + off.y + off.z + seen;
+    return Spawn(point, normal, least, least, INFINITE, most, hit.triangle);
 }
 
 // The origin at the current offset, rounded as a ray texture will hold it.
@@ -79,10 +84,18 @@ float spawn_t_min() {
     return t_min;
 }
 
-// Double the offset unless it would exceed the largest offset. Return whether the offset was doubled.
-bool spawn_further(inout Spawn spawn) {
-    bool further = 2.0 * spawn.offset <= spawn.most;
-    spawn.offset *= further ? 2.0 : 1.0;
+// Choose the next offset: double it while the ray hits its own triangle, then bisect. Return whether the
+// offset has changed. The last offset succeeded, unless the largest offset failed.
+bool spawn_further(inout Spawn spawn, bool hits_itself) {
+    spawn.low = hits_itself ? spawn.offset : spawn.low;
+    spawn.high = hits_itself ? spawn.high : spawn.offset;
+    float next = 2.0 * spawn.offset <= spawn.most ? 2.0 * spawn.offset : spawn.offset;
+    if (spawn.high < INFINITE) {
+        float gap = spawn.high - spawn.low;
+        next = 8.0 * gap > spawn.high ? spawn.low + 0.5 * gap : spawn.high;
+    }
+    bool further = next != spawn.offset;
+    spawn.offset = next;
     return further;
 }
 

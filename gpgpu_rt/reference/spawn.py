@@ -10,7 +10,7 @@ from ..hits import Hits
 from ..numerics.error_bounds import FLOAT32, gamma
 from ..numerics.watertight import intersect_pairs
 
-_SPAWN_TRIES = 24   # enough doublings to get from _SEEN times a triangle's extent to the extent
+_SPAWN_TRIES = 28   # enough to double from _SEEN times a triangle's extent to it, and to bisect
 _SEEN = np.float32(8 * FLOAT32.unit)    # error of the watertight test, divided by the extent
 
 
@@ -21,7 +21,8 @@ def spawn(scene: Any, hits: Hits, directions: np.ndarray) -> np.ndarray:
     direction. The offset is the error bound of the hit point plus the usual error of the
     watertight test in float32. The test has larger errors for long thin triangles. So as long as
     the test reports that the new ray hits the triangle that the ray leaves, the offset is doubled,
-    up to the triangle's extent. ``glsl/render/spawn.glsl`` derives the offset.
+    up to the triangle's extent. A bisection then reduces it, so that it exceeds the necessary
+    offset by at most a seventh. ``glsl/render/spawn.glsl`` derives the offset.
 
     Parameters
     ----------
@@ -52,17 +53,32 @@ def spawn(scene: Any, hits: Hits, directions: np.ndarray) -> np.ndarray:
     with np.errstate(over="ignore"):
         away = (normal.astype(np.float64) * leaving).sum(axis=1, keepdims=True) < 0
         normal = np.where(away, -normal, normal)
-        distance = (np.abs(normal) * error).sum(axis=1, keepdims=True) + _SEEN * reach
+        low = offset = (np.abs(normal) * error).sum(axis=1, keepdims=True) + _SEEN * reach
+        high = np.full_like(low, np.inf)
         rest = np.arange(len(some))
         for _ in range(_SPAWN_TRIES):
-            start = point[rest] + normal[rest] * distance[rest]
+            start = point[rest] + normal[rest] * offset
             origins[some[rest]] = start
             accepted, t, _, _ = intersect_pairs(corners[rest], start, leaving[rest])
-            rest = rest[accepted & (t >= 0) & (2 * distance[rest] <= reach[rest])[:, 0]]
-            if not len(rest):
+            hits_itself = (accepted & (t >= 0))[:, None]
+            low, high = np.where(hits_itself, offset, low), np.where(hits_itself, high, offset)
+            further = _further(offset, low, high, reach[rest])
+            changed = (further != offset)[:, 0]
+            if not changed.any():
                 break
-            distance[rest] *= np.float32(2)
+            rest, offset, low, high = (a[changed] for a in (rest, further, low, high))
     return origins
+
+
+def _further(offset: np.ndarray, low: np.ndarray, high: np.ndarray, most: np.ndarray
+             ) -> np.ndarray:
+    """Return the next offsets, (k, 1) float32: doubled while none has succeeded, then bisected
+    between the largest offset that failed, ``low``, and the smallest that succeeded, ``high``."""
+    two, half, eight = np.float32([2, 0.5, 8])
+    doubled = np.where(two * offset <= most, two * offset, offset)
+    gap = np.where(np.isfinite(high), high - low, np.float32(0))
+    bisected = np.where(eight * gap > high, low + half * gap, high)
+    return np.where(np.isfinite(high), bisected, doubled)
 
 
 def _hit_points(corners: np.ndarray, u: np.ndarray, v: np.ndarray
