@@ -32,7 +32,7 @@ FIGURES = {
     "fig19": "Figure 19: the same hierarchy, threaded",
     "fig20": "Figure 20: whole images by grid, kd-trees and threaded BVHs",
     "fig21": "Figure 21: a geometry image, and the pyramids over it",
-    "fig22": "Figure 22: packets over a BVH and along ropes, to very large scenes",
+    "fig22": "Figure 22: packets over a BVH and along ropes, also in very large scenes",
     "fig23": "Figure 23: the hierarchical ray engine, tiles of rays against triangles",
     "fig24": "Figure 24: the hierarchy of cones over rays",
     "fig25": "Figure 25: the traversal of a ray hierarchy",
@@ -64,9 +64,9 @@ FIGURES = {
 
 
 def figure_of(name: str) -> Any:
-    """Return a figure's module or object, which has ``cells(full)`` and ``draw(data, out, full)``.
+    """Return the ``FIGURE`` of a figure's module, a `Comparison`, or the module if it has none.
 
-    An object is the module's ``FIGURE``, a `Comparison`.
+    Both have ``cells(full)`` and ``draw(data, out, full)``.
     """
     folder = survey if of_survey(name) else experiments
     found = next(module.name for module in iter_modules(folder.__path__)

@@ -1,7 +1,8 @@
 """Published views: scenes whose data set publishes the camera that our images use.
 
 The survey does not state the views of the papers' images. If a data set publishes a view, the
-paper probably used this view. The lights of all scenes, and so their shadow rays, are chosen here.
+paper probably used this view. This project chooses the lights of all scenes itself
+(``gpgpu_rt/scene/``), and so their shadow rays.
 """
 from __future__ import annotations
 

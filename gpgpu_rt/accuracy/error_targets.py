@@ -53,7 +53,7 @@ class Promise:
                 f"a share of {self.max_wrong:g} wrong rays and a t quantile of "
                 f"{self.t_quantile:g} need {self.rays_needed():,} rays for a proof, more than the "
                 f"limit of {MOST_RAYS:,}; give a share of at least {3 / MOST_RAYS:.2g}, and a "
-                "quantile at least as far from 1")
+                f"quantile of at most 1 - {3 / MOST_RAYS:.2g}")
 
     def rays_needed(self, hit_share: float = 1.0) -> int:
         """Return the least number of rays that prove the bounds if no ray has an error.

@@ -1,4 +1,4 @@
-"""Own folder: folders and locks that no other user can have created or can write to.
+"""Own folder: this user's folder for temporary files, and checks of what others may have prepared.
 
 All users share the folder for temporary files. Another user could create a link in this folder,
 with the name that this program is about to use. The program would then write its files through the

@@ -46,7 +46,7 @@ class PackedRecord:
         return (self.layout.count("|") + 4) // 4
 
     def pack(self, **arrays: np.ndarray) -> np.ndarray:
-        """Return texels, (n, texels, channels) uint32, from an (n,) array per field.
+        """Return texels, (n, texels, channels of a texel) uint32, from an (n,) array per field.
 
         Raises
         ------

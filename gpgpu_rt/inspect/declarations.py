@@ -90,7 +90,8 @@ def _is_complete(code: str) -> bool:
 def _declared(code: str) -> set[str]:
     """Return the names that a declaration declares.
 
-    Main, inputs, outputs, directives and macro calls give no names, so they are always kept.
+    Main, inputs, outputs, macro calls, and directives other than #define give no names, so they
+    are always kept.
     """
     if found := _DEFINE.match(code):
         return {found[1]}

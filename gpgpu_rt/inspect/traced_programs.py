@@ -28,7 +28,8 @@ class TracedProgram:
 
     Attributes
     ----------
-    name : the kernel of a program with a single kernel, else the name of the program's file
+    name : the kernel of a program with a single kernel, else the name of the program's file;
+        a number distinguishes programs whose names would be equal
     file : the program's entry file, as ``glsl/...`` or absolute
     text : GLSL that compiles by itself, see `program_text`
     traverses : whether the program runs traversal steps; False for auxiliary programs

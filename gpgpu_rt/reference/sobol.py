@@ -15,8 +15,8 @@ _MASKS = ((1, 0x55555555), (2, 0x33333333), (4, 0x0F0F0F0F), (8, 0x00FF00FF), (1
 
 def sobol_numbers(x: Any, y: Any, sample: Any, bounce: int, block: int, seed: int = 0
                   ) -> np.ndarray:
-    """Return (n, 4) float64 numbers in (0, 1), in the form of `random_numbers`. The first two are
-    for discrete choices, the last two for a position or direction.
+    """Return (n, 4) float64 numbers in (0, 1), multiples of 2^-24 as from `random_numbers`. The
+    first two are for discrete choices, the last two for a position or direction.
 
     Parameters
     ----------

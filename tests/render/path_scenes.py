@@ -149,7 +149,7 @@ def sunny_ball() -> rt.Scene:
 
 
 def everything_under_an_image() -> rt.Scene:
-    """Return the room of `everything`. Its window shows an environment image with a small sun."""
+    """Return the room of `everything`. Its openings show an environment image with a small sun."""
     return replace(everything(), environment=image_sky((5, 15), 0.5, 3))
 
 
@@ -196,7 +196,7 @@ def everything() -> rt.Scene:
               (ball.vertices + (0.9, -0.8, -0.4), ball.faces),
               (block.vertices + (0.2, -1.1, 0.7), block.faces), (lamp, np.array(QUAD))]
     material_of = np.repeat(np.arange(5), [len(faces) for _, faces in meshes])
-    material_of[:2] = 5     # one wall is a window
+    material_of[:2] = 5     # half of a wall and half of the floor are open
     triangles = np.concatenate([vertices[faces] for vertices, faces in meshes])
     keep = material_of != 5
     triangles, material_of = triangles[keep], material_of[keep]

@@ -172,7 +172,7 @@ WORDS = {"fig12": "contradicted", "fig13": "reproduced", "fig14": "refuted by a 
 
 @pytest.fixture
 def judged(figures: Path) -> Path:
-    """Returns a folder with six judged figures, an unjudged figure, and a damaged JSON file."""
+    """Returns a folder with six judged figures, an unjudged figure, and a verdict that is no text."""
     for name, word in WORDS.items():
         (figures / f"{name}.md").write_text(f"# Title of {name}\n\n**{word}**: because.\n")
         (figures / f"{name}.json").write_text(json.dumps({"verdict": {**VERDICT, "word": word}}))
@@ -203,8 +203,8 @@ def test_the_page_says_first_what_came_out(judged: Path, tmp_path: Path) -> None
 
 
 def test_outcomes_differ_for_colour_blind_readers() -> None:
-    """Each word has one outcome. The badges of two outcomes differ in lightness, and a badge's
-    text contrasts with the badge."""
+    """Each word has one outcome. The badges of confirmed and of contradicted figures differ in
+    lightness, and the text of every badge contrasts with the badge."""
     assert sorted(word for one in OUTCOMES for word in one.words) == sorted(verdict_words.WORDS)
 
     def luminance(colour: str) -> float:
@@ -237,12 +237,14 @@ def test_films_and_maps(tmp_path: Path, figures: Path, monkeypatch) -> None:
     assert len(texts) > 10 and picture.height == len(texts) * 31 and picture.width >= 120
     live = [int(re.search(r": ([\d,]+) of 1,200 rays live", one)[1].replace(",", ""))
             for one in texts]
-    # The last pass is the last frame, and no two frames are alike although few rays are live.
+    # The first frame shows pass 0, and the last frame shows the last pass. Each frame has fewer
+    # live rays than the frame before, also near the end, where few rays are live.
     first, last = (re.match(r"pass ([\d,]+) of ([\d,]+):", texts[k]).groups() for k in (0, -1))
     assert first[0] == "0" and last[0] == last[1] and live[-1] == 0
     lost = -np.diff(live)
     assert (lost > 0).all()
-    # A frame follows as soon as 1 / (FRAMES - 1) of all rays have ended since the last frame.
+    # A frame follows at the latest when 1 / (FRAMES - 1) of the rays that were live in the first
+    # frame have ended since the previous frame.
     passes = [int(re.match(r"pass ([\d,]+)", one)[1].replace(",", "")) for one in texts]
     scene, every = rt.load_scene("cornell"), []
     with rt.Tracer(scene, "kd-restart", schedule="step") as tracer:
@@ -258,7 +260,7 @@ def test_films_and_maps(tmp_path: Path, figures: Path, monkeypatch) -> None:
                for pixel in (picture.convert("RGB").getpixel((9, 31 * k - 1)),))
     assert 'type="button">Play<' in film and 'type="range"' in film
     assert "on one scale" in text
-    # ray-tiles has no passes, so its film is missing; the page shows all other parts.
+    # ray-tiles lacks the schedule step, so its film is missing; the page shows all other parts.
     assert "Not shown: method ray-tiles" in text
 
 
@@ -274,7 +276,7 @@ def test_pictures_are_described(tmp_path: Path, judged: Path, monkeypatch) -> No
     read = Reader((tmp_path / "report.html").read_text())
     texts = read.alternatives
     assert "Dots show the times of three methods on two scenes." in texts
-    ours = [text for text in texts if text != "the stadium"]    # the figure's own words
+    ours = [text for text in texts if text != "the stadium"]    # of the figure
     assert len(ours) >= 6 and all(len(text.split()) > 6 for text in ours)
     named = {title.strip().lower() for title in read.titles}
     assert len(named) == len(read.titles)       # no title is repeated

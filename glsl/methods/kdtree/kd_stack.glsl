@@ -6,7 +6,8 @@
 // flagged.
 //
 // The array lives for one pass only. If the renderer's limit on loops makes a second pass necessary, the
-// stack is empty in that pass. The ray then restarts at the root with the rest of its interval.
+// stack is empty in that pass. The ray goes on at its present node. When it leaves a leaf and the stack is
+// empty, it restarts at the root with the rest of its interval.
 
 #include "methods/kdtree/kd_common.glsl"
 

@@ -4,10 +4,10 @@
 //
 // Departure: this test is a reconstruction, because the paper's program is not known to this project. We
 // assume that the host scales the scene into the range, and that it attaches the triangle's unit normal and
-// the unit normals of its edges to each quad. Without these normals, the program would need a determinant of
-// small edges, which would be zero in fixed point. This file computes the normals of such a host in float32.
-// The division here stands for the lookup texture by which such a card would divide. u and v are not rounded,
-// because they do not decide which triangle is hit.
+// the unit normals of its edges to each quad. Without these normals, the program would need a determinant
+// of small edges, which would be zero in fixed point. In this project the shader itself computes these
+// normals, in float32. The division here stands for the lookup texture by which such a card would divide. u
+// and v are not rounded, because they do not decide which triangle is hit.
 
 #include "core/triangle.glsl"
 

@@ -109,8 +109,9 @@ class RadixTree:
         key = code << SLOT_BITS | np.arange(len(code))
         total = 3 * AXIS_BITS + SLOT_BITS
         differ = key[:-1] ^ key[1:]
-        # A float64 holds 53 bits and the key has 54. Shift the key by one bit, so that the
-        # conversion is exact and gives the right exponent.
+        # A float64 holds 53 bits, but `differ` has up to 54. Shift `differ` right by one bit, so
+        # that the conversion is exact. Its exponent then gives the position of the first differing
+        # bit.
         bits = total - 1 - np.frexp((differ >> 1).astype(np.float64))[1]
         below = (np.int64(1) << (total - bits)) - 1
         return RadixTree(np.searchsorted(key, key[:-1] & ~below),
