@@ -172,7 +172,7 @@ WORDS = {"fig12": "contradicted", "fig13": "reproduced", "fig14": "refuted by a 
 
 @pytest.fixture
 def judged(figures: Path) -> Path:
-    """Returns a folder with six judged figures, an unjudged figure, and a verdict that is no text."""
+    """Returns a folder with six judged figures, an unjudged figure, and a wrong verdict file."""
     for name, word in WORDS.items():
         (figures / f"{name}.md").write_text(f"# Title of {name}\n\n**{word}**: because.\n")
         (figures / f"{name}.json").write_text(json.dumps({"verdict": {**VERDICT, "word": word}}))
