@@ -71,7 +71,7 @@ def _check(cell: Cell, asked: dict[str, Any], result: Result) -> None:
 
 
 def _measured(cell: Cell, files: Files, measured: Callable[[Cell], Result]) -> Result:
-    """Measure a cell in a worker, while no other process takes a timing on the worker's machine."""
+    """Measure a cell in a worker, while no other process takes a timing on its machine."""
     take_mesh(cell.scene, files)
     with taken():
         return measured(cell)
