@@ -1,1 +1,1 @@
-"""The fragment programs, as package data; `gpgpu_rt.gl.shader` reads them."""
+"""The GLSL programs, as package data; `gpgpu_rt.gl.shader` reads them."""

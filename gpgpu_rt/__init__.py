@@ -21,7 +21,8 @@ Where to read on:
 - ``rt.reference.trace`` finds the same hits in float64, by brute force.
 - ``rt.load_animation`` loads a scene that moves; ``rt.Scene``, ``rt.Material`` and ``rt.Camera``
   make a scene of your own.
-- Every error is an ``rt.Error`` whose message says what to do.
+- A wrong scene, method, option or setting raises an ``rt.Error``, and wrong ray arrays raise a
+  ValueError. The message says what to do.
 - README.md and docs/ describe the commands, the viewer and the figures. The notebook
   examples/tour.ipynb shows the package step by step.
 """

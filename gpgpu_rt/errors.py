@@ -12,7 +12,7 @@ Made = TypeVar("Made")
 
 
 class Error(Exception):
-    """Base class of every error that this package raises on purpose.
+    """Base class of the errors that this package defines.
 
     A message may quote a long text from a file or an argument. If a message has more than
     ``longest`` characters, its middle is cut out.
@@ -42,7 +42,8 @@ class SceneError(Error):
 
 
 class LimitError(Error):
-    """A texture, an index or the memory exceeds what the platform can hold."""
+    """A texture, an index or the memory exceeds what the platform can hold, or a file exceeds the
+    memory budget (``disk/budget.py``)."""
 
 
 class OptionError(Error, ValueError):

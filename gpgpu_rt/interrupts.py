@@ -33,7 +33,7 @@ def run(load: Callable[[], Command], also: tuple[int, ...] = ()) -> int:
     Notes
     -----
     Within the command an interrupt is a ``KeyboardInterrupt``, as usual. A process that was
-    started with SIGINT ignored (``nohup``, ``&``) keeps ignoring SIGINT.
+    started with SIGINT ignored (``&`` in a script) keeps ignoring SIGINT.
     """
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
         for number in (signal.SIGINT, *also):

@@ -27,8 +27,8 @@ class Option:
     kind : The type of a value. Unused if ``choices`` is not None.
     words : Valid words besides the values of ``kind``.
     choices : All valid values; None if ``kind`` decides which values are valid.
-    minimum, maximum : Bounds of a number. Textures or floats cannot hold a number above
-        ``maximum``.
+    minimum, maximum : Bounds of a number; both bounds are valid. Many values of ``maximum`` are
+        limits of textures or floats.
     optional : Whether None is valid although the default is another value.
     define : The name of the GLSL macro that the option defines, or None. A switch that is true
         defines the macro, and a number is the macro's value. A word, such as ``fast``, defines

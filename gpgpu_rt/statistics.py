@@ -40,7 +40,7 @@ class Statistics:
     samples : Samples per pixel, for an integrator that samples.
     noise : For an integrator that samples, the standard error of a pixel's luminance, averaged
         over the picture and divided by the average luminance.
-    texture_bytes : Bytes of the scene tables, rays and states.
+    texture_bytes : Bytes of all textures of the tracer: scene tables, rays, states and pictures.
     table_bytes : Name of a table's record (``gl/record.py``) -> bytes of the table's textures.
     build_seconds : Time of the last build: to build the accelerator, or to load it from the cache,
         and to pack it into tables.
@@ -48,7 +48,8 @@ class Statistics:
         rebuilt the accelerator, this is the time of the attempt to refit before the rebuild.
     rebuilt : Whether the last update rebuilt the accelerator.
     trace_seconds : Time from the first draw to the end of the last draw. With ``presort``, this
-        includes the time in which the host sorts rays.
+        includes the time in which the host sorts rays. For all hits, this also includes the
+        copies between arrays and textures.
     sort_seconds : The part of ``trace_seconds`` in which rays are sorted, and hits are put back
         into the caller's order of rays.
     upload_seconds, readback_seconds : Time to copy arrays to textures, and textures to arrays.

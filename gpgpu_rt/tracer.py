@@ -328,7 +328,7 @@ class Tracer:
         A method with a ``Method.refit`` adapts its structure to the new positions. It builds a new
         structure if the SAH cost now exceeds ``rebuild_ratio`` times the cost of the last build.
         Any other method always builds a new structure. ``statistics`` says whether a structure
-        was built. ``scene`` is then a new object; the scene given to the tracer does not change.
+        was built. ``scene`` becomes a new object; the scene given to the tracer does not change.
 
         Parameters
         ----------

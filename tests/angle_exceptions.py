@@ -5,8 +5,8 @@ from collections.abc import Iterable
 
 import pytest
 
-# SwiftShader moves a vertex by up to half of 1/16 pixel. The tests below draw images that are 48
-# to 96 pixels wide, and allow errors of about 1/100 of a pixel.
+# SwiftShader moves a vertex by up to half of 1/16 pixel. The tests below that have this reason
+# draw images that are 48 to 96 pixels wide, and allow smaller errors than such a shift causes.
 COARSE_VERTICES = ("SwiftShader moves vertices to a grid of 1/16 pixel (GL_SUBPIXEL_BITS is 4; "
                    "Mesa has 8), so interpolated values are less exact and neighbouring patches "
                    "overlap")

@@ -44,8 +44,9 @@ def _bars(axis: Any) -> Iterator[str]:
 
 
 def _ticks(axis: Any) -> Iterator[str]:
-    """Yields a sentence for each tick whose number is not round or has an exponent, and for each
-    logarithmic axis with fewer than two numbers."""
+    """Yields a sentence for each tick whose number is not round or has an exponent, for each axis
+    whose numbers have a common factor, and for each logarithmic axis with fewer than two
+    numbers."""
     if not axis.axison:
         return
     for one in (axis.xaxis, axis.yaxis):

@@ -79,8 +79,9 @@ def schedules_of(row: rt.Method, names: Iterable[str] = SCHEDULES,
             and not (row.steps_once and "steps_per_pass" in SCHEDULES[name])}
 
 
-# The tests marked `full` in these folders only build with numpy, or count operations. Their
-# results are the same on every OpenGL backend, so they run on one backend.
+# The tests marked `full` in these folders build structures, count operations or draw pages of
+# figures. What these tests assert does not depend on the OpenGL backend, so they run on one
+# backend.
 ON_ANY_BACKEND = ("accel", "figures", "reference")
 
 
@@ -154,11 +155,13 @@ def _one_of(gpu: Gpu, names: tuple[str, ...]) -> Gpu:
 
 
 def variants(name: str) -> list[dict[str, object]]:
-    """Return a list of settings of a method, each of which changes the method's programs.
+    """Return a list of settings of a method: first the defaults, {}, and then settings that change
+    one of the method's own options.
 
-    Each choice of each of the method's own options gives a setting. For an option that is a number
-    and 0 (off) by default, the setting is 6. If an option needs another option, the setting also
-    contains the other option.
+    Each choice of an option gives a setting, except the default and choices with which a search
+    may lose hits. For an option that is a whole number, a constant of the programs and 0 (off) by
+    default, the setting is 6. If an option needs another option, the setting also contains the
+    other option.
     """
     settings: list[dict[str, object]] = [{}]
     for option in find_method(name).options:
@@ -181,7 +184,8 @@ def buildable(name: str, given: dict[str, object]) -> bool:
 
 
 def variant_pairs(name: str) -> list[dict[str, object]]:
-    """Return all combinations of two variants that set different options."""
+    """Return all combinations of two variants that set different options and that may be set
+    together."""
     single = variants(name)[1:]
     pairs = ({**one, **other} for one, other in itertools.combinations(single, 2)
              if not set(one) & set(other))
@@ -198,7 +202,8 @@ def real_scene(name: str) -> rt.Scene:
 
 
 def random_soup(count: int, seed: int, size: float = 0.2) -> np.ndarray:
-    """Return (count, 3, 3) float32 triangles in the unit box, of which a few are flat or tiny."""
+    """Return (count, 3, 3) float32 triangles in and around the unit box, of which a few are flat
+    or tiny."""
     rng = np.random.default_rng(seed)
     corners = rng.random((count, 1, 3)) + size * rng.normal(size=(count, 3, 3))
     corners[::7, :, seed % 3] = corners[::7, :1, seed % 3]     # flat along an axis

@@ -11,7 +11,8 @@ their names. Comments in the page, each on the line before a block, change what 
 ``<!-- file: NAME -->``
     Write the block, which may have any language, to the file NAME for later blocks.
 
-A block without such a comment must consist of commands that every machine has (COMMANDS).
+Each line of a ``sh`` block that is run must begin with a command that every machine has
+(COMMANDS).
 
 A ``text`` block after a block that is run shows the output of that block. "..." stands for words
 and lines that are left out. Lines may be broken elsewhere, and spaces count as one space. A
@@ -92,7 +93,8 @@ def commands(block: Snippet) -> list[str]:
 
 
 def mistakes(page: Path) -> list[str]:
-    """Returns a line for each block that could not be run and does not say why."""
+    """Returns a line for each mistake of a page: a language or a command that tests do not run, or
+    a comment for tests that is not on the line before a block."""
     found = []
     for block in snippets(page):
         if block.language in _OTHER_NAMES:

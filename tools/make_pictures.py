@@ -49,8 +49,8 @@ def small(source: Path, target: Path, box: Box | None = None) -> None:
 def film(folder: Path, target: Path) -> None:
     """Writes the passes of a traversal as a film.
 
-    The numbers of the passes that the film shows form a geometric series. So the film begins in
-    slow motion, because half of the rays end in the first passes.
+    The numbers of the passes that the film shows form a geometric series, because half of the rays
+    end in the first passes. So the film begins in slow motion.
     """
     run(folder, *FILM, "--every", "2", "-o", "passes")
     pictures = sorted(folder.glob("passes/pass_*.png"))

@@ -1,11 +1,11 @@
-"""Test that mutated files are read, or refused with a one-line error, within 10 s and 2 GB each.
+"""Test that mutated files are read, or refused with a one-line error, within 10 s and 2 GiB each.
 
     python tools/mutate_files.py KIND COUNT [SEED]     # KIND: mesh, material, ..., or all
     python tools/mutate_files.py KIND 1 SEED --keep FOLDER     # write the files of a case there
 
 A case is a small set of files of one kind, with random changes. It depends only on its kind and
-its seed. Cases run in a worker process with limits on memory and time. If a case kills its worker
-or takes too long, it is reported, and a new worker continues.
+its seed. Cases run in a worker process with limits on memory and time. A case that takes too long
+is reported. If a case kills its worker or hangs, the case is reported and a new worker continues.
 """
 from __future__ import annotations
 
@@ -72,7 +72,8 @@ def _alarm(seconds: int) -> Iterator[None]:
 
 
 def _work(pipe: Connection, kind: str, first: int, last: int) -> None:
-    """Run the cases of some seeds; send the result, the seconds and the peak memory of each."""
+    """Run the cases of some seeds. After each case send its result and seconds, and the worker's
+    peak memory so far."""
     os.environ["GPGPU_RT_CACHE"] = ""
     from mutating.file_kinds import cornell
     cornell()       # before the limit is set, because the renderer's own memory does not count

@@ -1,5 +1,6 @@
 #!/bin/sh
-# Creates the virtual environment $1, and installs OpenGL libraries if they are missing.
+# Creates the virtual environment $1 with the package in it, and installs OpenGL libraries if they
+# are missing.
 set -eu
 venv=$1
 python=${PYTHON:-python3}

@@ -73,8 +73,8 @@ def _operations(said: str) -> dict[str, Any]:
     """Return the counts of a program from its listing, which Mesa prints as TGSI.
 
     The entry ``arithmetic`` is the number of instructions that NV40's driver emits for the
-    operations. The driver never joins two operations in an instruction, although the card can
-    issue operations on different components together.
+    operations, without the fetches. The driver never joins two operations in an instruction,
+    although the card can issue operations on different components together.
     """
     listing = said[said.index("FRAG"):].split("\n\n")[0].strip("\n")
     operations = [match for match in _TGSI.finditer(listing) if match["op"] != "END"]

@@ -1,7 +1,7 @@
 #version 330 core
-// Copy the kept elements of a block to the line that segments.vert draws for the block. A fragment's
-// position in the line is the rank of its element in the block. A binary search in the block's ranks finds
-// the element with this rank.
+// Copy the kept elements of a block to the texels that segments.vert covers with a line, or with two lines.
+// A fragment's position among these texels is the rank of its element in the block. A binary search in the
+// block's ranks finds the element with this rank.
 //
 // Departure: Roger et al. interpolate the position along the line. Here the fragment's own coordinates give
 // the position without rounding.

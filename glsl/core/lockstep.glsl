@@ -2,8 +2,8 @@
 //
 // The software renderer llvmpipe runs several packets in lockstep, so a packet at a leaf waits for the
 // slowest walk. A packet that has tested BOXES boxes without reaching a leaf therefore pauses, lets the
-// other packets test their triangles, and then resumes its walk. The first walk of a packet, from the root
-// to a leaf, does not pause, because it is about equally long for all packets.
+// other packets test their triangles, and then resumes its walk. The first walk of a turn, from the start
+// node to a leaf, does not pause, because this walk is about equally long for all packets.
 //
 // When packets leave a loop early, llvmpipe also loses the values that only the last iteration of the loop
 // computed. The walks therefore keep such values in variables that live across iterations.

@@ -63,7 +63,7 @@ vec3 R(vec3 v) {
 #define ARITHMETIC_UNIT 5.9604645e-8   // the unit roundoff of float32
 #endif
 
-// The dot and the cross product, with every intermediate result rounded, and the largest component.
+// R_dot and R_cross round every intermediate result. `largest` returns the largest component.
 float R_dot(vec3 a, vec3 b) {
     PRECISE vec3 p = R(a * b);
     return R(R(p.x + p.y) + p.z);

@@ -1,6 +1,6 @@
 // Quantised bounds of nodes: whole numbers of steps from the lower corner of the scene's box. The builder
-// decodes each bound by the same expression as here, and moves it outward until the decoded box contains
-// the exact box.
+// decodes each bound by the same expression as here. If the decoded bound would lie inside the exact box,
+// the builder moves the bound outward by one step.
 
 #ifdef QUANTISED_NODES
 

@@ -1,4 +1,4 @@
-// A ray and its derived values. Each pass sets the ray up from two texels; no pass writes the ray back.
+// A ray and its derived values. Each pass sets the ray up from the ray textures, and none writes it back.
 
 struct Ray {
     vec3 origin;
@@ -6,10 +6,10 @@ struct Ray {
     vec3 direction;
     float t_max;
     vec3 inv_dir;    // finite: a zero component counts as TINY_DIRECTION
-    bvec2 dominant;  // which component is largest: x, y, or (if both are false) z
+    bvec2 dominant;  // which component is largest: x if .x, else y if .y, else z
     vec3 shear;      // (x / z, y / z, 1 / z) of the direction, axes permuted so z is dominant
-    vec3 lo_origin;  // the origins from which box_interval measures the lower and the upper corners of
-    vec3 hi_origin;  // boxes (core/slack.glsl)
+    vec3 lo_origin;  // the origins from which box_interval measures the corners `lo` and `hi` of a box
+    vec3 hi_origin;  // (core/slack.glsl)
 #ifdef AFTER_HIT
     int after;       // at exactly t_min a ray hits only triangles with an index above this
 #endif

@@ -22,7 +22,7 @@
 // box. The search loses such a hit if the search begins or ends between t and the box; docs/extremes.md
 // says how often.
 //
-// The slack also includes SPACING times each coordinate of the ray's origin. This is at least half the
+// The slack also includes SPACING times each coordinate of the ray's origin. This is at least the
 // distance from the coordinate to the next float. Without this term the sum of origin and slack could round
 // back to the origin in a scene far from 0, and no box would be widened.
 

@@ -6,7 +6,7 @@
 // - The paper swaps two axes to keep the winding; here they are not swapped, because both windings are
 //   accepted.
 // - The ray must also pass through the sheared triangle's box. Rounding never flips the sign of an edge
-//   function but can make it zero, and three zeros count as a hit. Without the box a tiny triangle would be
+//   function but can make it zero, and a zero counts as either sign. Without the box a tiny triangle would be
 //   "hit" from far away. The box test loses no hit: its comparisons are exact.
 // - The paper interpolates t from the depths of the sheared corners. Near a long thin triangle the terms of
 //   this sum cancel. Here t is the distance of the triangle's plane, clamped to the range of the depths.

@@ -10,8 +10,8 @@
 //
 // The file <method> defines four functions (drivers/packet_turns.glsl describes turns):
 //   `start_packet` sets up all rays.
-//   `begin_turn` chooses an octant. The waiting rays whose directions lie in this octant then walk the
-//       tree together.
+//   `begin_turn` begins the turn that `rays_wait` (drivers/packet_turns.glsl) chose: the rays of this
+//       turn then walk together.
 //   `step_packet` continues the walk. It returns false when the rays of the turn have finished.
 //   `is_settled(r)` is false if the step limit stopped ray r.
 // Loops test their condition at the bottom, for the reason given in drivers/traverse.frag.

@@ -1,6 +1,6 @@
 // The turns of a packet's rays. A walk visits nodes in one order, but rays whose directions differ in a
-// sign need different orders. A packet therefore walks several times. In each turn the rays that agree with
-// the first waiting ray walk together, and all other rays wait for a later turn.
+// sign need different orders. A packet therefore may walk several times. In each turn the rays that agree
+// with the first waiting ray walk together, and all other rays wait for a later turn.
 
 #include "core/octant.glsl"
 
@@ -12,10 +12,11 @@ bvec3 negative_axes(int octant) {
 const float NEVER = 3.0e38;   // t_min of a ray that waits or is settled
 
 float t_turn[RAYS];           // t_min of a ray that waits for its turn, else NEVER
-int octant[RAYS];             // the octant of the ray, which is also the number of the ray's turn
-int turn;                     // the number of the current turn. Bit a is set if the directions are
-                              // negative along axis a. If the rays of a turn also share a dominant
-                              // axis, 8 times that axis is added.
+int octant[RAYS];             // the number of the ray's turn
+int turn;                     // the number of the current turn. In a tree, bit a is set if the
+                              // directions are negative along axis a. If the rays of a turn also
+                              // share a dominant axis, 8 times that axis is added. The grid's
+                              // turns are numbered by `major_of` (methods/grid/coherent_grid.glsl).
 
 // The octant of a ray's direction. If neither the order of nodes nor a bound depends on the signs of
 // directions, all rays have octant 0 and walk together.

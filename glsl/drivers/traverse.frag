@@ -1,8 +1,8 @@
 #version 330 core
-// The driver of every single-ray method. It runs the method's kernels on each ray's state, at most
+// The driver of single-ray methods. It runs the method's kernels on each ray's state, at most
 // `steps_per_pass` kernel steps in a pass. One program text serves the three schedules:
 //   `kernels`: A pass runs one kernel, ONLY_KERNEL. Rays that wait for another kernel stay unchanged.
-//   `step`: Each ray runs the kernel that its own state requests, one step per pass.
+//   `step`: Each ray runs the kernel that its own state requests, by default one step per pass.
 //   `loop`: As `step`, with as many steps in a pass as the renderer's limit on loops allows.
 // The file behind <states> stores states in textures, or keeps them in registers.
 // START sets up the state. Then SINGLE_STEP runs one step, or MANY_STEPS runs `steps_per_pass` steps.

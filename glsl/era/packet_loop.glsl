@@ -1,6 +1,6 @@
-// The program of Horn et al. 2007 as a whole: a fragment traces the four rays of a packet in one loop, with the
-// state and the short stack in registers, and writes their hits. A loop for each kernel lies inside the outer
-// loop.
+// The program of Horn et al. 2007 as a whole: a fragment traces the four rays of a packet in one loop, with
+// the state and the short stack in registers, and writes their hits. The kernels `traverse`, `intersect`
+// and `pop` each have a loop inside the outer loop.
 
 #define int float
 #define ivec3 vec3
@@ -56,7 +56,7 @@ void main() {
         }
     }
 #ifdef DISCARDS_UNFINISHED
-    // The present renderer ends long loops silently. An occlusion query finds the discarded fragments.
+    // The present renderer ends long loops silently. An occlusion query shows that fragments are missing.
     if (state.phase != DONE) {
         discard;
     }

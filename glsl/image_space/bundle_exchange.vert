@@ -1,7 +1,7 @@
 #version 330 core
 // Exchange light between neighbouring layers of a bundle (Szirmay-Kalos 1998; survey, section 5). Each
-// pixel draws two points. The first point carries light from the farther layer to the nearer layer. The
-// second point carries light from the nearer layer to the farther layer. A point goes to the texel of the
+// pixel draws two points. The first point carries light from the nearer layer to the farther layer. The
+// second point carries light from the farther layer to the nearer layer. A point goes to the texel of the
 // receiving side of a triangle, where blending adds the light. A pixel is a tube of rays; its flux is
 // radiance * solid angle * the pixel's area, for any slope of the surface.
 //

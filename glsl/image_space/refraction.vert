@@ -1,5 +1,6 @@
 #version 330 core
-// Projects a corner of a transparent mesh (see refraction_front.frag).
+// Projects a corner of a mesh that refracts light (refraction_front.frag) or casts a caustic
+// (caustic_photons.frag).
 
 #include "stages/cover.glsl"
 

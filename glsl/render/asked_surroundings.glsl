@@ -34,7 +34,7 @@ vec3 surroundings_asked(Surface surface, Scatter scatter, vec4 random, out vec3 
 }
 
 // The weight of the surroundings' light for a path that leaves the scene. `density` is the density with
-// which the path drew its direction; it is 0 after a mirror.
+// which the path drew its direction. It is 0 for an eye ray and after a mirror or a dielectric.
 float surroundings_share(vec3 direction, vec3 radiance, float density) {
     if (density == 0.0 || far_chance == 0.0) {
         return 1.0;

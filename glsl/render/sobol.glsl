@@ -1,8 +1,9 @@
 // Low-discrepancy numbers: Sobol' points in four dimensions, shuffled and Owen-scrambled with integer
-// operations. The keys of the scrambling are hashes of pixel, event and dimension. The samples of a pixel are
-// spread evenly; samples of different pixels and events are independent. B. Burley, "Practical Hash-based Owen
-// Scrambling", JCGT 9(4), 2020. The permutation is by Laine and Karras, "Stratified Sampling for Stochastic
-// Transparency", 2011, with Burley's constants. The survey does not mention these methods.
+// operations. The keys of the scrambling are hashes of pixel, bounce and dimension. The samples of a pixel
+// are spread evenly; the points of different pixels and bounces are independent. B. Burley, "Practical
+// Hash-based Owen Scrambling", JCGT 9(4), 2020. The permutation is by Laine and Karras, "Stratified
+// Sampling for Stochastic Transparency", 2011, with Burley's constants. The survey does not mention these
+// methods.
 //
 // Departures: random.glsl hashes the keys. The direction numbers of dimensions 2 and 3 (Joe and Kuo 2008)
 // come from their recurrences instead of a table. Two dimensions of a point choose a direction, and two

@@ -8,7 +8,7 @@
 //   `eta` bounds the error of a projected corner, both here and in the test. It covers the rounding
 //   of the corner's position relative to the eye, of the ray's direction, and of the shear.
 //   `beyond` bounds the distance at which a ray may pass outside a short edge and still be accepted,
-//   because the edge function is rounded. The distance is 2^-22 of the square of the longest edge,
+//   because the edge function is rounded. The distance is 2^-23 of the square of the longest edge,
 //   divided by the length of the short edge. The test also rejects rays outside the triangle's bounding
 //   box, which limits the distance to a few lengths of the short edge.
 // A triangle is `cut` if a corner is less than `nearest` deep. A corner behind the eye has no place in the
@@ -152,7 +152,8 @@ float least_depth(Cover cover, vec2 centre, float around) {
     return max(cover.depth, inverse > 0.0 ? 1.0 / inverse - cover.misjudged : cover.depth);
 }
 
-// The pixels whose centres lie in the box around the triangle: x0, y0, x1, y1, both ends included.
+// The pixels whose centres lie in the box around the triangle, widened by `margin`: x0, y0, x1, y1, both
+// ends included. A cut triangle gets all pixels of the image.
 ivec4 covered_pixels(Cover cover) {
     if (cover.cut) {
         return ivec4(0, 0, ivec2(size) - 1);

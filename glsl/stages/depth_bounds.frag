@@ -2,8 +2,9 @@
 // Rasterised bounds (survey, section 5: "if we know the bound of intersection points using rasterization,
 // we can use this bound to reduce the number of ray traversal steps"). The survey gives no method, so this
 // method is the project's own. Triangles are drawn over a coarse image. MIN blending keeps three depths for
-// each tile: the least depth of any triangle, the greatest depth (negated), and the closing depth. No ray of
-// the tile goes beyond the closing depth, because a single triangle that covers the whole tile ends there.
+// each tile: the least depth of any triangle, the greatest depth (negated), and the closing depth. No ray
+// of the tile goes beyond the closing depth, because a single triangle covers the whole tile before this
+// depth.
 
 #include <streams>
 #include "stages/eye_triangle.glsl"

@@ -19,8 +19,8 @@ int octant_of(int signs) {
     return signs & 7;
 }
 
-// The interval of a beam in a box. No ray is in the box at a t outside `outer`. Every ray is in the box at
-// every t within `core`. An interval is empty if x > y.
+// The interval of a beam in a box. No ray is in the box at a t outside `outer`. If the rays agree in their
+// octant, every ray is in the box at every t within `core`. An interval is empty if x > y.
 struct Beam_interval {
     vec2 outer;
     vec2 core;

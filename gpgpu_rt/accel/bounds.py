@@ -44,7 +44,7 @@ def shrink_flat(triangles: np.ndarray) -> np.ndarray:
     first corner.
 
     A triangle without area must never be hit. If its corners lie on a line, shearing and rounding
-    may give it a small area. If its corners are equal, this cannot happen: the determinant of
+    may give it a small area. If its corners are equal, it keeps no area: the determinant of
     every intersection test is then exactly zero.
     """
     flat = np.concatenate([_without_area(triangles[start:start + AT_ONCE])

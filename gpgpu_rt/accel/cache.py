@@ -104,7 +104,8 @@ def give_cache(files: Mapping[str, bytes]) -> None:
 
 
 def cache_folder() -> Path | None:
-    """Return the folder of the cache; None if the cache is off or the folder is not usable."""
+    """Return the folder of the cache. Return None if the cache is off, the home folder is unknown,
+    or the folder is not safe (`fault_of`)."""
     name = os.environ.get("GPGPU_RT_CACHE")
     if name == "":
         return None

@@ -1,4 +1,4 @@
-"""Options: checks the options of builders; an error suggests similar known names."""
+"""Options: checks options; the error for an unknown name suggests similar known names."""
 from __future__ import annotations
 
 import inspect

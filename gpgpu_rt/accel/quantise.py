@@ -9,8 +9,8 @@ def quantise(lo: np.ndarray, hi: np.ndarray, base: np.ndarray, top: np.ndarray,
     """Quantise boxes to integers of ``bits`` bits, so that the decoded boxes contain the given
     boxes.
 
-    The kernels decode a bound as ``base + q * quantum`` and round both operations to float32. Each
-    q is moved outwards until its decoded bound is conservative.
+    The kernels decode a bound as ``base + q * quantum`` and round both operations to float32. A
+    q whose decoded bound would lie inside the given box is moved outwards by 1.
 
     Parameters
     ----------

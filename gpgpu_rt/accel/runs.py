@@ -38,13 +38,13 @@ def chunks(counts: np.ndarray, limit: int) -> list[slice]:
 
 def of_like_length(counts: np.ndarray, lengths: Sequence[int],
                    above: int) -> list[tuple[np.ndarray, int]]:
-    """Group runs of similar length: return pairs (run numbers, greatest length in the group).
+    """Group runs of similar length: return pairs (run numbers, length limit of the group).
 
     Runs of at most ``above`` items, and runs longer than the last of ``lengths``, are left out.
 
     Parameters
     ----------
-    lengths : the largest length of a run in each group, ascending
+    lengths : the length limits of the groups, ascending
     """
     found: list[tuple[np.ndarray, int]] = []
     for length in lengths:

@@ -2,7 +2,7 @@
 
 A checksum shows that a file is complete, but not who wrote it. With wrong indices, a shader could
 read outside a table or loop without end. Therefore types, lengths and ranges are checked. Each
-node must have a single parent, so that every traversal ends.
+node except the root must have a single parent, so that every traversal ends.
 """
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def are_leaves(first: np.ndarray, count: np.ndarray, entries: int) -> bool:
 
 def is_tree(left: np.ndarray, right: np.ndarray, depth: Any) -> bool:
     """Return whether nodes with these children, -1 for a leaf, form a single tree of this
-    depth."""
+    depth. Each child must come after its parent."""
     nodes, inner = np.arange(len(left)), left >= 0
     if not isinstance(depth, int):
         return False
@@ -79,8 +79,9 @@ def each_once(order: np.ndarray, triangles: int) -> bool:
 
 def are_pairs(axis: np.ndarray, child: np.ndarray, count: np.ndarray, entries: int, depth: Any
               ) -> bool:
-    """Return whether nodes form a single tree of depth ``depth``. Each right child must directly
-    follow its left sibling, and all leaves together must contain ``entries`` entries."""
+    """Return whether nodes form a single tree of depth ``depth``. Each child must come after its
+    parent, each right child must directly follow its left sibling, and all leaves together must
+    contain ``entries`` entries."""
     inner = axis != LEAF
     nodes = np.flatnonzero(inner)
     left = child[nodes]

@@ -1,7 +1,8 @@
 """Candidates of `tune`: a method with values for its knobs.
 
-Every option of a method or of the tracer that has choices, or is a switch, is a knob. The knobs
-come from the option tables, so a new option becomes a knob when it is declared.
+An option of a method or of the tracer is a knob if it has choices or is a switch, with a few
+exceptions (`_is_knob`). The knobs come from the option tables, so a new option with choices
+becomes a knob when it is declared.
 """
 from __future__ import annotations
 
@@ -11,10 +12,10 @@ from typing import Any
 from ..methods import find_method
 from ..options import TRACER_OPTIONS, Option
 
-# Knobs that change the hits. All other knobs change only time and memory. On the software
-# renderer, the hits then stay the same to the bit.
+# Knobs that change the hits. An option with `relaxed` values changes them too. All other knobs
+# change only time and memory: on the software renderer, they keep the hits the same to the bit.
 _ACCURACY = ("precision", "storage", "rounding", "intersection", "interval")
-# The search does not vary these options. Statistics and the context do not change a trace. The
+# `_is_knob` excludes these options. Statistics and the context do not change a trace. The
 # knob precision sets storage and arithmetic. `speed_knobs` lists schedules itself. The build
 # device does not change the tree. The era form (docs/era.md) runs the kernels of old cards, and is
 # slower. Rasterised bounds apply to pictures only, but candidates are measured on ray arrays.
@@ -49,8 +50,8 @@ class Candidate:
         return tuple(pair for pair in self.options if _is_for_accuracy(table[pair[0]]))
 
     def full_options(self) -> dict[str, Any]:
-        """Return every knob with its value, including defaults, so that a saved candidate stays
-        the same when a default changes later."""
+        """Return every knob with its value, including defaults other than None, so that a saved
+        candidate stays the same when a default changes later."""
         table, given = option_table(self.method), dict(self.options)
         knobs = {name: option.default for name, option in table.items()
                  if _is_knob(option) and option.default is not None}
@@ -115,7 +116,8 @@ def _own_schedule(method: str) -> str:
 
 
 def _is_knob(option: Option) -> bool:
-    """Return whether an option is a knob.
+    """Return whether an option is a knob: it has choices or is a switch, and _NO_KNOBS does not
+    name it.
 
     An option that excludes other options is no knob, because it selects another way of tracing.
     """

@@ -218,8 +218,8 @@ class _PairTests:
         rays = np.flatnonzero(other)
         beaten[rays] = self._certain_before(rays, last[rays], reference)
         category[beaten] = np.where(hits.hit[beaten], WRONG_TRIANGLE, LEAK)
-        # An invalid ray has a NaN, an infinity or a zero direction. Its only right answer is the
-        # status INVALID.
+        # An invalid ray has a NaN, an infinite origin or direction, or a zero direction. Its only
+        # right answer is the status INVALID.
         category[~valid & (hits.status != INVALID)] = FALSE_HIT
         category[(hits.status == UNFINISHED) | (hits.status == STACK_OVERFLOW)] = UNFINISHED_RAY
         for errors in (verdict.t_ulps, verdict.t_bounds, verdict.barycentric_error):

@@ -41,15 +41,15 @@ class Score:
 
     Attributes
     ----------
-    rays, hits : Number of judged rays, and number of right hits. Only right hits have their t
-        compared with the reference.
+    rays, hits : Number of judged rays, and number of hits with a right triangle. Only these hits
+        have their t compared with the exact t of their triangle.
     wrong : Number of rays with a wrong hit or miss.
     wrong_share, upper_95 : The share of wrong rays, and its upper 95 % confidence bound.
     counts : Number of rays by category. In the category "wrong distance", the error of t exceeds
         its float32 error bound. Such a ray does not count as wrong. In the category "within
         bound", the answer differs from the reference within float32's error bounds.
-    t_ulps : The "median", "99.9 %" and "max" of the error of t in float32 ulps, over all right
-        hits. None without right hits.
+    t_ulps : The "median", "99.9 %" and "max" of the error of t in float32 ulps, over all
+        hits with a right triangle. None without such hits.
     t_error, barycentric : The same three numbers for the relative error of t, and for the larger
         of the errors of u and v.
     """
@@ -118,7 +118,8 @@ class KnownRays:
     ----------
     origins, directions : (count, 3) float32
     truth : Hits in float64, computed at the first use
-    shape : (h, w) of the image if all rays are eye rays and fill a square; else None
+    shape : (h, w) of the image if all rays are eye rays and fill a square of at most FLIGHT
+        pixels; else None
     parts : the slice of the rays of each kind
     """
 
@@ -210,8 +211,8 @@ class KnownRays:
 
         If a ray is aimed at an edge, rounding decides whether it hits or misses each of the edge's
         two triangles. But a ray that misses both is a leak, unless the edge is a silhouette edge.
-        To decide, trace a ring of rays around the ray: if all of them hit nearer than the answer,
-        the answer is a leak.
+        To decide, trace a ring of rays around the ray: if all rays of the ring hit nearer than the
+        answer, the answer is a leak.
 
         The ring must be wider than the rounding errors of float32. The watertight test shears a
         vertex by slopes of at most 1. A coordinate of the sheared vertex is the difference of two
@@ -267,7 +268,8 @@ def check_kinds(kinds: Sequence[str]) -> None:
 
 
 def bytes_in_flight(tracer: Tracer, rays: int = FLIGHT) -> int:
-    """Return the texture bytes with ``rays`` rays in flight, computed from the last call."""
+    """Return the texture bytes with ``rays`` rays in flight, computed from the tracer's last
+    call."""
     tables = sum(tracer.statistics.table_bytes.values())
     texels = max(1, tracer.statistics.rays)
     return tables + round((tracer.statistics.texture_bytes - tables) * rays / texels)

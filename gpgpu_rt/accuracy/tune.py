@@ -6,17 +6,18 @@ change. The search has four stages:
 1. Time every method with its default options on a few rays. Far slower methods are tried last.
 2. Speed knobs do not change the hits. Try them one after another on each method that is not far
    slower, and keep the best few candidates (beam search).
-3. Combine the best candidates with each option that changes the accuracy. Drop a combination if
+3. Combine the best candidates with the options that change the accuracy. Drop a combination if
    its errors on some thousand rays already exceed the bounds. Time the faster half of the
    remaining candidates on more and more rays (successive halving).
-4. Test the candidates in order of speed, each on as many rays as the proof needs. Confirm the
-   result on as many new rays: the first rays selected the candidate, so they favour it.
+4. Test the candidates in order of speed, each on at least as many rays as the proof needs.
+   Confirm the result on as many new rays, because the rays that selected a candidate favour it.
 
-The search runs twice: for coherent rays, timed on eye rays, and for incoherent rays, timed on
-random rays. A tracer picks one of the two results according to its rays. A time is the median of
-several runs in one process, in which candidates alternate. Two assumptions let the search skip
+By default the search runs twice: for coherent rays, timed on eye rays, and for incoherent rays,
+timed on random rays. A tracer picks one of the two results according to its rays. With a bound on
+bytes, or without eye or random rays, the search runs once (`Promise.split`). A time is the median
+of several runs in one process, in which candidates alternate. Two assumptions let the search skip
 most combinations of options. A candidate that is slower at default accuracy is slower at any
-accuracy. If a value of an option exceeds the error bounds with all other options at their
+accuracy. If a value of an option exceeds the error bounds with all other accuracy options at their
 defaults, it exceeds the bounds in every combination.
 """
 from __future__ import annotations
@@ -43,7 +44,7 @@ from .tuning_results import Search, Trial, Tuning
 # Numbers of rays for the first timing, for most timings, and for the last timing. They are square
 # numbers, so that the rays fill square textures.
 PROBE, SCREEN, FIELD = 1 << 10, 1 << 14, 1 << 16
-FAR_BEHIND = 4.0      # a method this many times slower than the fastest, on PROBE rays, is last
+FAR_BEHIND = 4.0      # a method this many times slower than the fastest, on PROBE rays: tried last
 BEHIND = 2.0          # a candidate this many times slower than the fastest is tried later
 BEAM = 2              # candidates of a method that are kept after each knob
 WAVE = 4              # candidates that are judged together
@@ -147,7 +148,10 @@ class _Searcher:
     # The stages -----------------------------------------------------------------------------
 
     def _waves(self, names: list[str]) -> Any:
-        """Yield lists of speed-tuned candidates with default accuracy, the fastest first."""
+        """Yield lists of trials with default accuracy, the fastest first.
+
+        The trials of far slower methods come last, and their speed options are not tuned.
+        """
         self.report(f"{len(names)} methods on {PROBE:,} rays")
         probed = self._timed([Candidate(name) for name in names], PROBE, FEW_RUNS)
         known = [t for t in probed if not t.misses]
@@ -221,7 +225,8 @@ class _Searcher:
         return combinations
 
     def _relaxed(self, config: Candidate, change: dict[str, Any]) -> Candidate:
-        """Return the candidate with changed accuracy, and with a step cap.
+        """Return the candidate with changed accuracy options, and with a step cap unless only the
+        intersection test changes.
 
         Low precision can send a ray around an endless loop. The default cap is as large as the
         structure and would end such a ray late.
@@ -234,7 +239,7 @@ class _Searcher:
         return config.changed(**change, step_cap=STEP_ROOM * self._steps[config])
 
     def _halved(self, candidates: list[Candidate]) -> list[Trial]:
-        """Return all candidates, the fastest first.
+        """Return trials of the candidates that can run and keep the bound on bytes, fastest first.
 
         Time the faster half again on twice the rays, and repeat this up to FIELD rays.
         """

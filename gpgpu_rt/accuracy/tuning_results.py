@@ -49,7 +49,7 @@ class Trial:
 
     def compare(self, chosen: Trial) -> None:
         """Set the outcome to "slower", unless the times say that this trial is faster than the
-        chosen trial. Call this for a trial whose errors were not judged."""
+        chosen trial. Call this for a trial that was not tried for a proof."""
         slower = self.times_slower(chosen)
         if slower is not None and slower < 1:
             self.note = self.note or f"{1 / slower:.2f} times faster where both were timed"

@@ -1,8 +1,9 @@
 """Embree in C: Embree's packets of rays, called from a small C program on several threads.
 
-The program is compiled when it is first needed. It needs Embree's headers and library (Debian and
-Ubuntu: libembree-dev) and a C compiler. Rays are brought into Embree's layout before the clock
-starts, and one call traces all rays. So the times contain neither Python nor a change of layout.
+The program is compiled when it is first needed. Compiling needs Embree's headers and library
+(Debian and Ubuntu: libembree-dev) and a C compiler. Rays are brought into Embree's layout before
+the clock starts, and one call traces all rays. So the times contain neither Python nor a change of
+layout.
 """
 from __future__ import annotations
 

@@ -27,7 +27,7 @@ _BEFORE_LIGHT = np.float32(1 - 12 * FLOAT32.unit)
 
 @dataclass(frozen=True)
 class Workload:
-    """The rays of an image, row by row; NaN marks a pixel without a ray.
+    """The rays of an image, row by row, or of some of its pixels; NaN marks a pixel without a ray.
 
     Attributes
     ----------

@@ -2,8 +2,8 @@
 
 A bar begins at zero on a linear axis. On a logarithmic axis, dots show the numbers. Ticks are
 plain, round numbers. Colours differ for colour-blind readers too, and markers or labels repeat
-what the colours say. A chart has no title, because the page that shows it has one. The file of a
-chart holds a text that describes the chart.
+what the colours say. A chart has no title, because the page that shows it has one; panels may have
+titles. The PNG file of a chart holds a text that describes the chart.
 """
 from .axes import linear_axis, log_axis, plain
 from .canvas import FORMATS, plt, save

@@ -49,7 +49,8 @@ def linear_axis(axis: Any, which: str) -> None:
 
 
 class _LogTicks(Locator):
-    """Places ticks of a logarithmic axis: as many round numbers as MOST_TICKS allows."""
+    """Places ticks of a logarithmic axis: at base 10, as many round numbers as MOST_TICKS allows;
+    at base 2, at most ten powers of two."""
 
     def __init__(self, base: int) -> None:
         self.base = base

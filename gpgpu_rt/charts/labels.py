@@ -5,8 +5,8 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
-# Distances of a label from its point in points, and directions in degrees, in the order in which
-# they are tried.
+# Distances between a label and the point that it names, in typographic points, and directions in
+# degrees, both in the order in which they are tried.
 _DISTANCES = (5, 12, 20, 30, 42, 56, 72, 90)
 _ANGLES = (0, 180, 60, -60, 120, -120, 90, -90, 30, -30, 150, -150)
 _PADDING = 1.5       # space around a label in points

@@ -1,6 +1,6 @@
 """Palette: colours and markers of series. The colours are those of Okabe and Ito.
 
-Readers with any kind of colour blindness can tell these colours apart. Each colour has a
+Readers with the common kinds of colour blindness can tell these colours apart. Each colour has a
 different marker, so that a print in grey remains readable.
 """
 from __future__ import annotations

@@ -146,7 +146,8 @@ def _renderer(gpu: Gpu) -> str:
 
 
 def _print_notes(gpu: Gpu, found: Races) -> None:
-    """Print the meaning of the tables' columns."""
+    """Print the meaning of the tables' columns, and which engines are robust and which are
+    missing."""
     if any(entry.over for *_, entries in found for entry in entries):
         print(f"over embreex: our rate divided by the rate of {EMBREE}, as the median "
               "of all rounds. Only our\n"

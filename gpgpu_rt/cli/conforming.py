@@ -216,7 +216,7 @@ def _folder(name: str, option: str) -> Path:
 
 
 def _chart(path: str) -> Any:
-    """Return the function that draws the chart, before anything is run."""
+    """Return the function that draws the chart, after checking that the chart can be written."""
     try:
         from ..conform.chart import FORMATS, draw  # matplotlib is optional
     except ImportError as failure:

@@ -36,7 +36,7 @@ def add_scheduler(sub: Parser, what: str) -> None:
 
 
 def trace_shared(chosen: argparse.Namespace, rays: dict[str, np.ndarray]) -> None:
-    """Run `trace` on workers, which divide the rays among them."""
+    """Run `trace` on workers; each worker traces parts of the rays."""
     method, options = _method(chosen)
     scene = load_scene(chosen.scene)
     with Workers(chosen.scheduler) as workers, show_progress("part", tenths("part")) as progress:
@@ -124,7 +124,7 @@ def _frames(chosen: argparse.Namespace, workers: Workers, animation: Animation,
 
 def _method(chosen: argparse.Namespace) -> tuple[str, dict[str, Any]]:
     """Return the method and its options. Raise OptionError for ways to choose a method that would
-    depend on the machine, such as auto."""
+    depend on the machine, such as auto, and for --statistics."""
     if chosen.settings is not None or chosen.force or chosen.method == AUTO:
         raise OptionError("auto and --settings work in one process only; with --scheduler, name "
                           "the method by --method")

@@ -14,7 +14,8 @@ SCENE = "cornell"   # the tables depend on the scene; the programs hardly depend
 WIDTH = 100         # columns to which text is wrapped: the table of methods has about this width
 NOTE = ("The rows `era` judge the kernels as the papers had them, which Mesa's compilers for the "
         "cards compiled (docs/era.md). The other rows judge today's programs by their targets, "
-        "tables, loops and queries; no card's compiler counts their instructions. Programs store "
+        "tables, loops, queries and float textures; no card's compiler counts their "
+        "instructions. Programs store "
         "an index in one channel; two coordinates would address more texels. The ray engine of "
         "2002 ran in fixed point; ours emulates it in float textures (`--fixed-point`). The "
         "number of loop iterations is not compared with a card's limit, because it depends on "
@@ -70,9 +71,9 @@ def _hardware(chosen: argparse.Namespace) -> None:
 def _print_methods(found: Sequence[Card],
                    refused: Mapping[str, Mapping[tuple[str, str], list[Refusal]]],
                    scene: str) -> None:
-    """Print a row per method and schedule: the first limit of the card that the programs exceed.
-    If the programs exceed no limit, the word is "yes" for an era form, and "-" for today's
-    programs, whose instructions are not compared."""
+    """Print a row per method and schedule, with a word for each card: the first limit of the card
+    that the programs exceed. If the programs exceed no limit, the word is "yes" for an era form,
+    and "-" for today's programs, whose instructions are not compared."""
     def word(card: Card, pair: tuple[str, str]) -> str:
         reasons = refused[card.name][pair]
         return reasons[0].limit if reasons else "yes" if pair[1] == ERA else "-"

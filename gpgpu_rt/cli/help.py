@@ -1,8 +1,8 @@
 """Help: the help of a command in three lengths.
 
 ``--help`` prints the options that everybody uses. ``-m METHOD --help`` prints the options of a
-method, and ``--help-all`` prints every option. The table of options (``options.py``) decides which
-option belongs to which length.
+method, and ``--help-all`` prints every option. ``--help`` leaves out the group `Parser.rare`, and
+the options of methods that are not marked ``common`` (``options.py``).
 """
 from __future__ import annotations
 

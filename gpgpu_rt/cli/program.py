@@ -1,4 +1,5 @@
-"""``gpgpu-rt program``: prints the GLSL text that a method runs, or the files of a method."""
+"""``gpgpu-rt program``: prints the GLSL text that a method runs. For ``gpgpu-rt methods``, finds
+the files of a method."""
 from __future__ import annotations
 
 import argparse
@@ -70,7 +71,7 @@ def _program(chosen: argparse.Namespace) -> None:
 
 
 def _card_program(method: str, chosen: argparse.Namespace) -> None:
-    """Print the kernels as a card's compiler translated them."""
+    """Print the kernels as a card's compiler translated them, or write them to a file."""
     options = options_for(chosen, method)
     of_tracer = {one.name: one.name in options for one in TRACER_OPTIONS}
     check_alone({"list": chosen.list, "all": chosen.all, **of_tracer})

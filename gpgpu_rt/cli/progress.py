@@ -50,7 +50,8 @@ def tenths(unit: str) -> Lines:
 
 
 def doublings(unit: str) -> Lines:
-    """Return a function that prints a line each time the amount done has doubled."""
+    """Return a function that prints a line each time the amount done has doubled, and at
+    the end."""
     told_of = 0
 
     def tell(done: int, of: int, note: str) -> None:

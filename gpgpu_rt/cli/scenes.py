@@ -185,7 +185,7 @@ def _ask() -> None:
 
 @contextlib.contextmanager
 def _working(folder: Path) -> Iterator[Path]:
-    """Yield a folder within ``folder`` for partial downloads. Only one run uses it at a time.
+    """Yield a folder within ``folder`` for partial downloads. Only one run at a time uses it.
 
     At the end, empty folders that this run made are removed.
     """

@@ -98,7 +98,7 @@ def word_of(name: str) -> str:
 
 def add_variants(sub: Parser, group: argparse._ArgumentGroup, options: OwnedOptions,
                  prefix: str) -> None:
-    """Declare a ``--word`` for each of the options in a group of a command's parser.
+    """In a group of a command's parser, declare a ``--word`` for each of the options.
 
     The parsed arguments hold the text after the word as their attribute ``prefix`` + name.
     """

@@ -1,4 +1,4 @@
-"""Streams: make a command work when the caller closes stdout or stderr, or stops reading them."""
+"""Streams: make a command work when the caller closes a standard stream, or stops reading."""
 from __future__ import annotations
 
 import os

@@ -127,7 +127,8 @@ def _render(chosen: argparse.Namespace) -> None:
 
 
 def _check_picture(chosen: argparse.Namespace) -> None:
-    """Refuse a picture that cannot be written, before it is drawn."""
+    """Refuse a picture that cannot be written, and --resume without --scheduler, before the
+    picture is drawn."""
     check_writable(chosen.output)
     if os.path.splitext(chosen.output)[1].lower() not in IMAGES:
         raise OptionError(f"{chosen.output} names no image format; end the name in .png")

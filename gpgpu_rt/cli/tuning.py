@@ -86,8 +86,8 @@ _COLUMNS = {
     ("wrong",): "share of rays with a leak, a false hit, a wrong triangle or an unfinished search",
     ("at most (95 %)",): "upper 95 % confidence bound of the share of wrong rays",
     ("leak",): "number of rays that pass through a surface without a hit",
-    ("false",): "number of rays with a hit where the reference has none",
-    ("triangle",): "number of rays with a hit of a wrong triangle",
+    ("false",): "number of rays with a hit of a triangle that the ray cannot hit",
+    ("triangle",): "number of rays with a hit behind a certain hit of another triangle",
     ("unfinished",): "number of rays that the step cap or a full stack stopped",
     ("excused",): "number of rays whose triangle differs from the reference's within float32's "
     "error bound; they do not count as wrong",

@@ -90,7 +90,7 @@ class Unfinished:
         """Return a context in which the caller makes the parts and assembles the output.
 
         The folder is removed at the end. The folder stays if the run is interrupted or fails,
-        unless a resumed run would fail in the same way.
+        unless no part is finished or a resumed run would fail in the same way.
         """
         try:
             yield

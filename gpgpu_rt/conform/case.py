@@ -67,7 +67,7 @@ class Family:
     row : the family's row in the table of cases in docs/extremes.md
     what : a phrase that describes the family's scene and rays
     make : (rays, seed) -> case; the scene does not depend on the number of rays
-    most : the largest number of rays for which the quick suite has time
+    most : the largest number of rays of the family in the suite; small for slow scenes
     """
 
     name: str

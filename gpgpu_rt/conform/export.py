@@ -1,8 +1,8 @@
 """Export: the suite as plain data, which another project can keep in its own tests.
 
-Each family is a pair of files with the same content, ``NAME.json`` and ``NAME.npz``.
-``schema.json`` describes the JSON files, and ``read_cases.py`` reads and judges them without any
-dependency.
+Each family is a pair of files with the same rays and answers, ``NAME.json`` and ``NAME.npz``.
+``schema.json`` describes the JSON files. ``read_cases.py`` reads a JSON file and judges a tracer's
+answers; it needs only Python.
 """
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ def export(folder: Path, names: Iterable[str], rays: int, seed: int) -> Iterator
     ----------
     folder : an existing folder
     names : families
-    rays, seed : the number of rays of each family, and the seed
+    rays, seed : the number of rays of each family (at most `Family.most`), and the seed
     """
     families: list[dict[str, Any]] = []
     for name in names:

@@ -25,7 +25,7 @@ def make_case(name: str, rays: int, seed: int) -> Case:
     return FAMILIES[name].make(rays, seed)
 
 
-# Rows 1 to 6: closed meshes ----------------------------------------------------------------------
+# Rows 1 to 5, 43: closed meshes, and a square ----------------------------------------------------
 
 def _inside(n: int, rng: np.random.Generator, at: np.ndarray | float = 0.0) -> np.ndarray:
     return (at + between(rng, -0.4, 0.4, (n, 3))).astype(np.float32)
@@ -106,7 +106,7 @@ def _(n: int, seed: int) -> Case:
     return square_case(32, n, seed)
 
 
-# Rows 8 to 10, 30: where the scene lies, and how large it is -------------------------------------
+# Rows 8, 9, 30: where the scene lies, and how large it is ----------------------------------------
 
 @family("outside", 30, "random triangles, rays from outside in all octants of directions")
 def _(n: int, seed: int) -> Case:
@@ -162,7 +162,7 @@ def _(n: int, seed: int) -> Case:
     return Case(triangles, origins, aims - origins)
 
 
-# Rows 7, 11 to 15: odd triangles -----------------------------------------------------------------
+# Rows 11 to 15: odd triangles --------------------------------------------------------------------
 
 @family("slivers", 11, "triangles of aspect 10^6, rays at them and past them")
 def _(n: int, seed: int) -> Case:

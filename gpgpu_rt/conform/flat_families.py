@@ -1,8 +1,9 @@
 """Flat families: scenes that are flat along an axis, and rays that start on or next to the scene.
 
-A scene lies in a coordinate plane, in a plane next to a coordinate plane, or in a plane far from
-0. It may be tilted by a float32 spacing. Shadow rays from a floor are rays of this kind: along the
-flat axis, origin and scene differ by less than the rounding errors along the other two axes.
+A scene lies in a coordinate plane, or in a parallel plane: the next float32 value, a near plane or
+a far plane. The scene may be tilted by a float32 spacing. Shadow rays from a floor are rays of
+this kind: along the flat axis, origin and scene differ by less than the rounding errors along the
+other two axes.
 """
 from __future__ import annotations
 
@@ -14,8 +15,8 @@ import numpy as np
 from .case import Case, family
 from .draws import bell, between, binades, chosen, directions
 
-# Heights of ray origins over the scene. Some origins lie one float32 spacing over the scene
-# instead.
+# Distances of ray origins from the scene, above it or below it. Some origins lie one float32
+# spacing from the scene instead.
 HEIGHTS = (0.0, 1e-12, 1e-11, 1e-10, 1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3)
 STARTS = (-1.0, -1e-6, 0.0, 0.0, 1e-9, 1e-6, 0.3)     # values of t_min
 
@@ -29,7 +30,8 @@ class Flat:
     axis : the axis along which the scene is flat
     at : the scene's coordinate on this axis
     spacings : number of float32 values by which the scene is moved further along the axis
-    tilted : whether the scene is tilted, so that its sides differ by about one float32 spacing
+    tilted : whether the scene is tilted, by one float32 spacing (at least 2^-24) per unit of
+        length
     count : number of triangles; 2 triangles form a square
     """
 
@@ -61,7 +63,7 @@ class Flat:
     def case(self, n: int, seed: int, together: bool = False) -> Case:
         """Return a case of n rays that start on the scene or next to it.
 
-        Directions are random, in the plane, or nearly in the plane.
+        Directions are random, in the plane, nearly in the plane, or along a coordinate axis.
 
         Parameters
         ----------

@@ -1,4 +1,5 @@
-"""Interval families: rays whose interval of t begins or ends at a hit, or next to a hit."""
+"""Interval families: intervals of t that begin or end at a hit or next to a hit, segments between
+points, and empty intervals."""
 from __future__ import annotations
 
 import numpy as np

@@ -1,4 +1,4 @@
-"""The page of a run of the suite: one HTML file without scripts or other files."""
+"""The page of a run of the suite: one HTML file, which has no scripts and needs no other files."""
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence

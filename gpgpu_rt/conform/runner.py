@@ -26,7 +26,8 @@ class Crash(Exception):
 
 
 class Runner:
-    """Runs engines in another process. After a crash, a new process is started."""
+    """Runs engines in another process. After the process ended or gave no answer in time, the next
+    call starts a new process."""
 
     def __init__(self, seconds: float = SECONDS) -> None:
         self.seconds = seconds

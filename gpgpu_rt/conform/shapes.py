@@ -13,8 +13,9 @@ _OCTANTS = np.array([[0, 2, 4], [2, 1, 4], [1, 3, 4], [3, 0, 4],
 
 
 def sphere(subdivisions: int) -> np.ndarray:
-    """Return a unit sphere, (8 * 4^subdivisions, 3, 3) float64: an octahedron whose edges are
-    halved repeatedly. Shared vertices are equal to the bit."""
+    """Return a unit sphere, (8 * 4^subdivisions, 3, 3) float64: each triangle of an octahedron is
+    divided into four, repeatedly, and new vertices move to the sphere. Shared vertices are equal
+    to the bit."""
     triangles = _OCTAHEDRON[_OCTANTS]
     for _ in range(subdivisions):
         a, b, c = triangles[:, 0], triangles[:, 1], triangles[:, 2]
@@ -79,7 +80,8 @@ def lattice(cells: int) -> np.ndarray:
     Along each axis, every second cell has walls. For even ``cells``, the result is (12 * (cells /
     2)^3, 3, 3).
 
-    Coordinates are exact, so rays can run in planes, through edges and through corners.
+    If ``cells`` is a power of two, coordinates are exact, so rays can run in planes, through edges
+    and through corners.
     """
     cube = (box().astype(np.float64) + 1) / 2
     at = np.stack(np.meshgrid(*[np.arange(0, cells, 2)] * 3), -1).reshape(-1, 1, 1, 3)

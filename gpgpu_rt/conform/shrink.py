@@ -66,7 +66,10 @@ class Minimal:
 
 
 def minimal_cases(spec: Spec, known: Known, runner: Runner) -> list[Minimal]:
-    """Return a minimal case of each kind of wrong answer that an engine gives in a family."""
+    """Return a minimal case of each kind of wrong answer that an engine gives in a family.
+
+    A kind is left out if none of its first three rays shows the fault when it is traced alone.
+    """
     part = slice(0, spec.engine.most)
     try:
         answers, _ = runner.trace(spec, known.case.part(part))
@@ -123,7 +126,7 @@ def shrink(case: Case, fails: Callable[[Case], bool]) -> Case:
 
 def _kind(spec: Spec, case: Case, runner: Runner) -> tuple[int, EngineAnswers | None]:
     """Return the verdict on an engine's answer to a single ray, an index into KINDS, and the
-    answer."""
+    answer; -1 and None if the engine gives no valid answer."""
     try:
         answers, _ = runner.trace(spec, case)
         verdicts = check(case.triangles, case.origins, case.directions, answers.t,

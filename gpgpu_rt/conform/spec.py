@@ -189,7 +189,7 @@ def answers_from_dict(found: Any, rays: int) -> EngineAnswers:
     Raises
     ------
     ValueError
-        a list is missing, or has another length
+        the list ``triangle`` is missing, or a list has another length
     """
     if not isinstance(found, dict) or "triangle" not in found:
         raise ValueError("the answers must be an object with the list \"triangle\"")

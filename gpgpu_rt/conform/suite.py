@@ -19,7 +19,7 @@ from .families import FAMILIES, make_case
 from .runner import NO_ANSWER, Crash, Runner
 from .spec import ENGINE, FUNCTION, METHOD, Spec
 
-RAYS, SEED = 300, 1     # number of rays of each family in the quick suite, and the seed
+RAYS, SEED = 300, 1     # default largest number of rays of a family, and default seed
 CRASH = "crash"
 KINDS = (*WRONG_KINDS, CRASH)
 
@@ -33,13 +33,13 @@ class Row:
     engine, version : The engine, and its package's version or "".
     family : The family's name.
     rays : Number of rays that the engine traced; 0 if the engine does not accept the rays'
-        t_min and t_max.
+        t_min and t_max, or gave no answer in an earlier family.
     undecidable : Number of rays for which a hit and a miss are both right.
-    wrong : Number of wrong rays by kind, of KINDS. A crash counts for all rays of the family.
+    wrong : Number of wrong rays by kind, of KINDS. A crash counts for all ``rays``.
     seconds : Time of the engine's call in seconds, including the construction of its structure.
     note : The reason of a crash, or the reason why no ray was traced; else "".
     own : For an engine that wraps another engine, the number of wrong rays that the wrapped engine
-        answers correctly. None for other engines, or if the wrapped engine was not run.
+        answers correctly. None for other engines, or if the wrapped engine gave no answers.
     """
 
     engine: str

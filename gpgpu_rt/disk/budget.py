@@ -1,8 +1,8 @@
 """Budget: a limit on the memory that a small file may require.
 
 A header of a few bytes can declare gigabytes. Readers therefore compare the declared size with
-this budget before they allocate memory. Decoded data that are no larger than the file itself are
-always allowed.
+this budget before they allocate memory. `check_bytes` always allows data that are no larger than
+the file itself.
 
 The budget is $GPGPU_RT_BUDGET in MiB, 1024 by default. All limits are derived from the budget.
 """

@@ -1,4 +1,4 @@
-"""Files: read only regular files, and write a file completely or not at all."""
+"""Files: opens only regular files for reading, and writes each file completely or not at all."""
 from __future__ import annotations
 
 import contextlib

@@ -28,7 +28,7 @@ def own_folder(name: str = "") -> Path:
     Raises
     ------
     Error
-        if the path is not a folder, or belongs to another user
+        if the folder cannot be created, or `fault_of` finds that it cannot be trusted
     """
     top = Path(tempfile.gettempdir()) / f"gpgpu_rt-{_user()}"
     for folder in (top, top / name) if name else (top,):

@@ -18,7 +18,8 @@ FOLDERS = ("/usr/lib/chromium", "/usr/lib/chromium-browser", "/opt/google/chrome
 LIBRARIES = ("libGLESv2.so", "libEGL.so")    # libEGL.so loads libGLESv2.so from its own folder
 HINT = ("set GPGPU_RT_ANGLE to a folder with ANGLE's libEGL.so, libGLESv2.so and "
         "libvk_swiftshader.so")
-# Programs cannot use the last render target, because DesktopFunctions counts fragments in it.
+# The context offers one render target fewer than ANGLE, because FragmentCounter counts fragments
+# in the last target. A program with 8 targets still runs, and is counted by its viewport.
 MOST_TARGETS = TARGETS - 1
 ES_VERSION = 310
 EXTENSIONS = ("GL_EXT_color_buffer_float", "GL_EXT_float_blend", "GL_OES_draw_buffers_indexed",

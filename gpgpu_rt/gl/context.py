@@ -1,5 +1,5 @@
-"""Gpu: an OpenGL context from EGL, OSMesa, the system, ANGLE or a window. Only this file makes
-contexts."""
+"""Gpu: an OpenGL context from EGL, OSMesa, the system, ANGLE or a window. Apart from
+windows, only this file makes contexts."""
 from __future__ import annotations
 
 import functools

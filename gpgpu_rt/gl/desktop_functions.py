@@ -17,8 +17,8 @@ INDEXED = ("ColorMaski", "Enablei", "Disablei", "IsEnabledi", "BlendEquationi",
 RENAMED = {**{f"gl{name}": f"gl{name}OES" for name in INDEXED},
            "glGetTexImage": "glGetTexImageANGLE", "glPolygonMode": "glPolygonModeANGLE",
            "glProvokingVertex": "glProvokingVertexANGLE"}
-# ES always behaves as if these capabilities were enabled, and knows no names for them:
-# PROGRAM_POINT_SIZE, TEXTURE_CUBE_MAP_SEAMLESS, PRIMITIVE_RESTART, MULTISAMPLE.
+# ES knows no names for these capabilities. PROGRAM_POINT_SIZE, TEXTURE_CUBE_MAP_SEAMLESS and
+# MULTISAMPLE (first, second, fourth) are always enabled in ES; PRIMITIVE_RESTART does not exist.
 NO_CAPABILITIES = (0x8642, 0x884F, 0x8F9D, 0x809D)
 # The name of the range of point sizes in OpenGL, and the name in ES, where points are not
 # smoothed.
@@ -35,8 +35,9 @@ UINT, INT, POINTER, FLOAT, DOUBLE = (
 class DesktopFunctions:
     """Addresses of functions. The object must live as long as the context.
 
-    A call of a function that ES lacks does nothing but set the error GL_INVALID_OPERATION. An
-    exception in a function of this class also sets this error.
+    A call of a function that ES lacks does nothing but set the error GL_INVALID_OPERATION; a call
+    of a function in `WITHOUT_EFFECT` sets no error. An exception in a function of this class also
+    sets GL_INVALID_OPERATION.
 
     Parameters
     ----------

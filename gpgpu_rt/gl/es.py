@@ -1,8 +1,8 @@
 """ES: rewrites a program's text from GLSL 3.30 to GLSL ES 3.00, the language of WebGL 2.
 
-The rewriting is mechanical. ES has no `precise`. A global variable must be initialised by a
-constant, so a variable with any other initialiser becomes a macro. ES's preprocessor cannot join
-names by ``##``, so macros that join names are expanded here.
+The rewriting is mechanical. ES has no `precise`, so the macro PRECISE is empty. A global variable
+must be initialised by a constant, so a variable with any other initialiser becomes a macro. ES's
+preprocessor cannot join names by ``##``, so macros that join names are expanded here.
 """
 from __future__ import annotations
 
@@ -39,7 +39,8 @@ def es_text(text: str) -> str:
     Raises
     ------
     ShaderError
-        if the text joins names in a macro that cannot be expanded
+        if the text does not begin with #version 330 core, or joins names in a macro that cannot
+        be expanded
     """
     body, found = _VERSION.subn(HEADER, text)
     if not found:

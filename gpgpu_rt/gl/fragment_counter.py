@@ -147,7 +147,7 @@ class FragmentCounter:
                      texture, 0)
 
     def _prepare(self) -> None:
-        """Make the texture as large as the viewport. Clear it at a query's first draw."""
+        """Make the texture large enough for the viewport. Clear it at a query's first draw."""
         x, y, width, height = self._integers(GL_VIEWPORT, 4)
         wanted = x + width, y + height
         if wanted != self._size:

@@ -103,7 +103,8 @@ class FragmentPass:
                 instances: int) -> int:
         """Draw, and return the number of draw calls.
 
-        A list with more vertices than the renderer can number is drawn in parts.
+        Separate primitives (`LISTS`) with more vertices than the renderer can number are drawn in
+        parts.
         """
         count = geometry.vertices if vertices < 0 else vertices
         most = self.gpu.most_vertices

@@ -29,7 +29,8 @@ class Rectangles:
         self.corners = np.zeros((0, 4), np.float32)
 
     def write(self, corners: np.ndarray) -> None:
-        """Replace the rectangles by (n, 4) corners: x0, y0, x1, y1 in texels."""
+        """Replace the rectangles by (n, 4) corners: x0, y0, x1, y1, in texels or in the units that
+        the parameter ``unit`` of `FullScreenPass.draw` describes."""
         self.corners, self.count = np.ascontiguousarray(corners, np.float32), len(corners)
         if self.count:
             self.buffer.write(self.corners)

@@ -28,7 +28,7 @@ class ObservedPass:
 
     Attributes
     ----------
-    number : Index of the pass, counted from 0 for the first observed pass.
+    number : Index of the pass in a list of `Passes`, from 0; always 0 for other observers.
     name, vertex : Files of the fragment and the vertex program, below ``glsl/``.
     kernel : Name of the method's kernel that ran. "init" sets up states, "all" runs the kernel
         that each ray's own state asks for, "visit" and "intersect" run packets. Empty for a
@@ -66,7 +66,7 @@ class ObservedPass:
 
     @property
     def primitives(self) -> int | None:
-        """Triangles or points that reached the rasteriser; None without counting."""
+        """Points, lines or triangles that were drawn; None without counting."""
         return None if self._count is None else self._count.primitives
 
 

@@ -1,4 +1,4 @@
-"""Occlusion query: counts the fragments of draws that pass the depth test."""
+"""Occlusion query: counts the fragments that pass the depth test, in one or more draws."""
 from __future__ import annotations
 
 from collections import deque

@@ -1,8 +1,8 @@
 """The log of a call's passes: draws, fragments, and bytes read and written.
 
 ``Tracer`` keeps a log with ``statistics=True``. An occlusion query around each draw counts the
-fragments that pass the depth test and are not discarded. Without a log there are no queries and no
-costs.
+fragments that pass the depth test and are not discarded. Without a log, these queries are not
+made and logging costs nothing.
 """
 from __future__ import annotations
 

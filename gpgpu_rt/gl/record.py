@@ -5,9 +5,9 @@ A declaration lists fields texel by texel: ``"v0:vec3 index:int | v1:vec3 last:i
 Types are float (the default), vec2, vec3, vec4, int, ivec3 and ivec4. Integers are stored as float
 values, which are exact from -2^24 to 2^24. Packing raises an error outside this range.
 
-All fields other than integers are geometric: their format follows the option ``storage``. Under
-fp16, geometric fields have their own texels in half float textures, and integers stay in float32
-textures.
+All fields other than integers are geometric: their format follows the option ``storage``, unless
+the record has ``full_precision``. Under fp16, geometric fields have their own texels in half float
+textures, and integers stay in float32 textures.
 """
 from __future__ import annotations
 
@@ -204,7 +204,7 @@ class Record:
         Raises
         ------
         LimitError
-            for an integer above 2^24, or for more records than floats can index.
+            for an integer below -2^24 or above 2^24, or for more records than floats can index.
         """
         unknown = set(arrays) - {f.name for f in self.fields}
         if unknown:

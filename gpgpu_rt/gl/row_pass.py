@@ -13,12 +13,12 @@ from .textures import release
 
 
 class RowPass(FragmentPass):
-    """Draws ``vertices`` vertices for each integer of a list.
+    """Draws ``vertices`` vertices for each integer, or each row of integers, of a list.
 
     Parameters
     ----------
     vertex, fragment : files under ``glsl/``
-    attribute : name of the integer in the vertex program
+    attribute : name of the integer, or of the vector of integers, in the vertex program
     vertices : vertices per integer. 1 draws points, other numbers draw triangles
     """
 

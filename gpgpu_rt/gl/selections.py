@@ -8,7 +8,7 @@ GiB. The arguments of a function are plain names inside it, so `picked_value(a, 
 branch.
 
 A selection is rewritten only if both values can be computed in any case: they assign nothing, and
-call no function that could have an effect or a loop. If they read an element of an array, the
+call no function that could have an effect or a loop. If a value reads an element of an array, the
 index must be a parameter of a function. Programs pass only numbers of rays and axes as such an
 index, and these numbers lie inside the array.
 """

@@ -1,8 +1,9 @@
 """Compilation of programs: resolves includes and defines, and formats compile errors.
 
-A program is an entry file, ``.frag`` or ``.vert``. It begins with ``#version`` and includes other
-texts. ``#include "core/hit.glsl"`` names a file under ``glsl/``. ``#include <records>`` names a
-text that Python generated, such as the accessors of records. Each file is included once.
+A program has two entry files, a ``.vert`` and a ``.frag``. An entry file begins with ``#version``
+and includes other texts. ``#include "core/hit.glsl"`` names a file under ``glsl/``. ``#include
+<records>`` names a text that Python generated, such as the accessors of records. Each file is
+included once.
 
 A table maps lines to their files. ``#line`` would not suffice: Mesa reports an undeclared name in
 file 0 despite ``#line``.
@@ -36,8 +37,8 @@ _VERSION = re.compile(r"^\s*#\s*version\b")
 # "0:12(5): error" (Mesa), "0(12) : error" (NVIDIA), "ERROR: 0:12:" (others)
 _LOCATION = re.compile(r"(?P<a>\d+):(?P<b>\d+)(?:\(\d+\))?:|(?P<c>\d+)\((?P<d>\d+)\)\s*:")
 
-# Contraction to FMA breaks the watertight test. Where the driver supports `precise`, it forbids
-# contraction.
+# Contraction to FMA breaks the watertight test. `precise` forbids contraction; drivers without
+# this keyword may contract.
 _PREAMBLE = """#extension GL_ARB_gpu_shader5 : enable
 #ifdef GL_ARB_gpu_shader5
 #define PRECISE precise
@@ -201,7 +202,8 @@ def compile_program(gpu: Gpu, fragment: str, defines: Mapping[str, object] | Non
             with interrupts.deferred():
                 program = gpu.context.program(vertex_shader=texts[0], fragment_shader=texts[1])
         except moderngl.Error as failure:
-            raise ShaderError(_word_log(str(failure), source, defines or {})) from failure
+            wrong = vertex_source if "vertex_shader" in str(failure) else source
+            raise ShaderError(_word_log(str(failure), wrong, defines or {})) from failure
     gpu.programs[key] = program    # now the most recently requested program
     return program
 

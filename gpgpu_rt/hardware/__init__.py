@@ -11,7 +11,7 @@ The modules compute the time of a program on a card, step by step:
   neighbours.
 * ``machine_model``: Predicts seconds from these counts, with no fitted constant.
 * ``era_time``: The predicted time of passes in the era form, as ``render --era`` prints it.
-* ``published_kernels``: The instructions of kernels that papers printed.
+* ``published_kernels``: The instruction counts that papers printed for their kernels.
 * ``table_reads``: The texels that rays read, from the same passes.
 * ``machines``, ``loop_costs``, ``local_store``: Times of machines with ray tracing units, and of
   the Cell.

@@ -103,7 +103,7 @@ def issue_slots(cost: StaticCost) -> int:
     which a pipe issues them (`nv40_pairing`)."""
     if cost.card != _LISTED or not cost.listing:
         return cost.arithmetic
-    # The listing lacks a few copies that the driver adds. They are issued alone.
+    # The listing lacks a few copies that the driver adds. Each copy is issued alone.
     copies = cost.arithmetic - len(arithmetic_of(cost.listing))
     return clocks(cost.listing) + max(copies, 0)
 

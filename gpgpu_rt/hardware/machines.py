@@ -167,8 +167,8 @@ def on_cell(cell: Machine, work: Mapping[str, Any], costs: Mapping[str, LoopCost
 def with_shading(cell: Machine, traced: Least, times: float = 1.0) -> Least:
     """Return the time of tracing a ray and of shading its hit on the same processors.
 
-    The survey (section 4.4) reports that shading is the bottleneck on the Cell, because it reads
-    memory at random. So a processor always waits for the transfers of shading. ``times``
+    The survey (section 4.4) reports that shading is the bottleneck on the Cell, because shading
+    reads memory at random. So a processor always waits for the transfers of shading. ``times``
     multiplies the assumed number of transfers per hit.
     """
     transfers = times * cell.shading_transfers

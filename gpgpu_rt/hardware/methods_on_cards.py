@@ -1,8 +1,8 @@
 """Methods on cards: compare the programs of each method with the limits of a card.
 
 The era form of a method (docs/era.md) is judged by the counts of Mesa's compiler for the card.
-Today's programs are judged only by their targets, tables, loops and queries, because no card's
-compiler accepts them.
+Today's programs are judged only by their targets, tables, loops, queries and float textures,
+because no card's compiler accepts them.
 
 A card may refuse a method that once ran on it. For example, Carr et al. (2002) ran the ray engine
 in fixed point on the Radeon 8500. The ray engine of this project needs float textures, even where
@@ -134,7 +134,7 @@ def _side(texels: int) -> int:
 def refusals(card: Card, needs: dict[tuple[str, str], dict[str, Needs]]
              ) -> dict[tuple[str, str], list[Refusal]]:
     """Return (method, schedule) -> the reasons why a card cannot run the method. The list is empty
-    if the card can run the method."""
+    if the programs exceed no limit of the card; their instructions are not compared."""
     return {key: list(dict.fromkeys(reason for one in programs.values()
                                     for reason in card.refuses(one)))
             for key, programs in needs.items()}

@@ -14,7 +14,7 @@ import numpy as np
 from .trace import FINISHED, KernelTrace
 
 PUSH, POP = "push", "pop"
-BOTH = 3      # the field `needed` of a packet that enters both children
+BOTH = 3      # value of the field `needed` of a packet that enters both children
 
 
 def fields_of(stack: bool) -> tuple[str, ...]:

@@ -1,4 +1,4 @@
-"""Static costs: the instructions that each card's compiler (2002-2006) generates for era kernels.
+"""Static costs: the instructions that Mesa's compilers for cards of 2002-2006 make of kernels.
 
 Mesa's drivers of these cards start without their cards and compile the era form of a kernel
 (traversal/era.py, dialect ``card``). ``tools/static_costs.py`` writes their results into

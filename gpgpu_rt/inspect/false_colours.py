@@ -1,4 +1,4 @@
-"""False colours: numbers, states and names as pixels, with legends. Needs only Pillow."""
+"""False colours: numbers, states and names as pixels, with legends. Needs numpy and Pillow."""
 from __future__ import annotations
 
 import math
@@ -33,7 +33,8 @@ def ramp(values: np.ndarray) -> np.ndarray:
 def palette(pictures: Sequence[np.ndarray]) -> Image.Image:
     """Return an image whose palette ``Image.quantize`` accepts: 256 colours for all ``pictures``.
 
-    The palette contains every colour of the legends exactly; it approximates the other colours.
+    The palette contains the colours of phases and of text exactly, and 42 colours of the ramp. It
+    approximates the other colours.
     ``pictures`` are (h, w, 3) uint8 of the same size.
     """
     exact = np.concatenate([_CATEGORIES, [OVER, STOPPED, FULL, NOTHING, PAPER, INK],

@@ -33,8 +33,8 @@ def observe_states(tracer: Tracer, look: Look) -> Iterator[None]:
     Parameters
     ----------
     look : receives an ObservedPass, whose ``target`` is a Target. The target's records are the
-        method's state and HIT; a target of packets' states has no HIT. The ``kernel`` "init" sets
-        up states
+        method's state and HIT. HIT is missing in a target of packets' states, and in the era form
+        after a kernel that cannot change hits. The ``kernel`` "init" sets up states
 
     Raises
     ------

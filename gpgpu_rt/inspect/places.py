@@ -66,7 +66,8 @@ class Places:
     def records(self, number: int) -> Decoded:
         """Return the records of a place as the textures hold them: record -> field -> value.
 
-        A table holds records of places if it has as many records as there are places.
+        A table holds records of places if it has as many records as there are places and is no
+        table of triangles.
         """
         tracer, session = self._tracer, self._tracer.session
         found: Decoded = {}

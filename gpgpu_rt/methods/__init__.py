@@ -71,7 +71,7 @@ def load_methods(folder: str | os.PathLike[str]) -> list[Method]:
     ------
     MethodError
         if the folder does not exist, a file fails to run, or a row is invalid. The message names
-        file and line. No method of the folder is then added to the table.
+        the folder, or file and line. No method of the folder is then added to the table.
     """
     _load_named()
     path = Path(folder).resolve()
@@ -137,7 +137,8 @@ def _load(folder: Path) -> list[Method]:
     if folder in _LOADED:
         return []
     before = set(_TABLE)
-    # Mark the folder before its files run: a file that reads the table must not load it again.
+    # Mark the folder before its files run: a file that reads the table must not load the
+    # folder again.
     _LOADED.add(folder)
     try:
         plugins.register_folder(folder, register)

@@ -30,7 +30,7 @@ from ..traversal.method import SCHEDULES, Accelerator, Method
 
 VARIABLE = "GPGPU_RT_METHODS"
 _NAME = re.compile(r"[a-z][a-z0-9]*(-[a-z0-9]+)*")
-_MOST_KERNELS = 4    # drivers/traverse.frag has a case for each of four kernels
+_MOST_KERNELS = 4    # the largest number of kernels of a row in a user's file
 # Method files that were written for version 0.1 import modules by these old names.
 _FORMER_NAMES = {"gpgpu_rt.record": gl_record, "gpgpu_rt.texel_layout": triangle_table}
 
@@ -63,7 +63,8 @@ def rows_of(path: Path) -> list[Method]:
     Raises
     ------
     MethodError
-        if the file fails to run or a row is invalid; the message names file and line
+        if the file fails to run or a row is invalid; the message names the file, and the line or
+        the method
     """
     # The hash of the path tells files of the same name in two folders apart.
     place = hashlib.sha256(os.fsencode(path.resolve())).hexdigest()[:12]
@@ -163,8 +164,8 @@ def _check_kinds(row: Method, where: str) -> None:
 
 
 def _guarded(row: Method, path: Path) -> Callable[..., Accelerator]:
-    """The row's ``prepare`` in a wrapper, which turns an error of ``prepare`` into a MethodError
-    whose message is a single line.
+    """The row's ``prepare`` in a wrapper, which turns any exception of ``prepare`` other than this
+    package's ``Error`` into a MethodError whose message is a single line.
 
     The wrapper also checks the returned Accelerator. With the environment variable
     GPGPU_RT_TRACEBACK, the command line also prints the traceback of the error.

@@ -26,8 +26,8 @@ FORMAT = 2
 ONE_CHOICE = 1    # the older format, which has one choice for all rays
 # The choices for a scene that was not tuned. Their hits equal the hits of every other exact choice
 # to the bit, and these choices are never much slower than the fastest choice. Packets trace eye
-# and shadow rays twice as fast as single rays, but trace other rays more slowly than single rays;
-# docs/accuracy.md has the measured rates. docs/notes/bvh.md has the measured gain of entry points.
+# and shadow rays twice as fast as single rays, but trace incoherent rays more slowly;
+# docs/notes/schedules.md has the measured rates, and docs/notes/bvh.md the gain of entry points.
 # The interval test makes packets faster on large images of eye rays. But mirror rays also count as
 # coherent, and with the interval test, packets of mirror rays would take two to three times as
 # long as single rays. So the interval test is off.

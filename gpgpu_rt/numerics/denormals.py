@@ -2,8 +2,8 @@
 
 A library in the same process may tell the processor to flush denormal numbers to 0. The processor
 then flushes the results of all later operations of the thread. The ends of intervals and the t of
-hits may be denormal, so a hit could be lost. Public functions therefore keep denormal numbers
-while they run (`keeps_denormals`).
+hits may be denormal, so a hit could be lost. Functions with the decorator `keeps_denormals`
+therefore keep denormal numbers while they run.
 """
 from __future__ import annotations
 

@@ -3,9 +3,9 @@
 The bounds are computed for each pair of a ray and a triangle.
 
 The analysis uses Higham's standard model ("Accuracy and Stability of Numerical Algorithms", 2002,
-chapter 3), as pbrt does. Each operation returns ``x (1 + d)`` with ``|d| <= u``, plus an error of
+chapter 3), as pbrt does. Each operation returns ``x (1 + r)`` with ``|r| <= u``, plus an error of
 at most ``tiny`` where the result underflows: renderers may flush denormal results and inputs to
-zero. A product of n factors ``1 + d`` is within ``gamma(n) = n u / (1 - n u)`` of 1. Division is
+zero. A product of n factors ``1 + r`` is within ``gamma(n) = n u / (1 - n u)`` of 1. Division is
 assumed to be correctly rounded. Contraction to fused multiply-adds only removes roundings. The
 bounds themselves are evaluated in float64, with errors of the same form and u = 2^-53. The factor
 ``_ROUND_UP`` covers these errors.
@@ -27,13 +27,13 @@ a vertex. Axes are permuted so that the direction is largest in z:
    |p.y q.x|) + 2 tiny) + u |w| + tiny``.
 6. ``DET = W0 + W1 + W2``: its error is at most ``(1 + u)^2`` times the sum of the three errors,
    plus ``gamma(2) sum |w|``.
-7. The distance t of the plane. The test takes two edges E and F that meet in the corner a, and
+7. The distance t of the plane. The test takes two edges E and F that meet in a vertex V, and
    their cross product N. With ``m_i = |e_j f_k| + |e_k f_j|``, ``|N_i - n_i| <= gamma(4) m_i``.
    The dot product ``D = d . N`` adds gamma(3). The test multiplies N by 1 / D and takes the dot
-   product with ``A = a - O``. The roundings of A, 1 / D, this product and the dot product are
+   product with ``A = V - O``. The roundings of A, 1 / D, this product and the dot product are
    gamma(6) together. As ``(a - t d) . n = 0``, ``T - t = ((a - t d) . (N - n) - t (D - d . N)) /
    D`` plus the last roundings. So the error of N is multiplied only by the distance from the hit
-   to the corner:
+   to the vertex V:
    ``|T - t| <= (gamma(4) sum |a_i - t d_i| m_i + gamma(3) |t| sum |d_i N_i| + gamma(6) sum
    |a_i N_i|) / |D|``. The test takes the two shorter edges. Where rounding may decide which edge
    is the longest, the largest bound of the possible choices is used. Underflow adds the terms with

@@ -43,8 +43,8 @@ def shorter(edges: np.ndarray, index: np.ndarray | int) -> tuple[np.ndarray, np.
 
 def plane_distance(corners: np.ndarray, seen: np.ndarray, directions: np.ndarray,
                    R: Rounding = kept) -> np.ndarray:
-    """Return the distances of planes along rays, in units of the directions' lengths. They are not
-    finite where a direction lies in the plane.
+    """Return the distances of planes along rays, in units of the directions' lengths. A distance
+    is not finite where the direction lies in the plane.
 
     The order of the axes decides the order of sums. The shader's last axis is the axis in which
     the direction is largest.

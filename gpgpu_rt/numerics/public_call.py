@@ -1,4 +1,4 @@
-"""public_call: the decorator of every public function that computes with arrays."""
+"""public_call: a decorator for public functions that compute with arrays."""
 from __future__ import annotations
 
 from collections.abc import Callable

@@ -1,9 +1,9 @@
 """The watertight test of ``glsl/core/watertight.glsl`` in numpy, operation for operation.
 
 All arithmetic is float32 and rounds where the shader rounds. On renderers that follow IEEE
-arithmetic, the results therefore have the same bits. The host uses this test when it chooses the
-origin of a ray that leaves a triangle, so that the shader's test will miss this triangle. Numbers
-below 2^-126 count as 0, as on renderers that flush denormals.
+arithmetic, the results therefore have the same bits. For example, the host uses this test when it
+chooses the origin of a ray that leaves a triangle, so that the shader's test will miss this
+triangle. Numbers below 2^-126 count as 0, as on renderers that flush denormals.
 """
 from __future__ import annotations
 

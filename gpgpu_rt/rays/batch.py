@@ -59,7 +59,7 @@ class RayBatch:
     shape : (h, w) if given by ``shape`` or the arrays, else (n,)
     size : (width, height) of the ray textures
     start : (4,) float32, the origin and t_min that all rays share; None if these differ from ray
-        to ray, if a ray is invalid, or if t_min is negative
+        to ray, if a ray is invalid, if an origin was advanced, or if t_min is negative
     tiles : bounds of the tiles; None if they were not requested, if the textures are too wide, or
         if the rays were sorted
     order : the order of the rays in the textures, or None if they were not sorted

@@ -14,7 +14,8 @@ import numpy as np
 
 # Lengths are in radii of the sphere around the scene's box. An origin is far if its distance from
 # the sphere's centre exceeds FAR. Let P be the point of the ray that is nearest to the centre. A
-# far origin is moved along its ray to a distance of NEAR before P.
+# far origin is moved forward along its ray to a distance of NEAR before P. A far origin that is
+# already past this place is not moved.
 FAR = 4.0
 NEAR = 2.0
 ABREAST = 128       # points per row in `by_axis`; numpy reduces long rows faster
@@ -57,7 +58,7 @@ def approach(origins: np.ndarray, directions: np.ndarray, lo: np.ndarray,
 
 def _near(origins: np.ndarray, centre: np.ndarray, radius: float) -> bool:
     """Return whether the box around all origins shows that no origin is far; false if an origin is
-    NaN."""
+    NaN. If the radius is 0, no origin counts as far."""
     ends = np.array([by_axis(end, origins) for end in (np.minimum, np.maximum)], np.float64)
     return radius == 0 or bool(
         (np.abs(ends - centre).max(axis=0) ** 2).sum() <= (FAR * radius) ** 2)

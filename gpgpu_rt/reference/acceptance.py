@@ -61,9 +61,10 @@ class Acceptance:
     must_hit, may_hit : (n,) bool
     starts : (n + 1,) int; the acceptable triangles of ray i are entries starts[i] to
         starts[i + 1] - 1 of the following arrays
-    triangle : (k,) int32, acceptable triangles. If several triangles have the same corners, only
-        the triangle with the lowest index is listed
-    copy_of : (m,) int, for each triangle the lowest index of a triangle with the same corners
+    triangle : (k,) int32, acceptable triangles. If several triangles have the same corners in the
+        same order, only the triangle with the lowest index is listed
+    copy_of : (m,) int, for each triangle the lowest index of a triangle with the same corners in
+        the same order
     t_low, t_high : (k,) float64, the smallest and the largest acceptable t on each element of
         `triangle`
     """
@@ -141,7 +142,8 @@ def exact_hits(vertices: np.ndarray, origins: np.ndarray, directions: np.ndarray
                t_min: np.ndarray, t_max: np.ndarray) -> Hits:
     """Return the exact hits, with t, u and v correctly rounded to float64.
 
-    Bounds on the errors of float64 decide most rays. Integer arithmetic decides the other rays.
+    Bounds on the errors of float64 decide which triangles most rays hit. Integer arithmetic
+    decides the other rays, and computes t, u and v of all hits.
 
     Parameters
     ----------
@@ -231,8 +233,8 @@ def _meet(vertices: np.ndarray, triangle: np.ndarray, around: np.ndarray, origin
           directions: np.ndarray, radius: np.ndarray) -> np.ndarray:
     """Return whether all triangles that a ray's neighbours hit meet the ray's own triangle.
 
-    Two triangles meet if they share two corners, or a corner that is nearer to the ray than
-    ``radius``.
+    The triangles meet if all of them contain the same two corners, or the same corner that is
+    nearer to the ray than ``radius``.
 
     Parameters
     ----------

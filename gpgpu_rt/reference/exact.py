@@ -20,7 +20,7 @@ _PAIRS = 1 << 16    # most pairs of ray and triangle in a batch
 
 @dataclass
 class ExactPairs:
-    """Solutions of k pairs of ray and triangle, as fractions with a common denominator.
+    """Solutions of k pairs of ray and triangle: t as a fraction of integers, u and v rounded.
 
     Attributes
     ----------

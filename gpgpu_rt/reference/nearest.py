@@ -1,9 +1,9 @@
 """Reference tracer: nearest hits in float64 on the CPU, by brute force or with `ReferenceTree`.
 
 The triangle test is by Woop, Benthin and Wald, "Watertight Ray/Triangle Intersection", JCGT
-2(1), 2013. It moves the vertices to the ray's origin, permutes the axes so that the direction's
-largest component is z, and shears the vertices so that the ray lies on the z axis. Three 2D edge
-functions then decide. An edge function is a difference of two products. Rounding may make it 0,
+2(1), 2013. The test moves the ray's origin to 0, permutes the axes so that the direction's largest
+component is z, and shears the vertices so that the ray lies on the z axis. Three 2D edge functions
+then decide. An edge function is a difference of two products. Rounding may make it 0,
 but never gives it the wrong sign. The triangle on the other side of an edge has exactly the
 negated edge function, so no ray is lost between the two triangles.
 

@@ -2,11 +2,11 @@
 
 The algorithm is path tracing (Kajiya, "The Rendering Equation", SIGGRAPH 1986). At each vertex, a
 path samples one light (next-event estimation), then continues in a direction sampled from the
-material. Both ways may find the same light, so the power heuristic weights the light of each way
-(Veach and Guibas, "Optimally Combining Sampling Techniques for Monte Carlo Rendering", SIGGRAPH
-1995). The reference and the shaders use the same random numbers and sample the same lights. Their
-pictures differ only because the shaders round to float32. Sometimes rounding makes a path of the
-shaders hit another surface.
+material. Both ways may find the same light, so the power heuristic (for a sky, the balance
+heuristic) weights the light of each way (Veach and Guibas, "Optimally Combining Sampling
+Techniques for Monte Carlo Rendering", SIGGRAPH 1995). The reference and the shaders use the same
+random numbers and sample the same lights. Their pictures differ only because the shaders round to
+float32. Sometimes rounding makes a path of the shaders hit another surface.
 
 In physics, radiance is multiplied by a factor where light enters a denser medium, and divided by
 the same factor where light leaves the medium. Both the reference and the shaders omit this factor.
@@ -107,7 +107,7 @@ class _Paths:
         self.direction = direction
         self.weight = np.ones((len(x), 3))
         # The probability density of the ray's direction; infinite if only this direction was
-        # possible, as for eye rays and mirrors.
+        # possible, as for eye rays, mirrors and glass.
         self.density = np.full(len(x), np.inf)
         self.light = np.zeros((len(x), 3))
         self.alive = np.arange(len(x))
@@ -247,7 +247,7 @@ class _Paths:
         self.light[paths] += free[:, None] * self.weight[paths] * arrives[useful]
 
     def _go_on(self, at: _Surfaces, hits: Hits, vertex: int) -> None:
-        """Choose the next ray of each path. Remove from ``alive`` the paths that end here."""
+        """Choose the next ray of each path. Remove from ``alive`` the paths that end."""
         random = self._random(self.alive, vertex, 0)
         direction, weight, density = at.next(random)
         weight *= self.weight[self.alive]

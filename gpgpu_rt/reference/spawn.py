@@ -10,7 +10,7 @@ from ..hits import Hits
 from ..numerics.error_bounds import FLOAT32, gamma
 from ..numerics.watertight import intersect_pairs
 
-_SPAWN_TRIES = 28   # enough to double from _SEEN times a triangle's extent to it, and to bisect
+_SPAWN_TRIES = 28   # enough to double an offset from _SEEN extents to one extent, and to bisect
 _SEEN = np.float32(8 * FLOAT32.unit)    # error of the watertight test, divided by the extent
 
 
@@ -20,8 +20,8 @@ def spawn(scene: Any, hits: Hits, directions: np.ndarray) -> np.ndarray:
     An origin is offset from the hit point along the triangle's normal, to the side of the new
     direction. The offset is the error bound of the hit point plus the usual error of the
     watertight test in float32. The test has larger errors for long thin triangles. So as long as
-    the test reports that the new ray hits the triangle that the ray leaves, the offset is doubled,
-    up to the triangle's extent. A bisection then reduces it, so that it exceeds the necessary
+    the test reports that the new ray hits the triangle of the hit, the offset is doubled, up to
+    the triangle's extent. A bisection then reduces the offset, so that it exceeds the necessary
     offset by at most a seventh. ``glsl/render/spawn.glsl`` derives the offset.
 
     Parameters
@@ -32,7 +32,8 @@ def spawn(scene: Any, hits: Hits, directions: np.ndarray) -> np.ndarray:
 
     Returns
     -------
-    (n, 3) float32, NaN where there was no hit; trace such rays with ``invalid="miss"``
+    (n, 3) float32, NaN where there was no hit or the direction is invalid; trace such rays with
+    ``invalid="miss"``
 
     Raises
     ------

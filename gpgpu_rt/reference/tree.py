@@ -1,11 +1,11 @@
 """Reference tree: a bounding volume tree in float64 for the reference tracer.
 
-The builder repeatedly sorts a list of triangles along an axis and halves the list. It chooses the
-axis for which the boxes of the two halves have the least area. Node i of level l contains the
-triangles from floor(i m / 2^l) to floor((i + 1) m / 2^l) - 1 of the ordered list of m triangles,
-so no links are stored. Traversal works on batches of pairs (ray, node), nearer children first. It
-drops a pair only if the ray misses the node's box within the ray's interval, so the triangles that
-remain at the end include every hit.
+The builder repeatedly sorts a list of triangles along an axis and halves the list. The chosen axis
+is the axis for which the boxes of the two halves have the least area. Node i of level l contains
+the triangles from floor(i m / 2^l) to floor((i + 1) m / 2^l) - 1 of the ordered list of m
+triangles, so no links are stored. Traversal works on batches of pairs (ray, node), nearer children
+first. A pair is dropped only if the ray misses the node's box within the ray's interval, so the
+triangles that remain at the end include every hit.
 """
 from __future__ import annotations
 

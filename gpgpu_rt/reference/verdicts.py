@@ -27,13 +27,13 @@ class Verdicts:
     ----------
     kind : (n,) uint8, an index into KINDS:
 
-        right : the only right answer, within the errors of float32
+        right : a right answer to a ray for which only a hit is right, or only a miss
         undecidable : a right answer to a ray for which a hit and a miss are both right
         leak : a miss where every fair engine hits
         false hit : a triangle that no fair engine hits
         wrong nearest : a triangle that lies behind a hit of every fair engine
         wrong t : the right triangle at a wrong distance
-        not finite : a hit whose t is NaN or infinite although float32 holds the right t
+        not finite : a hit whose t is NaN, or is infinite although float32 holds the right t
         any hit disagrees : the nearest hit is right, but the answer to "is there any hit" is not
     t_error : (n,) float64, |t - exact t| on the reported triangle; NaN for a miss or a triangle
         that is not acceptable

@@ -1,1 +1,1 @@
-"""Pictures: integrators, and the table that says which features of them a scene needs."""
+"""Pictures: integrators, and the table that says which of their features a scene needs."""

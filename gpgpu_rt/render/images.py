@@ -14,7 +14,8 @@ WIDTH, HEIGHT = 8192, 16384
 
 def places(scene: Scene) -> dict[str, np.ndarray]:
     """Return the fields of the record IMAGE (``records.py``) for each material: the rectangle of
-    the material's image in the packed texture, or zeros if the material has no image."""
+    the material's image in the packed texture, or zeros if the material has no image or no
+    triangle uses the material."""
     corners = np.zeros((len(scene.materials), 4), np.int32)
     found = {id(t): (x, y) for t, x, y in _shelved(scene)}   # only textures in use
     for k, material in enumerate(scene.materials):

@@ -75,8 +75,8 @@ ALL_FEATURES = Option(
     "that the scene does not require; the picture is the same", bool, label="build every feature")
 # The default is 8 bounces because each depth of refraction needs separate textures and doubles
 # the number of branches. Light usually leaves solid glass after one or two inner reflections. A
-# picture with 8 bounces takes a third of the time of a picture with 12 bounces. The two differ by
-# at most one grey level on average.
+# picture with 8 bounces takes a third of the time of a picture with 12 bounces. The two pictures
+# differ by at most one grey level on average.
 BOUNCES = Option("bounces", 8, "largest number of successive reflections and refractions",
                  int, minimum=0, maximum=64, label="most bounces")
 LIGHT_SAMPLES = Option("light_samples", 16, "shadow rays from each visible point towards emitting "

@@ -2,8 +2,8 @@
 
 Each row of ``PROPERTIES`` describes a property of scenes: how to detect it, which defines it sets,
 which tables it adds, and what to tell the user if the property is absent. An integrator declares
-which define each of its streams and passes needs (``render/integrator.py``). Nothing else decides
-what is compiled, allocated, fetched or drawn. To add a property, add a row.
+which define each of its streams and passes needs (``render/integrator.py``). These rows and
+declarations decide what is compiled, allocated, fetched and drawn. To add a property, add a row.
 """
 from __future__ import annotations
 
@@ -28,9 +28,9 @@ from .records import (
     POINT_LIGHT, SURFACE, SURROUNDINGS_ROW
 )
 
-# A ray continues only while its weight in a pixel is at least CUTOFF. A ray of less weight would
-# change a channel of an 8 bit picture by at most a quarter of a step, unless it finds light that
-# is brighter than white.
+# A ray of Whitted's ray tracing continues only while its weight in a pixel is at least CUTOFF. A
+# ray of less weight would change a channel of an 8 bit picture by at most a quarter of a step,
+# unless it finds light that is brighter than white.
 CUTOFF = 1 / 1024
 
 

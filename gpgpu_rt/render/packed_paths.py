@@ -3,13 +3,13 @@
 A live path is a path that has not ended. When a path ends, its texel stays in the texture. A
 traversal pass still runs over the whole texture. Rays that have ended then share packets or SIMD
 lanes with live rays. Stream reduction (D. Horn, "Stream Reduction Operations for GPGPU
-Applications", GPU Gems 2, 2005; survey, sections 3.6 and 4.3) packs the live paths. It keeps the
-order of squares of 8x8 texels, so packets and tiles still contain neighbours.
+Applications", GPU Gems 2, 2005; survey, sections 3.6 and 4.3) packs the live paths. The reduction
+keeps the order of squares of 8x8 texels, so packets and tiles still contain neighbours.
 
-Each packed path keeps the position of its original texel, because its random numbers depend on
-this position. It also keeps the light that it has found. In the end, a pass draws a point for each
-packed path. The point adds the path's light to the original texel. Packing therefore does not
-change the bits of a picture.
+Each packed path keeps the position of its original texel, because the path's random numbers depend
+on this position. The path also keeps the light that it has found. In the end, a pass draws a point
+for each packed path. The point adds the path's light to the original texel. Packing therefore does
+not change the bits of a picture.
 """
 from __future__ import annotations
 

@@ -6,9 +6,9 @@ explains the weights. A wave contains a block of texels for each pixel, and each
 The ray of a path that has ended has an empty interval, so every method skips the ray. The depth
 buffer masks the texel of such a path. An occlusion query finds when all paths have ended.
 
-Random numbers depend only on pixel, sample and vertex, and samples are added in a fixed order.
-Pictures are therefore bit-identical for all methods, for all sizes of a wave, and with or without
-packing of live paths.
+Random numbers depend only on seed, pixel, sample and vertex, and samples are added in a fixed
+order. Pictures are therefore bit-identical for all methods, for all sizes of a wave, and with or
+without packing of live paths.
 """
 from __future__ import annotations
 
@@ -285,8 +285,9 @@ def _settings(given: Mapping[str, Any]) -> PathSettings:
 
 
 def _block(most: int, size: tuple[int, int], largest: int) -> tuple[int, int]:
-    """Return the block of texels of a pixel in a wave, (columns, rows). The number of texels is a
-    power of two and at most ``most``. No side of the wave's textures exceeds ``largest``."""
+    """Return the block of texels of a pixel in a wave, (columns, rows). The number of texels is 1,
+    or a larger power of two that is at most ``most`` and with which no side of the wave's textures
+    exceeds ``largest``."""
     columns = rows = 1
     while 2 * columns * rows <= most:
         wider = 2 * columns * size[0] <= largest and columns <= rows

@@ -1,6 +1,6 @@
 """Scene textures: the tables and images that a picture's shaders read.
 
-A table or image is made only if the scene needs it."""
+A table or image is made only if `SceneNeeds` lists it."""
 from __future__ import annotations
 
 import moderngl

@@ -3,7 +3,7 @@
 The curve decides how light above white is shown. The curve "linear" clips the light. The curve
 "reinhard" compresses luminance by L / (1 + L), which is equation 3 of Reinhard et al. 2002. The
 exposure takes the place of the paper's key value. The curve "aces" is applied to each channel.
-Narkowicz 2015 fitted it to the film-like curve of the Academy Color Encoding System.
+Narkowicz 2015 fitted this curve to the film-like curve of the Academy Color Encoding System.
 """
 from __future__ import annotations
 

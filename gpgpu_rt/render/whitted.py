@@ -126,7 +126,8 @@ class Whitted(Integrator):
 
     def _wave(self, trace: Trace, wave: Wave) -> Hits:
         """Trace the rays of a branch, add the light they find, and trace its child branches.
-        Return the hits of the branch's last shadow rays."""
+        Return the hits of the branch's last shadow rays; without shadow rays, the branch's hits.
+        """
         assert self.room is not None
         hits = trace(wave.rays)
         source = {**wave.rays.samplers(), **hits.samplers(), **wave.path}

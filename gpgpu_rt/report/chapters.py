@@ -30,10 +30,10 @@ A graphics card of 2002 could do one thing fast: run a short program on every pi
 that it draws. Ray tracing asks another question: which triangle does a ray hit first? The methods
 on this page are the answers that were found between 2002 and 2007.
 
-Each method runs here as it ran then. This program measured the method's times on the renderer that
-the table names. The number from the paper stands beside the measured time. Compare ratios and
-rankings, not times: twenty years of hardware lie between the two numbers. Where a paper measured
-on a card, a third number is the time that a model predicts for this card.
+Each method runs here by the algorithm of its paper. This program measured the method's times on
+the renderer that the table names. The number from the paper stands beside the measured time.
+Compare ratios and rankings, not times: twenty years of hardware lie between the two numbers. Where
+a paper measured on a card, a third number is the time that a model predicts for this card.
 """, ("fig01",)),
     Chapter("A pass is a function over a stream (survey, section 2)", """
 Store a ray in each texel of a texture. Draw a square over all texels, and the fragment program
@@ -81,9 +81,10 @@ between two leaves.
 A hierarchy of boxes holds every triangle once. Its boxes may overlap, so a ray may have to visit
 both children. The nodes are stored in depth-first order, and each node has the index of the end of
 its subtree. A ray then needs only one number: it descends to the next node, or skips to that
-index. This method needs no stack and no restart, and has the smallest state of all. Its
-disadvantage is the order: rays from all sides visit the nodes in the same order. Eight copies of
-the tree, one for each octant of directions, restore the front-to-back order.
+index. This method needs no stack and no restart, and the state of its rays is smaller than in the
+kd-tree methods. Its disadvantage is the order: rays from all sides visit the nodes in the same
+order. Eight copies of the tree, one for each octant of directions, restore the front-to-back
+order.
 
 A geometry image needs no tree. The surface is stored as an image of its positions. The pyramid of
 minima and maxima over this image is the hierarchy, and a few passes build it.
@@ -109,12 +110,13 @@ verifies each hit of the rasteriser, and a ray is traced if its hit cannot be pr
 is the same to the bit.
 """, ("rasterised", "refraction", "ray_bundles", "caustics")),
     Chapter("What moves, and what a scene needs", """
-A static scene needs its structure only once; a moving scene needs a new structure for every frame.
-The boxes of a known tree can be refitted to moved triangles, but the planes of a kd-tree cannot. A
-renderer that knows its scene can also leave out every feature that the scene does not use.
+A static scene needs its structure only once; a moving scene needs a new or a changed structure for
+every frame. The boxes of a known tree can be refitted to moved triangles, but the planes of a
+kd-tree cannot. A renderer that knows its scene can also leave out every feature that the scene
+does not use.
 """, ("frames", "needs", "path_noise")),
     Chapter("Speed against accuracy", """
-The cards of the time computed with 24 or 16 bits, and their rays slipped between triangles. Low
+Many cards of the time computed with 24 or 16 bits, and their rays slipped between triangles. Low
 precision costs wrong pixels, high precision costs time, and both costs can be measured. A *leak*
 is a ray that passes through a closed surface. A *wrong* ray finds another triangle than the exact
 answer, and its rounding errors do not explain the difference. If n rays show no error, the share
@@ -130,11 +132,11 @@ speeds mixes numbers of different papers, cards and scenes. Here the same method
 and one renderer, with the same rays.
 """, ("table1", "fig26")),
     Chapter("The graphics cards of the papers", """
-How long would these programs have taken on the cards of their papers? Mesa still has a compiler
-for each of these cards, and it compiles the kernels. From the kernel that each ray runs in each
-step, this program counts how often a card issues each kernel, and how many pixels wait while this
-kernel runs. A model predicts a time from these counts and from the numbers in a card's data sheet.
-No constant is fitted.
+How long would these programs have taken on the cards of their papers? Mesa still has compilers for
+most of these cards, and these compilers compile the kernels. From the kernel that each ray runs in
+each step, this program counts how often a card issues each kernel, and how many pixels wait while
+this kernel runs. A model predicts a time from these counts and from the numbers in a card's data
+sheet. No constant is fitted.
 
 The cards rounded each result to 9 or 16 bits of fixed point, or to floats of 24 or 32 bits. The
 pictures show the rays that are lost by this rounding.

@@ -83,7 +83,7 @@ class _Film:
 def film(scene: Scene, method: str, size: tuple[int, int]) -> str:
     """Return HTML with the passes of a method over eye rays as a film.
 
-    A frame is due whenever an equal share of the rays has ended.
+    From frame to frame, the same share of the rays ends.
     """
     rays = size[0] * size[1]
     with Tracer(scene, method, schedule="step") as tracer:

@@ -85,7 +85,7 @@ def write_report(output: str | os.PathLike[str], figures: str | os.PathLike[str]
     films : whether to make films and heat maps. They take a minute and need an OpenGL context
     say : called with each line about progress
     web : the folder that ``make web`` writes. The page links to each page there that belongs to a
-        figure. The links are relative, so publish both together
+        figure. The links are relative, so publish the page and the folder together
 
     Raises
     ------
@@ -101,7 +101,8 @@ def write_report(output: str | os.PathLike[str], figures: str | os.PathLike[str]
     made: dict[tuple[Any, ...], str] = {}
 
     def once(make: Callable[..., str], *arguments: Any) -> str:
-        """Return a film or heat map. Make it only once, even if the page is assembled again."""
+        """Return the HTML of a film or of heat maps. Make this HTML only once, even if the page is
+        assembled again."""
         key = make, arguments
         if key not in made:
             what = arguments[0] if isinstance(arguments[0], str) else ", ".join(arguments[0])

@@ -27,7 +27,8 @@ class Outcome:
     ----------
     name : what came out
     words : the words of these verdicts
-    paper, ink : colours of a badge. They differ in lightness too, for colour-blind readers
+    paper, ink : colours of a badge and of its text. The badges of "confirmed" and "contradicted"
+        differ in lightness too, for colour-blind readers
     """
 
     name: str

@@ -30,7 +30,7 @@ class Animation:
     ----------
     scene : the scene at frame 0
     vertices : function from a frame number, 0 or more, to the argument of `Tracer.update`: (v, 3)
-        or (n, 3, 3) float32, world units. The result depends only on the frame number
+        or (n, 3, 3) float, world units. The result depends only on the frame number
     frames : the number of frames; None if the animation has no end
     camera : function from a frame number to the camera; None if the scene's camera stands still
     """
@@ -77,7 +77,8 @@ def load_animation(source: str | os.PathLike[str]) -> Animation:
     Raises
     ------
     SceneError
-        the name or file does not exist, or the file holds no animation
+        the name or file does not exist, the named scene does not move, or the file holds no
+        animation
     """
     name = os.fspath(source)
     if Path(name).suffix == ".npz":

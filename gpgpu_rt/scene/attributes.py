@@ -85,8 +85,8 @@ def smooth_normals(triangles: np.ndarray, faces: np.ndarray | None = None) -> np
     weighted = (angle[:, :, None] * flat[:, None]).reshape(-1, 3)
     total = np.stack([np.bincount(vertex, weighted[:, axis]) for axis in range(3)], axis=1)
     normals = _unit(total)[vertex].reshape(corners.shape)
-    # Where the weighted normals cancel, use the triangle's normal. A triangle without area gets an
-    # arbitrary normal.
+    # Where the weighted normals cancel, use the triangle's own normal. If the triangle has no
+    # area, use an arbitrary normal there.
     normals = np.where(normals.any(axis=2, keepdims=True), normals, flat[:, None])
     normals = np.where(normals.any(axis=2, keepdims=True), normals, (0.0, 0.0, 1.0))
     return normals.astype(np.float32)

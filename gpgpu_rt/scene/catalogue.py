@@ -30,13 +30,13 @@ class NamedScene:
     name : the scene's name
     triangles : number of triangles of the procedural version, or of ``file``
     make : builds the procedural version; None if there is none
-    stand_in : the original that the procedural version replaces; None if the
-        procedural version is itself the original
-    original : the owner of the original, and the owner's name for it; for a scene without an
-        original, what the scene shows
-    page : a text for an original that cannot be fetched. It says where the owner publishes the
-        original, which file to save, and under which name. None for a scene that is built in or
-        can be fetched
+    stand_in : the original that the procedural version replaces; None if the procedural version
+        is itself the original, or if there is no procedural version
+    original : the source of the original, or "not available"; for a scene without an original,
+        what the scene shows
+    page : a text about an original that cannot be fetched, or None. The text says where the owner
+        publishes the original or that the original was never published, and under which name to
+        save a mesh
     light : position of the light for the scene's mesh; None for a light beside the camera
     paint : makes colours, (n, 3), for a mesh without colours
     takes_argument : whether ``make`` has an argument, as in ``stadium:1e-3``
@@ -141,7 +141,8 @@ def find(text: str) -> tuple[NamedScene, float | None] | None:
     Raises
     ------
     SceneError
-        the text is neither a known name nor a path; the message suggests similar names
+        the text is neither a known name nor a path, and the message suggests similar names; or
+        the argument is not a ratio above 0 and at most 1
     """
     name, _, argument = text.partition(":")
     row = ROWS.get(name) or ROWS.get(name.replace("-", ""))    # soda-hall is sodahall
@@ -184,8 +185,8 @@ def folders() -> list[Path]:
 
 
 def mesh_path(name: str) -> Path | None:
-    """Return the mesh file of a named scene; None if there is no file. A scene with an argument is
-    always built, so it has no mesh file."""
+    """Return the mesh file of a named scene; None if there is no file. A scene that can have an
+    argument is always built, so it has no mesh file."""
     row = ROWS[name]
     if row.takes_argument:
         return None

@@ -191,7 +191,7 @@ def _accessor_bytes(k: int, entry: Mapping[str, Any], views: Any, there: int) ->
         needed = (count - 1) * stride + each if count else 0
     else:
         # An accessor without a view is filled with zeros, so even a small file could declare a
-        # huge one. Limit its count to the number of bytes in all buffers.
+        # huge accessor. Limit its count to the number of bytes in all buffers.
         needed = count
     if needed > there:
         raise ValueError(f"accessors[{k}] declares {count} values, but its data holds fewer")
@@ -229,8 +229,9 @@ _CHECKS: Mapping[str, Callable[[Path, int], None]] = {
 
 
 def whole_text(path: Path) -> bytes | None:
-    """Return the file's content in UTF-8 if trimesh would have to guess its encoding. Return None
-    if trimesh can read the file itself."""
+    """Return the file's content with its text in UTF-8 if trimesh would have to guess the
+    encoding. In a binary STL, zeros then replace the text. Return None if trimesh can read the
+    file itself."""
     suffix = path.suffix.lower()
     if suffix == ".ply":
         header = ply_header(path)

@@ -63,7 +63,7 @@ def framed(points: np.ndarray, size: Sequence[int] = (1, 1), *, fov: float = 45.
 
 
 def beside(camera: Camera, triangles: np.ndarray | None = None) -> PointLight:
-    """Return a light slightly above the camera and to its left, so that shadows are visible.
+    """Return a light above the camera and to its left, so that shadows are visible.
 
     If a triangle lies between the camera and this place, the light moves to another side or
     nearer to the camera.
@@ -88,7 +88,8 @@ def beside(camera: Camera, triangles: np.ndarray | None = None) -> PointLight:
 
 
 def inside(triangles: np.ndarray, outside: Camera) -> Camera | None:
-    """Return a camera inside the mesh if the mesh is a room; None for any other mesh.
+    """Return a camera inside the mesh if the mesh is a room; None for any other mesh, or if no
+    tested place in the room is suitable.
 
     A mesh counts as a room if two conditions hold. A camera outside sees the backs of many
     triangles, and many triangles are hidden from all sides. The second condition excludes objects

@@ -1,6 +1,7 @@
 """Lazy trimesh: imports the library trimesh at its first use.
 
-The import of trimesh takes as long as a small picture, and a built-in scene does not need trimesh.
+The import of trimesh takes as long as rendering a small picture, and a built-in scene does not
+need trimesh.
 """
 from __future__ import annotations
 

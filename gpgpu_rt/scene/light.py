@@ -47,8 +47,8 @@ class Environment:
     ----------
     kind : "backdrop", "sky" or "image". A backdrop is a pale sky behind the scene, with weak light
         from everywhere, for pictures of plain meshes. A sky is a gradient between two colours
-    zenith, ground : (3,) radiance from straight above and from straight below. Between the two,
-        the radiance is linear in the direction's y
+    zenith, ground : (3,) radiance of a sky from straight above and from straight below. Between
+        these two directions, the radiance is linear in the direction's y
     image : an equirectangular image of all directions. Its middle column shows the direction -z,
         and its top row the direction +y
     """

@@ -65,8 +65,8 @@ class LightChoice:
         point light does not decrease with distance. Its weight is therefore the weight of a
         triangle that gives the same light at a distance of half the scene's extent. The
         surroundings have the weight of a point light of their power, but at most the weight of all
-        other lights together. This limit is there because the surroundings may be hidden from the
-        places that the other lights reach.
+        other lights together, if there are other lights. This limit is there because the
+        surroundings may be hidden from the places that the other lights reach.
         """
         rows = scene.emitters
         corners = scene.triangles[rows].astype(np.float64)
@@ -140,7 +140,7 @@ def _alias(probabilities: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     keep[small] = scaled[small]
     giver = np.minimum(np.searchsorted(given, needed - lacking, side="right"), len(large) - 1)
     other[small] = large[giver]
-    # A giver that gave more than its surplus takes its own deficit from the next giver.
+    # If a giver gave more than its surplus, the next giver fills the deficit of this giver.
     last = np.searchsorted(needed - lacking, given, side="left") - 1
     overdrawn = np.maximum(needed[np.maximum(last, 0)] - given, 0) * (last >= 0)
     keep[large] = 1 - overdrawn

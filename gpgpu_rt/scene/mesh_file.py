@@ -61,8 +61,8 @@ def read(path: Path, groups: bool = False) -> Mesh:
 
 @contextlib.contextmanager
 def reading(path: Path) -> Iterator[None]:
-    """Turn all exceptions of a reader in this context into errors of one line that name the
-    file."""
+    """Turn the exceptions of a reader in this context into errors of one line that name the
+    file. A LimitError passes unchanged."""
     try:
         yield
     except LimitError:

@@ -35,7 +35,7 @@ class Textures:
 
     def of(self, image: Any, name: str) -> Texture | None:
         """Return the texture of a PIL image, or of an image file in the folder. Return None if
-        there is no image. Errors name the material, ``name``."""
+        there is no image, or no folder for the image file. Errors name the material, ``name``."""
         if image is None or isinstance(image, str) and self.folder is None:
             return None
         key = image if isinstance(image, str) else id(image)

@@ -19,8 +19,8 @@ class LibraryMaterial:
     ----------
     path : the library's file
     name : the material's name
-    said : key in lower case -> the words after the key. After the key of a texture, the file name
-        is a single word
+    said : key in lower case -> the words after the key. After ``map_kd`` or ``map_ke``, the file
+        name is a single word
     """
 
     path: Path
@@ -35,7 +35,8 @@ class LibraryMaterial:
 def read_library(path: Path) -> dict[str, LibraryMaterial]:
     """Return the materials of a file by name.
 
-    In a texture's line, everything after the key is the file name, which may contain spaces.
+    After ``map_Kd`` and ``map_Ke``, the rest of the line is the file name, which may contain
+    spaces.
 
     Raises
     ------

@@ -3,7 +3,8 @@ size.
 
 trimesh's reader needs more time and memory with each change of the material. It keeps normals and
 texture coordinates only if all corners under one material have them, and it changes the order of
-faces if some are quads. This reader keeps the values of every corner and the order of the faces.
+faces if some are quads. This reader keeps the values of every face that has them at all its
+corners, and the order of the faces.
 """
 from __future__ import annotations
 
@@ -36,7 +37,7 @@ def read_obj(path: Path, groups: bool) -> Mesh:
     Raises
     ------
     ValueError
-        the file is wrong; the message names the line if a single line is wrong
+        the file is wrong; some messages name the first wrong line
     SceneError
         a texture that a material names cannot be read
     """
@@ -235,8 +236,8 @@ class _Text:
 
     def named_before(self, word: bytes, lines: np.ndarray, default: str
                      ) -> tuple[list[str], np.ndarray]:
-        """Return the names that apply to line numbers, without repetition, and the index of the
-        name of each of ``lines``. The name of a line follows ``word`` (for example ``usemtl``) in
+        """Return the names that apply to ``lines``, without repetition, and for each of ``lines``
+        the index of its name. The name of a line follows ``word`` (for example ``usemtl``) in
         the last earlier line that begins with ``word``. Without such a line, the name is
         ``default``."""
         rows = self.rows(word)

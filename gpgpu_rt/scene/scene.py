@@ -175,7 +175,7 @@ class Scene:
         ------
         SceneError
             the shape is wrong, or a vertex is not finite in float32. The message names the first
-            such vertex
+            such vertex, or its triangle
         """
         if np.ndim(vertices) != 3:
             with np.errstate(over="ignore"):    # `check_vertices` reports overflow

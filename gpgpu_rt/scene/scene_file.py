@@ -37,7 +37,8 @@ def read_scene(path: Path, load_scene: Callable[[str], Scene]) -> Scene:
     Raises
     ------
     SceneError
-        the file is wrong; the message is one line that names the file and the key
+        the file is wrong; the message is one line that names the file, and the key if a single
+        key is wrong
     """
     try:
         said = read_json(path)

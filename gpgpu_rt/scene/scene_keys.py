@@ -96,7 +96,7 @@ OBJECTS: Mapping[str, Mapping[str, Key]] = {
         "image": Key("text", "path of an equirectangular image, as an image file or as .npy, "
                      "relative to the scene file's folder"),
         "backdrop": Key("flag", "true: the pale sky that is also behind pictures of mesh files "
-                        "without materials"),
+                        "without a background of their own"),
     },
     "camera": {
         "eye": Key("vector", "its position, world units", required=True),

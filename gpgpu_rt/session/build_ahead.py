@@ -5,9 +5,9 @@ Ray-Tracing of Dynamic Scenes", 2008 (survey, section 3.4), trace with a stack o
 the kd-tree of each frame on the CPU. While the CPU builds the tree of frame n + 1, the GPU traces
 frame n.
 
-Departure: any method's accelerator can be built ahead, not only a kd-tree. The build runs in a
-separate process, because OpenGL calls hold Python's interpreter lock. The process is spawned, not
-forked, because a fork would inherit the OpenGL context.
+Departure: any accelerator that the CPU builds alone can be built ahead, not only a kd-tree. The
+build runs in a separate process, because OpenGL calls hold Python's interpreter lock. The process
+is spawned, not forked, because a fork would inherit the OpenGL context.
 """
 from __future__ import annotations
 

@@ -25,7 +25,7 @@ from .pictures import Pictures
 from .session import Session
 
 # Rays count as coherent when at least this share of neighbouring rays agrees in direction and
-# origin. At 0.7, packets and single rays take about the same time; docs/accuracy.md has the
+# origin. At 0.7, packets and single rays take about the same time; docs/notes/schedules.md has the
 # measurement.
 COHERENT_SHARE = 0.7
 
@@ -141,7 +141,7 @@ class Sessions:
     def moving(self) -> Iterator[Session]:
         """Within the block, this thread may move the session's triangles.
 
-        At the end of the block, the pictures are updated.
+        At the end of the block, the integrator of pictures gets the moved triangles.
 
         Raises
         ------

@@ -46,7 +46,7 @@ class Structure:
     Attributes
     ----------
     scene : the scene with its present triangles
-    bounds : ((3,), (3,)) float64, the lower and upper corner of the scene's box
+    bounds : ((3,), (3,)) float, the lower and upper corner of the scene's box
     triangles : (n, 3, 3) float32, the triangles as the textures store them
     accelerator : the accelerator over ``triangles``
     tables : the accelerator's arrays as textures

@@ -1,6 +1,7 @@
 """Drivers: a driver runs a method's programs over the rays.
 
-A row of the method table names a driver for each schedule.
+A row of the method table may name a driver for a schedule; `assembly.make_driver` has the
+defaults.
 """
 from __future__ import annotations
 
@@ -191,12 +192,13 @@ class MethodDriver(DriverBase):
 
     def count_phase(self, phase: int, states: Target, buffers: StateBuffers,
                     statistics: Statistics) -> int:
-        """Return the number of rays whose state is in a phase, counted by an occlusion query."""
+        """Return the number of rays whose state is in a phase, counted by an occlusion query.
+        UNFINISHED stands for every stopped ray."""
         program = self.state_program("classify", self.method.state)
         program.set(phase=phase)
         self.gpu.context.enable_only(moderngl.NOTHING)
         return program.count(buffers.mask, states.samplers(), statistics, DRAWN)
 
     def count_stopped(self, final: Target, buffers: StateBuffers, statistics: Statistics) -> int:
-        """Return the number of rays that the step cap stopped."""
+        """Return the number of rays that the step cap or a full stack stopped."""
         return self.count_phase(UNFINISHED, final, buffers, statistics)

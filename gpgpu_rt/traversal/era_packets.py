@@ -39,7 +39,7 @@ _KEPT = replace(HITS, name="packet")
 
 def packet_kernels(method: Method, options: Mapping[str, Any],
                    any_hit: bool = False) -> list[EraKernel]:
-    """Return the kernels of a packet method in a loop.
+    """Return the kernels of a packet method in the era form, each as a separate text.
 
     Parameters
     ----------
@@ -99,7 +99,8 @@ def _texts(method: Method, era: EraPackets, name: str) -> dict[str, str]:
 class EraPacketTraversal(EraDriver):
     """Traces 2x2 rays per fragment, in a single pass with a loop.
 
-    A packet at the edge of an image of odd size traces the rays of its last row or column twice.
+    A packet at the edge of an image of odd size traces the rays of the image's last row or column
+    twice.
     """
 
     def run(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,

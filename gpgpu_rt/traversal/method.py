@@ -180,7 +180,7 @@ class Method:
         kernels or the drivers.
     schedules : The schedules that the method supports, the best schedule last.
     drivers : Schedule -> class of the driver, or its name ``module.Class`` in ``traversal/``.
-        Without an entry for a schedule, `schedules.Traversal` is the driver.
+        Without an entry, the driver is `schedules.Traversal`, or `era.EraTraversal` with ``era``.
     stack_entry : Record of a level of a stack in textures, if the method has such a stack.
     packet_state : (options) -> Stepwise, for a packet method that runs under ``step``.
     era_packets : The packets in the era form, if the method has them.
@@ -302,7 +302,7 @@ class Method:
         Raises
         ------
         OptionError
-            for an unknown option or an invalid value
+            for an unknown option, an invalid value, or options that do not fit together
         """
         known, whose = TRACER_OPTIONS + self.options, f"method {self.name}"
         given = with_era(given, known, whose, {} if self.era_packets is None

@@ -1,6 +1,7 @@
 """Packets under the schedule ``step``: textures hold the packets' states between passes.
 
-A texel holds a packet's state, and an atlas texture (stack_atlas.py) holds its stack.
+Each packet's state has its own texels. If packets have stacks, an atlas texture (stack_atlas.py)
+holds the stacks.
 """
 from __future__ import annotations
 
@@ -26,7 +27,8 @@ class PacketSteps(MethodDriver):
 
     A step is two passes. In the pass over the rays, each ray whose packet is at a triangle tests
     this triangle. In the pass over the packets, each packet visits a node or advances to the next
-    triangle. After each step, a draw pushes the packets' stack entries into the atlas.
+    triangle. If there is an atlas, a draw after each step pushes the packets' stack entries into
+    the atlas.
     """
 
     keeps_states = True
@@ -42,7 +44,7 @@ class PacketSteps(MethodDriver):
 
     def run(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
             any_hit: bool = False) -> tuple[Target, int]:
-        """Trace every ray. Return the hits and the number of rays that the step cap stopped."""
+        """Trace every ray. Return the hits and the number of rays that were stopped early."""
         self.gpu.context.enable_only(moderngl.NOTHING)
         room = self._states_for(buffers.size)
         now, then = 0, 1

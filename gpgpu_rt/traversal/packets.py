@@ -37,7 +37,8 @@ class PacketTraversal(MethodDriver):
         self.rays = self.packet[0] * self.packet[1]
         # There are three layouts. If the renderer has as many targets as a packet has rays, a
         # target holds a ray's hit, or, with ``fours``, one field of the hits of four rays.
-        # Otherwise, with ``rows_alone``, a target holds the triangle indices of four rays' hits.
+        # Otherwise, with ``rows_alone``, a target holds, for four rays, the rows of the hit
+        # triangles in the triangle table.
         self.rows_alone = self.rays > self.gpu.max_draw_buffers
         self.targets = self.rays // 4 if self.rows_alone else self.rays
         self.fours = self.rays % 4 == 0 and not self.rows_alone
@@ -50,7 +51,7 @@ class PacketTraversal(MethodDriver):
 
     def run(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
             any_hit: bool = False) -> tuple[Target | PacketHits, int]:
-        """Trace every ray. Return the hits and the number of rays that the step cap stopped."""
+        """Trace every ray. Return the hits and the number of rays that were stopped early."""
         room = self._targets_for(buffers.size)
         self.gpu.context.enable_only(moderngl.NOTHING)
 

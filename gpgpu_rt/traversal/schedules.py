@@ -86,7 +86,8 @@ class Traversal(MethodDriver):
         Returns
         -------
         (Target, int)
-            the buffer with the final states, and the number of rays that the step cap stopped.
+            the buffer with the hits and, unless the traversal ran in registers, the final states;
+            and the number of rays that were stopped early.
         """
         schedule = {"kernels": self._run_kernels, "step": self._run_step, "loop": self._run_loop}
         context = self.gpu.context
@@ -229,7 +230,7 @@ class Traversal(MethodDriver):
 
     def _live(self, now: Target, buffers: StateBuffers,
               statistics: Statistics) -> tuple[int, int]:
-        """Return the numbers of unfinished rays and of rays that the step cap stopped."""
+        """Return the number of unfinished rays, and the number of stopped rays."""
         rays = buffers.size[0] * buffers.size[1]
         done = self.count_phase(DONE, now, buffers, statistics)
         if done == rays:   # the usual case, which needs a single query

@@ -1,4 +1,5 @@
-"""The triangle table, which all methods' programs read, and the uniforms of the scene's box."""
+"""The triangle table, and the uniforms of the scene's box. The programs of all methods except
+geometry-image read the triangle table."""
 from __future__ import annotations
 
 import numpy as np

@@ -1,6 +1,7 @@
 """The left panel: five controls that everybody needs first, and all others under headings.
 
-Every list of choices comes from the tables of methods, options, integrators and scenes.
+The lists of scenes, methods, options and light come from the tables of scenes, methods, options
+and integrators.
 """
 from __future__ import annotations
 

@@ -10,7 +10,8 @@ class Drawn:
 
     Attributes
     ----------
-    divisor : the picture has the window's width and height divided by this number
+    divisor : the picture has the width and height of its part of the window, divided by this
+        number
     seconds : time for drawing and readback
     rays, passes : rays and passes of all waves (a wave is a set of rays that are traced together)
     live : a number of live rays for each time that the tracer counted them; empty under a schedule

@@ -14,7 +14,7 @@ HEIGHT = 40      # height of a graph in pixels
 TIPS = {"ms": "milliseconds that each of the last pictures took",
         "rays": "millions of rays traced in a second, for the last pictures",
         "passes": "number of passes of each of the last pictures",
-        "live": "rays that have not ended, after each pass; counted only under the schedules step "
+        "live": "rays that have not ended, at each count; counted only under the schedules step "
                 "and kernels"}
 
 

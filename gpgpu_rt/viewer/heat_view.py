@@ -102,7 +102,8 @@ class HeatView:
 def _shared(method: str, options: Mapping[str, Any]) -> dict[str, Any]:
     """Return the part of ``options`` that also applies to ``method``. ``options`` were chosen for
     another method. The options of every tracer are kept, but the schedule only if ``method``
-    supports it. Options that belong to the other method are left out."""
+    supports it, and ``steps_per_pass`` only if a pass of ``method`` may run several steps. Options
+    that belong to the other method are left out."""
     known = {option.name for option in TRACER_OPTIONS}
     shared = {name: value for name, value in options.items() if name in known}
     if shared.get("schedule") not in (None, *find_method(method).schedules):

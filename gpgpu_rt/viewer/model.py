@@ -1,7 +1,7 @@
 """The viewer's model: settings, camera, resolution and results, without a window.
 
 A window calls `step` repeatedly and shows ``image``. Between two calls, it may change the
-selection, the camera and the mode. Each call does at most one piece of work and raises no error:
+selection, the camera and the mode. Each call draws at most one picture and raises no error:
 ``message`` reports a user's mistake or a broken file, and the last picture stays.
 """
 from __future__ import annotations
@@ -208,7 +208,7 @@ class Viewer:
                 and self._next_divisor() is None)
 
     def step(self) -> bool:
-        """Do one piece of work. Return whether ``image`` has changed."""
+        """Do the requested work, then draw a picture. Return whether ``image`` has changed."""
         before = self.version
         if self.busy != self._announced:
             self._announced = self.busy

@@ -15,7 +15,7 @@ class ProgramView:
     Attributes
     ----------
     shown : whether the viewer shows the text
-    title : method, schedule and number of lines
+    title : method and number of lines
     lines : the text
     """
 

@@ -20,7 +20,7 @@ function isLost() {
     return lost || gl.isContextLost();
 }
 
-// Traces and shows what is chosen. With `plays`, every step from the present step on is shown.
+// Traces and shows what is chosen. With `plays`, shows a sequence of steps after the present step.
 async function show(plays = false) {
     wanted = true;
     playing = plays;

@@ -12,8 +12,8 @@ from ..tracer import Tracer
 def ray_costs(scene: Scene, name: str, side: int) -> dict[str, Any]:
     """Return the costs of ``side`` x ``side`` eye rays, ready for JSON.
 
-    The tracer counts the steps and nodes, not the page. So a method that keeps no state between
-    passes has counts too.
+    The tracer, and not the page, counts the steps and nodes. So a method that keeps no state
+    between passes has counts too.
 
     Returns
     -------

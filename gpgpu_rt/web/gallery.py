@@ -59,7 +59,8 @@ def write_gallery(scene: Scene, names: Sequence[str], folder: str,
     Error
         if the folder or a file cannot be written
     OptionError
-        if a method does not run in a browser, and ``left_out`` is None
+        if a method runs in no browser; or if ``left_out`` is None and a method does not run on
+        this scene
     """
     web_names(list(names))
     path = _made(folder)
@@ -157,7 +158,7 @@ img {{ width: 100%; height: auto; border: 1px solid #c9ced6 }} summary {{ cursor
 <h1>{title}</h1>
 <p>Each page traces rays in your browser, on your own graphics card, by the fragment programs of
 2002-2007. The pages need no server and load nothing. The pictures show the number of steps per
-ray, all on one scale; more steps have the last colour.</p>
+ray, all on one scale; numbers beyond the end of the scale have the last colour.</p>
 <div class="cards">{cards}</div>
 <h2>Beside the survey's figures</h2><ul>{twins}</ul>
 <h2>Methods that do not run in a browser</h2><ul>{absent}</ul>

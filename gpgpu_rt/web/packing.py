@@ -115,7 +115,7 @@ def _classes(key: np.ndarray) -> np.ndarray:
 
 
 def _exact_integers(column: np.ndarray) -> bool:
-    """Whether a column holds only integers, and no -0."""
+    """Whether a column holds only integers from -2^24 to 2^24, and no -0."""
     if not (np.abs(column) <= 1 << 24).all():   # also false for NaN
         return False
     return bool((column.astype(np.int32).astype("<f4").view("<u4") == column.view("<u4")).all())

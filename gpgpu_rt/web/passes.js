@@ -1,7 +1,8 @@
 // The passes of a schedule: draws them in their order, and repeats the turns of its cycles until no ray is alive. A
 // turn is a part of a cycle that ends with complete states and hits (gpgpu_rt/web/described.py).
 
-const CHECKED = 16;         // turns between two counts of the rays that are alive
+// Turns between two counts of the rays that are alive. If a schedule has several cycles, half as many turns.
+const CHECKED = 16;
 const MOST_TURNS = 60000;   // a search that takes more turns is stopped
 const MOST_RECTANGLES = 1 << 14;
 

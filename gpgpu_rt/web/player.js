@@ -141,7 +141,7 @@ if (!runnable.length) fail(`No method of this page runs here: ${page.methods[0].
 const targets = new Map();
 
 // Returns the render targets of a place for `width` x `height` rays. `of` is the target's width and height in texels
-// per ray. `levels` is the number of tiles of this size that lie side by side in an atlas.
+// per ray. `levels` is the number of tiles of this size in the target, which is an atlas if there are several.
 function target(place, {of = [1, 1], outputs, components = 4, levels = 1}, width, height) {
     const key = JSON.stringify([place, of, outputs, components, levels, width, height]);
     if (!targets.has(key)) {

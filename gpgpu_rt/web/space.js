@@ -6,7 +6,7 @@ const MOST_BOXES = 300;     // older boxes are left out
 const spaceView = {yaw: 0.6, pitch: 0.3};
 let wires = null;
 
-// Decodes the edges: corners of triangles in 4096 steps of the scene's box.
+// Decodes the edges. The corners of triangles are stored as integers from 0 to 4095 across the scene's box.
 async function loadWires() {
     const {lo, hi, data} = page.wires, found = await values(data);
     wires = {lo, hi, corners: found.map((x, k) => lo[k % 3] + x / 4095 * (hi[k % 3] - lo[k % 3]))};

@@ -31,7 +31,7 @@ TWINS = (
     Twin("fig07", "soft-shadows", ("grid", "grid-proximity"),
          "Proximity clouds let a ray jump over empty cells."),
     Twin("fig08", "stadium", ("grid", "grid-proximity", "kd-restart", "bvh-threaded"),
-         "The teapot lies in a few cells of the grid; the trees are fine where the teapot is."),
+         "The teapot lies in a few cells of the grid; the trees have small nodes at the teapot."),
     Twin("fig11", "cornell", ("kd-restart", "kd-backtrack"),
          "After a leaf, a ray restarts at the root, or climbs to a parent."),
     Twin("fig13", "cornell", ("kd-restart", "kd-push-down", "kd-short-stack"),

@@ -29,8 +29,9 @@ from .local import local_cluster
 LOCAL = "local"
 MOST_KEPT = 16      # number of scenes and structures that stay in the workers' memory
 PART = 1 << 16      # smallest number of rays in a part, approximately
-# The number of image rows in a part is a multiple of ROWS. Packets are tiles of the image. ROWS is
-# a multiple of the height of packets, so the packets of a part are packets of the whole image.
+# The number of image rows in each part, except the last part, is a multiple of ROWS. Packets are
+# tiles of the image. ROWS is a multiple of the height of packets, so the packets of a part are
+# packets of the whole image.
 ROWS = 8
 PATIENCE = "10s"    # time to wait for a scheduler's answer, and for its first worker
 TILE = 128          # side in pixels of the tiles that workers draw

@@ -85,7 +85,8 @@ def test_a_structure_of_ones_own_comes_back(folder: Path, monkeypatch, tmp_path)
 
 
 def test_builder_options_triangles_and_text_all_make_another_file(folder, monkeypatch) -> None:
-    """A new builder, option, triangle or source text makes a new file; an equal value does not."""
+    """A new builder, option, triangle or source text makes a new file. An equal value of another
+    type does not."""
     triangles = random_soup(40, 2)
     nudged = triangles.copy()
     nudged[-1, -1, -1] = np.nextafter(nudged[-1, -1, -1], np.float32(9))
@@ -104,7 +105,7 @@ def test_builder_options_triangles_and_text_all_make_another_file(folder, monkey
 
 
 def test_the_digest_follows_every_file_of_the_builders(tmp_path, monkeypatch) -> None:
-    """The digest depends on each file beside `cache` and on the file of the builder's own
+    """The digest depends on each Python file beside `cache` and on the file of the builder's own
     module."""
     monkeypatch.setattr(cache, "__file__", str(tmp_path / "cache.py"))
     digests = set()

@@ -37,8 +37,8 @@ triangles = (random((4000, 1, 3)) + 0.02 * random((4000, 3, 3))).astype(np.float
 {guard}build_kdtree(triangles, workers=2)
 """
 
-# These programs hang if a forked process waits for the threads of its parent's pool, or if the
-# threads of a pool wait for each other.
+# These programs hang, until a signal ends them after 30 seconds, if a forked process waits for the
+# threads of its parent's pool, or if the threads of a pool wait for each other.
 FORKED = """
 import os, signal, sys
 import numpy as np

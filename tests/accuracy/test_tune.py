@@ -78,8 +78,8 @@ def found_of(errors: np.ndarray, wrong: int = 0, quantile: float = 0.99) -> Find
 
 
 def test_t_is_decided_by_the_quantiles_bound() -> None:
-    """`misses` uses the upper bound on the share of rays past the error. `is_hopeless` uses the
-    lower bound on this share."""
+    """`misses` uses the upper bound on the share of rays whose error of t is too large.
+    `is_hopeless` uses the lower bound on this share."""
     promise = Promise(**{**LOOSE, "max_t_error": 0.5})
     errors = np.zeros(2000)
     proved = max(k for k in range(30) if upper_confidence(k, 2000) <= 0.01)
@@ -117,7 +117,9 @@ def test_knobs_come_from_the_option_tables(method: str) -> None:
     assert ("steps_per_pass" in speed) == ("step" in find_method(method).schedules)
     assert not {"statistics", "context"} & (speed | accuracy)
     for name, option in table.items():
-        # `era` and `fixed_point` imitate the arithmetic of a card, so the tuner ignores them.
+        # The tuner leaves out `era` and `fixed_point`, which imitate the arithmetic of a card,
+        # `arithmetic`, which the knob precision sets, `build_device`, which does not change the
+        # tree, and `rasterised_bounds`, which applies to pictures only.
         if option.choices is not None and name not in ("era", "fixed_point", "arithmetic",
                                                        "build_device", "rasterised_bounds"):
             assert name in speed | accuracy, name
@@ -134,8 +136,9 @@ def test_knobs_come_from_the_option_tables(method: str) -> None:
 
 @pytest.fixture
 def few_rays(monkeypatch) -> None:
-    """Makes each stage of the tuner use fewer rays. Chance then decides which candidate is
-    fastest, but each choice still keeps its promise."""
+    """Makes each stage of the tuner before the proof use fewer rays, and most stages time a
+    candidate only once. Chance then decides which candidate is fastest, but each choice still
+    keeps its promise."""
     for name, value in (("PROBE", 256), ("SCREEN", 1024), ("FIELD", 1024), ("RUNS", 1)):
         monkeypatch.setattr(tuning, name, value)
 
@@ -158,7 +161,7 @@ def test_the_chosen_keeps_its_promise(ball, few_rays, seed: int, method: str) ->
         outcomes = [t.outcome for t in search.trials]
         assert outcomes.count("chosen") == 1
         assert set(outcomes) <= {"chosen", "missed", "slower", "not possible", "not reached"}
-        for trial in search.trials:  # a "slower" candidate was timed as slower
+        for trial in search.trials:  # a "slower" candidate was not faster where both were timed
             times = trial.times_slower(search.chosen)
             assert trial.outcome != "slower" or times is None or times >= 1
             assert trial.outcome != "not reached" or "times faster" in trial.note
@@ -219,7 +222,7 @@ def test_proof_and_confirmation_decide(ball) -> None:
                     ((), (("intersection", "moller-trumbore"),)))
     assert search._proved(exact) and exact.outcome == "chosen"
     assert not search._proved(leaky) and leaky.outcome == "missed" and leaky.misses["wrong"] > 1
-    assert {turn for _, turn, _ in search._known} == {0, 1, 2}  # a second set of rays confirms
+    assert {turn for _, turn, _ in search._known} == {0, 1, 2}  # search, proof, confirmation
     assert len({known.directions.tobytes() for known in search._known.values()}) == 3
 
 

@@ -1,5 +1,5 @@
-"""Edge cases of the command line and of the Python API give a message of one line, never a
-traceback."""
+"""Edge cases of the command line, of reports and of the Python API. A mistake on the command line
+gives a message of one line, never a traceback."""
 from __future__ import annotations
 
 import os

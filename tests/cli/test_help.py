@@ -29,7 +29,8 @@ def told(capsys, monkeypatch):
 
 
 def words_in(text: str) -> set[str]:
-    """Returns the options, such as --octants, with which lines of a help text begin."""
+    """Returns the long options, such as --octants, with which lines of a help text begin. An
+    option's short form may come first."""
     return set(re.findall(r"^  (?:-\w(?: \S+)?, )?(--[a-z-]+)", text, re.M))
 
 

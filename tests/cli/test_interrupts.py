@@ -1,4 +1,5 @@
-"""Ctrl-C in the first two seconds of a command ends the command silently, with status 130."""
+"""Ctrl-C in the first two seconds of a command ends the command silently, with status 130, unless
+the command has already ended or Python itself is starting or ending."""
 from __future__ import annotations
 
 import os
@@ -14,7 +15,7 @@ import numpy as np
 import pytest
 
 HANG = 60  # seconds after which an interrupted process counts as hung
-STARTS = 2.0  # the interrupt comes within this time after the start of a command
+STARTS = 2.0  # the interrupt comes within this many seconds after the start of a command
 
 COMMANDS = {
     "render": "-m gpgpu_rt render bunny --size 256x256 -o {folder}/picture.png",
@@ -103,7 +104,8 @@ try:
 except BaseException:
     pass
 """
-# A program with an interrupt in a place where Python may lose an exception.
+# A program with an interrupt. In most tests, the place of the interrupt is one where Python may
+# lose an exception.
 LOSING = """
 import signal, sys, time
 from gpgpu_rt.interrupts import run
@@ -135,8 +137,8 @@ def test_no_interrupt_is_lost(within: str, sleep: float, loading: str, tmp_path)
 
 
 def test_a_command_that_ignores_interrupts_goes_on(tmp_path) -> None:
-    """A command that ignores interrupts continues, like a command that `nohup` or a shell's `&`
-    started."""
+    """A command that starts with SIGINT ignored continues. A shell script starts a command in this
+    way by `&`."""
     code = LOSING.format("signal.raise_signal(signal.SIGINT)", 0, "")
     done = subprocess.run([sys.executable, "-c", "import signal\n"
                            "signal.signal(signal.SIGINT, signal.SIG_IGN)\n" + code],

@@ -1,4 +1,5 @@
-"""``gpgpu-rt scenes --fetch`` puts scenes where `load_scene` finds them, or leaves no files."""
+"""``gpgpu-rt scenes --fetch`` puts whole scenes where `load_scene` finds them. A mistake on the
+command line leaves no files."""
 from __future__ import annotations
 
 import hashlib
@@ -30,7 +31,7 @@ def _file(scene: str, path: str, content: bytes) -> SourceFile:
 @pytest.fixture
 def folder(tmp_path, monkeypatch) -> Path:
     """A user's folder, with small originals of two scenes in ``copy``. The bunny is in an archive.
-    The robots are in three files, two of which are equal; the command keeps these files."""
+    The robots are in three files, two of which are equal; the command keeps all three files."""
     monkeypatch.setenv("GPGPU_RT_SCENES", "")
     monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path / "data"))
     monkeypatch.chdir(tmp_path)
@@ -180,7 +181,8 @@ def test_options_belong_to_fetch(capsys) -> None:
 
 
 def test_every_scene_has_a_source_or_a_page() -> None:
-    """A scene with a stand-in can be fetched, or the text ``page`` of its row says what to do."""
+    """A scene with a stand-in can be fetched, or the text ``page`` of its row says what to do.
+    Scenes that are built around other scenes are exempt."""
     assert set(source_files()) == set(ORIGINALS) <= set(catalogue.ROWS)
     derived = {"statue", "glass-teapot", "soft-shadows"}     # built around other scenes
     for row in catalogue.ROWS.values():

@@ -1,5 +1,5 @@
 """Exhaustive search: finds nearest hits in integer arithmetic. It tests each triangle whose box is
-met by the line of a ray.
+met by the line of a ray, unless float64 already proves a miss.
 
 This search shares no code with `gpgpu_rt.reference`: it finds candidates with a slab test of its
 own. It decides with the signs of the volumes that a ray's direction and each edge of a triangle
@@ -58,8 +58,8 @@ def candidates(triangles: np.ndarray, origins: np.ndarray, directions: np.ndarra
                ) -> tuple[np.ndarray, np.ndarray]:
     """Return all pairs (ray, triangle) in which the ray's line meets the triangle's box.
 
-    Each box is widened by more than the rounding errors of float64. Boxes around 16 triangles are
-    tested first.
+    Each box is widened by more than the rounding errors of float64. Boxes around groups of up to
+    16 triangles are tested first.
     """
     o, d = origins.astype(np.float64), directions.astype(np.float64)
     lo, hi = (fold(triangles.astype(np.float64), 1) for fold in (np.min, np.max))
@@ -121,7 +121,7 @@ def in_slabs(o: np.ndarray, d: np.ndarray, lo: np.ndarray, hi: np.ndarray) -> np
     meets = np.ones(len(o), bool)
     with np.errstate(over="ignore", invalid="ignore"):
         for i, j in ((0, 1), (1, 2), (2, 0)):
-            # The range of d_i y - d_j x over the box's corners must contain 0.
+            # The range of d_i p_j - d_j p_i must contain 0, where p is a point of the box minus o.
             first, second = d[:, i, None] * np.stack([a[:, j], b[:, j]], 1), \
                 d[:, j, None] * np.stack([a[:, i], b[:, i]], 1)
             least, most = first.min(1) - second.max(1), first.max(1) - second.min(1)

@@ -1,8 +1,8 @@
 """The bounds on fair engines hold for triangle tests other than the watertight test.
 
 A ray may pass between two triangles at their common edge, and then it hits nothing or a triangle
-behind. But no test has a false hit or a wrong t, except at slivers and at tiny triangles far from
-the ray.
+behind. But no triangle test has a false hit or a wrong t, except at slivers and at tiny triangles
+far from the ray.
 """
 from __future__ import annotations
 

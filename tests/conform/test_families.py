@@ -15,7 +15,7 @@ from gpgpu_rt.conform.families import make_case
 
 DIGESTS = json.loads((Path(__file__).parent / "digests.json").read_text())
 SEEDS = (1, 2)
-FULL_RAYS = 10**7       # number of rays in the full test, for all families together
+FULL_RAYS = 10**7       # approximate number of rays in the full test, for all families together
 
 
 def digests() -> dict[str, list[str]]:
@@ -36,8 +36,8 @@ def test_the_scene_does_not_depend_on_the_number_of_rays(name: str) -> None:
 
 
 def check_exact(name: str, rays: int, seed: int, tree: bool = False) -> None:
-    """Compare the answers of two computations that share no code but numpy. With ``tree``, both
-    find candidates in the reference's tree of boxes.
+    """Compare the answers of two computations. Without ``tree``, they share no code but numpy.
+    With ``tree``, both find candidates in the reference's tree of boxes.
 
     The first computation is the reference: float64 with error bounds, and integers where the
     bounds decide nothing. The second is `nearest`: integers for every triangle whose box is met by

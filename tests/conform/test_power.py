@@ -53,7 +53,7 @@ FAULTS: dict[str, tuple[str, dict, list[tuple[str, str, str]]]] = {
 }
 CONTRACTION = "contraction"     # tests/mirror.py imitates it: no renderer at hand contracts
 
-# The faults that each family must find.
+# Fault -> the families that must find the fault.
 FOUND = {
     "strict comparison": (
         "cell-corners", "sphere-vertices", "sphere-edges", "embree-vertices", "embree-edges",

@@ -29,7 +29,7 @@ METHODS = [(row.name, schedule) for row in rt.methods() for schedule in row.sche
 LONG_LISTS = ("coincident", "coplanar", "one-centroid", "long-way")
 
 # Two parallel triangles, and three rays: through the middle of both triangles, past both, and
-# through an edge of the first triangle.
+# through an edge of each triangle.
 TWO = np.float32([[[-1, -1, 0], [1, -1, 0], [0, 1, 0]], [[-1, -1, -1], [1, -1, -1], [0, 1, -1]]])
 ORIGINS = np.float32([[0, 0, 2], [5, 5, 2], [0, -1, 2]])
 DIRECTIONS = np.float32([[0, 0, -1]] * 3)
@@ -87,7 +87,8 @@ def test_how_much_an_answer_is_wrong() -> None:
 
 
 def test_a_miss_between_two_triangles_is_a_leak() -> None:
-    """No triangle is certainly hit, but all rays in a ring around the ray hit a triangle."""
+    """No triangle is certainly hit, but all rays in a ring around the ray hit a triangle. With a
+    gap between the two triangles, a miss is no leak."""
     quad = np.float32([[[-1, -1, 0], [1, -1, 0], [1, 1, 0]], [[-1, -1, 0], [1, 1, 0], [-1, 1, 0]]])
     known = reference.acceptance(quad, [[0.5, 0.5, 1]], [[0, 0, -1]])
     assert known.must_hit[0] and known.triangle.tolist() == [0, 1]
@@ -133,7 +134,7 @@ def test_a_crash_is_counted(engine, body: str, reason: str) -> None:
     with Runner(seconds=2) as runner:
         with pytest.raises(Crash, match=reason.replace("(", r"\(").replace(")", r"\)")):
             runner.trace(spec, case)
-        # After a crash, the runner starts a new process.
+        # After a crash, the runner can trace again, in a new process if the old one has ended.
         answers, _ = runner.trace(Spec(METHOD, "brute-force"), case) if "60" not in body else (
             EngineAnswers(np.zeros(4)), 0)
         assert len(answers.triangle) == 4
@@ -239,7 +240,7 @@ def test_a_wall_behind_an_edge_is_no_excuse() -> None:
     ("a T-junction", np.float32([[[-1, -1, 0], [0.6, 0.6, 0], [-1, 1, 0]],
                                  [[0.6, 0.6, 0], [1, 1, 0], [-1, 1, 0]]]))])
 def test_edges_that_only_seem_to_meet_prove_no_leak(what: str, second: np.ndarray) -> None:
-    """All rays in a ring around the ray hit, but their triangles have no common edge."""
+    """All rays in a ring around the ray hit triangles, but these triangles have no common edge."""
     known = reference.acceptance(np.concatenate([QUAD[:1], second]), [[0.5, 0.5, 1]], [[0, 0, -1]])
     assert known.may_hit[0] and not known.must_hit[0]
 

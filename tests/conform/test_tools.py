@@ -55,7 +55,7 @@ def test_both_files_hold_the_same(exported: Path, name: str) -> None:
 @pytest.mark.parametrize("name", ["sphere-edges", "intervals", "coincident"])
 def test_the_reader_judges_as_the_suite_does(exported: Path, tmp_path: Path, name: str,
                                              seed: int) -> None:
-    """The judged answers are the right answers, of which some are changed to wrong answers."""
+    """The judged answers are the right answers, of which some are changed at random."""
     known, rng = Known.of(name, 40, 1), np.random.default_rng(seed)
     exact = known.answers.exact
     triangle, t = exact.triangle.copy(), exact.t.copy()

@@ -1,5 +1,5 @@
-"""Shared folders: links, FIFOs and other users' files are refused where the package keeps
-files."""
+"""Shared folders: links, FIFOs and other users' files are refused where the package keeps files.
+Only GPGPU_RT_CACHE may be a link, to a folder of the user."""
 from __future__ import annotations
 
 import os
@@ -167,8 +167,8 @@ HARM = {
 @pytest.mark.parametrize("build, kind", [(b, k) for b, k in BUILT if k in ("sah", None)])
 def test_indices_that_lead_astray_are_not_believed(build, kind: str | None, harm: str,
                                                    tmp_path: Path, monkeypatch) -> None:
-    """A structure with wrong indices is not loaded. A checksum shows that a file is complete, but
-    not that the file holds a valid tree."""
+    """A structure with wrong indices, or with an array of a wrong shape or type, is not loaded. A
+    checksum shows that a file is complete, but not that the file holds a valid tree."""
     monkeypatch.setenv("GPGPU_RT_CACHE", str(tmp_path))
     structure = built(build, kind, random_soup(40, 2))
     whole = {name: np.asarray(value) for name, value in vars(structure).items()}

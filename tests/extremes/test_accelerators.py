@@ -1,5 +1,5 @@
-"""Rows 24 to 40 of the catalogue (`gpgpu_rt/conform/families.py`): hard cases of each
-family of accelerators. Many tests read the traversal states after each step."""
+"""Rows 24 to 40 of the catalogue (`gpgpu_rt/conform/families.py`): hard cases of kd-trees, grids
+and BVHs, and of step caps. Two tests read the traversal states after each step."""
 from __future__ import annotations
 
 import numpy as np
@@ -150,8 +150,8 @@ def test_grids_visit_the_exact_cells(method: str, name: str, row: int, share: fl
     """A grid visits the cells that a ray crosses.
 
     Row 28: the grid visits each cell in which the ray's segment is longer than twice the padding
-    of boxes. Row 29: for all but 1.7 % of the rays, the grid visits each crossed cell, however
-    short the segment.
+    of boxes. Row 29: for all but 1.7 % of the rays, the grid visits each cell in which the segment
+    is longer than 1e-9.
     """
     case = make_case(name, 300, 5)
     with rt.Tracer(case.scene, method, schedule="step", **case.options[method]) as tracer:
@@ -175,8 +175,9 @@ def test_grids_visit_the_exact_cells(method: str, name: str, row: int, share: fl
     for options in variants(name) if set(options) <= {"quantise_nodes"}])
 def test_rows_31_and_32_nodes_visited_contain_the_exact_ones(method: str, options: dict, far: bool,
                                                              seed: int) -> None:
-    """A ray aimed at the corners of boxes visits every node whose box it meets in float64. This
-    also holds for quantised nodes, which store a wider box in few bits."""
+    """A ray aimed at the corners of boxes visits every node whose box it meets before its hit, as
+    computed in float64. This also holds for quantised nodes, which store a wider box in few
+    bits."""
     case = make_case("box-corners", 300, seed)
     if far:  # the moved corners are exact in float32
         step = np.float32(2.0**-9)
@@ -209,7 +210,7 @@ def test_rows_31_and_32_nodes_visited_contain_the_exact_ones(method: str, option
 @pytest.mark.parametrize("method", BVH)
 def test_row_34_the_deepest_trees(precise_renderer, method: str, build: str) -> None:
     """The deepest trees that builders make overflow no stack. Each triangle has 0.8 times the size
-    of the triangle around it."""
+    of the previous triangle, so the boxes of the triangles are nested."""
     size = 0.8 ** np.arange(120)[:, None, None]
     corner = np.float64([[1, 0, 0], [0, 1, 0], [0, 0, 1]])
     case = Case(corner * size, np.full((200, 3), 2.0), np.random.default_rng(1).normal(
@@ -245,7 +246,8 @@ def stated_cap(structure: object, triangles: int, stack: bool) -> int:
 @pytest.mark.parametrize("name", ["long-way", "in-planes", "box-corners"])
 @pytest.mark.parametrize("method", ROWS)
 def test_row_40_the_cap_follows_from_the_structure(method: str, name: str) -> None:
-    """The step cap is one step more than the accelerator's bound, and no ray reaches the cap."""
+    """The step cap is one step more than the accelerator's bound, but at most EXACT_INTEGER - 1.
+    No ray reaches the cap."""
     case = make_case(name, 200, 7) if name != "long-way" else long_way(300, 4, 7)
     with rt.Tracer(case.scene, method, statistics=True) as tracer:
         structure = tracer.accelerator.structure

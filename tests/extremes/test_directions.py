@@ -1,6 +1,6 @@
 """Rows 16 to 19 of the catalogue of extreme cases (docs/extremes.md): rays along axes, rays in
-planes of a lattice, and flat scenes. The tests of the lattice compare the hits with hits in exact
-rational arithmetic."""
+planes of a lattice, flat scenes, and directions with denormal components. The tests of the lattice
+compare the hits with hits in exact rational arithmetic."""
 from __future__ import annotations
 
 import functools

@@ -101,8 +101,8 @@ def settings() -> list:
 @pytest.mark.parametrize("seed", [11], ids="seed{}".format)
 @pytest.mark.parametrize("method, options", settings())
 def test_a_million_rays(precise_renderer, method: str, options: dict, seed: int) -> None:
-    """Each method traces a million rays in all flat scenes. With options, a method traces only
-    every seventh scene; these scenes include each kind."""
+    """Each method traces a million rays, shared out among all flat scenes. With options, a method
+    traces them in every seventh scene only; these scenes include each axis, place and size."""
     flats = FLATS if not options else FLATS[::7]
     rays = -(-MILLION // (2 * len(flats)))
     if options.get("build") == "goldsmith-salmon":

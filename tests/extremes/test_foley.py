@@ -1,5 +1,5 @@
 """No method returns a wrong hit in the four scenes of Foley and Sugerman 2005. The error bound
-derived for each ray decides."""
+derived for each ray decides which hits are wrong."""
 from __future__ import annotations
 
 import numpy as np
@@ -12,10 +12,10 @@ from gpgpu_rt.accuracy.judge import judge
 KINDS = ("eye", "random", "vertices", "edges")
 ANSWER = ("t", "u", "v", "triangle", "status")
 SIDE = 500  # 10^6 rays per scene: 250,000 of each kind
-# Slow methods trace fewer rays: the square of the number in SIDES. Brute force draws a pass per
-# triangle, and a texture stack needs passes for each level. Other methods build lists that few
-# rays share, test all triangles against all tiles, or descend to cones of incoherent rays. The
-# test for a million incoherent rays in tiles is in tests/methods/ray_tiles.
+# Slow methods trace fewer rays: the square of the number in SIDES. Brute force tests every
+# triangle for each ray, and a texture stack needs passes for each level. Other methods build lists
+# that few rays share, test all triangles against all tiles, or descend to cones of incoherent
+# rays. The test for a million incoherent rays in tiles is in tests/methods/ray_tiles.
 SIDES = {"brute-force": 160, "kd-texture-stack": 160, "ray-classification": 40,
          "visibility-field": 160, "ray-tiles": 160, "ray-hierarchy": 32}
 COHERENT = ("ray-tiles",)  # these methods trace all eye rays, as one image

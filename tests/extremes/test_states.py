@@ -69,8 +69,8 @@ def test_no_nan_in_any_state(name: str, method: str, schedule: str, seed: int) -
 @pytest.mark.parametrize("scale", [2.0**-20, 1.0, 2.0**20])
 @pytest.mark.parametrize("method", METHODS)
 def test_no_nan_in_a_picture(method: str, scale: float) -> None:
-    """The ray, shading and colour textures of a picture are finite. The scene has triangles
-    without area, and the eye is inside the scene."""
+    """The ray, shading and colour textures of a picture are finite, except that t_max may be
+    infinite. The scene has triangles without area, and the eye is inside the scene."""
     case = make_case("degenerate", 1, 2)
     case.triangles *= np.float32(scale)
     scene = case.scene

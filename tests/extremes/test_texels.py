@@ -33,8 +33,8 @@ def indices(exponent: int) -> list[int]:
 @pytest.mark.parametrize("exponent", [11, 17, pytest.param(23, marks=pytest.mark.full)])
 def test_row_35_indices_round_trip(gpu: Gpu, exponent: int, tmp_path) -> None:
     """Every index up to the largest fetches its own entry. A shader that computed the texture row
-    with a rounded reciprocal would fail at row ends. An entry also holds twice its index, so the
-    entries of the table reach 2^24."""
+    with a rounded reciprocal would fail at row ends. An entry also holds twice its index. With
+    exponent 23, the entries of the table therefore reach 2^24."""
     count = indices(exponent)[-1] + 1
     size = (1024, -(-count // 1024))
     asked = np.minimum(np.arange(size[0] * size[1]), count - 1)

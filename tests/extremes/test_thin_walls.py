@@ -19,8 +19,9 @@ RAYS = 4000
 
 
 def rays_inside(height: int, sections: int) -> tuple[np.ndarray, np.ndarray]:
-    """Returns rays in random directions that start 1e-4 to 0.1 inside the wall of a cylinder of
-    radius 1, (RAYS, 3) float32 each."""
+    """Returns origins and random directions, (RAYS, 3) float32 each, of rays in a cylinder of
+    radius 1 with flat sides. The origins lie 1e-4 to 0.1 inside the largest round cylinder that
+    fits into this cylinder."""
     rng = np.random.default_rng(3)
     angle, distance = rng.uniform(0, 2 * np.pi, RAYS), 10.0 ** rng.uniform(-4, -1, RAYS)
     radius = np.cos(np.pi / sections) - distance

@@ -27,8 +27,8 @@ def trace(case: Case, method: str, **options) -> rt.Hits:
 @pytest.mark.parametrize("seed", [1], ids="seed{}".format)
 @pytest.mark.parametrize("method", METHODS)
 def test_row_7_the_unit_triangle(method: str, seed: int) -> None:
-    """Rays meet interior points of the triangle at angles up to 45 degrees. t is wrong by at most
-    16 float32 spacings, and u and v by at most 16 times 2^-24."""
+    """Rays meet interior points of the triangle at angles of less than 45 degrees to its normal. t
+    is wrong by at most 16 float32 spacings, and u and v by at most 16 times 2^-24."""
     rng = np.random.default_rng(seed)
     points = rng.dirichlet((1, 1, 1), 300) @ UNIT[0].astype(np.float64)
     origins = (points + rng.uniform(-0.7, 0.7, (300, 3)) + [0, 0, 2]).astype(np.float32)

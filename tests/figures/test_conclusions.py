@@ -65,9 +65,9 @@ def test_rates_between_scenes_lie_on_a_line_of_logarithms() -> None:
 
 
 def test_the_survey_s_own_scaling() -> None:
-    """Each paper's rate is scaled to a GeForce 8800. Foley's rate is from an X800 with 8.32
-    billion instructions a second, and the Ray Engine's rate is from a GeForce4 with 2.4 billion.
-    """
+    """Each paper's rate is scaled to a GeForce 8800, and divided by the scaled rate of the Ray
+    Engine. Foley's rate is from an X800 with 8.32 billion instructions a second, and the Ray
+    Engine's rate is from a GeForce4 with 2.4 billion."""
     rows = {row.source: row for row in scaled.scaled()}
     foley, engine = rows["Foley and Sugerman 2005"], rows[surveyed.BASE]
     assert engine.rate == 114_499 and find_card("NV25") == engine.card
@@ -362,7 +362,7 @@ def test_contradictions_quote_what_is_published() -> None:
 
 
 def test_contradictions_stand_on_pages() -> None:
-    """Each contradiction names pages of figures or tables that exist."""
+    """The figures and tables that contradictions name exist."""
     assert len(CONTRADICTIONS) == 16
     of_survey = {name for one in CONTRADICTIONS for name in one.pages
                  if name.startswith(("fig", "table"))}

@@ -1,5 +1,5 @@
-"""``ro-crate-metadata.json`` describes the folder of drawn pages, and `crate.faults` finds every
-difference between the folder and the description."""
+"""``ro-crate-metadata.json`` describes the folder of drawn pages, and `crate.faults` finds
+differences between the folder and the description."""
 from __future__ import annotations
 
 import hashlib

@@ -1,5 +1,5 @@
-"""The diagrams draw the walk of a traced ray. The tests compute the same walk from geometry
-alone."""
+"""The diagrams of the survey's figures. If a diagram draws the walk of a traced ray, a test
+computes the same walk from geometry alone."""
 from __future__ import annotations
 
 import csv
@@ -186,8 +186,8 @@ def test_figure_10_is_the_walk_and_shows_the_slip() -> None:
 
 
 def test_the_printed_rule_is_right_where_no_plane_lies_behind(monkeypatch) -> None:
-    """From an origin outside the box, t_split is never negative. Then the rule that the survey
-    prints in Figure 10 and the corrected rule agree."""
+    """The origin of this ray lies outside the box, and no t_split on its way is negative. Then the
+    rule that the survey prints in Figure 10 and the corrected rule agree."""
     outside = World(SMALL.scene, SMALL.triangles, SMALL.tree, SMALL.lo, SMALL.hi,
                     (SMALL.origin - SMALL.direction).astype(np.float32), SMALL.direction)
     found = walk(fig10.METHOD, outside)
@@ -209,8 +209,8 @@ def test_figure_11_numbers_every_visit(method: str) -> None:
 
 
 def test_figure_15_follows_ropes_of_the_tree() -> None:
-    """From each leaf, the ray follows the rope of the face through which the ray leaves the
-    leaf."""
+    """From each leaf but the last, the ray follows the rope of the face through which the ray
+    leaves the leaf."""
     ropes, found = fig15.ropes_of(SMALL), walk(fig15.METHOD)
     taken, leaves = fig15.followed(found), crossed(SMALL)
     assert [rope.leaf for rope in taken] == leaves[:-1]

@@ -33,7 +33,8 @@ def test_measured_cells_are_drawn(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
 
 
 def page_rows() -> dict[str, list[dict[str, float]]]:
-    """Returns method -> its four rows in docs/notes/bvh.md. Each row is a dict, scene -> number.
+    """Returns method and options -> four rows of docs/notes/bvh.md. Each row is a dict, scene ->
+    number.
 
     The rows are the nodes without entry points, the nodes with them, the nodes of the beams, and
     how many times fewer nodes are visited in all.

@@ -186,7 +186,8 @@ def test_lanes_of_a_warp_run_what_their_packet_visits() -> None:
     with rt.Tracer(scene, "bvh-packet", statistics=True, packet=era_counts.WARP_PACKET,
                    intersection="moller-trumbore") as tracer:
         hits = tracer.trace(*scene.camera.rays((size, size)))
-    # Each ray of a packet stores the packet's counts. A node has two boxes.
+    # Each ray of a packet stores the packet's counts: its nodes, and the triangle tests of all its
+    # 16 rays. A node has two boxes.
     assert issued["kernels"] == ("traverse", "intersect")
     assert issued["runs"] == (2 * hits.nodes_visited.sum(), hits.triangles_tested.sum() / 16)
     # The two packets of a warp have some nodes and triangles in common, but not all.

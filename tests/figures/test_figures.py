@@ -171,7 +171,8 @@ def test_an_order_unlike_the_published_one_is_explained(tmp_path) -> None:
 
 
 def test_every_published_cell_has_a_column() -> None:
-    """The figures show every number that the survey printed, except two CPU columns."""
+    """Figures 13, 16 and 22 show every number that the survey printed in them, except two CPU
+    columns."""
     for figure, left_out in ((fig13.FIGURE, set()), (fig22.FIGURE, set()),
                              (fig16.FIGURE, {"openrt-frustum-packet", "rope-packet-cpu"})):
         ours = {(panel.scene, column.published_method or column.method, column.published_options,
@@ -261,7 +262,8 @@ def test_sizes_with_ropes(tmp_path) -> None:
     (6.0, 80, "transfers cost less, contrary to the survey")])
 def test_where_the_ray_engines_time_goes(transfer: float, pairs: int, says: str,
                                          tmp_path) -> None:
-    """Figure 5 shows rates computed from the seconds, the bytes per ray, and the verdict."""
+    """Figure 5 shows the bytes per ray, the verdict, and rates that are computed from seconds or
+    from bytes."""
     cell = fig05.cell("cornell", "as it is", False)
     rays = cell.size ** 2
     split = {"traversal_seconds": 1.0, "transfer_seconds": transfer, "intersection_seconds": 5.0,

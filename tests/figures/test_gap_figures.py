@@ -73,8 +73,8 @@ def test_bytes_moved_are_those_of_the_log(tmp_path: Path) -> None:
 
 def test_a_ray_s_bytes_are_those_of_its_records() -> None:
     # A ray has 8 numbers, its inverse direction has 3 numbers, and its hit has 4 numbers. The
-    # state for a kd-tree has interval, node, cursor, phase and steps. The state for a BVH has
-    # node, cursor and stack height.
+    # state for a kd-tree has t_min, t_max, t_exit, node, cursor, end, phase and steps. The state
+    # for a BVH has node, cursor and stack height.
     assert (stacks.NODE, stacks.KD_ENTRY) == (4, 8)
     assert stacks.state_bytes("bvh-stack") == 4 * (8 + 3 + 4 + 3)
     plain = stacks.state_bytes("kd-restart")

@@ -74,7 +74,7 @@ def _write(cell: Cell, figure: str, folder: Path, real: tuple[str, ...]) -> None
     if cell.method == "kd-packet" and figure == "fig14":     # packets gain more after each mirror
         ns /= 1 + after
     # A packet of four rays visits as many nodes as one ray before mirrors, and three times as many
-    # after five mirrors.
+    # after five mirrors. On cornell, the number stays that of one ray.
     shared = 1 + (2 * after / 5 if cell.scene != "cornell" else 0)
     nodes = 100 * (shared / 4 if "packet" in cell.method else 1)
     split = {"traversal_seconds": 1.0, "transfer_seconds": 1.0, "intersection_seconds": 1.0,

@@ -44,7 +44,7 @@ def test_the_stream_is_what_the_reduction_left() -> None:
         slots = one.slots.reshape(-1, 2)
         assert (after.pairs == slots[slots[:, 0] >= 0]).all()
         assert 0 < one.kept < slots.shape[0]
-    for one in rounds:  # each slot has the pair's triangle and a child of the pair's node
+    for one in rounds:  # a filled slot has the pair's triangle and a child of the pair's node
         there = one.slots[..., 0] >= 0
         assert (one.slots[..., 0] == one.pairs[:, :1])[there].all()
         assert (one.slots[..., 1] == 4 * one.pairs[:, 1:] + np.arange(4))[there].all()

@@ -100,7 +100,8 @@ def test_verdicts_on_claims(holds: tuple[bool | None, ...], word: str) -> None:
 
 
 def _claims(scenes: int, pairs: int, holds: bool = False, **more: bool) -> list[Claim]:
-    """Returns a claim for each of ``scenes`` scenes, which compares ``pairs`` pairs of methods."""
+    """Returns ``scenes`` claims, each on a scene of its own. Each claim compares ``pairs`` pairs
+    of methods."""
     return [Claim(f"claim on s{at}", holds, (f"s{at}",),
                   tuple(Pair(f"s{at}", "eye rays", "grid", f"m{k}") for k in range(pairs)), **more)
             for at in range(scenes)]

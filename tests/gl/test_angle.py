@@ -26,7 +26,7 @@ from gpgpu_rt.gl.textures import make_texture, read_texture
 from gpgpu_rt.rays import ray_sets
 from gpgpu_rt.statistics import Statistics
 
-SIZE = 37, 5       # an odd width, so that rows of a readback are not aligned to 8 bytes
+SIZE = 37, 5       # an odd width, so that rows of one 32-bit channel are not aligned to 8 bytes
 HEADER = ("#version 330 core\n#extension GL_ARB_gpu_shader5 : enable\n#ifdef GL_ARB_gpu_shader5\n"
           "#define PRECISE precise\n#else\n#define PRECISE\n#endif\n")
 FRAGMENT = """#version 330 core

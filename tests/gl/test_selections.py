@@ -66,7 +66,7 @@ void main() {{
     # harmless functions and macros
     ("y = c ? halved(a) : TWICE(b);", "y = picked_value(c, halved(a), TWICE(b));"),
     ("y = c ? texture(t, a).x : fetched(i);", "y = picked_value(c, texture(t, a).x, fetched(i));"),
-    # `x` is a parameter of functions.
+    # The index `x` has the name of a function's parameter, so it counts as inside the array.
     ("y = c ? s[x] : b;", "y = picked_value(c, s[x], b);"),
     # The first value is needed in any case, so it may be an element of an array.
     ("y = s[i] > 0 && c;", "y = both_hold(s[i] > 0, c);"),

@@ -1,5 +1,6 @@
 """Shaders: includes, and errors with file and line. Every GLSL file keeps the rules of OpenGL 3.3
-and of the programs of 2002-2007: no compute shaders, storage buffers, image stores or doubles."""
+(era/card.frag: GLSL 1.20) and of the programs of 2002-2007: no compute shaders, geometry shaders,
+storage buffers, image stores or doubles."""
 from __future__ import annotations
 
 import re
@@ -106,6 +107,14 @@ def test_compile_error_names_file_line_and_defines(tmp_path) -> None:
                  "void main() { c = vec4(f()); }\n")
     with pytest.raises(rt.ShaderError, match=r"bad.glsl:4:.*undeclared_name.*MARK 7"):
         compile_program(open_gpu(), main, {"MARK": 7})
+
+
+def test_compile_error_of_the_vertex_program_names_its_file(tmp_path) -> None:
+    write(tmp_path, main="#version 330 core\nout vec4 c;\nvoid main() { c = vec4(1.0); }\n")
+    vertex = tmp_path / "corner.vert"
+    vertex.write_text("#version 330 core\n\nvoid main() { gl_Position = vec4(gone); }\n")
+    with pytest.raises(rt.ShaderError, match=r"corner.vert:3:.*gone"):
+        compile_program(open_gpu(), str(tmp_path / "main.glsl"), vertex=str(vertex))
 
 
 def test_programs_that_nobody_has_are_let_go(tmp_path, monkeypatch, gpu: Gpu) -> None:

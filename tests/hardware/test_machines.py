@@ -1,4 +1,4 @@
-"""Predicted times of machines with ray tracing units."""
+"""Predicted times of machines with ray tracing units, of cards, and of the Cell processor."""
 from __future__ import annotations
 
 from typing import Any

@@ -67,7 +67,7 @@ def test_the_table_fits_a_terminal_and_says_why(few, capsys) -> None:
 def test_json_has_every_reason_of_every_card(few, capsys) -> None:
     assert main(["hardware", "--methods", "--json"]) == 0
     found = {card["chip"]: card for card in json.loads(capsys.readouterr().out)}
-    # Under `loop` the state stays in registers, so only `step` needs the targets.
+    # Under `loop` the state stays in registers. Under `step` each pass writes it to targets.
     assert found["R420"]["refuses"]["kd-short-stack loop"] == [
         "needs loops, the card has no branches"]
     assert found["R420"]["refuses"]["kd-short-stack step"] == [

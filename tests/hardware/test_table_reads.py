@@ -44,7 +44,7 @@ def test_bvh_rays_read_both_texels_of_a_node_before_the_next_ray_s_step() -> Non
     trace = _trace(("traverse", "intersect"), [[1, 1], [2, 0], [1, 0]], [[3, 4], [0, 0], [5, 0]],
                    [[0, 0], [6, 0], [0, 0]])
     tables = {"bvh_node": {}, "triangle": {}}
-    boxes = [TREE + 16 * texel for texel in (6, 8, 7, 9)]   # the first texels of both rays first
+    boxes = [TREE + 16 * texel for texel in (6, 8, 7, 9)]   # first texels, then second texels
     assert table_reads(trace, tables, (1, 2)).tolist() == boxes + [
         CORNERS + 16 * (18 + k) for k in range(3)] + [TREE + 16 * 10, TREE + 16 * 11]
 
@@ -68,8 +68,8 @@ def test_unknown_reads_are_refused(method: str, kernel: str) -> None:
 
 @pytest.mark.parametrize("method, options", METHODS)
 def test_reads_are_those_of_the_compiled_kernels(method: str, options: dict) -> None:
-    """Each run reads as many texels as the compiled kernel fetches, and each read lies within its
-    table."""
+    """All runs together read as many texels as the compiled kernels fetch, and each read lies
+    within its table."""
     scene = rt.load_scene("cornell")
     with rt.Tracer(scene, method, **options, **STEPWISE) as tracer:
         trace = record_trace(tracer, (16, 16), lambda: tracer.trace(

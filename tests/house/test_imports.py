@@ -1,5 +1,5 @@
-"""Imports form no cycle between packages, functions contain no import, and few modules are at the
-top level."""
+"""Imports form no cycle between packages, functions import no module of the package, except in the
+files of LATE, and few modules are at the top level."""
 from __future__ import annotations
 
 import ast
@@ -11,8 +11,9 @@ import gpgpu_rt as rt
 
 PACKAGE = Path(rt.__file__).parent
 MOST_MODULES = 12  # modules directly in gpgpu_rt, which newcomers see first
-# Files whose functions may import. The entry of the command line does so that an interrupt during
-# the import prints no traceback. Commands import optional dependencies: charts and the window.
+# Files whose functions may import modules of the package. The entry of the command line does this
+# so that an interrupt during the import prints no traceback. Commands do this for modules that
+# need optional dependencies: charts and the window.
 LATE = {"__main__.py", "cli/benching.py", "cli/conforming.py", "cli/view.py"}
 
 

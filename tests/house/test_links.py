@@ -1,5 +1,5 @@
-"""Links and pictures of README, CONTRIBUTING and docs have an existing target, and the map of
-pages is complete."""
+"""The pictures of README, CONTRIBUTING, the paper and docs, and the links to files and headings,
+have an existing target, and the map of pages is complete."""
 from __future__ import annotations
 
 import re
@@ -42,7 +42,8 @@ def _name(path: Path) -> str:
 
 
 def _broken(page: Path) -> list[str]:
-    """Returns each link of a page whose target does not exist."""
+    """Returns each link of a page to a file or a heading that does not exist. Links to the web are
+    left out."""
     found = []
     for link in _LINK.findall(_text(page)):
         if link.startswith(("http:", "https:")):
@@ -92,9 +93,9 @@ def test_a_link_that_leads_nowhere_is_found(tmp_path: Path) -> None:
 
 
 def test_the_map_has_each_page_once() -> None:
-    """docs/index.md and docs/reference/index.md list each page; the site's sidebar shows the same
-    lists. The first pages of the folders tour, how-to and notes list the other pages
-    of their folders."""
+    """docs/index.md and docs/reference/index.md list each page of their own folders; the site's
+    sidebar shows the same lists. The first pages of the folders tour, how-to and notes list the
+    other pages of their folders."""
     for folder in (DOCS, DOCS / "reference"):
         index = folder / "index.md"
         listed = Counter((folder / name).resolve() for name in re.findall(

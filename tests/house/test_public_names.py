@@ -1,4 +1,5 @@
-"""Every public name has a description, and a user's mistake raises an error of one line."""
+"""Every public class, function, property and module has a description, and a user's mistake raises
+an error of one line."""
 from __future__ import annotations
 
 import contextlib

@@ -1,4 +1,5 @@
-"""The commands and the Python code of README, tour and how-to pages run as the pages show them."""
+"""The commands and the Python code of README, of docs/replication.md and of the tour and how-to
+pages run as the pages show them."""
 from __future__ import annotations
 
 import re

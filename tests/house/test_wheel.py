@@ -77,7 +77,7 @@ def installed(tmp_path_factory) -> Iterator[Path]:
 
 
 def run(installed: Path, folder: Path, *words: str) -> subprocess.CompletedProcess:
-    """Runs Python in ``folder``, where only the installed files can be imported."""
+    """Runs Python in ``folder``, where `gpgpu_rt` is imported from the installed files."""
     paths = {"PYTHONPATH": str(installed), "GPGPU_RT_SCENES": str(folder)}
     return subprocess.run([sys.executable, *words], capture_output=True, text=True, cwd=folder,
                           env={**os.environ, **paths})
@@ -101,8 +101,8 @@ def test_commands_run_without_a_checkout(installed: Path, tmp_path: Path, words:
 
 
 def test_it_is_the_installed_package_that_ran(installed: Path, tmp_path: Path) -> None:
-    """The commands above import no file of the checkout. The advice on a missing extra names the
-    wheel, because there is no checkout."""
+    """The installed package imports no file of the checkout. The advice on a missing extra names
+    the wheel, because there is no checkout."""
     code = ("import sys, gpgpu_rt as rt, gpgpu_rt.figures\nfrom gpgpu_rt.cli import main\n"
             "main(['render', 'cornell', '--size', '8', '-o', 'a.png'])\n"
             "from gpgpu_rt.errors import how_to_install\nprint(how_to_install('view'))\n"

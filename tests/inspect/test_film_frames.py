@@ -17,7 +17,8 @@ def test_a_long_tail_takes_few_frames() -> None:
     live = np.array(LONG_TAIL)[chosen]
     lost = -np.diff(live)
     assert chosen[0] == 0 and chosen[-1] == len(LONG_TAIL) - 1 and 40 < len(chosen) <= 60
-    # Between two frames, 1/59 of the rays end, and up to 50 more rays that end in the same pass.
+    # Between two frames, about 1/59 of the rays end, and up to 50 more if they end in the same
+    # pass.
     assert lost.min() >= 40 and lost.max() <= 4096 / 59 + 50
     # Frames at equal distances in passes would nearly all show the last 90 rays.
     assert (live <= 90).mean() < 0.05 < 0.8 < (np.array(LONG_TAIL) <= 90).mean()
@@ -29,7 +30,8 @@ def test_the_first_and_the_last_pass_are_frames(counts: list[int], frames: int) 
     chosen = even_loss(live, frames)
     assert len(chosen) <= frames and chosen == sorted(set(chosen))
     assert [chosen[0], chosen[-1]] == [0, len(live) - 1] if live else chosen == []
-    # From a frame to the pass before the next frame, at most 1 / (frames - 1) of the rays end.
+    # From a frame to the pass before the next frame, at most 1 / (frames - 1) of the rays end. The
+    # last frame, which shows the last pass, is exempt.
     for one, other in zip(chosen, chosen[1:]):
         assert live[one] - live[other - 1] <= live[0] / (frames - 1) or other == len(live) - 1
 

@@ -1,4 +1,5 @@
-"""The meaning of records: the state of every method is explained, field by field."""
+"""The meaning of records: the state of every method that has a schedule other than `loop` is
+explained, field by field."""
 from __future__ import annotations
 
 import re

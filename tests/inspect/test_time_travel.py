@@ -141,7 +141,7 @@ def test_what_has_no_states_says_so(method: str, options: dict, why: str) -> Non
 
 
 def test_a_method_with_one_pass_names_methods_to_watch(tmp_path, capsys) -> None:
-    """The named methods can be watched by the same command."""
+    """The methods that the error names can be watched by the same command."""
     command = ["passes", "cornell", "--size", "4x4", "-o", str(tmp_path / "passes"), "-m"]
     assert main([*command, "kd-stack"]) != 0
     told = capsys.readouterr().err.strip()

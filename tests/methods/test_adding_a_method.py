@@ -1,5 +1,5 @@
-"""The instructions of docs/how-to/add-a-method.md work: every command and every test finds a
-method in a user's own folder."""
+"""The instructions of docs/how-to/add-a-method.md work: the page's commands and the project's
+tests find a method in a user's own folder."""
 from __future__ import annotations
 
 import os
@@ -193,7 +193,8 @@ def test_what_is_broken_is_named_in_a_line(folder: Path, tmp_path: Path, name: s
 ])
 def test_a_row_of_other_kinds_is_named_in_a_line(folder: Path, text: str, instead: str,
                                                  message: str) -> None:
-    """A value of a wrong type in a method's row gives an error message of one line."""
+    """A wrong value in a method's row, or in one of the row's records, gives an error message of
+    one line."""
     path = folder / "sweep.py"
     assert text in path.read_text()
     path.write_text(path.read_text().replace(text, instead, 1))

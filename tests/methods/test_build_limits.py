@@ -1,5 +1,5 @@
-"""Limits of builders: builds of degenerate input end, wrong options are refused, and sizes stay
-within bounds."""
+"""Builders: builds of extreme scales, refused coordinates and options, limits of depth, costs of
+trees, and the order of triangles in a leaf."""
 from __future__ import annotations
 
 import numpy as np
@@ -111,8 +111,9 @@ def test_bunny_has_the_leaves_of_figure_17() -> None:
 
 @pytest.mark.parametrize("build", ["sah", "goldsmith-salmon"])
 def test_triangles_ascend_within_a_leaf(build: str) -> None:
-    """Among hits at the same distance, the triangle that is tested first wins. It must be the
-    triangle with the lowest index."""
+    """If a kernel compares only distances, as the era form does, then the triangle that is tested
+    first wins among triangles at the same distance. Within a leaf, this triangle must have the
+    lowest index."""
     bvh = build_bvh(random_soup(400, 39), build=build)
     leaf = bvh.count > 0
     owner = np.repeat(np.flatnonzero(leaf), bvh.count[leaf])

@@ -13,7 +13,8 @@ BLOCK = 256
 
 
 def _rays(count: int, seed: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return origins in the box, directions whose largest component is in [0.5, 1), and ends."""
+    """Return origins in the box, directions whose largest component has a size in [0.5, 1), and
+    ends of rays in [0, 1)."""
     rng = np.random.default_rng(seed)
     directions = rng.normal(size=(count, 3))
     directions *= rng.uniform(0.5, 0.999, (count, 1)) / np.abs(directions).max(1, keepdims=True)
@@ -35,7 +36,7 @@ def _all_at_once(monkeypatch, *rays: np.ndarray, **more: object) -> RayBatch:
 
 
 def _texels(batch: RayBatch) -> np.ndarray:
-    """Return the two texels of each ray, (n, 2, 4)."""
+    """Return the two texels of each ray and of the padding after the last ray, (n, 2, 4)."""
     return np.stack([batch.texels(k).reshape(-1, 4) for k in range(2)], 1)
 
 

@@ -1,5 +1,5 @@
-"""Ray order: if the rays of each block start in few of the cells in which all rays start, each
-block is sorted separately. Otherwise all rays are sorted together."""
+"""Ray order: if the rays of an average block start in less than three quarters of the cells in
+which all rays start, each block is sorted separately. Otherwise all rays are sorted together."""
 from __future__ import annotations
 
 import numpy as np
@@ -34,7 +34,8 @@ def rows_of_a_picture(count: int) -> np.ndarray:
 @pytest.mark.parametrize("scattered", [False, True], ids=["rows", "scattered"])
 def test_each_ray_lies_once_and_comes_back(monkeypatch, scattered: bool, count: int, share: float,
                                            seed: int) -> None:
-    """`planes` sorts each ray that is not empty to one place, and `back` undoes this."""
+    """`RayOrder.planes` writes each ray that is not empty to one place, and `RayOrder.back` undoes
+    this."""
     monkeypatch.setattr(ray_order, "BLOCK", 64)
     rng = np.random.default_rng(seed)
     origins = rng.uniform(0, 1, (count, 3)) if scattered else rows_of_a_picture(count)
@@ -53,8 +54,8 @@ def test_each_ray_lies_once_and_comes_back(monkeypatch, scattered: bool, count: 
 @pytest.mark.parametrize("share", [0, 0.3], ids="empty-{}".format)
 def test_blocks_stay_apart_where_they_begin_apart(monkeypatch, share: float, scattered: bool
                                                   ) -> None:
-    """Blocks are sorted separately if each block's rays start in few cells, and together
-    otherwise."""
+    """Blocks are sorted separately if each block's rays start in two of the eight cells in which
+    rays start. They are sorted together if each block's rays start in all of these cells."""
     rng = np.random.default_rng(3)
     origins = rows_of_a_picture(4096)
     if scattered:       # every block has rays in all eight cells

@@ -6,7 +6,7 @@ import numpy as np
 
 def aimed_pairs(kind: str, count: int, seed: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Returns triangles, (count, 3, 3), and rays, (count, 3) each, in float32. Each ray aims at
-    its triangle.
+    its triangle or, in "beside", next to its triangle.
 
     kind : where the ray aims or what is special. The ray aims "inside" the triangle, at an "edge"
         or a "vertex", or "beside" the triangle. Triangles are "small" or "slivers". Rays are

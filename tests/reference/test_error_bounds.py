@@ -39,7 +39,8 @@ def exact_pair(triangle: np.ndarray, origin: np.ndarray, direction: np.ndarray
 
 
 def depths(triangle: np.ndarray, origin: np.ndarray, direction: np.ndarray) -> list[Fraction]:
-    """Return the exact t at which the ray has each corner's coordinate along its dominant axis."""
+    """Return for each corner the exact t at which the ray's coordinate along the ray's dominant
+    axis equals the corner's coordinate."""
     axis = int(np.abs(direction).argmax())
     return [(Fraction(float(x)) - Fraction(float(origin[axis]))) / Fraction(float(direction[axis]))
             for x in triangle[:, axis]]
@@ -115,7 +116,7 @@ def test_what_overflows_is_open() -> None:
     triangles, origins, directions = aimed_pairs("inside", 1000, 4)
     b = bound_pairs(triangles * np.float32(1e25), origins * np.float32(1e25), directions)
     assert not b.inside.any() and np.isinf(b.t_bound).all() and b.possible.all()
-    far = 1.5 * 2.0 ** 127      # doubled by the division by d.z
+    far = 1.5 * 2.0 ** 127      # the test scales d.z to 0.5, so the division by d.z doubles t
     wall = np.float32([[[-0.5, -0.5, far], [0.5, -0.5, far], [0, 0.7, far]]])
     assert np.isinf(bound_pairs(wall, np.zeros((1, 3)), np.float32([[0, 0, 1]])).t_bound)
     assert gamma(3) == 3 * 2.0 ** -24 / (1 - 3 * 2.0 ** -24)

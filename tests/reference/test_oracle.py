@@ -14,8 +14,8 @@ WAYS = {"brute force": {"accelerated": False}, "tree": {"accelerated": True}}
 
 
 def square(cells: int) -> np.ndarray:
-    """Returns the square [0, cells]^2 in z = 0 as triangles, (2 cells^2, 3, 3). All vertices are
-    whole numbers."""
+    """Returns the square [0, cells]^2 in z = 0 as triangles, (2 cells^2, 3, 3). All coordinates
+    are whole numbers."""
     x, y = (axis.reshape(-1) for axis in np.meshgrid(np.arange(cells), np.arange(cells)))
     a, b, c, d = (np.stack((x + i, y + j, 0 * x), 1) for i, j in ((0, 0), (1, 0), (1, 1), (0, 1)))
     return np.stack((np.stack((a, b, c), 1), np.stack((a, c, d), 1)), 1).reshape(-1, 3, 3)
@@ -24,7 +24,8 @@ def square(cells: int) -> np.ndarray:
 @pytest.mark.parametrize("way", WAYS)
 @pytest.mark.parametrize("axis, mirror", list(itertools.product(range(3), (1, -1))))
 def test_edges_and_vertices_belong_to_the_triangle(way: str, axis: int, mirror: int) -> None:
-    """Rays along an axis, in both directions, hit every vertex, edge and middle of a square."""
+    """Rays along an axis, in both directions, hit every vertex and the middle of every edge of a
+    square that is cut into cells."""
     triangles = np.roll(square(4) * (1, mirror, 1), axis, axis=2)
     x, y = (points.reshape(-1) for points in np.meshgrid(np.arange(9) / 2, np.arange(9) / 2))
     for side in (1, -1):
@@ -123,9 +124,9 @@ def test_a_speck_far_from_the_ray_is_not_hit(seed: int) -> None:
 
 @pytest.mark.parametrize("seed", [8, 9])
 def test_settle_agrees_with_rationals(seed: int) -> None:
-    """`settle` corrects float64 hits to the hits of exact rational arithmetic. The rays pass
-    through edges and vertices, which have whole coordinates. Many rays meet several triangles at
-    the same t."""
+    """`settle` corrects float64 hits to the hits of exact rational arithmetic. Half of the
+    rays aim at vertices, which have whole coordinates, and the other rays aim near vertices. Many
+    rays meet several triangles at the same t."""
     rng = np.random.default_rng(seed)
     triangles = np.concatenate((square(4), square(4)[:, ::-1], square(2) * (2, 2, 1)))
     triangles = triangles @ np.array(((1, 0, 1), (0, 1, -1), (0, 0, 1)))  # tilted

@@ -20,8 +20,9 @@ KINDS = ("coordinates", "sizes", "slivers", "ball")
 
 
 def triangles_of(kind: str, count: int, rng: np.random.Generator) -> np.ndarray:
-    """Returns triangles, (count, 3, 3) float32, of one of KINDS. In "coordinates", each coordinate
-    varies from 1e-8 to 1e8. In "sizes" and "slivers", each triangle's size does."""
+    """Returns triangles, (count, 3, 3) float32, of one of KINDS. In "coordinates", coordinates
+    have sizes from 1e-8 to 1e8. In "sizes" and "slivers", whole triangles have such sizes. "ball"
+    gives the triangles of a ball."""
     if kind == "coordinates":
         size = 10 ** rng.uniform(-8, 8, (count, 3, 3))
         return (rng.choice((-1, 1), (count, 3, 3)) * size).astype(np.float32)
@@ -63,7 +64,7 @@ def test_spawned_rays_miss_what_they_leave(kind: str, seed: int, each: int) -> N
         corners = some[hits.triangle]
         accepted, t, _, _ = intersect_pairs(corners, origins, directions)
         assert not (accepted & (t >= 0)).any()
-        # The origins lie on the side of the new direction, near the hit point.
+        # Almost all origins lie on the side of the new direction, and all lie near the hit point.
         v0, v1, v2 = corners.astype(np.float64).transpose(1, 0, 2)
         u, v = hits.u[:, None].astype(np.float64), hits.v[:, None].astype(np.float64)
         off = origins - ((1 - u - v) * v0 + u * v1 + v * v2)

@@ -1,5 +1,5 @@
 """Small test scenes: one scene for each property of appearance (such as a mirror or a point
-light), and one scene with all properties."""
+light), and one scene that combines many properties."""
 from __future__ import annotations
 
 from collections.abc import Callable
@@ -88,7 +88,8 @@ ALONE: dict[str, Callable[[rt.Scene], rt.Scene]] = {
 
 
 def everything() -> rt.Scene:
-    """Return a scene that combines all kinds of appearance."""
+    """Return a scene with smooth normals, a texture, glass, a material with mirror and glossy
+    parts, a lamp, a point light and an image as its environment."""
     scene = image_sky(smooth(textured(plain())))
     scene = with_material(scene, 1, Material("glass", ior=1.5))
     scene = with_material(scene, 2, Material("metal", (0.2, 0.1, 0.1), mirror=(0.4,) * 3,

@@ -98,7 +98,7 @@ def test_the_same_bits_of_several_waves(precise_renderer, small, monkeypatch,
 
 def test_paths_are_counted_vertex_by_vertex(precise_renderer, small) -> None:
     """Packing does not change the number of live paths. Each vertex is drawn at the smallest
-    packed size that holds the live paths."""
+    size that holds the live paths, which is a packed size or the whole size."""
     counts = {}
     with rt.Tracer(path_scenes.everything()) as tracer:
         for share in (0.25, 0.75):
@@ -118,9 +118,10 @@ def test_paths_are_counted_vertex_by_vertex(precise_renderer, small) -> None:
 
 
 def test_live_paths_are_those_that_the_light_is_from(small) -> None:
-    """At the first vertex, the live paths are the paths whose eye ray hits the white ball.
+    """At the eye, all paths are live. At the next vertex, only the paths whose eye ray hits the
+    white ball are live.
 
-    At the second vertex, no path is live, because a ray that leaves a convex ball hits nothing.
+    After that vertex, no path is live, because a ray that leaves a convex ball hits nothing.
     """
     scene, _ = path_scenes.white_ball()
     with rt.Tracer(scene) as tracer:

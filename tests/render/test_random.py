@@ -10,7 +10,7 @@ from gpgpu_rt.reference.random_numbers import random_bits, random_numbers
 
 
 def streams() -> dict[str, np.ndarray]:
-    """Return the numbers of each stream, (n, k).
+    """Return the numbers of each stream, (n, 4).
 
     Along a stream, the pixel, sample, bounce, block or seed changes. A picture uses the numbers of
     a stream together, so they must be independent.

@@ -40,10 +40,11 @@ def test_numbers_are_cell_middles_and_their_range_is_refused() -> None:
 @pytest.mark.parametrize("first", [0, 1 << 12, 3 << 16])
 @pytest.mark.parametrize("pixel", [(0, 0), (17, 5), (4000, 3000)], ids=str)
 def test_pairs_are_nets(pixel: tuple[int, int], first: int) -> None:
-    """Every box of area 2^-k, of any shape, holds exactly one of 2^k consecutive samples.
+    """Every box that results from halving the unit square k times holds exactly one of 2^k
+    consecutive samples, counted from a multiple of 2^k.
 
-    This is true for the two numbers of discrete choices, and for the two numbers of a position or
-    direction. Each single number is stratified too.
+    This is true for the two numbers of discrete choices and, in block 0, for the two numbers of a
+    position or direction. Each single number is stratified too.
     """
     for bounce, k in itertools.product((0, 1, 7), range(11)):
         samples = first + np.arange(1 << k)
@@ -72,7 +73,7 @@ def test_a_direction_and_the_light_behind_it_are_one_net(bounce: int) -> None:
 def streams() -> dict[str, np.ndarray]:
     """Return (n, 8) numbers for each stream: two groups of four numbers that must be independent.
 
-    The groups differ in the pixel, the vertex of the path, the choice, the seed or the sample.
+    The groups differ in the pixel, the vertex of the path, the block, the seed or the sample.
     """
     count = np.arange(1 << 14)
     line, column = count >> 7, count & 127
@@ -91,7 +92,7 @@ def streams() -> dict[str, np.ndarray]:
 
 @pytest.mark.parametrize("name", list(streams()))
 def test_what_is_not_one_net_is_independent(name: str) -> None:
-    """Numbers of different pixels, events, choices, seeds or samples are independent."""
+    """Numbers of different pixels, events, blocks, seeds or samples are independent."""
     numbers = streams()[name]
     for axis in range(8):
         assert chi_square(box_counts(numbers[:, [axis]], (7,))) < 5

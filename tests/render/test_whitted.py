@@ -59,9 +59,9 @@ def fresnel(cosine: np.ndarray, ior: float) -> np.ndarray:
 def test_a_slab_of_glass_reflects_and_lets_through_by_fresnel(ior: float) -> None:
     """The expected radiance is a sum over all paths that leave the slab after at most six turns.
 
-    A turn is a reflection or a refraction. The sky is brighter behind the slab than before it.
-    Light that is still inside after six turns is reflected and refracted once more. Each of these
-    two shares gets the radiance of the sky in its direction.
+    A turn is a reflection or a refraction. The sky is brighter behind the slab than in front of
+    it. Light that is still inside after six turns is reflected and refracted once more. Each of
+    these two shares gets the radiance of the sky in its direction.
     """
     camera = rt.Camera((0, 0, 3), (0.8, 0.5, 0), fov=70)
     slab = boxes((-500, -500, -0.5), (500, 500, 0.5))
@@ -204,7 +204,7 @@ def test_how_rays_are_traced_does_not_show(precise_renderer, options: dict[str, 
 @pytest.mark.parametrize("precision, most", [("fp24", 0.1), ("fp16", 3.0)])
 def test_low_precision_shows_little(precise_renderer, precision: str, most: float) -> None:
     """Low precision changes the picture little. The option all_features, which builds the programs
-    with every feature, does not change it."""
+    with every feature, does not change the picture of low precision."""
     derived = drawn(everything(), precision=precision)
     assert np.abs(derived.astype(int) - picture("brute-force")).mean() < most
     assert (drawn(everything(), all_features=True, precision=precision) == derived).all()

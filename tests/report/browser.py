@@ -29,7 +29,7 @@ if (list) {
     beside: box.right <= text.getBoundingClientRect().left};
 }
 const film = document.querySelector("figure.film");
-if (film) {       // a key on the slider shows the next frame, and stops the film
+if (film) {       // a new value of the slider shows its frame, and stops the film
   const slider = film.querySelector("input"), picture = film.querySelector("img");
   const before = picture.style.transform;
   slider.value = 3;

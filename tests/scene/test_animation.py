@@ -30,8 +30,9 @@ def test_frames_follow_from_their_numbers(name: str) -> None:
 
 
 def test_the_walker_walks() -> None:
-    """Parts of the walker turn and move but keep their shape. Its feet stay near the ground, and
-    standing feet slide little. The ground does not move."""
+    """Parts of the walker turn and move but keep their shape. Its lowest point stays near the
+    ground. At any time, a hoof moves more slowly than the body, and another hoof moves faster. The
+    ground does not move."""
     count, places = walker.walker().triangles.shape[0], []
     for frame in range(0, 54, 2):
         places.append(walker.walker_at(frame / 24.0))

@@ -1,4 +1,5 @@
-"""Every command marks a stand-in scene as a stand-in in all that it prints, writes or draws."""
+"""Commands mark a stand-in scene as a stand-in in the text and JSON that they print, and in the
+titles of charts, heat maps, pages and films."""
 from __future__ import annotations
 
 import argparse
@@ -34,7 +35,7 @@ COMMANDS = {
     "web": (*METHOD, "-o", "OUT.html"),
 }
 # Commands that are not tested here. The viewer marks a stand-in in its panel. `remesh` needs a
-# single surface, which no stand-in is.
+# single surface, which SCENE is not.
 APART = {"view", "remesh"}
 
 
@@ -75,7 +76,8 @@ def test_commands_tell(command: str, words, capsys) -> None:
 
 
 def test_pictures_tell(words, monkeypatch) -> None:
-    """Every picture, page and film shows the title that marks a stand-in."""
+    """The charts of `bench`, the pictures of `heat` and `passes`, the page of `web`, and the films
+    and heat maps of `report` show the title that marks a stand-in."""
     drawn: list[str] = []
 
     def note(*title: object) -> None:

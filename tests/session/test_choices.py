@@ -79,8 +79,8 @@ def test_what_all_rays_share_is_all(height: int, width: int) -> None:
 
 
 def test_what_makes_rays_unlike() -> None:
-    """Neighbouring rays are not coherent if they differ in a sign, the dominant axis or the
-    origin."""
+    """Neighbouring rays are not coherent if they differ in a sign or in the dominant axis, or if
+    their origins lie far apart."""
     origins, directions = np.zeros((1, 8, 3)), np.ones((1, 8, 3)) * (1, 2, 3)
     for change in ((-1, 2, 3), (1, 3, 2)):
         other = directions.copy()
@@ -275,7 +275,7 @@ def test_the_default_pair(scene) -> None:
                                     (INCOHERENT, random(scene), "bvh-threaded")):
             assert_same_bits(truth.trace(*given), tracer.trace(*given))
             assert took(tracer) == (rays, method, method) and tracer.options["octants"]
-    with rt.Tracer(scene, "auto", schedule="step") as tracer:     # without entry points
+    with rt.Tracer(scene, "auto", schedule="step") as tracer:     # no entry points
         tracer.trace(*eye(scene))
         assert took(tracer) == (COHERENT, "bvh-packet", "bvh-packet")
     with rt.Tracer(scene, "auto", entry_points=4) as tracer:      # packets do not accept 4

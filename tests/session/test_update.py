@@ -62,8 +62,8 @@ def test_an_updated_tracer_hits_what_a_new_one_does(precise_renderer, method: st
 def test_trees_of_like_depth_share_programs(gpu, method: str) -> None:
     """Trees of slightly different depth use the same programs.
 
-    The array of a stack has a few more entries than the tree has levels. A tree with one more
-    level therefore needs no new program.
+    The number of entries of a stack's array is rounded up to a multiple of 8. A tree with one more
+    level therefore rarely needs a new program.
     """
     depths, made = set(), set()
     for seed, count in enumerate((20, 30, 45)):
@@ -108,7 +108,8 @@ def test_pictures_move_too(precise_renderer, octants: bool) -> None:
 
 @pytest.mark.parametrize("ratio, rebuilt", [(np.inf, False), (1e6, False), (1.2, True), (0, True)])
 def test_the_ratio_decides(ratio: float, rebuilt: bool) -> None:
-    """A tree is rebuilt if a refit raises its cost by more than the ratio `rebuild_ratio`."""
+    """A tree is rebuilt if its cost after a refit is more than `rebuild_ratio` times its cost
+    after the last build."""
     triangles = random_soup(COUNT, 5, size=0.02)
     shuffled = triangles[np.random.default_rng(1).permutation(COUNT)]   # the worst case of a refit
     with rt.Tracer(scene_of(triangles), "bvh-threaded", rebuild_ratio=ratio) as tracer:

@@ -1,5 +1,5 @@
-"""The packets of the era form find the same triangles as today's packets. The tests run one
-program with all kernels in a loop, as a card with branches would: the whole program."""
+"""The packets of the era form find the same triangles as today's packets. The tests run
+the whole program, which holds all kernels in one loop, as a card with branches would run it."""
 from __future__ import annotations
 
 import re

@@ -18,7 +18,7 @@ ENTRIES = [None, 8, 16, 32]
 
 def seen(size: tuple[int, int], seed: int) -> tuple[rt.Scene, np.ndarray, np.ndarray]:
     """Returns a scene, and the origins and directions of an image's rays from one point. The
-    scene's triangles cover a quarter of the image, in the image's middle."""
+    scene's triangles lie within about a quarter of the image, near the image's middle."""
     rng = np.random.default_rng(seed)
     scene = soup_scene(200, seed, size=0.05)
     width, height = size
@@ -148,8 +148,9 @@ def test_no_aimed_ray_is_left_out(precise_renderer, tile: int, octants: bool, se
 
 @pytest.mark.parametrize("tile", ENTRIES)
 def test_what_is_left_out_counts_nothing(precise_renderer, tile: int | None) -> None:
-    """Each ray's counter equals its counter in a call that draws all packets, or is zero. The pass
-    log has fewer fragments than in such a call."""
+    """Each ray's counter equals its counter in a call that draws all packets, or is zero. At
+    most half as many fragments as in such a call run `packet.frag`. The other fragments run
+    `packet_none.frag`."""
     scene, origins, directions = seen((128, 128), 7)
     t_max = np.full(origins.shape[:2], np.inf)
     t_max[:, 64:] = -1

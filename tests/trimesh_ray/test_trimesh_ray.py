@@ -1,5 +1,5 @@
-"""The intersector for trimesh gives the same answers as trimesh's own engines, in arrays of the
-same shapes."""
+"""The intersector for trimesh gives the same answers as trimesh's own engine that needs no Embree,
+in arrays of the same shapes as both of trimesh's engines."""
 from __future__ import annotations
 
 import copy

@@ -24,7 +24,7 @@ def test_labels_are_short_plain_and_different(options: tuple[Option, ...]) -> No
         assert len(option.title) <= LONGEST and "_" not in option.title, option.name
         assert option.unset in (AUTOMATIC, OFF)
         assert {choice for choice, _ in option.meanings} <= set(option.choices or ())
-        if option.unset == OFF:      # the help of an option that is off explains no default value
+        if option.unset == OFF:      # an option that is off when unset has no default value
             assert option.default is None
 
 

@@ -81,7 +81,8 @@ def test_a_camera_survives_the_command_line_to_the_bit() -> None:
 @pytest.mark.parametrize("scale", [1e-3, 1.0, 3e4])
 def test_the_line_has_the_fewest_digits_with_the_same_rays(viewer: Viewer, scale: float) -> None:
     """The drawn camera has short numbers. Its rays differ from the exact camera's rays by less
-    than PIXEL_SHARE of a pixel. With one decimal less, the difference would be larger."""
+    than PIXEL_SHARE of a pixel. With one decimal less in the target, the difference would be more
+    than half of PIXEL_SHARE."""
     rng, size = np.random.default_rng(7), (640, 480)
     target = scale * rng.normal(size=3)
     exact = Camera(tuple(target + scale * rng.normal(size=3)), tuple(target), fov=37.123456789)
@@ -133,8 +134,8 @@ def test_a_narrow_picture_shows_what_a_square_shows() -> None:
 
 @pytest.mark.parametrize("pixel_seconds", [1e-8, 1e-6, 1e-4])
 def test_the_pace_keeps_to_its_limits(clock: Clock, pixel_seconds: float) -> None:
-    """While the camera moves, drawing keeps to the time limit MOVING. At rest, it keeps to
-    PATIENCE."""
+    """While the camera moves, drawing keeps to the time limit MOVING, unless even the coarsest
+    picture takes longer. At rest, drawing keeps to PATIENCE."""
     pace, pixels = Pace(clock), 640 * 480
 
     def take(divisor: int) -> float:

@@ -165,8 +165,8 @@ def test_scrubbing_shows_each_pass(viewer: Viewer) -> None:
 
 @pytest.mark.parametrize("method, why", [("kd-stack", "one pass"), ("ray-tiles", "no state")])
 def test_no_passes_is_said_and_shows_none(viewer: Viewer, method: str, why: str) -> None:
-    """If a method has no passes, the viewer says why, and shows no passes of the previous
-    method."""
+    """If the viewer cannot show the passes of a method, it says why, and shows no passes of the
+    previous method."""
     viewer.look_at("passes")
     settle(viewer)
     assert len(np.unique(viewer.image)) > 1

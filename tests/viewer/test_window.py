@@ -306,7 +306,7 @@ def test_a_mesh_is_dropped_and_a_path_typed(person, tmp_path: Path) -> None:
     one.key("Return")
     one.settled()
     one.key("Escape", "Tab")
-    one.click(500, 240)  # leave the text field first
+    one.click(500, 240)  # leave the text field before pressing the key that quits
     one.settled()
     found = one.quit()
     assert found["settings"]["scene"] == "cornell" and not found["message"]

@@ -1,5 +1,5 @@
-"""Measures a page: the time to its first picture, and the time from each move of a drag to its
-picture."""
+"""Measures a page: the time to its first picture, the time from each move of a drag to its
+picture, and the processor time of the browser."""
 from __future__ import annotations
 
 import os

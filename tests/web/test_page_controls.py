@@ -76,7 +76,8 @@ def test_the_slider_stops_the_search(page: Browser) -> None:
     assert differing(before, early) > 0.3
     orange = (early[..., 0] > early[..., 2] + 100).mean()
     assert orange > 0.1       # rays that wait for the first kernel
-    # The curve follows from the rays' steps, and the number of live rays from their phases.
+    # The page computes its curve of live rays from the rays' steps, and the number of live rays at
+    # the shown step from the rays' phases. Both numbers must be equal.
     for _ in range(3):
         page.press("ArrowRight")
         settle(page)
@@ -196,7 +197,8 @@ def test_a_heat_without_end_is_not_followed(page: Browser) -> None:
 
 
 def test_a_pause_shows_the_step_of_the_slider(page: Browser) -> None:
-    """The player shows every fifth step. The pause comes while the page counts the live rays."""
+    """Here the player shows every fifth step. The pause comes while the page counts the live
+    rays."""
     page.wait("element('selftest').dataset.state === 'done'")
     page.run("""{
         counted.last = 5 * PLAYED;
@@ -235,7 +237,7 @@ def test_a_second_pointer_does_not_turn_the_scene(page: Browser) -> None:
 
 def test_a_camera_near_its_up_can_be_turned_away(page: Browser) -> None:
     """A camera that looks almost along its up vector can be turned, and never gets nearer to
-    it."""
+    the up vector."""
     page.run("""{
         const {target: at, up} = page.camera, across = unit(cross(up, [1, 2, 3]));
         const offset = scaled(unit(up), 1000).map((x, k) => x + 30 * across[k]);

@@ -1,5 +1,5 @@
 """A page that is opened without choices shows a step in the middle of the search, and the path of
-the longest ray."""
+the ray with the most steps."""
 from __future__ import annotations
 
 import re
@@ -104,7 +104,8 @@ def test_a_button_goes_to_the_end_of_the_ray(browser: Browser, tmp_path: Path) -
 
 @in_browser
 def test_texts_are_not_cut(browser: Browser, tmp_path: Path) -> None:
-    """No text is wider than its element, and the page says only once how to choose a ray."""
+    """The texts of the ray and of the programs are not wider than their elements. The page says
+    only once how to choose a ray."""
     browser.resize(1280, 900)
     opened(browser, tmp_path, written(METHODS))
     assert browser.run("[...document.querySelectorAll('#ray, #text, #text pre')].filter("

@@ -127,7 +127,7 @@ def test_render_command(tmp_path, monkeypatch, capsys, address: str, precise_ren
     alone, shared = tmp_path / "alone.png", tmp_path / "shared.png"
     assert run(["cornell", *WORDS, "-o", str(alone)], capsys)[0] == 0
     status, said = run(["cornell", *WORDS, "-o", str(shared), "--scheduler", address], capsys)
-    # One worker may be dead from the previous test.
+    # One worker may be dead, because an earlier test killed it.
     assert status == 0 and re.search("6 of 6 tiles drawn by (1 worker|2 workers);", said)
     assert (np.asarray(Image.open(shared)) == np.asarray(Image.open(alone))).all()
     assert len(list(tmp_path.iterdir())) == 2
@@ -180,8 +180,8 @@ def test_an_interrupted_run_goes_on(output: str, shared: bool, tmp_path, capsys,
 
 
 def test_ctrl_c_is_a_line(tmp_path) -> None:
-    """Ctrl-C ends a run with a single line. All processes of a terminal receive Ctrl-C at once,
-    including workers."""
+    """Ctrl-C ends a run with a line that names `--resume`, and without a traceback. All processes
+    of a terminal receive Ctrl-C at once, including workers."""
     running = subprocess.Popen(
         [sys.executable, "-c", COMMAND, "render", "cloth", "--frames", "4000", "--size",
          "16x16", "-o", f"{tmp_path}/", "--scheduler", "local"], stderr=subprocess.PIPE,
@@ -202,8 +202,8 @@ def test_ctrl_c_is_a_line(tmp_path) -> None:
 
 
 def test_a_lost_scheduler_is_a_line_and_the_last_one(tmp_path) -> None:
-    """The message on how to resume is the last line. Dask used to log a traceback after the
-    message."""
+    """The run ends with two lines, which say how to resume and that the scheduler ended. Dask used
+    to log a traceback after them."""
     file, output = tmp_path / "scheduler.json", tmp_path / "out"
     begun: list[subprocess.Popen] = []
 

@@ -103,7 +103,7 @@ def _when(folder: Path, cell: Cell) -> dict[str, Any]:
 
 
 def test_what_is_timed_has_the_machine_to_itself(workers: Workers, tmp_path) -> None:
-    workers.client.wait_for_workers(2, timeout=180)  # the previous test may have killed a worker
+    workers.client.wait_for_workers(2, timeout=180)  # an earlier test may have killed a worker
     found = dict(sweep.results([*TREES, *TIMED], workers, functools.partial(_when, tmp_path)))
     when = {cell: result["when"] for cell, result in found.items()}
     assert len(when) == 8

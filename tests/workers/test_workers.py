@@ -1,4 +1,4 @@
-"""Workers find the same hits and pictures as a single process, even after the loss of a worker."""
+"""Workers find the same hits as a single process, even after the loss of a worker."""
 from __future__ import annotations
 
 import fcntl

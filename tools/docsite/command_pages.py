@@ -37,7 +37,7 @@ def _section(name: str, parser: argparse.ArgumentParser) -> str:
 
 def _rows(parser: argparse.ArgumentParser, group: argparse._ArgumentGroup
           ) -> list[tuple[str, str]]:
-    """Returns a row for each argument of a group of a parser."""
+    """Returns a row for each argument of a group that the help shows, except --help itself."""
     shown = parser._get_formatter()
     return [(code(shown._format_action_invocation(action)),
              plain(shown._expand_help(action)) if action.help else "")

@@ -18,5 +18,5 @@ PAGES: dict[str, Callable[[], str]] = {
 
 
 def generate() -> Iterator[tuple[str, str]]:
-    """Yields name and text of each page of the site that has no file in docs/."""
+    """Yields name and text of each page of the site that is generated as a whole."""
     yield from api_pages()

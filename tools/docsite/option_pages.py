@@ -31,7 +31,8 @@ def _owned(options: Variants, owner: str) -> str:
 
 
 def _limits(option: Option) -> str:
-    """Returns what an option cannot be combined with, and the bounds of its number."""
+    """Returns the bounds of an option's number, the schedules and options that the option needs or
+    excludes, and its values that may lose hits."""
     found = []
     if option.minimum is not None:
         found.append(f"at least {option.minimum:g}")

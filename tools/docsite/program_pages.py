@@ -1,4 +1,4 @@
-"""The files of the fragment programs, with the comment at the beginning of each."""
+"""The files of the GLSL programs, with the comment at the beginning of each."""
 from __future__ import annotations
 
 import re

@@ -1,4 +1,4 @@
-"""Copies the project's pages to a folder, in the form in which Sphinx makes the site of them."""
+"""Copies the project's pages to a folder, in the form from which Sphinx makes the site."""
 from __future__ import annotations
 
 import re

@@ -1,4 +1,5 @@
-"""File kinds: valid examples of the files that a user gives, and the functions that read them."""
+"""File kinds: valid examples of the files that the program reads, and the functions that read
+them."""
 from __future__ import annotations
 
 import contextlib

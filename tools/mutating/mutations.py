@@ -24,7 +24,7 @@ Rng = np.random.Generator
 
 
 def mutated(content: bytes, rng: Rng) -> bytes:
-    """Return the bytes with one to three changes."""
+    """Return the bytes with one to three changes, cut to at most 1 MiB."""
     for _ in range(int(rng.choice([1, 1, 1, 2, 3]))):
         content = _CHANGES[int(rng.integers(len(_CHANGES)))](content, rng)
     return content[:1 << 20]
@@ -42,7 +42,7 @@ def mutated_json(content: bytes, rng: Rng) -> bytes:
 
 
 def mutated_arrays(arrays: dict[str, np.ndarray], rng: Rng) -> dict[str, np.ndarray]:
-    """Return the arrays with one or two changes of values, length, type or name."""
+    """Return the arrays with one or two changes of values, shape, type or name."""
     arrays = {name: np.array(values) for name, values in arrays.items()}
     for _ in range(int(rng.integers(1, 3))):
         if not arrays:

@@ -21,7 +21,7 @@
 uniform int node_count;
 
 #if STACK_SIZE > 0
-bool stack_whole = false;   // no far child was dropped
+bool stack_whole = false;   // whether no entry of this ray was lost
 int stack_top = 0;
 int stacked = 0;
 int stack_node[STACK_SIZE];

@@ -31,7 +31,8 @@ void test_box(int r) {
     any_in = any_in || interval.x <= interval.y;
 }
 
-// Visit a node and move on to the next node. Return the first triangle of a leaf that a ray is in, else -1.
+// Visit a node and move on to the next node. Return the first triangle of a leaf that a ray is in, else a
+// negative number.
 int visit() {
     COUNT(nodes_visited);
     ++steps;
@@ -53,7 +54,7 @@ int visit() {
 
 // Walk -------------------------------------------------------------------------------------------
 
-int leaf;   // the first triangle of the leaf that the walk reached; -1: no leaf was reached
+int leaf;   // the first triangle of the leaf that the walk reached; below 0: no leaf was reached
 
 // Walk to the next leaf that a ray is in. Stop after `most` nodes.
 void walk_on(int most) {
@@ -65,9 +66,9 @@ void walk_on(int most) {
     through = leaf < 0 && node < 0;
 }
 
-// Test the triangles of a leaf, then walk on towards the next leaf. `begin_turn` has already walked to a
-// leaf, so the first call has triangles to test. Return false when the rays of the turn have finished, or
-// when the packet has reached the step limit.
+// Test the triangles of a leaf, then walk on towards the next leaf. `begin_turn` has already walked to the
+// first leaf that a ray is in, if there is such a leaf, so the first call begins with its triangles. Return
+// false when the rays of the turn have finished, or when the packet has reached the step limit.
 bool step_packet() {
     bool on = steps < step_limit;
     if (on && leaf >= 0) {

@@ -2,12 +2,12 @@
 // and the advance past each tested triangle of a leaf. The rays of a turn walk together
 // (drivers/packet_turns.glsl). The walks are in packet_steps_stack.glsl and packet_steps_threads.glsl. A walk
 // defines these functions:
-//   `clear_place`, `load_place` and `store_place` handle the fields of the state besides the node.
+//   `clear_place`, `load_place` and `store_place` handle the fields that a walk needs besides the node.
 //   `go_on` continues at `node`, with a pop, or with the end of the walk.
 //   `leave_leaf` continues after the last triangle of a leaf.
 //   `traverse`, a kernel, visits a node. A walk may define further kernels.
 //
-// The field `turns` has a bit for each octant whose rays still wait. With INTERVAL_TEST,
+// The field `turns` has a bit for each octant whose walk has not ended. With INTERVAL_TEST,
 // drivers/boxes_by_interval.glsl limits a turn to rays that begin near one another. Here all rays of an
 // octant walk together, because the limit would need more state.
 

@@ -1,4 +1,4 @@
-// The current triangle of a geometry image. The method fetches the four corners of a cell once, makes two
+// The current triangle of a geometry image. The method fetches the corners of a cell once, makes one or two
 // triangles of the corners, and calls `test_triangle` for each triangle. The functions below replace the
 // accessors of the triangle table.
 

@@ -104,7 +104,7 @@ bool any_ahead;         // a ray still searches this slice or a later slice
 vec2 lo;
 vec2 hi;
 
-// Extend the rectangle by the part of the slice that a ray still searches. The interval is slightly
+// Extend the rectangle by the part of the slice that a ray still searches. This part is slightly
 // widened, as boxes are (core/slack.glsl).
 void cross_slice(int r) {
     Ray ray = rays[r];

@@ -6,8 +6,8 @@
 // Hardware", master's thesis, Chalmers 2004. An empty cell stores the Chebyshev distance k to the nearest
 // occupied cell, and the ray jumps k - 1 cells at once.
 //
-// Departure: the paper adds an increment to t_next in each step. The rounding errors of the additions grow,
-// so long walks miss cells. Here each step computes t_next from the integer cell instead.
+// Departure: Purcell et al. add an increment to t_next in each step. The rounding errors of the additions
+// grow, so long walks miss cells. Here each step computes t_next from the integer cell instead.
 
 uniform ivec3 grid_resolution;
 uniform vec3 cell_size;

@@ -1,7 +1,8 @@
-// The Ray Engine: Carr, Hall, Hart, "The Ray Engine", Graphics Hardware 2002 (survey, section 3.1, Figures 4
-// and 5). The host walks rays through a grid and puts the rays in each cell into a queue. A batch of rays
-// lies in a texture. If a queue's cell lists a triangle, the triangle is drawn as a quad over the rays of the
-// queue. So the rasteriser generates the pairs of rays and triangles, one fragment for each pair.
+// The Ray Engine: Carr, Hall, Hart, "The Ray Engine", Graphics Hardware 2002 (survey, section 3.1, Figures
+// 4 and 5). The host walks rays through a grid, or through an octree if the option `cells` says so, and
+// puts the rays in each cell into a queue. A batch of rays lies in a texture. If a queue's cell lists a
+// triangle, the triangle is drawn as a quad over the rays of the queue. So the rasteriser generates the
+// pairs of rays and triangles, one fragment for each pair.
 //
 // Departures: the tests of core/triangle.glsl decide pairs in float32, where the R200 used fixed point. The
 // option `fixed_point` computes in the fixed point of such a card (fixed_point.glsl). MIN blending on a

@@ -1,8 +1,9 @@
 // Visibility field: Mortensen, Khanna, Yu, Slater, "A Visibility Field for Ray Tracing", CGIV 2007 (survey,
 // section 5). A ray's direction and its crossing point with the scene's middle plane select the beam that
 // contains the ray. The beam has a list of candidate triangles in their order along the beam. A binary
-// search finds where the ray starts in the list. The ray tests candidates in this order until a candidate
-// begins behind the hit. A ray that crosses the plane beyond all tiles hits nothing.
+// search finds where the ray starts in the list. The ray tests candidates from there on, forwards if it
+// goes up the axis and backwards if it goes down, until a candidate begins behind the hit. A ray that
+// crosses the plane beyond all tiles hits nothing.
 //
 // Departure: a beam lists all triangles that a ray of any direction in its cell may meet. A beam of the paper
 // lists only the triangles that rays of a single sample direction meet. If the origin is very far away, the

@@ -4,7 +4,7 @@
 // In the first draw MIN blending keeps the nearest t. The quads are then drawn a second time with `equal`.
 // Triangles at exactly this t now write their index, and MIN blending keeps the lowest index. The same
 // program serves both draws, so t cannot differ between them. Under ANY_HIT there is only the first draw,
-// and it writes an index. With COUNTING, additive blending counts the quads.
+// and it writes an index. With COUNTING, additive blending counts the quads and the triangle tests.
 
 #include "core/precision.glsl"
 #include "core/fetch.glsl"

@@ -65,7 +65,10 @@ class Bih:
         return tree_order.pair_parents(self.child, self.axis != LEAF)
 
     def boxes(self) -> tuple[np.ndarray, np.ndarray]:
-        """Each node's box: the scene's box cut by the planes of all ancestors, (n, 3) float32."""
+        """The lower and upper corners of each node's box, (n, 3) float32 each.
+
+        A node's box is the scene's box cut by the planes of all ancestors.
+        """
         lo = np.tile(self.lo, (len(self.axis), 1))
         hi = np.tile(self.hi, (len(self.axis), 1))
         inner = self.axis != LEAF

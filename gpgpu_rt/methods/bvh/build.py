@@ -1,4 +1,4 @@
-"""Build a bounding volume hierarchy by one of the builders, optimise it, and thread it.
+"""Build a bounding volume hierarchy by one of the builders, optimise it on request, and thread it.
 
 To thread a tree means to give each node an escape index; see `tree.py`.
 """

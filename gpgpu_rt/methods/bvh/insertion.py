@@ -1,12 +1,12 @@
 """Insertion build: add triangles to the tree one after another.
 
 J. Goldsmith, J. Salmon, "Automatic creation of object hierarchies for ray tracing", IEEE CG&A
-7(5), 1987. The tree is binary with one triangle per leaf, as Thrane and Simonsen (2005) used it.
-A triangle descends from the root. At each node, it goes to the child whose area grows least. The
-triangle becomes the sibling of one node on this path, below a new common parent. This node is the
-node at which the insertion adds the least area to the tree. The added area is the area of the new
-parent, plus the growth of all its ancestors. The result depends on the order of insertion, so the
-triangles are shuffled. The method is sequential, so this is the only builder that loops over
+7(5), 1987. The tree is binary with one triangle per leaf, as in Thrane and Simonsen (2005). A
+triangle descends from the root. At each node, it goes to the child whose area grows least. The
+triangle becomes the sibling of one node on this path, below a new common parent. The sibling is
+the node at which the insertion adds the least area to the tree. The added area is the area of the
+new parent, plus the growth of all its ancestors. The result depends on the order of insertion, so
+the triangles are shuffled. The method is sequential, so this is the only builder that loops over
 triangles.
 """
 from __future__ import annotations

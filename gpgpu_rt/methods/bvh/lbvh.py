@@ -7,9 +7,10 @@ inner node. The node's level is the position of the first bit in which the two c
 differ. The paper sorts a list of the gaps by level.
 
 Here, the tree follows directly from the sorted codes. A node spans all slots around its gap
-that have the same code bits before the node's level. At each end of this span is another gap. The
-node's parent is the node of one of these two gaps: the gap whose two codes share more leading
-bits. The bits of the slot number are appended to each code, so that no two codes are equal.
+that have the same code bits before the node's level. At each end of this span is another gap,
+unless the order ends there. The node's parent is the node of one of these two gaps: the gap whose
+two codes share more leading bits. The root, whose span is the whole order, has no parent. The bits
+of the slot number are appended to each code, so that no two codes are equal.
 
 `methods/bvh/gpu_build/lbvh.py` builds the same tree by fragment passes, node for node.
 """

@@ -14,7 +14,8 @@ from .tree import LooseTree
 
 
 def build(triangles: np.ndarray, *, axis: str = "longest", **unknown: object) -> LooseTree:
-    """Build by median splits. The tree has n leaves of one triangle, and ceil(log2 n) levels.
+    """Build by median splits. The tree has n leaves of one triangle, and ceil(log2 n) levels
+    of inner nodes.
 
     axis : "longest" or "cycle"
     """

@@ -12,9 +12,9 @@ from ...accel.options import in_range
 from ...gl.record import EXACT_INTEGER
 from .tree import Bvh
 
-# Drop a box from the octant copies when more than this share of the rays that hit its parent also
-# hit it: the test then costs more than it prunes. By node count the break-even is 0.5; measured
-# rates are flat from 0.5 to 0.9 (docs/notes/bvh.md).
+# Drop an inner node from the octant copies when more than this share of the rays that hit the box
+# of its nearest kept ancestor also hit the node's box: the test then costs more than it prunes. By
+# node count the break-even is 0.5; measured rates are flat from 0.5 to 0.9 (docs/notes/bvh.md).
 MET_ANYWAY = 0.65
 
 
@@ -152,7 +152,7 @@ def _front_to_back(centre: np.ndarray, inner: list[np.ndarray], size: np.ndarray
     axis = np.abs(apart).argmax(axis=1)
     apart = np.take_along_axis(apart, axis[:, None], 1)[:, 0]
     # Where `apart` is positive, the right child is farther along `axis`. Rays with a negative
-    # direction along this axis reach it first.
+    # direction along this axis reach the right child first.
     negative = (np.arange(8)[:, None] >> axis) & 1 == 1
     swapped = ((apart > 0) & negative) | ((apart < 0) & ~negative)
     return tree_order.depth_first(inner, size, np.where(swapped, right, left),

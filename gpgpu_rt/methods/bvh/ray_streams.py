@@ -40,7 +40,7 @@ class RayStreams(MethodDriver):
 
     Attributes
     ----------
-    lengths : the number of elements in each pass of the last run
+    lengths : the number of elements in each filter pass of the last run
     """
 
     def __init__(self, setup: Setup) -> None:

@@ -38,8 +38,8 @@ QUANTISED_NODE_8 = PackedRecord(
 corner of the scene's box, rounded outward. All steps along an axis are equal.
 
 For an inner node, ``target`` is the escape index. For a leaf, ``target`` is the first triangle.
-For a portal, ``target`` is the first shared node. After leaves and portals, a ray always goes on
-to the next node. ``last`` marks a node whose escape index is -1."""
+For a portal, ``target`` is the first shared node. ``last`` marks a node whose escape index is -1.
+After a leaf or a portal without this mark, a ray always goes on to the next node."""
 
 _LINKS = "left:31 left_leaf:1 | right:31 right_leaf:1"
 

@@ -6,13 +6,13 @@ subtree moves to a place, a new inner node replaces the place and has two childr
 the subtree. A move is not made if it conflicts with a move of greater gain. The cost of an inner
 node is its area. The gain of a move is the decrease of the sum of these areas.
 
-As in the paper, the search goes from ancestor to ancestor. Departures: from each ancestor, it goes
-down level by level, not depth first, because numpy processes many nodes at once. Subtrees whose
-move was in conflict search again in the same round, whereas in the paper they wait for the next
-round. Two moves conflict if they change the links of the same node, or if the first move's place
-lies in the subtree of the second move. The paths between the old and the new places of two moves
-may cross: this is no conflict here. If the moves together gain nothing, only the better half of
-the moves is made.
+As in the paper, the search goes from ancestor to ancestor. Departures: from each ancestor, the
+search goes down level by level, not depth first, because numpy processes many nodes at once.
+Subtrees whose move was in conflict search again in the same round, whereas in the paper they wait
+for the next round. Two moves conflict if they change the links of the same node. They also
+conflict if one move would put its subtree into the subtree of the other move. The paths between
+the old and the new places of two moves may cross: this is no conflict here. If the moves together
+gain nothing, only the better half of the moves is made.
 """
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from ...threads import threads
 from .tree import LooseTree
 
 AT_ONCE = 1 << 14   # nodes that search together; their data stays in a core's cache
-WORTH = 0.03        # a round ends if less than this share of the moves that it found was made
+WORTH = 0.03        # a round ends if less than this share of the last search's moves was made
 
 
 def reinserted(tree: LooseTree, triangles: np.ndarray, rounds: int) -> LooseTree:
@@ -34,8 +34,8 @@ def reinserted(tree: LooseTree, triangles: np.ndarray, rounds: int) -> LooseTree
     Parameters
     ----------
     triangles : (n, 3, 3) float32, world units
-    rounds : number of rounds in which all nodes search; the first two rounds bring most of the
-        gain
+    rounds : largest number of rounds in which all nodes search; the first two rounds bring most
+        of the gain
     """
     if not rounds or len(tree.left) < 5:     # in a smaller tree, no subtree can move elsewhere
         return tree
@@ -92,7 +92,10 @@ class _Tables:
         self.parent[self.left[inner]] = self.parent[self.right[inner]] = inner
 
     def round(self) -> int:
-        """Let all nodes search for a better place, and move them. Return the number of moves."""
+        """Let all nodes search for a better place, and move them. Return the number of moves.
+
+        The root and its children do not search, because they have no other place.
+        """
         waiting, moved = np.arange(len(self.left), dtype=np.int32), 0
         while len(waiting):
             moves = self._found(waiting[self.parent[waiting] > 0])

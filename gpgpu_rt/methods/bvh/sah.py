@@ -3,8 +3,9 @@
 As in I. Wald, "On fast construction of SAH-based bounding volume hierarchies", 2007, equal bins
 divide the range between the outermost centroids. Nodes with few triangles are swept: every split
 between two triangles is tried, as in I. Wald, S. Boulos, P. Shirley, "Ray tracing deformable
-scenes using dynamic bounding volume hierarchies", 2007. The build tries all three axes. If the
-centroids coincide, or at the depth cap, a node is split into two halves of equally many triangles.
+scenes using dynamic bounding volume hierarchies", 2007. The build tries all three axes. A binned
+node whose centroids coincide is split at the median triangle. A node that could otherwise exceed
+the depth cap is split at the median triangle, too.
 """
 from __future__ import annotations
 
@@ -36,7 +37,7 @@ def build(triangles: np.ndarray, *, bins: int = 32, max_leaf: int = MAX_LEAF,
     bins : number of bins along each axis
     traversal_cost, intersection_cost : cost of a node and of a triangle, in any common unit
     max_depth : bound on the depth; the depth may reach ceil(log2 n) even if the bound is lower. A
-        node that could otherwise exceed the bound is split into halves of equally many triangles.
+        node that could otherwise exceed the bound is split at the median triangle.
     """
     refuse_unknown(build, unknown)
     return top_down.build(triangles, splitter(
@@ -65,7 +66,7 @@ def splitter(*, bins: int = 32, max_leaf: int = MAX_LEAF, traversal_cost: float 
         halved = (taken == 0) | (level.depth + np.ceil(np.log2(count)) >= max_depth)
         axis = np.where(halved, level.extents().argmax(axis=0), axis)
         taken = np.where(halved, count // 2, taken)
-        # `cost` is relative to the node's area, and 0 for a node whose box is a single point.
+        # `cost` is relative to the node's area, and 0 for a node whose box has no area.
         leaf = (count <= max_leaf) & (intersection * count <= 2 * traversal + intersection * cost)
         return axis, np.where(leaf | (count < 2), 0, taken)
 

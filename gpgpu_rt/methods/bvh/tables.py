@@ -26,7 +26,7 @@ Fields = dict[str, np.ndarray | Column]
 
 
 class Layout(Protocol):
-    """The arrangement of a tree's nodes in a table. It does not depend on the nodes' boxes."""
+    """The arrangement of a tree's nodes in a table. It stays valid when the boxes change."""
 
     uniforms: dict[str, Any]
     stack_levels: int
@@ -47,7 +47,8 @@ class Layout(Protocol):
 
 
 class Threads:
-    """A table with a BVH_NODE record for each node, or for each node of each octant copy."""
+    """A table with a BVH_NODE or QUANTISED_NODE record for each node; with octant copies, for each
+    node of each copy and for each shared node."""
 
     def __init__(self, bvh: Bvh, options: Options) -> None:
         nodes, self.stack_levels = len(bvh.escape), 0
@@ -111,7 +112,7 @@ class Threads:
 
 
 class Pairs:
-    """A table with a BVH_PAIR record for each inner node."""
+    """A table with a BVH_PAIR or QUANTISED_PAIR record for each inner node."""
 
     def __init__(self, bvh: Bvh, options: Options) -> None:
         left, right = bvh.children()

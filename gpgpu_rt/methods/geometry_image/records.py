@@ -9,9 +9,10 @@ POSITION = Record("position", "at:vec3")
 IMAGE_CELL = Record("image_cell", "corner:int across:int down:int face:int")
 """A quad of a geometry image: the texel of its first corner, and the first of its two faces.
 
-``across`` is the distance in texels from the first corner to the corner beside it, and ``down``
-the distance to the corner below it. The signs are marks: ``across`` is negative if the quad's
-first triangle has no area, and ``down`` is negative if its second triangle has no area."""
+``across`` is the distance in texels from the first corner to the next corner in the same row, and
+``down`` the distance from the first corner to the next corner in the same column. The signs are
+marks: ``across`` is negative if the quad's first triangle has no area, and ``down`` is negative if
+the quad's second triangle has no area."""
 
 MIN_PYRAMID = Record("min_pyramid", "lo:vec3 miss:int")
 """A node of a geometry image's quadtrees: the lower corner of its box, and ``miss``, the node

@@ -1,9 +1,9 @@
 """Image tree: quadtrees over the cells of a geometry image, with links (Carr et al. 2006).
 
 A chart is a rectangle of texels, which hold positions. A cell is a quad between 2 x 2 neighbouring
-texels. The tree depends only on the sizes of the charts, not on the positions in their texels. If
-positions change, only the boxes change, and fragment passes compute the boxes
-(gpgpu_rt/methods/geometry_image/pyramid.py).
+texels. The tree of a geometry image depends only on the sizes of the charts and on the level of
+detail, not on the positions in the texels. If positions change, only the boxes change, and
+fragment passes compute the boxes (gpgpu_rt/methods/geometry_image/pyramid.py).
 
 A mesh that is no geometry image becomes an image of unconnected cells along a Morton curve. Each
 cell then holds a single triangle, and a quadtree over the curve is a hierarchy over space.
@@ -24,7 +24,8 @@ from ...errors import SceneError
 
 @dataclass(frozen=True)
 class ImageTree:
-    """A forest with a quadtree for each chart. Nodes are stored level by level, the cells first.
+    """A forest with a quadtree for each chart, or one quadtree over single triangles. Nodes are
+    stored level by level, the cells first.
 
     Attributes
     ----------
@@ -40,7 +41,7 @@ class ImageTree:
     across, down : Difference between two texel indices, (leaves,) int32: from the first corner of
         each quad to the next corner in the same row, and to the next corner in the same column.
     face : The first face of each quad in `corner`, (leaves,) int32.
-    root : The root of the first chart, or -1 without charts.
+    root : The root of the first quadtree, or -1 if there are no cells.
     """
 
     charts: tuple[tuple[int, int], ...]

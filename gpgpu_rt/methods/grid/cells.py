@@ -23,13 +23,13 @@ from ...errors import LimitError, OptionError
 
 MOST_CELLS_AN_AXIS = 512
 MOST_REFERENCES = 1 << 27           # 0.5 GiB of int32
-# An automatic resolution is halved while the mean number of references per triangle is larger than
-# this number.
+# An automatic resolution is halved while the grid holds more references than this number times the
+# number of triangles, plus 4096.
 USUAL_REFERENCES = 64
 # Smallest side of a cell, in units of the padding. With smaller cells, the padding would put a
 # triangle into many neighbouring cells that the triangle does not overlap.
 FINEST_CELL = 8
-CHUNK = 1 << 18                     # columns or cells processed together
+CHUNK = 1 << 18                     # columns processed together; four times as many cells
 
 
 @dataclass(frozen=True)
@@ -72,7 +72,7 @@ def build_grid(triangles: np.ndarray, *, resolution: int | Sequence[int] | None 
         from `density`
     density : target number of cells per triangle. A flat scene has one cell across its thin axis,
         and its other axes are divided so that the grid reaches the target. The resolution is
-        halved until the average triangle lies in at most 64 cells.
+        halved until the grid holds at most 64 n + 4096 references.
 
     Raises
     ------
@@ -215,7 +215,7 @@ class Shapes:
         centre = self.vertex[triangle, 0, axis] + (offset * slope).sum(axis=1)
         reach = (np.abs(slope) * self.half).sum(axis=1) + self.half[axis]
         size = self.cell_size[axis]
-        # The plane crosses the cells whose centres lie within `reach` of it.
+        # The plane crosses the cells whose centres lie within `reach` of the plane, along `axis`.
         low = np.ceil((centre - reach) / size - 0.5).astype(np.int64)
         high = np.floor((centre + reach) / size - 0.5).astype(np.int64)
         low = np.where(flat, first, np.maximum(low, first))

@@ -7,7 +7,7 @@ GRID_CELL = Record("grid_cell", "first:int")
 """A cell: its first reference, or a negative number if the cell is empty.
 
 With proximity clouds, the negative number is minus the distance in cells to the nearest occupied
-cell. Without proximity clouds, it is -1 in every empty cell."""
+cell. Without proximity clouds, the number is -1 in every empty cell."""
 
 GRID_STATE = Record("state", "cell:ivec3 t_enter | t_next:vec3 t_exit "
                              "| cursor:int phase:int steps:int")

@@ -40,7 +40,7 @@ BUILD_OPTIONS = (
            "the empty space that it cuts off is at least a fifth of the node", float, minimum=0,
            label="bonus for empty space"),
     Option("max_depth", None, "largest depth of a leaf; default: 8 + 1.3 log2 of the number of "
-           "triangles", int, minimum=0, label="deepest level"),
+           "triangles, and 16 more for the build zhou", int, minimum=0, label="deepest level"),
 )
 
 

@@ -17,7 +17,8 @@ For a leaf, `left` is its first reference, and `count` is its number of referenc
 leaf number n is 3 + n."""
 
 KD_BOUNDS = Record("kd_bounds", "lo:vec3 parent:int | hi:vec3")
-"""Data that kd-backtrack and entry points add to a node: its box and its parent."""
+"""Data that kd-backtrack and entry points add to a node: its box and its parent. For entry points,
+the parent is not set, and faces on the scene's box lie at infinity."""
 
 KD_LEAF = Record("kd_leaf", "lo:vec3 rope_lo_x:int | hi:vec3 rope_hi_x:int "
                             "| rope_lo_y:int rope_hi_y:int rope_lo_z:int rope_hi_z:int")

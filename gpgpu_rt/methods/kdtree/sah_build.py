@@ -2,9 +2,9 @@
 
 The method is that of I. Wald, V. Havran, "On building fast kd-trees for ray tracing, and on doing
 that in O(N log N)", 2006. The heuristic is greedy, without look-ahead. References are clipped to
-their node, and splits that cut off empty space get a bonus. The depth is at most 8 + 1.3 log2 n
-(V. Havran, thesis, 2000). Every triangle's box is widened by `bounds.padding`, so that a triangle
-in a split plane is on both sides.
+their node, and splits that cut off empty space get a bonus. By default, the depth is at most
+8 + 1.3 log2 n (V. Havran, thesis, 2000). Every triangle's box is widened by `bounds.padding`, so
+that a triangle in a split plane is on both sides.
 """
 from __future__ import annotations
 
@@ -37,9 +37,9 @@ def build(triangles: np.ndarray, *, split: str = "binned", bins: int = 32,
     traversal_cost, intersection_cost : cost of a node and of a triangle, in any common unit
     empty_bonus : share by which a split's cost is reduced if the split cuts off empty space that
         is a fifth or more of the node
-    max_depth : largest number of levels; None for 8 + 1.3 log2 n
-    clip : whether a reference is bounded by the triangle's part inside the node, instead of by the
-        triangle's box
+    max_depth : largest depth of a leaf; None for 8 + 1.3 log2 n
+    clip : whether a reference is bounded by the box of the triangle's part inside the node,
+        instead of by the part of the triangle's box inside the node
     workers : number of processes that grow subtrees (see `shevtsov`). The tree is the same
         for every number
     """

@@ -39,7 +39,8 @@ class Rules:
 
 def grow(level: KdLevel, depth: int, vertices: np.ndarray | None, rules: Rules,
          enough: int | None = None, run: Run = map) -> tuple[GrownNodes, KdLevel | None]:
-    """Split a level, and the levels below it, until no split lowers the cost.
+    """Split a level, and the levels below it, until no split lowers the cost or a limit ends the
+    growth. The limits are `max_depth` and `MOST_REFERENCES`.
 
     Parameters
     ----------

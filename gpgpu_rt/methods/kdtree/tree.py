@@ -13,7 +13,7 @@ from ...accel.runs import expand, run_starts
 from ...accel.sound import alike, are_pairs, named, within
 
 LEAF = 3                # the axis of a leaf
-MOST_REFERENCES = 64    # a tree stops growing at this mean number of references per triangle
+MOST_REFERENCES = 64    # a tree stops growing above 4096 references plus this many per triangle
 
 
 @dataclass(frozen=True)

@@ -10,10 +10,11 @@ large node has more than `small` references. If empty space on one side of the n
 the share `empty_cut` of the node's extent, a split cuts off this empty space. Otherwise the node
 is split in the middle of its longest axis, and a triangle that lies on both sides is clipped.
 
-A small root is a small node whose parent is large. For small nodes, the six faces of each
-reference's box are the candidate planes. Masks of 64 bits are computed once for each small root.
-They tell which of the root's references lie left and right of each plane. Each node below the root
-is also stored as a mask of the root's references.
+A small root is a small node whose parent is large; if the tree's root is small, it is the only
+small root. For small nodes, the six faces of each reference's box are the candidate planes. Masks
+of 64 bits are computed once for each small root. They tell which of the small root's references
+lie left and right of each plane. Each node below the small root is also stored as a mask of the
+small root's references.
 
 Departures from the paper: a split cuts off empty space on one side of a node, not on up to six
 sides. A triangle is clipped only by the split plane, not by the six faces of the node, and the
@@ -40,11 +41,11 @@ from .zhou_small import SmallRoots, grow_small
 MASK_BITS = 64
 EMPTY_CUT = 0.25    # the value of Zhou et al. for ray tracing
 FUTILE = 3          # most levels in a row whose splits separate no references: one per axis
-# Large nodes may lie this many levels below `depth_cap`, because halving needs more levels than
-# SAH.
+# If `max_depth` is None, large nodes may lie this many levels below `depth_cap`, because halving
+# needs more levels than SAH.
 MORE_LEVELS = 8
-# Largest number of levels below a small root. More levels would add references but not shorten
-# traversal.
+# If `max_depth` is None, the largest number of levels below a small root. More levels would add
+# references but not shorten traversal.
 SMALL_LEVELS = 8
 SLACK = 2           # clipped parts are widened by this many paddings, for float32 errors
 CHUNK = 1 << 18     # triangles clipped together
@@ -100,8 +101,8 @@ def build(triangles: np.ndarray, **options: object) -> LooseKdTree:
     Parameters
     ----------
     traversal_cost, intersection_cost, empty_bonus : As in `sah_build.build`.
-    max_depth : Largest number of levels. With None, large nodes have at most 16 + 1.3 log2 n
-        levels, and a small root has at most 8 levels below it.
+    max_depth : Largest depth of a leaf. With None, the depth of a large node is at most
+        16 + 1.3 log2 n, and a small root has at most 8 levels below it.
     small : Largest number of references of a small node, up to 64.
     empty_cut : Empty space is cut off if its share of a large node's extent is larger than this.
     """
@@ -260,9 +261,10 @@ def clip_half(triangles: np.ndarray, index: np.ndarray, axis: np.ndarray, plane:
     ----------
     index, axis, plane : (m,), the triangle, and the axis and coordinate of the plane that cuts it
     side : 0 keeps the part below the plane, 1 the part above the plane
-    slack : distance by which both the plane and the kept part are widened, world units. The cut
-        makes new vertices. Their coordinates have an error of at most 12 roundings of the scene's
-        largest coordinate, which is less than half of `slack`.
+    slack : distance by which the plane is shifted away from the kept side, and by which the box of
+        the kept part is widened, world units. The cut makes new vertices. Their coordinates have
+        an error of at most 12 roundings of the scene's largest coordinate, which is less than half
+        of `slack`.
     box : (6, m) float32, the lower and the upper corner of each old box
 
     Returns

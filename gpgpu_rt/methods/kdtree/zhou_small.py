@@ -16,7 +16,8 @@ CHUNK = 1 << 17     # references processed together
 
 
 class SmallRoots:
-    """The small nodes that result from the splits of large nodes."""
+    """The small nodes that result from the splits of large nodes, or the tree's root if it is
+    small."""
 
     def __init__(self) -> None:
         self._parts: list[tuple[np.ndarray, ...]] = []
@@ -65,7 +66,8 @@ def side_masks(level: KdLevel) -> np.ndarray:
 
 
 def grow_small(roots: SmallRoots, costs: Costs, nodes: Nodes) -> None:
-    """Split small nodes, and all nodes below them, as long as a split lowers the cost."""
+    """Split small nodes, and all nodes below them, as long as a split lowers the cost and the
+    depth limit allows the split."""
     level, node, levels = roots.joined()
     masks, base = side_masks(level), run_starts(level.count)
     mask = ~np.uint64(0) >> (np.uint64(64) - level.count.astype(np.uint64))

@@ -1,6 +1,6 @@
 """The host's traversal of a uniform grid, for arrays of rays.
 
-This module is the numpy twin of ``glsl/methods/grid/grid.glsl``. It does the same float32
+This module is the numpy twin of ``glsl/methods/grid/grid.glsl``. The module does the same float32
 operations in the same order. Therefore a ray visits the same cells on the host as in a fragment
 program.
 """

@@ -80,9 +80,9 @@ def build_octree(triangles: np.ndarray, *, leaf_size: int = 8, density: float = 
     ----------
     triangles : (n, 3, 3) float32, world units
     leaf_size : cells that hold more triangles are split
-    density : limits the depth. A full tree of the largest depth would have about 8 * `density`
-        cells per triangle. The build also ends at a level if a split could put a triangle into
-        more than 64 cells on average
+    density : limits the depth. A full tree of the largest depth would have 8 to 64 times `density`
+        cells per triangle, or fewer if MOST_LEVELS or FINEST_CELL limits the depth. The build also
+        ends at a level if a split could put a triangle into more than 64 cells on average
 
     Raises
     ------

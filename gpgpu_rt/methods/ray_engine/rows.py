@@ -78,7 +78,7 @@ ROWS = (Method(
                "queue has this many rays, all queues are intersected", int, minimum=1,
                label="rays per full queue"),
         Option("cpu_below", 0, "the host itself intersects queues of fewer rays than this; hits "
-               "are the same to the bit if the renderer rounds as IEEE 754 requires and keeps "
+               "are the same to the bit if the renderer rounds as IEEE 754 requires and flushes "
                "subnormal numbers", int, minimum=0, label="host tests queues below"),
     ),
     parts=(Part("pair_test", "fixed_point", "methods/ray_engine/float_point.glsl",

@@ -16,8 +16,8 @@ def level_sizes(size: tuple[int, int]) -> tuple[list[tuple[int, int]], list[tupl
     """Return the (width, height) of every level, and the fan from each level to the next.
 
     The nodes of the first level are the rays. A fan is the number of nodes, along x and along y,
-    below one node of the next level. The fan is (2, 2), but (4, 1) or (1, 4) for a level with a
-    single row or column.
+    below one node of the next level. The fan is (2, 2), but (4, 1) or (1, 4) for a level with
+    several nodes in a single row or column.
     """
     sizes, fans = [size], []
     while len(sizes) == 1 or sizes[-1] != (1, 1):

@@ -31,7 +31,7 @@ class RayHierarchy(MethodDriver):
     The triangles are divided into batches. Before each batch, the hierarchy over the rays is
     rebuilt, and rays end at their nearest hits so far. The first batches are small, because their
     hits shorten the rays for the later batches. A batch begins with all pairs of one of its
-    triangles and a node of the top level. A pass reads ``stream_size`` pairs, and tests the
+    triangles and a node of the top level. A pass reads up to ``stream_size`` pairs and tests the
     triangle of each pair against the four children of the pair's node. Each child that passes the
     test forms a new pair with the triangle. The new pairs are processed in the same way, level by
     level down to the rays. Only then are the next ``stream_size`` pairs tested. So no stream is

@@ -1,6 +1,6 @@
 """Ray classification: a pass assigns rays to boxes of ray space.
 
-If a box has no list of triangles yet, the host makes the list. The method's programs
+The host makes the lists of triangles that boxes need and do not have yet. The method's programs
 trace the rays through the lists of their boxes.
 """
 from __future__ import annotations
@@ -30,8 +30,8 @@ class RayClasses(Traversal):
         self._own: dict[Record, Samplers] = {RAY_BOX: {}, CANDIDATE: {}}
 
     def follow(self, samplers: Samplers, accelerator: Accelerator, step_cap: int) -> None:
-        """Use the tables of triangles that moved. Drop all lists, because they were made for the
-        old positions."""
+        """Use the tables of triangles that moved. Drop the textures of all lists, because the
+        lists were made for the old positions."""
         self._release_own()
         self._given = samplers
         super().follow(samplers, accelerator, step_cap)

@@ -57,8 +57,8 @@ def ray_space(triangles: np.ndarray, arithmetic: str = "fp32") -> RaySpace:
 def in_frame(points: np.ndarray, axis: int, negative: bool = False) -> np.ndarray:
     """Convert (..., 3) points to the frame of an axis, in float64.
 
-    With ``negative``, the last coordinate is negated. It then grows along rays in the negative
-    direction of the axis.
+    With ``negative``, the last coordinate is negated. The coordinate then grows along rays in the
+    negative direction of the axis.
     """
     framed = points[..., ORDERS[axis]].astype(np.float64)
     if negative:

@@ -2,8 +2,8 @@
 
 J. Arvo, D. Kirk, "Fast Ray Tracing by Ray Classification", SIGGRAPH 1987 (survey, Table 1). A ray
 is a five-dimensional point: its origin, and its (u, v) on a face of the direction cube. From one
-level to the next, a box is halved along all five axes. The candidates of a box are the triangles
-that its rays may hit.
+level to the next, a box is halved along all five axes, except along axes on which the box is
+already a single finest cell. The candidates of a box are the triangles that its rays may hit.
 
 The paper halves a box until it has few candidates. Here, the rays of a call decide: a box may have
 a list if it holds ``min_rays`` rays. Each cell of the finest level lies in one box of
@@ -33,7 +33,7 @@ from .frames import ORDERS, RaySpace
 SENTINEL = -1           # the entry that ends a list
 MIB = 1 << 20
 CANDIDATE_BYTES, CELL_BYTES = 8, 4     # bytes in float32 textures
-SAMPLES = 48            # the memory of a level's lists is estimated from this many of the lists
+SAMPLES = 48            # most lists of a level from which the memory of the level is estimated
 FILLED = 0.8            # share of the budget that an estimate may reach
 RAISED = 4              # factor by which ``min_rays`` is raised if an estimate exceeds FILLED
 FACES = 6               # cube faces: 2 * axis for positive directions, 2 * axis + 1 for negative
@@ -211,8 +211,8 @@ class RayBoxes:
     def _make(self, cells: np.ndarray, rays: np.ndarray, wanted: np.ndarray) -> bool:
         """Make the missing lists. Return False if the budget does not suffice for all of them.
 
-        The lists of the finest level are made first. In each level, the boxes with the most rays
-        get their lists first.
+        The lists of the finest level are made first. In each level, the faces follow one another,
+        and in each face the boxes with the most rays get their lists first.
         """
         for level in range(self.levels - 1, 0, -1):
             mine = wanted == level

@@ -4,7 +4,8 @@ from __future__ import annotations
 from ...gl.record import Record
 
 RAY_BOX = Record("ray_box", "first:int")
-"""A box of rays in five dimensions: the first candidate of the box's list."""
+"""A finest cell of rays in five dimensions: the first candidate of the list that the cell's rays
+use."""
 
 CANDIDATE = Record("candidate", "triangle:int near")
 """A triangle that rays of a box may hit. Triangle -1 ends the list.
@@ -13,8 +14,8 @@ CANDIDATE = Record("candidate", "triangle:int near")
 in the direction of the rays."""
 
 BEAM = Record("beam", "first:int entries:int")
-"""A beam: the lines through a tile whose directions are in the same cell. The record has the first
-entry and the number of entries of the triangles that these lines may hit."""
+"""A beam: the lines through a tile whose directions are in the same cell. The beam lists the
+triangles that these lines may hit. The record has the list's first entry and number of entries."""
 
 BEAM_ENTRY = Record("beam_entry", "triangle:int near far reach")
 """A triangle in a beam. The entries of a beam are sorted by ``near``.

@@ -37,7 +37,7 @@ FINEST = (8, 24)        # the most directions and the most tiles by default
 # The least ratio of tiles to directions, both along a side. If two fields need equal memory, rays
 # test more triangles in the field with the smaller ratio.
 TILES = 2
-USUAL_ENTRIES = 1024    # the most entries per triangle by default
+USUAL_ENTRIES = 1024    # the most entries per triangle by default, beside 4096 further entries
 CHUNK = 1 << 20         # entries processed together
 
 
@@ -87,8 +87,8 @@ def build_visibility_field(triangles: np.ndarray, *, directions: int | None = No
     ----------
     triangles : (n, 3, 3) float32, world units
     directions, tiles : the largest number of cells along a side of a face, and of tiles along a
-        side of a plane; None for 8 and 24. If both are None, the field is made coarser until it
-        has at most 1024 entries per triangle
+        side of a plane; None for 8 and 24. If both are None, the field is made coarser until its
+        estimated number of entries is at most 1024 n + 4096
     budget : limit on entries and beams, MiB. A field beyond the limit is made coarser
     arithmetic : the number format to which kernels round
 

@@ -10,7 +10,7 @@ The passes, in this order:
    stage drops a pair if the tile's cone cannot meet the triangle. MIN blending keeps each ray's
    nearest t. Before the next batch, ``tile_ends`` shortens the distances to the nearest hits.
 5. ``tile_pairs`` draws all pairs once more, and keeps the lowest index of the triangles at each
-   ray's nearest t.
+   ray's nearest t. With ``any_hit``, step 5 is left out, and step 4 keeps an index instead of t.
 6. ``tile_hits`` writes the hit of each ray.
 """
 from __future__ import annotations

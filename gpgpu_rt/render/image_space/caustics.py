@@ -255,8 +255,8 @@ def is_closed(triangles: np.ndarray) -> bool:
 
 
 def _views(light: np.ndarray, corners: np.ndarray, spread: float) -> tuple[Camera, Camera]:
-    """Return two cameras at the light: the narrowest camera that sees all of (k, 3, 3) triangles,
-    and a camera that is wider by ``spread``."""
+    """Return two cameras at the light: a narrow camera that just sees all of (k, 3, 3) triangles,
+    and a camera that is wider by the factor ``spread``. WIDEST limits both angles."""
     points = corners.reshape(-1, 3).astype(np.float64)
     centre = (points.min(0) + points.max(0)) / 2
     away = centre - light

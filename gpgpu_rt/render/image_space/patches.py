@@ -13,8 +13,8 @@ if TYPE_CHECKING:
 
 LIFT = 1e-4       # offset of shadow rays from the surface, as a share of the scene's extent
 # The fractional parts of the multiples of SPREAD_3 fill a cube evenly. The fractional parts of the
-# multiples of SPREAD_2 fill a square evenly. Roberts (2018) derives the two from the roots of
-# x^4 = x + 1 and x^3 = x + 1.
+# multiples of SPREAD_2 fill a square evenly. Roberts (2018) derives SPREAD_3 from the root of
+# x^4 = x + 1, and SPREAD_2 from the root of x^3 = x + 1.
 SPREAD_3 = 1.2207440846057596 ** -np.arange(1.0, 4.0)
 SPREAD_2 = 1.3247179572447460 ** -np.arange(1.0, 3.0)
 
@@ -119,7 +119,7 @@ def straight_light(tracer: Tracer, places: np.ndarray, normals: np.ndarray,
 
 def _reaching(tracer: Tracer, start: np.ndarray, to: np.ndarray, value: np.ndarray) -> np.ndarray:
     """Return ``value``, (n,), with 0 for negative values, and with 0 where a triangle lies between
-    ``start`` and the light at ``to``."""
+    ``start`` and the light at ``start`` + ``to``."""
     reaching = np.where(value > 0, value, 0.0)
     some = np.flatnonzero(reaching)
     if len(some):

@@ -21,7 +21,7 @@ def traced_photons(tracer: Tracer, normals: np.ndarray, origins: np.ndarray,
     """Return the points where photons land after refractions or reflections.
 
     At a dielectric, a photon continues with the refracted share of its flux; the reflected share
-    is dropped. After total reflection, it continues with all of its flux.
+    is dropped. After total reflection, the photon continues with all of its flux.
 
     Parameters
     ----------

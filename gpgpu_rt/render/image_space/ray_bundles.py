@@ -253,7 +253,7 @@ class RayBundles:
         context.blend_func = moderngl.ONE, moderngl.ONE
         self._peel.set(**uniforms)
         self._targets[1].clear(-FAR, 0.0, 0.0, -1.0)
-        for count in range(MOST_LAYERS):
+        for count in range(MOST_LAYERS + 1):    # the last layer found is empty
             target, nearer = self._targets[count % 2], self._layers[1 - count % 2]
             target.clear(FAR, 0.0, 0.0, -1.0, depth=1.0)
             context.enable_only(moderngl.DEPTH_TEST)

@@ -19,8 +19,8 @@ from .refractor import Refractor, view_uniforms
 if TYPE_CHECKING:
     from ...tracer import Tracer
 
-# Kinds of pixels. NOTHING: the pixel shows no mesh. LEFT: light leaves the mesh. UNSEEN: the first
-# pass does not show the exit. TOTAL: light is totally reflected.
+# Kinds of pixels. NOTHING: the pixel shows no mesh. LEFT: light leaves the mesh. UNSEEN: the exit
+# lies outside the mesh's image in the first pass. TOTAL: light is totally reflected.
 NOTHING, LEFT, UNSEEN, TOTAL = range(4)
 
 

@@ -61,7 +61,7 @@ class Refractor:
         Parameters
         ----------
         name : the fragment program
-        target : a framebuffer with a depth buffer; both are cleared
+        target : a framebuffer with a depth buffer; its colours and depths are cleared
         uniforms : uniforms by name; names that the program does not have are ignored
         farthest : whether to draw the farthest surfaces instead of the nearest
         read : textures by sampler name

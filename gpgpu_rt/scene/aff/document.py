@@ -43,7 +43,8 @@ class Instance:
     node : index of the instance's transform
     geometry : the instance's triangles
     surface : the instance's material; None before the first fill statement
-    fill : name of the file that holds the fill statement, without the file's suffix
+    fill : name of the file that holds the fill statement, without the file's suffix; "material"
+        before the first fill statement
     part : name of the file that holds the geometry, without the file's suffix
     """
 

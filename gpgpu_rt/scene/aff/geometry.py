@@ -151,7 +151,7 @@ def read_textured(tokens: Tokens, keyword: bytes) -> Geometry:
 
 def read_animated(tokens: Tokens) -> Geometry:
     """Return the geometry of a statement ``tpa``: a triangle whose vertices and normals are given
-    at several times."""
+    at several times. Only the normals at the first time are used."""
     count = tokens.count("times", 19)
     if not count:
         raise tokens.error("an animated triangle has no times; give one or more", tokens.at - 1)

@@ -126,7 +126,8 @@ def _materials(document: Document) -> tuple[tuple[Material, ...], np.ndarray]:
 
 
 def _texture_file(folder: Path, name: str) -> str | None:
-    """Return the path of an image relative to the document's folder; None if it is missing."""
+    """Return the path of an image relative to the document's folder; None if the image is missing
+    or its name contains a folder."""
     if Path(name).name != name:
         return None
     places = (str(Path(place, name)) for place in _TEXTURE_FOLDERS)

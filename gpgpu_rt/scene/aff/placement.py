@@ -85,7 +85,7 @@ class Placement:
 
     @property
     def group(self) -> np.ndarray:
-        """(v,) a number for each vertex. Vertices with the same number move as one rigid part."""
+        """(v,) a number for each vertex. Vertices with the same number have the same transform."""
         made = np.repeat(self.node, np.diff(self.first))
         for k in self._keys:    # each of these vertices moves on its own
             some = slice(self.first[k], self.first[k + 1])
@@ -96,7 +96,7 @@ class Placement:
         """Return the ranges of vertices that move, or, if ``moving`` is false, that do not move.
 
         A range is its first vertex, its end, and an instance of the range. Consecutive instances
-        under the same transform form one range.
+        under the same transform form one range, unless their geometry has ``keys``.
         """
         blocks: list[tuple[int, int, int]] = []
         for k, node in enumerate(self.node.tolist()):

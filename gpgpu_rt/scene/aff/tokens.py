@@ -69,7 +69,9 @@ class Tokens:
         """
         number = int(self.wholes(self.take(1, f"the number of {what}"))[0])
         left = len(self._words) - self.at
-        if not 0 <= number * width <= left:
+        if number < 0:
+            raise self.error(f"declares {number:,} {what}; give 0 or more", self.at - 1)
+        if number * width > left:
             raise self.error(f"declares {number:,} {what}, but only {left:,} words follow",
                              self.at - 1)
         return number

@@ -18,8 +18,8 @@ class Viewpoint:
 
     Attributes
     ----------
-    camera : the camera of the statement ``v``. Its position, target and up direction are used
-        where no key frames replace them
+    camera : the camera of the statement ``v``, or a default camera if the file has no ``v``. Its
+        position, target and up direction are used where no key frames replace them
     motion : the key frames of the camera, or None
     """
 

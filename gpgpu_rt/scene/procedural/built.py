@@ -20,7 +20,7 @@ class Built:
     Attributes
     ----------
     triangles : (n, 3, 3) float, world units
-    colours : (n, 3) diffuse in [0, 1]
+    colours : (n, 3) diffuse in [0, 1], or (3,) for all triangles
     camera : the scene's camera
     light : (3,) position of the point light
     intensity : (3,) intensity of the point light

@@ -1,4 +1,4 @@
-"""Creatures: procedural stand-ins for scanned objects, seen from outside."""
+"""Creatures: procedural stand-ins for scanned or modelled objects, seen from outside."""
 from __future__ import annotations
 
 import numpy as np

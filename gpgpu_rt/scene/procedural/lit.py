@@ -1,5 +1,5 @@
-"""Lit: scenes with mirrors, glass and lamps, which stand in for the pictures of the survey's
-Figures 1 and 7."""
+"""Lit: scenes with mirrors, glass and lamps. All except the Cornell box stand in for the pictures
+of the survey's Figures 1 and 7."""
 from __future__ import annotations
 
 import numpy as np

@@ -1,4 +1,5 @@
-"""Outdoors: procedural scenes with uneven distributions of triangles in a wide space."""
+"""Outdoors: procedural scenes in a wide space, most of them with unevenly distributed
+triangles."""
 from __future__ import annotations
 
 import numpy as np

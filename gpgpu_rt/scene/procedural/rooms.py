@@ -1,4 +1,4 @@
-"""Rooms: procedural interiors that are seen from inside. Large walls surround many small objects.
+"""Rooms: procedural interiors that are seen from inside. Large walls surround smaller objects.
 """
 from __future__ import annotations
 

@@ -55,7 +55,8 @@ def revolve(profile: Sequence[Sequence[float]], segments: int) -> np.ndarray:
 
 
 def smooth(profile: Sequence[Sequence[float]], points: int) -> np.ndarray:
-    """Return a profile of (radius, y) resampled to more points along a Catmull-Rom spline."""
+    """Return a profile of (radius, y) resampled to a number of points along a Catmull-Rom
+    spline."""
     p = np.asarray(profile, np.float64)
     p = np.concatenate((2 * p[:1] - p[1:2], p, 2 * p[-1:] - p[-2:-1]))
     s = np.linspace(0, len(p) - 3, points)

@@ -43,7 +43,7 @@ def walker_at(seconds: float) -> np.ndarray:
     turns, moves = _pose(seconds / STEP_SECONDS)
     posed = np.einsum("kij,kvj->kvi", turns[bone], triangles) + moves[bone, None]
     # In half a step, a foot on the ground moves backwards relative to the body by 2 SWING * HIP.
-    # The animal moves forwards at the same speed, so the foot does not slide on the ground.
+    # The animal moves forwards at the same mean speed, so the foot hardly slides on the ground.
     speed = 4 * SWING * HIP / STEP_SECONDS
     round_about = _turn_about(1, -speed * seconds / RADIUS)
     posed = (posed + (0, 0, RADIUS)) @ round_about.T

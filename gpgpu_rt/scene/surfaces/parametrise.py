@@ -100,7 +100,8 @@ def parametrise(scene: Scene | trimesh.Trimesh | str | os.PathLike[str], size: i
     Raises
     ------
     SceneError
-        the surface is not connected, not consistently oriented, or has handles
+        the surface has no triangle with three different corners, is not connected, is not
+        consistently oriented, or has handles
     OptionError
         the size is below 4, or cuts is below 0
     """

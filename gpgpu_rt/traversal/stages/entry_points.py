@@ -1,4 +1,4 @@
-"""Entry points: a pass at low resolution finds the nodes where each tile's rays enter the tree.
+"""Entry points: passes at low resolution find the nodes where each tile's rays enter the tree.
 
 The method follows Reshetov et al. 2005. An entry is a node at which rays begin. The first passes
 bound the rays of each tile by a beam, for small tiles first. The next passes find a list of
@@ -54,7 +54,7 @@ class EntryPoints(MethodDriver):
 
     def run(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
             any_hit: bool = False) -> tuple[Target | PacketHits, int]:
-        """Trace every ray. Return the hits and the number of rays that the step cap stopped."""
+        """Trace every ray. Return the hits and the number of rays that were stopped early."""
         began = time.perf_counter()
         self.gpu.context.enable_only(moderngl.NOTHING)
         self._levels_for(rays.size)

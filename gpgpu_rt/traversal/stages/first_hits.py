@@ -1,4 +1,5 @@
-"""First hits: the rasteriser finds the hits of eye rays, equal to traced hits to the bit.
+"""First hits: the rasteriser finds the hits of eye rays. With "rasterised", they equal traced hits
+to the bit.
 
 The survey (section 5) calls tracing eye rays equivalent to rasterisation. They are not quite
 equivalent, because rasterisers snap corners to a grid and interpolate depth. Some pixels therefore
@@ -18,8 +19,9 @@ steps:
 5. A ray is in doubt if the ray misses its candidate, or if its pixel has a rival. The rays in
    doubt are gathered, the tracer's method traces them, and their hits are scattered back.
 
-Every result of the rasteriser is checked before use, so hits do not depend on the rasteriser's
-rounding. ``glsl/stages/cover.glsl`` bounds the rays that can hit a triangle.
+In these steps, every result of the rasteriser is checked before use, so hits do not depend on the
+rasteriser's rounding. ``glsl/stages/cover.glsl`` bounds the rays that can hit a triangle. With
+"verified", step 4 is left out, so a hit need not be the nearest.
 """
 from __future__ import annotations
 

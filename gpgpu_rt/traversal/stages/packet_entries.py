@@ -45,7 +45,7 @@ class PacketEntries(MethodDriver):
 
     def run(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
             any_hit: bool = False) -> tuple[Target | PacketHits, int]:
-        """Trace every ray. Return the hits and the number of rays that the step cap stopped."""
+        """Trace every ray. Return the hits and the number of rays that were stopped early."""
         began = time.perf_counter()
         self.gpu.context.enable_only(moderngl.NOTHING)
         entries = self._entries_for(rays.size)

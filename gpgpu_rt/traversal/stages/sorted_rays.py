@@ -43,7 +43,7 @@ class SortedRays(MethodDriver):
 
     def run(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
             any_hit: bool = False) -> tuple[Target, int]:
-        """Trace every ray. Return the hits and the number of rays that the step cap stopped."""
+        """Trace every ray. Return the hits and the number of rays that were stopped early."""
         began = time.perf_counter()
         with StreamRoom(self.gpu) as room:
             keys = self._sorted_keys(room, rays)

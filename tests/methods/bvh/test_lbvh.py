@@ -68,8 +68,8 @@ def test_nodes_share_leading_bits(name: str, bits: int) -> None:
 
 
 def test_codes_are_cells_of_a_lattice() -> None:
-    """The corners and the centre of a box get the expected codes. The centre belongs to the cell
-    with the largest coordinates."""
+    """The corners and the centre of a box get the expected codes. Eight cells meet at the centre,
+    which belongs to the cell with the largest coordinates."""
     corners = np.float32([[x, y, z] for x in (0, 8) for y in (0, 8) for z in (0, 8)] + [[4, 4, 4]])
     code = lbvh.morton_codes(np.repeat(corners[:, None], 3, axis=1), 1) >> 27
     assert code.tolist() == [0, 1, 2, 3, 4, 5, 6, 7, 7]

@@ -1,4 +1,5 @@
-"""Overlap: grid cells and kd-tree leaves list exactly the triangles that overlap them.
+"""Overlap: grid cells and kd-tree leaves list all triangles that overlap them, and no others
+beyond those that `check_lists` permits.
 
 The oracle clips each triangle against the six planes of the box, in float64.
 """
@@ -45,7 +46,7 @@ def check_lists(triangles: np.ndarray, lo: np.ndarray, hi: np.ndarray, start: np
 
     A list must hold no triangle that misses the box widened by a few paddings. With ``boxed``, a
     list may also hold a triangle that misses the widened box if the triangle's bounding box
-    overlaps it.
+    overlaps the widened box.
     """
     slack = 6 * float(padding(triangles))
     lo, hi = lo.astype(float), hi.astype(float)

@@ -17,7 +17,8 @@ def stream_tracer(scene: rt.Scene, size: int, **options: object) -> rt.Tracer:
 
 
 def chain(count: int) -> rt.Scene:
-    """Return triangles that grow by a factor of 1.5 each: the tree's depth grows with count."""
+    """Return a scene of triangles, each 1.5 times as large as the previous one: the tree's depth
+    grows with count."""
     corner = np.float32(1.5) ** np.arange(count, dtype=np.float32)[:, None, None]
     triangles = corner * np.float32([[1, 0, 0], [1, 1, 0], [1, 0, 1]])
     return rt.Scene.from_arrays(triangles.reshape(-1, 3), np.arange(3 * count).reshape(-1, 3))

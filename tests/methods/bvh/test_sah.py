@@ -59,8 +59,8 @@ def test_max_depth_is_kept(gpu, max_depth: int) -> None:
 @pytest.mark.parametrize("count", [SMALL // 2, 3 * SMALL])
 @pytest.mark.parametrize("axis", range(3))
 def test_two_heaps_are_parted_first(gpu, axis: int, count: int) -> None:
-    """The first split separates the two heaps in any order of the triangles. The build finds the
-    split of a small node by a sweep and of a large node by bins, so both sizes are tested."""
+    """The first split separates the two heaps, although their triangles alternate. The build finds
+    the split of a small node by a sweep and of a large node by bins, so both sizes are tested."""
     heaps = random_soup(2 * count, 32)
     heaps[::2, :, axis] += 50
     bvh = build_bvh_by_passes(gpu, heaps, build="sah")
@@ -116,7 +116,7 @@ def test_same_hits_from_either_device(precise_renderer, method: str, build: str)
 @pytest.mark.parametrize("build, most", [("lbvh", 1.8), ("hybrid", 1.2)])
 @pytest.mark.parametrize("name", ["bunny", "kitchen"])
 def test_steps_of_a_ray_beside_sah(name: str, build: str, most: float) -> None:
-    """A ray takes at most ``most`` times as many steps as in a tree of build `sah`."""
+    """On average, a ray takes at most ``most`` times as many steps as in a tree of build `sah`."""
     scene = real_scene(name)
     rays = scene.camera.rays((96, 96))
     steps = {}

@@ -100,8 +100,8 @@ def test_passes_make_the_boxes_that_numpy_makes(gpu, name: str, storage: str) ->
                      .reshape(-1, 4)[:len(tree.miss)] for record in ("min_pyramid", "max_pyramid")]
     for texels, corners, links in zip(found, expected, (tree.miss, tree.hit)):
         assert np.array_equal(texels[:, :3], corners)
-        # The links in the fourth channel are equal too: a colour mask protects them from the
-        # passes.
+        # In fp32, the links in the fourth channel are equal too: a colour mask protects them from
+        # the passes.
         assert storage == "fp16" or np.array_equal(texels[:, 3], links)
 
 

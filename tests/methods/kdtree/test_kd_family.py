@@ -1,5 +1,5 @@
-"""The kd-tree family: every traversal visits the same leaves, and rays whose stack is full are
-flagged."""
+"""The kd-tree family: traversals of single rays visit the same leaves, rays whose stack is full
+are flagged, and packets lose no ray."""
 from __future__ import annotations
 
 import numpy as np

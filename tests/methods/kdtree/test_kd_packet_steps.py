@@ -13,8 +13,9 @@ from gpgpu_rt.methods import find_method
 from gpgpu_rt.methods.kdtree.tree import LEAF
 from gpgpu_rt.rays.records import HIT
 
-# Variants of packet methods: those that Horn et al. 2007 measured, packets that follow ropes,
-# other sizes of stacks and packets, and packets that visit empty leaves.
+# Variants of packet methods: packets without a stack, with push-down and with a short stack, as in
+# Horn et al. 2007, other sizes of stacks and packets, packets that follow ropes, and packets that
+# visit empty leaves, as in this paper too.
 FORMS: list[tuple[str, dict[str, Any]]] = [
     ("kd-packet", {"push_down": False, "stack_size": 0}),
     ("kd-packet", {"push_down": True, "stack_size": 0}),
@@ -119,7 +120,8 @@ def test_a_packet_leaves_an_empty_leaf_at_once(skips: bool) -> None:
     """With `skip_empty_leaves`, no visit ends at an empty leaf. Without it, `leave` follows the
     visit of an empty leaf, because the leaf has no triangle to intersect.
 
-    Push-down is off, because a restart may begin at an empty leaf that the packet has passed.
+    Push-down is off: with push-down, a restart may begin at an empty leaf that the packet has
+    passed.
     """
     scene = soup_scene(150, 3)
     passes: list[Pass] = []

@@ -1,4 +1,5 @@
-"""The octree's cells fill its cube without overlap and list every triangle inside them."""
+"""The octree's cells fill its cube without overlap, and each cell lists every triangle that has a
+point in the cell."""
 from __future__ import annotations
 
 import numpy as np

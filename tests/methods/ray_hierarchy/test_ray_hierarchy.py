@@ -96,8 +96,8 @@ def test_no_triangle_is_rejected_that_a_ray_hits(precise_renderer, side: int, pl
                                                  seed: int) -> None:
     """Hits equal brute force to the bit, near the origin and far from it.
 
-    Most rays aim at corners and edges, and the full suite traces a million rays. No node above a
-    ray may reject the triangle that the ray hits.
+    Half of the rays aim at corners and edges, and the full suite traces a million rays. No node
+    above a ray may reject the triangle that the ray hits.
     """
     rng = np.random.default_rng(seed)
     triangles = (random_soup(60, seed) + place).astype(np.float32)

@@ -25,8 +25,8 @@ def rays_everywhere(n: int, seed: int) -> tuple[np.ndarray, np.ndarray]:
     """Return n origins in and around the unit box, and n directions of all kinds.
 
     If a ray starts far from the scene, the tracer moves its origin along the ray to a nearer
-    point. The origins here are about as far as a ray can start without such a move. A third of the
-    directions have equal or zero components.
+    point. The farthest origins here are about as far as a ray can start without such a move. A
+    third of the directions have components of equal size or components that are zero.
     """
     rng = np.random.default_rng(seed)
     origins = 0.5 + rng.choice([0.4, 0.8, 1.6], (n, 1)) * rng.uniform(-1, 1, (n, 3))
@@ -39,8 +39,8 @@ def rays_everywhere(n: int, seed: int) -> tuple[np.ndarray, np.ndarray]:
 def crossed_soup(count: int, seed: int) -> rt.Scene:
     """Return a scene in which half of the triangles are tiny and lie in the scene's middle planes.
 
-    A beam is the set of rays that read the same list. Beams are cut at the middle planes. A beam
-    is narrowest at its middle plane, so its list has no margin there.
+    In `visibility-field`, a beam is a set of rays that read the same list and cross the same tile
+    of a middle plane. A beam is narrowest at this plane, so its list has no margin there.
     """
     triangles = random_soup(count, seed, 0.08)
     tiny = triangles[::2]

@@ -28,7 +28,7 @@ def scene_of(triangles: np.ndarray, *materials: rt.Material, rows: object = None
 
 
 def test_half_sphere() -> None:
-    """The directions give the integrals of 1, z, z^2 and x over a half sphere."""
+    """The means of z, z^2, x and y over the directions are those of a half sphere."""
     d = half_sphere(200)
     assert np.allclose(np.linalg.norm(d, axis=1), 1) and (d[:, 2] > 0).all()
     assert np.allclose([d[:, 2].mean(), (d[:, 2] ** 2).mean()], [1 / 2, 1 / 3], atol=1e-3)
@@ -149,8 +149,8 @@ def test_layers_are_all_peeled(count: int) -> None:
 
 @pytest.mark.parametrize("seed", [1, 2], ids="seed{}".format)
 def test_gathered_light_is_that_of_traced_rays(seed: int) -> None:
-    """From a visible point, a traced ray in a bundle's direction gathers the same light as the
-    layers of the bundle, except at a few pixels."""
+    """From a visible point, traced rays in the directions of the bundles gather almost the same
+    light as the layers of the bundles, except at a few pixels."""
     rng = np.random.default_rng(seed)
     things = boxes(*np.sort(rng.uniform(-0.8, 0.8, (2, 4, 3)), axis=0))
     scene = scene_of(np.concatenate([boxes((-1, -1, -1), (1, 1, 1)), things]),
@@ -167,7 +167,7 @@ def test_gathered_light_is_that_of_traced_rays(seed: int) -> None:
 
 
 def traced_gather(bundles: RayBundles, seen: Visible, count: int) -> np.ndarray:
-    """Return the gathered light by traced rays, in ``count`` directions."""
+    """Return (h, w, 3), the light that traced rays in ``count`` directions gather."""
     cut = scene_of(bundles.triangles, rt.Material())
     normals = seen.normals.reshape(-1, 3)
     start = seen.places.reshape(-1, 3) + LIFT * bundles.scene.extent * normals

@@ -1,4 +1,5 @@
-"""An AFF file is an animation. It has as many frames as it declares, and its camera may move."""
+"""An AFF file that declares frames is an animation with as many frames, and its camera may
+move."""
 from __future__ import annotations
 
 from pathlib import Path

@@ -1,5 +1,5 @@
-"""Broken and hostile AFF files give an error of one line that names the file and the line. The
-refusal takes little time and memory."""
+"""Broken and hostile AFF files give an error of one line that names the file and, for a mistake
+in a statement, the line. The refusal takes little time and memory."""
 from __future__ import annotations
 
 import os
@@ -45,7 +45,7 @@ def refusal(path: Path, kind: type[rt.Error] = rt.SceneError) -> str:
     ("p 3\n0 0 0\n1 0 0\n0 1 " + "0" * 70, 4, "is no number"),
     ("p 3\n0 0 0 1 0 0", 1, "declares 3 vertices, but only 6 words follow"),
     ("p 1000000000\n0 0 0", 1, "declares 1,000,000,000 vertices, but only 3 words follow"),
-    ("p -1\n0 0 0", 1, "declares -1 vertices"),
+    ("p -1\n0 0 0", 1, "declares -1 vertices; give 0 or more"),
     ("p 2 0 0 0 1 1 1", 1, "a polygon has 2 vertices"),
     ("p 3.5 0 0 0", 1, "'3.5' is no whole number"),
     ("p 99999999999999999999 0 0 0", 1, "'99999999999999999999' is no whole number"),
@@ -193,8 +193,8 @@ def test_a_bomb_of_includes(leaf: str, tmp_path: Path) -> None:
 
 
 def test_the_budget_counts_repeated_files_only(tmp_path: Path, monkeypatch) -> None:
-    """The budget limits the copies that repeated includes make, and not a file's own
-    statements."""
+    """The budget limits the copies that repeated includes make, and not the triangles and
+    materials that a file lists itself."""
     monkeypatch.setenv(budget.VARIABLE, "0.1")
     own = "".join(f"fm {'0.5 ' * 12}\n{TRIANGLE}" for _ in range(1500))
     (tmp_path / "a.aff").write_text(own)

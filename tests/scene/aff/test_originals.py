@@ -75,7 +75,7 @@ def triangles_at(animation: rt.Animation, frame: int) -> np.ndarray:
 
 
 def test_parts_move_as_a_whole(name: str) -> None:
-    """A part of the triangles moves, and every triangle keeps its shape."""
+    """Some of the triangles move, and every triangle keeps its shape."""
     animation = rt.load_animation(name)
     start, moved = triangles_at(animation, 0), np.zeros(len(animation.scene), bool)
     for frame in (100, 400, 780):

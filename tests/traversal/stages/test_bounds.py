@@ -25,8 +25,8 @@ def aimed_scene(camera: Camera, size: tuple[int, int], count: int, kind: str,
 
     kind : "near": the corners are few pixels apart; "far": the corners are many pixels apart;
         "tiny" and "slivers": all corners are near one ray; "behind": some or all corners may be
-        behind the eye; "beside": the corners are close to the eye; "edge-on": the eye lies in the
-        triangle's plane
+        behind the eye; "beside": the corners are close to the eye, before or behind it;
+        "edge-on": the eye lies in the triangle's plane
     """
     rng = np.random.default_rng(seed)
     origins, directions = (values.reshape(-1, 3).astype(np.float64)

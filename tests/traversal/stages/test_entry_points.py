@@ -1,5 +1,5 @@
 """Entry points: a beam bounds the rays of a tile, and the rays start at the nodes that the beam
-enters. No hit is lost, whatever rays a tile has, and rays visit fewer nodes."""
+enters. In fp32, no hit is lost, whatever rays a tile has. Rays visit fewer nodes."""
 from __future__ import annotations
 
 import numpy as np
@@ -106,9 +106,9 @@ def test_from_other_nodes(precise_renderer, method: str) -> None:
 @pytest.mark.parametrize("precision", ["fp24", "fp16"])
 @pytest.mark.parametrize("method", SOME)
 def test_in_low_precision(precise_renderer, method: str, precision: str) -> None:
-    """With entry points, a BVH loses no hit in low precision. A kd-tree loses hits with and
-    without entry points. Without entry points it loses at least as many hits, because the way down
-    from the root is longer."""
+    """With entry points, a BVH gives at most one ray a wrong hit in low precision. A kd-tree gives
+    wrong hits with and without entry points. Without entry points it gives at least as many wrong
+    hits, because the way down from the root is longer."""
     scene = soup_scene(100, 3, size=0.05)
     rays = aimed_tiles(scene, method, 12, 12, 3)
     wrong = []
@@ -167,7 +167,7 @@ def test_rays_that_go_both_ways(precise_renderer, method: str) -> None:
 
 @pytest.mark.parametrize("method", some(LISTS))
 def test_full_lists(precise_renderer, method: str) -> None:
-    """The beam of a narrow tile passes through 200 walls, and each ray begins between two walls.
+    """The beam of a narrow tile passes through 200 walls, and most rays begin between two walls.
     The beam enters more subtrees than a list holds."""
     walls = np.tile(np.float32([[-.1, -.1, 0], [.1, -.1, 0], [0, .15, 0]]), (200, 1, 1))
     walls[:, :, 2] += np.linspace(0, 1, 200)[:, None]

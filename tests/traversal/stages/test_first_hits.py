@@ -21,8 +21,8 @@ def scene_of(triangles: np.ndarray, name: str = "soup") -> rt.Scene:
 
 
 def slivers(count: int, seed: int) -> np.ndarray:
-    """Return needles and flat wedges, (count, 3, 3), of all widths down to 0. Many of them cross
-    the view."""
+    """Return needles and flat wedges, (count, 3, 3), of widths from about 1e-9 to 0.1. Many of
+    them cross the view."""
     random = np.random.default_rng(seed)
     start, way = random.uniform(-0.5, 0.5, (2, count, 3))
     width = 10.0 ** random.uniform(-9, -1, (count, 1)) * random.normal(size=(count, 3))

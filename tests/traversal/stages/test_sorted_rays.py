@@ -6,6 +6,7 @@ import pickle
 
 import numpy as np
 import pytest
+import trimesh
 from conftest import RAY_SETS, assert_same_bits, real_scene, schedules_of, soup_scene
 
 import gpgpu_rt as rt
@@ -175,11 +176,13 @@ def test_rays_that_are_alike_come_together(seed: int) -> None:
 def test_origins_on_a_plane_or_at_a_point(way: str) -> None:
     """If the extent of the origins is 0, or so small that its inverse overflows, all origins lie
     in one cell, and no error occurs."""
-    for spread in (0.0, 1e-40):
-        origins = np.float32([0.5, 0.5, 3]) + np.float32(spread) * np.ones((100, 3), np.float32)
+    for start, spread in ((0.5, 0.0), (0.0, 1e-40)):
+        origins = np.tile(np.float32([start, start, 3]), (100, 1))
         origins[::2, 0] += np.float32(spread)
+        assert np.ptp(origins[:, 0]) == np.float32(spread)
         directions = np.tile(np.float32([0, 0, -1]), (100, 1))
-        with rt.Tracer(SCENE, "bvh-threaded", **{way: True}) as tracer:
+        box = trimesh.creation.box((4, 4, 1)).apply_translation((0.1, 0.3, 0))
+        with rt.Tracer(box, "bvh-threaded", **{way: True}) as tracer:
             found = tracer.trace(origins, directions)
         assert (found.triangle == found.triangle[0]).all() and found.hit.all()
 

@@ -1,5 +1,5 @@
 #version 330 core
-// Sends each triangle to its bin on each of the three axes.
+// Sends each triangle of a large node to its bin on each of the three axes.
 
 #include <sources>
 #include "core/fetch.glsl"

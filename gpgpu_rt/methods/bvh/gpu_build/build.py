@@ -1,6 +1,6 @@
 """Build a bounding volume hierarchy by fragment passes.
 
-The result has the form of the CPU builders' result.
+The result has the form of the result of `methods.bvh.build.build_bvh`.
 """
 from __future__ import annotations
 

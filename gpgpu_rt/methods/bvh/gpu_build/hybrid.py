@@ -1,6 +1,6 @@
 """Hybrid build by fragment passes (Lauterbach et al. 2009): LBVH for upper levels, SAH below them.
 
-Triangles whose codes share the first few bits form a cluster. LBVH builds the tree over the
+Triangles with equal codes of a few bits per axis form a cluster. LBVH builds the tree over the
 clusters, and SAH splits all clusters together.
 """
 from __future__ import annotations

@@ -28,7 +28,8 @@ def thread(room: StreamRoom, triangles: Stream, order: Stream, sums: Stream,
     ----------
     triangles : TRIANGLE, as uploaded
     order : SOURCE, the triangle in each slot
-    sums : VALUES, for each slot, the number of leaves that begin before it
+    sums : VALUES, for each slot, the number of leaves that begin before it; one more entry at the
+        end holds the number of all leaves
     max_leaf : the largest number of triangles in a leaf
     lists : pairs: an INTERVAL stream, and the largest number of slots that a node of this stream
         spans. The nodes may be in any order. Entries with first = -1 are no nodes.

@@ -6,13 +6,13 @@ The planes are the same as on the CPU. In the levels below, binned SAH splits al
 than `FEW` pieces (see `sah`), level by level. The passes with Zhou's masks split the smaller
 nodes. These passes try every face of every piece's box, as the exact search on the CPU does.
 
-A piece is a triangle's entry in a node, with the box of the triangle's part in the node. The build
-differs from the build on the CPU in one point. The CPU lists a triangle in the cells of a lattice.
-Here, each split of a node clips the triangle by the split plane. In nodes of at most `FEW` pieces,
-triangles are no longer clipped, so the boxes of their parts are larger than on the CPU. The trees
-therefore cost a few percent more (docs/kd-trees.md), but give the same hits. With Zhou's limit of
-64 pieces instead of `FEW`, the trees would cost up to 9 % more, and the bunny's tree would have
-twice as many references.
+A piece is a triangle's entry in a node, with the box of the triangle's part in the node. Pieces
+are made in another way than on the CPU. The CPU lists a triangle in the cells of a lattice, and
+clips it in all levels below. Here, each split of a large node clips the triangle by the split
+plane. In nodes of at most `FEW` pieces, triangles are no longer clipped, so the boxes of their
+parts are larger than on the CPU. The trees therefore cost a few percent more (docs/kd-trees.md),
+but give the same hits. With Zhou's limit of 64 pieces instead of `FEW`, the trees would cost up to
+9 % more, and the bunny's tree would have twice as many references.
 """
 from __future__ import annotations
 

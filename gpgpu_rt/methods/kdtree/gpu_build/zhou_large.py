@@ -58,7 +58,8 @@ class LargeNodes:
     Attributes
     ----------
     levels : all levels, from the root down
-    small : pieces of small nodes, a stream for each level
+    small : pieces of small nodes, a stream for each level below the root; if the root is small, a
+        stream of the root's pieces
     stuck : pieces of large nodes that became leaves, a stream for each level that has such pieces
     roots : number of small nodes
     """
@@ -196,7 +197,7 @@ def _children(room: StreamRoom, found: LargeNodes, level: LargeLevel, pieces: St
 
 
 def joined(room: StreamRoom, lists: list[Stream]) -> Stream:
-    """Concatenate streams of pieces into one stream and release them."""
+    """Concatenate streams of pieces into one stream, and release the old streams."""
     whole, first = room.stream(PIECE, sum(pieces.length for pieces in lists)), 0
     for pieces in lists:
         room.draw("zhou_append", whole, [pieces.called("old_piece")], first=first, offset=first,

@@ -37,7 +37,8 @@ class SmallLevel:
 
 def grow_small(room: StreamRoom, large: LargeNodes, pieces: Stream,
                rules: ZhouRules) -> list[SmallLevel]:
-    """Split small nodes, and all nodes below them, as long as a split lowers the cost."""
+    """Split small nodes, and all nodes below them, as long as a split lowers the cost and the
+    depth limit allows the split."""
     if not large.roots:
         return []
     nodes = room.stream(SMALL_NODE, large.roots)
