@@ -1,4 +1,4 @@
-"""Names: the values of the argument `method`, for editors. `tools/method_names.py` writes them."""
+"""Names: the values of the argument `method`. `tools/method_names.py` writes them."""
 from typing import Literal
 
 MethodName = Literal[
