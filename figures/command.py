@@ -34,8 +34,9 @@ except ModuleNotFoundError as missing:
 def main(arguments: list[str] | None = None) -> int:
     """Run the command, and return its exit status.
 
-    The status is 0 on success, 1 after a user's mistake (one line on stderr) or if `--check` finds
-    a difference, and 130 after an interrupt.
+    The status is 0 on success, 1 after an `Error` (one line on stderr) or if `--check` finds a
+    difference, and 130 after an interrupt. A mistake in the arguments ends the process with
+    status 2.
     """
     return printed(lambda: _main(arguments))
 

@@ -1,4 +1,4 @@
-"""Flow: draws a list of passes: the kernels below one another, with their tables and streams."""
+"""Flow: draws passes as kernels, one below another, with their tables and streams."""
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
@@ -70,7 +70,7 @@ def _join(axis: Any, lanes: list[float], y: float, colour: str, outward: bool) -
 
 
 def table_rows(passes: Sequence[Issued], words: Mapping[str, str]) -> list[list[str]]:
-    """The rows of a page's table: kernel, what it does, draws, reads and writes."""
+    """The rows of a page's table, in the columns HEADS; "draws" is the number of draws."""
     return [[kernel, words.get(kernel, ""), str(count), ", ".join(one.reads) or "-",
              ", ".join(one.writes)] for kernel, (one, count) in kinds_of(passes).items()]
 

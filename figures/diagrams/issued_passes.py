@@ -12,7 +12,8 @@ from gpgpu_rt.inspect.observe import ObservedPass
 class Issued:
     """A draw: its kernel, and the records that it reads and writes.
 
-    If a draw has no kernel, ``kernel`` is the name of its program.
+    ``kernel`` is the name that `kernel_of` returns. If a draw has no kernel, it is the name of the
+    program.
     """
 
     kernel: str

@@ -17,7 +17,7 @@ _HALO = [patheffects.withStroke(linewidth=3, foreground="white")]
 
 def draw_ground(axis: Any, small: World, shaded: Mapping[int, str] | None = None,
                 central: bool = False) -> None:
-    """Draw boxes of leaves, split planes and triangles, seen from above.
+    """Draw the boxes of the leaves, the split planes and the triangles, seen from above.
 
     Parameters
     ----------
@@ -55,7 +55,10 @@ def draw_ground(axis: Any, small: World, shaded: Mapping[int, str] | None = None
 
 
 def _clearest(small: World, lo: np.ndarray, hi: np.ndarray) -> np.ndarray:
-    """A place near a corner of a box, at the corner that is farthest from triangles."""
+    """A place in a box, near the corner that is farthest from all triangles.
+
+    Corners more than 0.1 from all triangles count as equally far; the first of them is chosen.
+    """
     inset = np.minimum(0.03, (hi - lo) / 2)
     places = np.array([[x, y] for x in (lo[0] + inset[0], hi[0] - inset[0])
                        for y in (hi[1] - inset[1], lo[1] + inset[1])])
@@ -67,7 +70,7 @@ def _clearest(small: World, lo: np.ndarray, hi: np.ndarray) -> np.ndarray:
 
 
 def draw_ray(axis: Any, small: World, until: float, hit: bool = True) -> None:
-    """Draw the ray from its origin to t = ``until``, with a dot at its hit."""
+    """Draw the ray from its origin to t = ``until``, and a dot at its end if ``hit`` is set."""
     start, end = small.at(0)[:2], small.at(until)[:2]
     axis.annotate("", xy=end, xytext=start, zorder=6,
                   arrowprops={"arrowstyle": "-|>", "color": RAY, "lw": 1.8, "shrinkA": 0,
@@ -117,7 +120,7 @@ def draw_tree(axis: Any, small: World, shaded: Mapping[int, str] | None = None,
     ----------
     shaded : node -> colour
     edges : (parent, child) pairs whose edges are drawn thick
-    notes : node -> text beside the node
+    notes : node -> text beside an inner node or below a leaf
     planes : whether to write the planes of splits and the triangles of leaves
     """
     places, tree = tree_places(small), small.tree
@@ -142,7 +145,8 @@ def draw_tree(axis: Any, small: World, shaded: Mapping[int, str] | None = None,
             axis.text(x, y + 0.25, f"{'xy'[tree.axis[node]]} = {tree.split[node]:.2f}",
                       ha="center", va="bottom", fontsize=7.5, color=SPLITS[tree.axis[node]],
                       path_effects=_HALO, zorder=4)
-        if notes and node in notes:    # on the side without the edge to the parent
+        if notes and node in notes:
+            # At an inner node, write on the side without the edge to the parent.
             side = -1 if node % 2 else 1
             axis.text(*((x, y - 0.24) if leaf else (x + 0.3 * side, y + 0.1)), notes[node],
                       ha="center" if leaf else "right" if side < 0 else "left",

@@ -24,7 +24,7 @@ INNER = (*SPLITS, "#c98a1b", "#1f8a8a")     # colours of inner nodes' boxes, by 
 
 @dataclass(frozen=True)
 class Hierarchy:
-    """The small world's triangles and ray, and a BVH over them.
+    """The small world's triangles and ray, and a BVH over the triangles.
 
     depth : (n,) int, the depth of each node
     parent : (n,) int, the parent of each node, -1 for the root
@@ -83,9 +83,10 @@ def node_colour(found: Hierarchy, node: int) -> str:
 def draw_boxes(axis: Any, found: Hierarchy, shaded: Mapping[int, str] | None = None) -> None:
     """Draw boxes and triangles, seen from above.
 
-    Boxes of inner nodes are a little widened, which separates boxes that share a side.
+    Each box is a little widened, and a parent's box more than its children's boxes. This separates
+    the boxes of parents and children that share a side.
 
-    shaded : leaf -> colour
+    shaded : node -> colour
     """
     reach = found.depth.max()
     for node in range(len(found)):
@@ -96,7 +97,7 @@ def draw_boxes(axis: Any, found: Hierarchy, shaded: Mapping[int, str] | None = N
         axis.add_patch(Rectangle(lo, *(hi - lo), edgecolor=colour, linewidth=1.0 if leaf else 1.7,
                                  facecolor=(shaded or {}).get(node, "none"),
                                  linestyle="--" if leaf else "-", zorder=2))
-        # Sides of nested boxes lie close together. Write their names side by side.
+        # Sides of nested boxes lie close together. Write the names of inner nodes side by side.
         at = (lo[0], hi[1]) if leaf else (lo[0] + (0.1 + 0.16 * found.depth[node])
                                           * (hi[0] - lo[0]), lo[1])
         label(axis, at, str(node), color=colour, fontsize=9)

@@ -1,4 +1,7 @@
-"""Small rays: mirrored rays and a few triangles in a plane, as `ray-hierarchy` traces them."""
+"""Small rays: mirrored rays in a plane, and a few triangles across the plane.
+
+`ray-hierarchy` traces the rays.
+"""
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -13,7 +16,7 @@ from gpgpu_rt.methods.ray_hierarchy.records import CHILDREN, PAIR
 
 RAYS, TRIANGLES = 64, 9
 PAIR_CHILDREN = "methods/ray_hierarchy/pair_children.frag"
-THICK = 0.03    # thickness of the triangles, across the plane of the rays
+THICK = 0.03    # across the plane of the rays, triangles reach from -THICK to 2 * THICK
 
 
 @dataclass
@@ -56,7 +59,7 @@ class Round:
 
 
 def rays() -> tuple[np.ndarray, np.ndarray]:
-    """(RAYS, 3) origins on a wavy mirror, and directions in the plane z = 0."""
+    """(RAYS, 3) origins on a wavy mirror, and directions; both lie in the plane z = 0."""
     x = np.linspace(-1.0, 1.0, RAYS)
     origins = np.stack([x, 0.04 * np.sin(4 * x), 0 * x], 1)
     normals = np.stack([-0.16 * np.cos(4 * x), np.ones(RAYS), 0 * x], 1)

@@ -29,9 +29,9 @@ class World:
 
     triangles : (n, 3, 3) float32.
     lo, hi : (nodes, 3) float32, the boxes of the tree's nodes.
-    origin, direction : (3,) float32. The direction's largest component lies in [0.5, 1). A
-        tracer scales each direction by a power of two to this size. This direction has the size
-        already, so the t of the kernels is the caller's t.
+    origin, direction : (3,) float32. The size of the direction's largest component lies in
+        [0.5, 1). A tracer scales each direction by a power of two to this size. This direction has
+        the size already, so the t of the kernels is the caller's t.
     """
 
     scene: rt.Scene

@@ -33,10 +33,10 @@ def draw(data: Path, out: Path, full: bool) -> None:
     shown = [[row[0], f"{row[1]:,}", *map(number, row[2:5]), f"{row[5]:.3f}", f"{row[6]:.3f}",
               *(f"{value:.1%}" for value in row[7:])] for row in rows]
     guesses = results[0][1]["caustics"]["iterations"]
-    note = (f"{results[0][1]['gpu']['renderer']}, {PHOTONS} x {PHOTONS} photons, refractors of 2 "
-            f"to 4 units on a floor of 10. The distance of each photon to its receiver is "
-            f"estimated {guesses} times. Photons are traced by bvh-packet 4x4, and their time "
-            "includes numpy's work between passes")
+    note = (f"{results[0][1]['gpu']['renderer']}, {PHOTONS} x {PHOTONS} photons, refractors and a "
+            "mirror of 2 to 4 units over a floor of 10. The distance of each photon to its "
+            f"receiver is estimated {guesses} times. Photons are traced by bvh-packet 4x4, and "
+            "their time includes numpy's work between passes")
     write_text(out / "caustics.md", (
         "# Caustics mapping\n\n"
         "Caustics mapping searches the image that the light sees for the point where a photon "

@@ -1,4 +1,4 @@
-"""Conformance runs: engines trace every family of extreme rays."""
+"""Conformance runs: engines trace the families of extreme rays."""
 from __future__ import annotations
 
 import functools

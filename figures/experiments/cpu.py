@@ -1,6 +1,6 @@
 """Ray tracing on the CPU beside fragment programs: rays per second and per GFLOP.
 
-The survey compares both in section 4.2.
+The survey compares the CPU and the card in section 4.2.
 """
 from __future__ import annotations
 
@@ -36,7 +36,8 @@ class EngineColumn:
 
 
 def columns() -> list[EngineColumn]:
-    """Embree on one thread and on all threads; fragment programs by packets and by single rays."""
+    """Embree on one thread and, if there are several cores, on all threads; fragment programs by
+    packets and by single rays."""
     packets = next(column for column in PACKETS.columns if column.label == FAST)
     several = [EngineColumn(embree(CORES).name, ON_CPU, (("threads", CORES),), CORES)]
     return [EngineColumn(EMBREE, ON_CPU, (), 1), *(several if CORES > 1 else []),

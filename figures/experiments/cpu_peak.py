@@ -35,11 +35,14 @@ def peak(count: int) -> dict[str, Any]:
 
     Returns
     -------
-    nominal : clock times operations per clock times cores, or None if the clock is not known.
+    nominal : clock times operations per clock times cores, or None if the clock or the number of
+        operations per clock is not known.
     attained : the rate of numpy's matrix product on all threads, the fastest of several runs.
     fragments : the rate of multiply-adds in fragment programs of the current renderer.
-    model, clock, clock_is, a_clock, cores, threads : the factors of nominal. ``clock_is`` says in
-        words which clock it is. ``cores`` is the number of cores that the threads can use.
+    clock, a_clock, cores : the factors of nominal. ``cores`` is the number of cores that the
+        threads can use.
+    model, clock_is, threads : the processor's model, words that say which clock ``clock`` is, and
+        ``count``.
     """
     listed = processors()
     facts = listed[0] if listed else {}
@@ -57,7 +60,7 @@ def clock_of(facts: Mapping[str, str], base: Path) -> tuple[float | None, str]:
     """The clock in Hz, and words that say which clock it is.
 
     Return the base clock, from the file ``base`` or from the model's name. If neither source has
-    the base clock, return the current clock.
+    the base clock, return the current clock, or None if that is not known either.
     """
     try:
         return 1e3 * float(base.read_text()), "the base clock, as cpufreq says"

@@ -106,7 +106,8 @@ def _page(entries: list[dict[str, Any]], bounds: list[dict[str, Any]], note: str
             "subtrees that the tile's rays must search. \"Nodes with entries\" are the nodes that "
             "a ray then visits. \"Nodes of beams\" are the nodes that all beams visit, divided "
             "among the rays. \"Fewer by\" is the number of nodes that a ray visits without "
-            "entries, divided by the sum of the other two numbers. \"Faster by\" is the time "
+            "entries, divided by the sum of \"nodes with entries\" and \"nodes of beams\". "
+            "\"Faster by\" is the time "
             "without entries divided by the time with entries, beams included.\n\n"
             + markdown_table(HEADS, first)
             + "\n## Rasterised bounds\n\nTriangles are first drawn over tiles of 8x8 pixels. "

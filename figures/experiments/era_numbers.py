@@ -40,11 +40,11 @@ at the same distance, and rounding then decides which triangle is hit. A *false 
 a ray that has no exact hit. Shares are of the rays with an exact hit. The median error of t is
 relative, over the rays that hit the same triangle in both formats.
 
-R300 and R420 could not run every row, because fp24 holds no index beyond 131,072 and some rows
-have longer lists of triangles. NV25's numbers have about 64 steps across a scene. The fixed point
-of the Ray Engine is a reconstruction (`glsl/methods/ray_engine/fixed_point.glsl`). The era form
-has the triangle test of the papers and no slack around boxes. `docs/era.md` says which hits its
-kd-trees lose.
+R300 and R420 could not run every row in fp24, because fp24 holds no index beyond 131,072 and some
+of these rows have longer lists of triangles. NV25's numbers have about 64 steps across a scene.
+The fixed point of the Ray Engine is a reconstruction (`glsl/methods/ray_engine/fixed_point.glsl`).
+The era form has the triangle test of the papers and no slack around boxes. `docs/era.md` says
+which hits its kd-trees lose.
 """
 
 

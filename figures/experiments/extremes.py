@@ -1,4 +1,4 @@
-"""The extremes: every method on every extreme case, in its default and in relaxed settings."""
+"""The extremes: every method on every extreme case, in default and in relaxed settings."""
 from __future__ import annotations
 
 from pathlib import Path
@@ -123,7 +123,7 @@ def _settings_table(results: dict[Cell, dict[str, Any]]) -> str:
 
 
 def _chart(results: dict[Cell, dict[str, Any]], path: Path, renderer: str) -> None:
-    """Draw a map of settings and cases: the share of rays that are wrong or were stopped."""
+    """Draw a map of settings and cases: the share of rays with a leak, a false hit or no end."""
     names = list(FAMILIES)
     shares = np.full((len(results), len(names)), np.nan)
     for i, result in enumerate(results.values()):
@@ -142,5 +142,5 @@ def _chart(results: dict[Cell, dict[str, Any]], path: Path, renderer: str) -> No
     figure.tight_layout(rect=(0, 0.03, 1, 1))
     save_chart(figure, path, f"Renderer: {renderer}",
                "A map with a row for each setting and a column for each family of extreme "
-               "rays; a dark field has many rays with a wrong hit or miss, or stopped by the "
+               "rays; a dark field has many rays with a leak or a false hit, or stopped by the "
                "cap")

@@ -31,8 +31,9 @@ def measure(scene: str, method: str, options: Mapping[str, Any], size: int,
 
     A scene without an animation stands still. Its triangles are updated all the same, as by a
     program that does not know that nothing moved. With AHEAD in the options, another process
-    builds each frame's structure while the frame before it is traced, and the time of an update
-    is the wait for this build. The frame that starts the process is not counted.
+    builds each frame's structure while the frame before it is traced. The time of an update is
+    then the wait for this build and the writing of its tables. The frame that starts the process
+    is not counted.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""Frames: the time per frame of moving scenes, by refitting, by each build, and with kd-trees."""
+"""Frames: the time per frame of moving scenes, with refitted and with rebuilt structures."""
 from __future__ import annotations
 
 import statistics
@@ -23,7 +23,7 @@ BUILDS = {"sah": ("cpu",), "lbvh": ("cpu", "gpu"), "hybrid": ("cpu",)}
 REBUILT = ("bih", "kd-short-stack", "kd-stack")    # cannot refit, so each frame rebuilds them
 BUDGE = "kd-stack"    # Budge et al. 2008: traced with a stack while the CPU builds the next tree
 IN_TURN, OVERLAPPED = f"{BUDGE} rebuilt", f"{BUDGE} rebuilt, a frame ahead"
-# These scenes are measured at full size only. At the quick size, the walker shows enough motion.
+# These scenes are measured at full size only. At the quick size, cloth and walker are enough.
 FULL_ONLY = ("explosion", "robots-moving", "kitchen-moving", "bunny")
 FRAMES, FULL_FRAMES = 3, 12
 

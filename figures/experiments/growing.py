@@ -1,6 +1,7 @@
-"""Growing: ten scenes. Each scene needs one feature of the renderer more than the scene before.
+"""Growing: ten scenes. Each scene needs more features of the renderer than the scene before.
 
-The first scene is the bare bunny.
+All scenes have the same triangles: a bunny, a floor, a square above them and two balls. In the
+first scene all triangles have the same grey material.
 """
 from __future__ import annotations
 

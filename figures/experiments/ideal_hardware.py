@@ -1,7 +1,8 @@
 """Ideal hardware: a cost model of hardware for rays (survey, sections 4.4 and 5).
 
-The model computes the time that machines would need for counted work. The machines have triangle
-units, traversal units or explicit transfers.
+The model computes the time that machines would need for counted work. The machines are a graphics
+card, alone and with triangle or traversal units, the prototypes RPU and SaarCOR with traversal
+units, and the Cell with explicit transfers.
 """
 from __future__ import annotations
 

@@ -16,12 +16,13 @@ EXACT = "bvh-packet"    # the choice does not matter: in fp32 all methods have t
 
 
 def measure(scene: rt.Scene, method: str, options: dict[str, Any], size: int) -> dict[str, Any]:
-    """Return the numbers of eye rays that are wrong, and a map of them.
+    """Return the numbers of eye rays that are wrong, a map of these rays, and the error of t.
 
     ``hit`` is the number of rays that should hit. ``lost`` is the number of these rays that have
     no hit, and ``other`` the number of these rays that hit another triangle. ``false`` is the
-    number of rays that hit although they should miss. ``map`` has two bit maps of the image in
-    base64: first the lost rays, row by row, then the rays with a wrong hit.
+    number of rays that hit although they should miss. ``t_error`` is the median relative error of
+    t over the rays that hit the right triangle, or None without such rays. ``map`` has two bit
+    maps of the image in base64: first the lost rays, row by row, then the rays with a wrong hit.
     """
     rays = scene.camera.rays((size, size))
     with rt.Tracer(scene, EXACT) as tracer:

@@ -53,7 +53,7 @@ def draw(data: Path, out: Path, full: bool) -> None:
                f"{known['gpu']['renderer']}. Two renderers draw each scene alternately. The "
                "programs, textures and passes of the first renderer are derived from the scene. "
                "The second renderer has every feature on. The time ratio is the first time "
-               "divided by the second, in the median over these pairs of pictures. The "
+               "divided by the second, in the median over the pairs of pictures. The "
                "passes of traversal are not counted; a wave is a set of rays that are traced "
                "together. The pictures are the same to the bit.\n\n" + markdown_table(HEADS, [
                    [number(v) if isinstance(v, float) else v for v in row] for row in rows]))

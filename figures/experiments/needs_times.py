@@ -19,7 +19,8 @@ LIGHT_SAMPLES, BOUNCES = 4, 4
 
 
 def digest(name: str, step: int) -> str:
-    """A digest of the scene of a step (growing.py), which changes if the scene changes."""
+    """A digest of the scene of a step (growing.py): of its triangles, its camera, its lights, and
+    the names and diffuse colours of its materials."""
     scene = scenes(name)[step]
     said = (scene.camera, scene.lights, [(m.name, m.diffuse) for m in scene.materials])
     return hashlib.sha256(scene.triangles.tobytes() + repr(said).encode()).hexdigest()
@@ -34,6 +35,7 @@ def measure(step: int, method: str, size: int, runs: int, name: str = "bunny") -
         "derived" and "all" have, for each kind of renderer, the median ``seconds``, each of COUNTS
         and ``passes_by_name``. ``ratio`` is the median, over the pairs, of the derived renderer's
         seconds divided by the other renderer's. ``differing`` is the number of pixels that differ.
+        ``present`` has the names of the properties that the derived renderer supports.
     """
     scene = scenes(name)[step]
     kinds = {"derived": False, "all": True}

@@ -57,8 +57,8 @@ def draw(data: Path, out: Path, full: bool) -> None:
         "its picture. A point is "
         "more than 5 % off if it differs by more than 5 % of the mean light. The median error "
         "is the median over pixels of the relative difference, and the bias is the difference of "
-        "the mean light. The last three columns leave out the pixels of the lamp, the background "
-        "and edges, and their neighbours.\n\n"
+        "the mean light, divided by the path tracer's mean light. The last three columns leave "
+        "out the pixels of the lamp, the background and edges, and their neighbours.\n\n"
         "Renderer and settings: " + note + ".\n\n"
         + markdown_table(HEADS, shown)))
     figure, axes = plt.subplots(len(results), 4, figsize=(13, 3.3 * len(results)), squeeze=False)

@@ -90,10 +90,10 @@ def _page(times: list[tuple], alike: list[tuple[str, dict[str, float]]], note: s
               number(c["waiting_as_they_come"]), number(c["waiting_sorted"]),
               number((c["waiting_as_they_come"] - 1) / max(c["waiting_sorted"] - 1, 1e-9))]
              for work, c in alike]
-    return ("# Ray sorting\n\n" + note + " Hits are equal to the bit, and each ray takes the same "
-            "number of steps, in any order. Fragment passes sort rays that are in textures "
-            "(`--sort-rays`); the host sorts arrays of rays before it uploads them "
-            "(`--presort`).\n\n" + markdown_table(HEADS, rows)
+    return ("# Ray sorting\n\n" + note + " In any order of the rays, hits are equal to the bit, "
+            "and a ray without a packet takes the same number of steps. Fragment passes sort rays "
+            "that are in textures (`--sort-rays`); the host sorts arrays of rays before it "
+            "uploads them (`--presort`).\n\n" + markdown_table(HEADS, rows)
             + "\nThe next table shows how coherent rays are. A tile is 64 rays: 8x8 pixels, or 64 "
             "consecutive rays of the sorted order. \"Nodes a tile\" counts the different nodes of "
             "`bvh-threaded`'s tree that the rays of a tile need, because they meet the nodes' "

@@ -56,5 +56,5 @@ def draw(data: Path, out: Path, full: bool) -> None:
     axis.legend(fontsize=8, frameon=False)
     figure.tight_layout(rect=(0, 0.05, 1, 1))
     save_chart(figure, out / "reduction.png", "The rates count the elements before the reduction.",
-               "Bars show the rate of stream reduction by blocks, by a scan alone and over the "
-               "whole stream, by the size of the stream")
+               "Bars show the rates of stream reduction by blocks and over the whole stream, and "
+               "of a scan alone, by the size of the stream and the share of kept elements")

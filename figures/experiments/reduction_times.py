@@ -56,7 +56,7 @@ def measure(length: int, kept: float, runs: int) -> dict[str, list[float]]:
 
 
 def rates(length: int, seconds: dict[str, list[float]]) -> dict[str, Any]:
-    """Median elements per second by name, and the rate of "blocks" divided by the other two."""
+    """Median elements per second by name, and the rate of "blocks" divided by each other rate."""
     median = {name: statistics.median(times) for name, times in seconds.items()}
     return {**{name: length / took for name, took in median.items()},
             "over scan": median["scan"] / median["blocks"],

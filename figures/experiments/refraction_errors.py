@@ -1,4 +1,7 @@
-"""Refraction errors: compares image-space refraction with rays in float64, and times both."""
+"""Refraction errors: compares image-space refraction with rays in float64.
+
+The times are those of the rasterised passes and of rays that a tracer traces.
+"""
 from __future__ import annotations
 
 import time
@@ -28,10 +31,11 @@ def measure(name: str, method: str, options: dict[str, Any], size: int,
     """Compare image-space refraction with traced rays and with the truth.
 
     ``seconds`` of the result has the time of each run of the rasterised passes, and of the two
-    sets of traced rays; passes and rays run alternately. All other entries have a value for each
-    pixel, row by row. ``found`` and ``truth`` are the directions of the refracted light by
-    rasterised passes and by float64 rays. ``kind`` and ``right`` are the kinds of the pixels by
-    passes and by float64 rays, and ``off`` is the angle between the two directions in degrees.
+    sets of traced rays; passes and rays run alternately. ``triangles`` is the number of triangles.
+    All other entries have a value for each pixel, row by row. ``found`` and ``truth`` are the
+    directions of the refracted light by rasterised passes and by float64 rays. ``kind`` and
+    ``right`` are the kinds of the pixels by passes and by float64 rays, and ``off`` is the angle
+    between the two directions in degrees.
     """
     scene = scene_of(name)
     origins, directions = (r.reshape(-1, 3) for r in scene.camera.rays((size, size)))

@@ -103,7 +103,8 @@ def draw(data: Path, out: Path, full: bool) -> None:
 
 
 def _published() -> tuple[float, float]:
-    """The smallest and the largest nanoseconds per ray that are published for cards."""
+    """The smallest and the largest nanoseconds of an eye or a shadow ray on a card, as Figures 13,
+    16 and 22 print them."""
     on_cards = {card.name for card in cards()}
     times = [nanoseconds(row) for name in ("fig13", "fig16", "fig22") for row in rows_of(name)
              if row["rays"] in ("primary", "shadow") and row["unit"] in TIMES

@@ -187,11 +187,11 @@ def state_bytes(label: str) -> int:
 
 
 def kept(data: Path, full: bool) -> dict[str, tuple[OnChip, int | None]]:
-    """Return for each method what a ray keeps, and the deepest stack of a ray (None without
-    stack)."""
+    """Return for each method what a ray keeps, and the deepest stack of a ray (None for methods
+    that are not in DEPTHS)."""
     found: dict[str, tuple[OnChip, int | None]] = {}
     for label, (_, _, entry, entries) in METHODS.items():
-        if label not in DEPTHS:     # the few entries of such a stack fit into registers
+        if label not in DEPTHS:     # no stack, or a short stack, whose entries fit into registers
             found[label] = OnChip(state_bytes(label) + entry * (entries or 0), 0), None
         elif seen := read(_depths(label, full), data):
             found[label] = (OnChip(state_bytes(label), entry * seen["gap"]["levels"]),
@@ -236,7 +236,7 @@ def draw(data: Path, out: Path, full: bool) -> None:
     note = (f"{SCENE}, sample squares of {SIDE}x{SIDE} from {size(full)}x{size(full)} eye rays, "
             f"in warps of {WARP}; kernels compiled by Mesa for the {CARD}; multiprocessors of "
             f"the GeForce 8800 GTX: {card.multiprocessors} multiprocessors, {card.fetch_latency} "
-            f"clocks per fetch, at most {card.resident} rays each. "
+            f"clocks per fetch, at most {card.resident} rays per multiprocessor. "
             f"{heading['gpu']['renderer']}, commit {heading['commit']}."
             + (f" {SCENE} is a procedural stand-in." if heading["scene"]["stand_in"] else ""))
     notes = [f"* {label} has no instructions, fetches and rates: the {CARD}'s compiler has no "

@@ -161,8 +161,9 @@ def _plot(axis: Any, rows: list[dict[str, Any]], key: str, unit: float,
           front: list[dict[str, Any]]) -> list[tuple[float, float, str]]:
     """Draw an error against the rate. Return the marks with their labels, the front's first.
 
-    ``front`` are the rows that no other row beats in both. A label is the method's name, followed
-    by an option that is not the default. The colour of a mark says the precision.
+    ``front`` are the rows that no other row beats in both rate and error. A label is the method's
+    name, followed by the values of options that are not the default. The colour of a mark says the
+    precision.
     """
     def place(row: dict[str, Any]) -> tuple[float, float]:
         return row["rays_per_second"] / 1e6, unit * max(row[key], 1e-9)
@@ -199,9 +200,9 @@ def _page(rows: list[dict[str, Any]], renderer: str, stand_ins: list[str],
     picture = picture_size(next(iter(cells(full))).size)
     parts = ["# Speed against accuracy\n", f"Renderer: {renderer}. Eye, random, vertex-aimed and "
              "edge-aimed rays are traced in equal shares, and compared with the float64 "
-             f"reference. RMSE and FLIP compare a picture of {picture} pixels a side with the "
-             "reference's picture. The error of t is relative, and MB is the size of all "
-             "textures. A share of zero is "
+             f"reference. RMSE and FLIP compare a picture of {picture} pixels a side (fewer for "
+             "slow methods) with the reference's picture. The error of t is relative, and MB is "
+             "the size of all textures. A share of zero is "
              "drawn hollow, at its upper 95 % confidence bound. Rays that a step cap stopped "
              "count as unfinished." + ("" if full else " FULL=1 also measures low precision of "
                                        + ", ".join(SLOW) + " and packets, which takes minutes, "

@@ -22,7 +22,7 @@ from .predicted_times import PaperCard, PredictedRow
 from .published_numbers import nanoseconds, published_row, published_triangles
 from .results import read
 
-LOW = 0.8    # the page explains the order of each panel whose tau-b (kendall.py) is lower
+LOW = 0.8    # the page explains the order of our times if their tau-b (kendall.py) is lower
 ACROSS = 2   # panels of a chart side by side, so that the chart is readable in a page
 TIE = 1.05   # published numbers within this factor count as equal
 TESTED_BY = ("Our methods test triangles as Möller and Trumbore 1997 do, because this test was in "
@@ -141,7 +141,8 @@ class Comparison:
         """The verdict on the order of the methods and on the ratios between them.
 
         It uses the times that are predicted for the paper's card. The verdict on the times of the
-        present renderer is the ``renderer`` of the result.
+        present renderer is the ``renderer`` of the result. Without a ``paper_card``, the result
+        itself is the verdict on the times of the present renderer.
         """
         here = self._judge_renderer(data, full)
         if self.paper_card is None:
@@ -249,7 +250,8 @@ class Comparison:
             f"Renderer: {first['gpu']['renderer']} ({first['gpu']['backend']}), measured "
             f"{first['date']}; published: {self.source}. Compare orders and ratios within a "
             "scene, not absolute numbers."]
-        lines += ["The cameras are this program's, because the papers do not publish theirs.",
+        lines += ["The papers do not publish their cameras. The cameras here are those of the "
+                  "scenes' data sets or of this program.",
                   TESTED_BY]
         scenes = {panel.scene: result["scene"] for (panel, _), result in results.items()}
         for scene, about in scenes.items():

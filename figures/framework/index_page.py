@@ -31,9 +31,9 @@ RULES = (
     f"scored scenes, or on fewer than {verdicts.LEAST_PAIRS} pairs of methods in all. A pair "
     "counts if the published numbers of its two methods, for the same scene and kind of rays, "
     "differ by more than 5 %. A claim that compares no methods needs only the scenes. A claim "
-    "about a method itself, which depends on no scene, needs neither scenes nor pairs. Two "
-    "times decide no claim if their difference is smaller than the spread between runs of one "
-    "method",
+    "about a method itself, which depends on no scene, needs neither scenes nor pairs. The "
+    "two times of Figure 7 decide no claim if their difference is not larger than the spread "
+    "between runs of one method",
     f"**{verdicts.REDRAWN}**: a diagram or a picture, made from this program's own passes and "
     "tables; the survey prints nothing in it that could be scored",
     f"**{verdicts.UNMEASURED}**: the measurements that would decide the verdict are missing",
@@ -102,7 +102,7 @@ def _links(line: IndexEntry) -> str:
 
 def _html(out: Path, opening: Sequence[str], of_survey: Sequence[IndexEntry],
           beyond: Sequence[IndexEntry]) -> str:
-    """The text of an HTML page that shows every chart with its verdict."""
+    """The text of an HTML page with every chart, and with the verdicts on the survey's figures."""
     cards = []
     for line in (*of_survey, *beyond):
         chart = out / f"{line.name}.png"

@@ -29,7 +29,7 @@ class PairCounts:
 
     @property
     def tau_b(self) -> float:
-        """1 if the orderings are equal, -1 if reversed, nan if all pairs of one ordering tie."""
+        """1 if the orderings are equal, -1 if reversed, nan if one ordering orders no pair."""
         both = self.concordant + self.discordant
         scale = math.sqrt((both + self.only_ours) * (both + self.only_published))
         return (self.concordant - self.discordant) / scale if scale else math.nan

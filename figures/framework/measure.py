@@ -35,9 +35,9 @@ def measure(cells: Iterable[Cell], data: Path, again: bool = False,
     """Measure every cell that is not finished, and write each result as soon as it is known.
 
     An interrupt loses only the cells in progress. If ``workers`` are given, they measure all
-    cells. Otherwise this process measures the timed cells, and one further process for each other
-    core measures the untimed cells. If there are few untimed cells, this process measures them
-    too.
+    cells. Otherwise this process measures the timed cells. One further process for each other core
+    measures the untimed cells, and this process helps while it times nothing. If there are few
+    untimed cells, this process measures all cells alone.
     """
     data.mkdir(parents=True, exist_ok=True)
     todo = [cell for cell in dict.fromkeys(cells) if again or read(cell, data) is None]

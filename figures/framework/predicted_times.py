@@ -113,7 +113,10 @@ class PredictedRow:
 
     @property
     def ruled_out(self) -> bool:
-        """Whether the published time is too short for the tests that the method makes."""
+        """Whether a published time of brute force is too short for the method's triangle tests.
+
+        Always False for other methods.
+        """
         return self.column.method == "brute-force" and self.allowed < LEAST_TEST
 
     @property

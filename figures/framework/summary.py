@@ -101,7 +101,7 @@ def _order(judged: Sequence[Judged]) -> str:
 
 
 def _too_little(some: Sequence[Judged]) -> list[str]:
-    """At most four sentences on the figures that are too little to judge, and on what is missing.
+    """At most four sentences on figures that rest on too little to judge, and on what is missing.
 
     A sentence that would count nothing is left out.
     """

@@ -27,8 +27,8 @@ def results(cells: list[Cell], workers: Workers,
     Raises
     ------
     Error
-        if a worker has another renderer or version than this process, because the worker's numbers
-        would not be comparable
+        if a worker has another renderer, version or mesh than this process, because the worker's
+        numbers would not be comparable
     """
     ordered = by_scene(cells)
     here = workers.scheduler == LOCAL    # local processes find the same meshes as this process
@@ -45,7 +45,7 @@ def results(cells: list[Cell], workers: Workers,
 
 
 def by_scene(cells: list[Cell]) -> list[Cell]:
-    """The cells sorted by scene, so that a process builds a scene's tree and rays only once."""
+    """The cells sorted by scene and size, so that a process builds a tree and rays only once."""
     return sorted(cells, key=lambda cell: (cell.scene, cell.size))
 
 

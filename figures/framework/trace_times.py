@@ -22,7 +22,10 @@ PICTURE = "picture"   # the work of a whole picture: eye rays, shading and shado
 
 
 def measure(cell: Cell) -> dict[str, Any]:
-    """Return times of runs without counters, after warm-ups, and the counters of a last run."""
+    """Return times of runs without counters, after warm-ups, and the counters of a last run.
+
+    For the work PICTURE, the last run traces only the eye rays.
+    """
     if cell.method == ON_CPU:
         return _embree(cell)
     scene = load(cell.scene)
@@ -43,7 +46,8 @@ def measure(cell: Cell) -> dict[str, Any]:
             _trace(rays, tracer)
         driver = tracer.statistics.driver
         # Counters are means over all pixels: a pixel without a ray counts zero, and each pixel of
-        # a packet counts the work of the packet. `share` converts them to means over live rays.
+        # a packet counts the work of the packet. `share` converts these means to the work per live
+        # ray, where the work of a packet counts once.
         width, height = tracer.options.get("packet", (1, 1))
         share = cell.size ** 2 / (max(rays.live, 1) * width * height)
         counters = {name: share * mean for name, mean in tracer.statistics.counters.items()}

@@ -6,8 +6,8 @@ A group is a scene and a kind of rays, with the times of several methods.
   HIGH. The ratios agree if the median over the groups of `off_by` is less than FACTOR.
 * reproduced in order, not in ratio: Only the order agrees.
 * contradicted: The order differs, whatever the ratios are.
-* refuted by a counterexample: At most half of the claims hold, and none of the claims depends on a
-  scene.
+* refuted by a counterexample: At most half of the claims hold, and none of the judged claims
+  depends on a scene.
 * too little to judge: Fewer than LEAST_SCENES scored scenes, or fewer than LEAST_PAIRS pairs of
   methods. A pair counts if the published numbers of its two methods, for the same scene and kind
   of rays, do not tie.

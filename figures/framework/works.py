@@ -59,7 +59,7 @@ class MeasurementKind:
     name: str
     measure: Callable[[Cell, str], dict[str, Any]]    # takes a cell and the rest of its `work`
     timed: bool = True          # whether it measures times; it does so within `machine.alone`
-    catalogued: bool = True     # whether `load_scene` knows the cell's scene
+    catalogued: bool = True     # whether `load_scene` knows the scene of every such cell
     # Digest of the scene's triangles. It changes when a mesh replaces the scene's stand-in.
     digest: Callable[[Cell], str] = _of_catalogue
 
@@ -137,8 +137,8 @@ WORKS = (
     # The errors are measured after 64, 128, ... samples, up to the number in the options.
     MeasurementKind("path errors", lambda cell, _: {"errors": path_errors.measure(
         load(cell.scene), cell.method, dict(cell.options), cell.size)}, timed=False),
-    # The options number one of the scenes of experiments/growing.py, each of which needs one more
-    # feature of the renderer than the scene before.
+    # The option `step` is the number of a scene of experiments/growing.py. Each scene needs more
+    # features of the renderer than the scene before.
     MeasurementKind("needs", lambda cell, _: {"needs": needs_times.measure(
         dict(cell.options)["step"], cell.method, cell.size, cell.runs, cell.scene)},
         digest=lambda cell: needs_times.digest(cell.scene, dict(cell.options)["step"])),
@@ -149,7 +149,7 @@ WORKS = (
         load(cell.scene), dict(cell.options))}, timed=False),
     MeasurementKind("updates", lambda cell, _: {"updates": update_times.measure(
         load(cell.scene), cell.method, dict(cell.options), cell.runs)}),
-    # A moving scene is rendered for `runs` frames.
+    # The eye rays of `runs` frames of a scene are traced.
     MeasurementKind("frames", lambda cell, _: {"frames": frame_times.measure(
         cell.scene, cell.method, dict(cell.options), cell.size, cell.runs)}),
     MeasurementKind(COHERENCE, lambda cell, rays: {"coherence": coherence.measure(

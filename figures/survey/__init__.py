@@ -1,1 +1,4 @@
-"""The survey's figures and tables. Each module is named after what its figure shows."""
+"""The survey's figures and tables, and the modules that they share.
+
+The module of a figure or table is named after its number and after what it shows.
+"""

@@ -120,10 +120,11 @@ def draw(data: Path, out: Path, full: bool) -> None:
     write_text(out / "fig02.md", (
         "# Figure 2: the shader pipeline, as passes of this program go through it\n\n"
         f"The table shows two draws over {SIDE * SIDE} rays. Vertex and fragment programs are "
-        "programmable; the stages between them are fixed. A full-screen pass uses the first half "
+        "programmable; all other stages are fixed. A full-screen pass uses the first half "
         "of the pipeline only to issue one fragment per ray. The Ray Engine sends triangles "
-        "through the pipeline: each triangle becomes a quad over the rays that may hit it, and "
-        "blending keeps the nearest hit. Queries around the draw count triangles and fragments. "
+        "through the pipeline: for each queue of rays that may hit a triangle, the triangle "
+        "becomes a quad over this queue, and blending keeps the nearest hit. Queries around the "
+        "draw count triangles and fragments. "
         "Attributes and textures are listed only if the linked programs use them. A render "
         "target becomes a texture of a later pass.\n\n"
         + markdown_table(HEADS, lines)))

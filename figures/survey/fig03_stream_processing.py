@@ -1,6 +1,7 @@
 """Figure 3: the graphics pipeline as a stream processor, drawn from the passes of a real trace.
 
-Streams and tables come from the records in the method's row of the method table. The inputs and
+The streams of rays and hits come from the records that all methods share. The streams of states
+and the tables come from the records in the method's row of the method table. The inputs and
 outputs of a pass come from its linked program. The list of passes comes from an observed trace.
 """
 from __future__ import annotations
@@ -75,7 +76,11 @@ def texels_of(record: Record) -> dict[str, str]:
 
 
 def rays() -> tuple[np.ndarray, np.ndarray]:
-    """Origins and directions, (SIDE^2, 3), from the small world's eye in all directions."""
+    """Origins and directions, (SIDE^2, 3) each.
+
+    The rays start at the origin of the small world's ray, and point in all directions of its
+    plane.
+    """
     angle = np.linspace(0, 2 * np.pi, SIDE * SIDE, endpoint=False)
     return (np.tile(world().origin, (len(angle), 1)),
             np.column_stack([np.cos(angle), np.sin(angle), np.zeros_like(angle)]))

@@ -101,7 +101,7 @@ def draw(data: Path, out: Path, full: bool) -> None:
         "through the grid, queues them by cell and keeps each ray's nearest hit; graphics "
         "hardware only intersects. In the paper a quad carries its triangle's corners. Here the "
         "triangles lie on the graphics hardware, and a quad carries its triangle's number. "
-        "Corners instead of the number would add 36 bytes to the 20 bytes of a quad.\n\n"
+        "The corners would add 36 bytes to the 20 bytes of a quad.\n\n"
         + markdown_table(HEADS, lines)
         + f"\n{int(split['bytes_up']):,} bytes were uploaded and {int(split['bytes_down']):,} "
         f"bytes were read back. These are {split['bytes_up'] / len(hits):.0f} and "

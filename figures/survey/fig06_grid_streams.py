@@ -18,7 +18,8 @@ WORDS = {"eye_rays": "generate eye rays", "init": "a ray enters the grid, or mis
          "intersect": "one triangle of the cell's list",
          "surfaces": "shade hits, make shadow rays",
          "picture": "light that shadow rays found"}
-COUNTING = ("classify", "mask", "tile_counts", "everywhere")    # programs that only count rays
+# Programs that only count rays, or mask rays from later passes.
+COUNTING = ("classify", "mask", "tile_counts", "everywhere")
 
 
 @lru_cache(maxsize=None)
@@ -41,7 +42,7 @@ def draw(data: Path, out: Path, full: bool) -> None:
               [[at, one.kernel] for at, one in enumerate(log, 1)])
     write_text(out / "fig06.md", "# Figure 6: ray tracing in a grid as streams and kernels\n\n"
                f"The table lists the passes of one picture of {SIDE} x {SIDE} pixels by `grid` "
-               "under the schedule `kernels`, without the passes that only count rays.\n\n"
+               "under the schedule `kernels`, without the passes that only count or mask rays.\n\n"
                + markdown_table(HEADS, table_rows(log, WORDS)))
     figure, axis = plt.subplots(figsize=(10, 6.5))
     draw_flow(axis, log, WORDS)

@@ -108,6 +108,6 @@ def draw(data: Path, out: Path, full: bool) -> None:
     save_chart(figure, out / "fig08.png",
                f"Renderer: {renderer}. Eye rays, under the schedule `loop`.",
                "Lines show the nanoseconds and the tested triangles of a ray, by the size of a "
-               "teapot in a stadium, for a grid and for kd-trees")
+               "teapot in a stadium, for a grid, kd-trees and a BVH")
     with rt.Tracer("stadium:0.1") as tracer, replacing(out / "fig08-stadium.png") as path:
         tracer.render(size=(512, 512)).save(path)

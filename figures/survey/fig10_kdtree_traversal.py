@@ -1,7 +1,8 @@
 """Figure 10: the standard traversal of a kd-tree, step by step for one ray.
 
-The steps are the passes of kd-texture-stack, the literal form of the survey's pseudocode. A row of
-the table is read from the state textures after its pass.
+The steps are the passes of kd-texture-stack, which follows the survey's pseudocode, but with its
+mistake corrected (`CODE`). The ray's state in a row of the table is read from textures after the
+row's pass.
 """
 from __future__ import annotations
 
@@ -166,7 +167,7 @@ def draw(data: Path, out: Path, full: bool) -> None:
             f"{' and '.join(map(small.name, printed.wrong))}, visits {names}, and {ends}. Under "
             f"the corrected rule it hits {hit}. (The printed rule would be right if near were "
             "the side of the plane that the origin is on.) If the plane lies exactly at t_min, "
-            "the ray descends into far too, so a ray that left a leaf through a plane never "
+            "the ray also descends into far, so a ray that left a leaf through a plane never "
             "returns to the leaf.")
     write_text(out / "fig10.md", "# Figure 10: the traversal of a kd-tree\n\n```\n" + CODE
                + f"```\n\nThe table follows one ray, which `{METHOD}` traces with one kernel per "

@@ -57,10 +57,11 @@ def draw(data: Path, out: Path, full: bool) -> None:
     write_csv(out / "fig15.csv", HEADS, table)
     way = ", ".join(f"from {small.name(rope.leaf)} to {small.name(rope.node)} at t = {rope.t:.3f}"
                     for rope in taken)
-    write_text(out / "fig15.md", "# Figure 15: a kd-tree with ropes\n\nEach face of a leaf has a "
-               "rope to the smallest node that touches the whole face from outside. The node is a "
-               "leaf n if a single neighbour covers the face, and otherwise a split S, from which "
-               "the ray descends again. Faces on the outside of the scene's box have no rope.\n\n"
+    write_text(out / "fig15.md", "# Figure 15: a kd-tree with ropes\n\nA face of a leaf has "
+               "a rope to the smallest node that touches the whole face from outside. The node is "
+               "a leaf n if a single neighbour covers the face, and otherwise a split S, from "
+               "which the ray descends again. Only faces on the outside of the scene's box have "
+               "no rope.\n\n"
                + markdown_table(HEADS, table) + f"\nThe ray follows ropes {way}. It visits the "
                f"nodes {', '.join(map(small.name, found.visited))} "
                f"({len(found.visited)} in all) and hits triangle {found.hits.triangle[0]} at "
@@ -83,8 +84,8 @@ def draw(data: Path, out: Path, full: bool) -> None:
     save_chart(figure, out / "fig15.png", "Arrows: from a leaf's face to the node that its rope "
                "names, which is a split S if several leaves touch the face. Squares: where the "
                "ray leaves a leaf, with the node from which it continues.",
-               "Two plans of a scene with the cells of a kd-tree: left all ropes between "
-               "neighbouring leaves, right the ropes that a ray follows")
+               "Two plans of a scene with the cells of a kd-tree: left the ropes of all "
+               "leaves, right the ropes that a ray follows")
 
 
 def draw_rope(axis: Any, small: World, leaf: int, face: str, node: int) -> None:

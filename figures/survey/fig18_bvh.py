@@ -33,11 +33,11 @@ def draw(data: Path, out: Path, full: bool) -> None:
     text = ("# Figure 18: a bounding volume hierarchy\n\n"
             f"The figure shows the {len(found.small.triangles)} triangles of Figure 9, seen from "
             f"above, in a tree of {len(found) - leaves} inner nodes and {leaves} leaves. The "
-            "builder halves the triangles by their centroids, as Kay and Kajiya do. A node's box "
-            "is the smallest box "
-            "around its children's boxes; the root's box encloses the scene. Each triangle lies "
-            "in a single leaf, while a kd-tree lists it in every leaf that it overlaps. In return "
-            "boxes may overlap, and the first hit found need not be the nearest.\n")
+            "builder halves the triangles by their centroids, as Kay and Kajiya do. An inner "
+            "node's box is the smallest box around its children's boxes; the root's box "
+            "encloses the scene. Each triangle lies in a single leaf, while a kd-tree lists it in "
+            "every leaf that it overlaps. In return boxes may overlap, and the first hit found "
+            "need not be the nearest.\n")
     write_csv(out / "fig18.csv", HEADS, rows(found))
     write_text(out / "fig18.md", text + "\n" + markdown_table(HEADS, rows(found)))
     figure, (ground, tree) = plt.subplots(1, 2, figsize=(11, 5.4), width_ratios=(1, 1.1))
@@ -45,7 +45,7 @@ def draw(data: Path, out: Path, full: bool) -> None:
     draw_nodes(tree, found, tree_places(found))
     figure.tight_layout(rect=(0, 0.04, 1, 1))
     save_chart(figure, out / "fig18.png", "Green: triangles seen from above, with their numbers. "
-               "Under a leaf (square, dashed box): the triangles that it lists. Boxes of inner "
-               "nodes are drawn a little wider than they are.",
+               "Under a leaf (square, dashed box): the triangles that it lists. Boxes are "
+               "drawn a little wider than they are.",
                "Left, a scene seen from above with the boxes of a hierarchy; right, the tree "
                "of these boxes")

@@ -90,7 +90,7 @@ def draw(data: Path, out: Path, full: bool) -> None:
                "texture, with the ray's path. Filled: boxes that the ray meets. Crossed: boxes "
                "that it misses.",
                "A tree of boxes with dotted miss links, and below it the array of nodes in the "
-               "texture with the same links")
+               "texture with the miss links that skip nodes")
 
 
 def draw_threads(axis: Any, found: Hierarchy, places: np.ndarray) -> None:

@@ -99,7 +99,7 @@ def draw(data: Path, out: Path, full: bool) -> None:
         f"square. Its image of {SIZE + 1} x {SIZE + 1} positions is again a closed mesh, of "
         f"{2 * SIZE * SIZE:,} triangles. A node of the quadtree holds the minimum and the maximum "
         "of its cells' positions. Fragment passes make these two pyramids, one pass a level. The "
-        "pictures show the textures that rays are traced with.\n\n"
+        "pictures of the pyramids show the textures with which rays are traced.\n\n"
         + markdown_table(HEADS, [[number(v) if isinstance(v, float) else v for v in row]
                                  for row in rows()])))
     figure, axes = plt.subplots(4, 4, figsize=(10.4, 12.0))

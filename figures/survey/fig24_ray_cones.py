@@ -61,8 +61,8 @@ def draw(data: Path, out: Path, full: bool) -> None:
         axis.set_ylim(-1.05, 2.6)
     figure.tight_layout(rect=(0, 0.04, 1, 0.98))
     save_chart(figure, out / "fig24.png", "The spheres and cones are those that the passes wrote. "
-               "Grey: the rays, which all lie in the plane shown. A cone is drawn from its "
-               "sphere's rim.",
+               "Grey, or blue in the first plan: the rays, which all lie in the plane shown. A "
+               "cone is drawn from its sphere's rim.",
                "Four plans of the same rays: the rays alone, and with the cones of 16 nodes, of "
                "four nodes and of the root around them")
 

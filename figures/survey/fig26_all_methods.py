@@ -34,7 +34,7 @@ COLUMNS = {"published": ("published", PUBLISHED),
            "scaled": ("scaled again, by arithmetic and by bandwidth", (COLOURS[4], MARKERS[4])),
            "predicted": ("predicted", PREDICTED), "measured": ("measured", HERE)}
 NOTES = (
-    "The survey gives one number per paper. It does not say which of the paper's "
+    "The survey gives at most one number per paper. It does not say which of the paper's "
     "methods the number belongs to, or from which scenes the number was computed. The survey's "
     "figure prints no numbers, so the published numbers are those of Table 1.",
     "`tenk` has 24 balls on a floor, 10,000 triangles.",
@@ -136,8 +136,8 @@ def claims(found: list[MethodSpeed], column: str) -> list[str]:
     for says, chosen in (("packets compared with single rays", lambda row: row.entry.row.packet),
                          ("methods with a stack compared with methods without",
                           lambda row: row.entry.row.stack)):
-        # Use the same papers in every column, and only methods over trees: other methods have
-        # neither packets nor stacks.
+        # Use only methods with a published speed, and only methods over trees: the other methods
+        # with a published speed have neither packets nor stacks.
         sides = {side: [v for row in found if (v := value(row, column)) and row.published
                         and _tree(row) and chosen(row) is side] for side in (True, False)}
         if all(sides.values()):
@@ -152,7 +152,7 @@ def _tree(row: MethodSpeed) -> bool:
 
 
 def packet_pairs(found: list[MethodSpeed]) -> list[str]:
-    """Sentences that compare each packet method with single rays through the same structure."""
+    """Sentences that compare three packet methods with single rays through the same structure."""
     by_name = {row.entry.method: row for row in found if row.entry.method != "kd-stack"}
     lines = []
     for packet, single in (("kd-packet", "kd-short-stack"), ("kd-ropes-packet", "kd-ropes"),
@@ -257,8 +257,8 @@ def _chart(found: list[MethodSpeed], out: Path) -> None:
     figure.legend(handles=legend_of(series), frameon=False, fontsize=8, ncols=2,
                   loc="outside upper left")
     figure.get_layout_engine().set(rect=(0, 0.03, 1, 0.97))
-    save_chart(figure, out / "fig26.png", "Above the line: the survey's rows; below: methods "
-               "without a number in the survey. Measured against published: "
+    save_chart(figure, out / "fig26.png", "Above the line: the survey's rows; below: all "
+               "other methods. Measured against published: "
                f"{_agreed(found, 'measured', 'published')}; "
                f"predicted: {_agreed(found, 'predicted', 'published')}",
                "Dots show the speed of each method for eye rays at 10,000 triangles, relative to "

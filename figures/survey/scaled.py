@@ -3,7 +3,8 @@
 The survey scaled each paper's rate "based on the bottleneck", to a GeForce 8800 and to 10,000
 triangles. It prints neither the bottlenecks nor the numbers that it began with. Here each printed
 rate is therefore scaled twice, by arithmetic and by bandwidth. The rate at 10,000 triangles is
-interpolated between two scenes, linearly in the logarithms.
+interpolated between two scenes, linearly in the logarithms. If a paper's scenes all have more
+triangles, or all have fewer, the rate of the nearest scene is used.
 """
 from __future__ import annotations
 
@@ -35,12 +36,13 @@ ENGINE = ("ray-engine", "figure 5", 34_000, "NV25")
 
 @dataclass(frozen=True)
 class Scaled:
-    """The rate of a paper's method: rays per second at 10,000 triangles on the paper's card."""
+    """The rate of a paper's method on the paper's card: rays per second at 10,000 triangles, or at
+    the nearest triangle count."""
 
     source: str
     card: Card
     rate: float
-    scenes: tuple[str, ...]     # the scenes from which the rate is interpolated
+    scenes: tuple[str, ...]     # all scenes for which the survey prints the rate
 
     def on(self, card: Card) -> tuple[float, float]:
         """Rays per second on ``card``, scaled by arithmetic and scaled by bandwidth."""

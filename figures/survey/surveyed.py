@@ -1,8 +1,8 @@
 """Surveyed: the methods of the survey's Table 1 and Figure 26, as rows of our method table.
 
-The survey gives one number per paper, without naming the method. Here the paper's final method
-stands for the paper. Our method table has more rows: other methods of these papers, and methods of
-papers without a number in the survey. These methods are measured too.
+The survey gives at most one number per paper, without naming the method. Here the paper's final
+method stands for the paper. Our method table has more rows: other methods of these papers, and
+methods of papers that are not rows of Table 1. These methods are measured too.
 """
 from __future__ import annotations
 

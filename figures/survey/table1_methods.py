@@ -130,9 +130,9 @@ def draw(data: Path, out: Path, full: bool) -> None:
         for line in found])
     parts = [
         "# Table 1: properties of the methods\n",
-        "An entry of the table is what the survey says. If the property of our method differs, it "
-        "follows after a slash. The acceleration structure of our method always follows after a "
-        "semicolon.\n",
+        "An entry of the table is what the survey says. If the property of our method differs, or "
+        "if the survey says N/A, our property follows after a slash. The acceleration structure "
+        "of our method always follows after a semicolon.\n",
         markdown_table(("source", "method here", *(c.replace("_", " ") for c in COLUMNS),
                         "relative performance", "measured here", "predicted, 8800 GTX"),
                        [[line.entry.source, line.entry.label,
