@@ -38,6 +38,13 @@ def row_of(step: int, found: dict[str, Any]) -> list[Any]:
             sum(other["passes_by_name"].values()), one["waves"], found["differing"]]
 
 
+def _agreement(rows: list[list[Any]]) -> str:
+    """Whether the two renderers' pictures agree; a row ends with the pixels that differ."""
+    worst = max(row[-1] for row in rows)
+    return ("The two pictures of each scene are the same to the bit." if worst == 0 else
+            f"The two pictures of a scene differ in up to {worst:,} pixels.")
+
+
 def draw(data: Path, out: Path, full: bool) -> None:
     """Write out/needs.csv, .md and .png."""
     results = finished(cells(full), data)
@@ -55,7 +62,7 @@ def draw(data: Path, out: Path, full: bool) -> None:
                "The second renderer has every feature on. The time ratio is the first time "
                "divided by the second, in the median over the pairs of pictures. The "
                "passes of traversal are not counted; a wave is a set of rays that are traced "
-               "together. The pictures are the same to the bit.\n\n" + markdown_table(HEADS, [
+               f"together. {_agreement(rows)}\n\n" + markdown_table(HEADS, [
                    [number(v) if isinstance(v, float) else v for v in row] for row in rows]))
     figure = plt.figure(figsize=(11, 5.6))
     grid = figure.add_gridspec(2, len(STEPS), height_ratios=(3, 1), hspace=0.35)

@@ -145,7 +145,7 @@ def _print(rows: list[Row], missing: dict[str, str]) -> None:
     cells = {(row.engine, row.family): row for row in rows}
     none = Row("", "", "", 0, 0, {}, 0.0)       # for results that are missing after an interrupt
     print("Wrong rays out of rays cast. A dash: the engine does not support the family's "
-          "intervals of t.")
+          "intervals of t, or it gave no answer in an earlier family.")
     print_table(["family", *engines],
                 [[name, *(_cell(cells.get((engine, name), none)) for engine in engines)]
                  for name in dict.fromkeys(row.family for row in rows)])

@@ -38,7 +38,7 @@ def page(rows: Sequence[Row], missing: Mapping[str, str]) -> str:
     cells = {(row.engine, row.family): row for row in rows}
     versions = {row.engine: row.version for row in rows}
     body = [_table("Wrong rays out of rays cast. A dash means that the engine does not accept "
-                   "the family's intervals of t.",
+                   "the family's intervals of t, or that it gave no answer in an earlier family.",
                    ["family", *(f"{one} {versions[one]}".strip() for one in engines)],
                    [[f'<td title="{escape(FAMILIES[name].what)}">{escape(name)}</td>',
                      *(_cell(cells[one, name]) for one in engines)] for name in families]),
