@@ -47,8 +47,8 @@ CONTRADICTIONS = (
     Contradiction(("fig22",), "The survey describes Lauterbach's LBVH as clustering bottom-up. "
                   "In fact the LBVH splits sorted Morton codes by their bits, top-down."),
     Contradiction(("ray_space",), "The survey describes ray classification as a uniform grid over "
-                  "five dimensions, but its paper divides on demand. The visibility field's paper "
-                  "compares itself with coherent single rays, not with packets."),
+                  "five dimensions, but its paper divides on demand. It compares the visibility "
+                  "field with packets; the field's paper compares it with coherent single rays."),
     Contradiction(("ideal_hardware",), "The survey describes SaarCOR as hardware for "
                   "intersections, but SaarCOR covers the whole pipeline, and its numbers of 2002 "
                   "are simulated. The survey calls the RPU 50 to 100 times as fast as graphics "
@@ -62,13 +62,15 @@ CONTRADICTIONS = (
                   "Carr et al. 2002 without a structure, though their host has a structure."),
     Contradiction(("fig07",), "The survey names a GeForce 6800 GTX, but no such card seems to "
                   "have been sold. By the survey's times the grid on this card was faster than a "
-                  "commercial renderer, but the thesis's own abstract says that no version of its "
-                  "ray tracer was faster."),
+                  "commercial renderer. But the times are from the thesis of Karlsson and "
+                  "Ljungstedt (2004), whose abstract says that no version of its ray tracer was "
+                  "faster."),
     Contradiction(("fig13", "fig16", "fig22", "cpu"), "The survey gives three triangle counts for "
                   "the conference room: 282,801, 282,641 and 274 thousand."),
     Contradiction(("fig10",), "The pseudocode of Figure 10 descends into the first child if t_hit "
-                  "< 0, though the pseudocode orders children by the direction's sign. A ray that "
-                  "starts behind the plane would then descend into the wrong child first."),
+                  "< 0, though the pseudocode orders children by the direction's sign. If t_hit "
+                  "< 0, the plane lies behind the ray's origin, and only the second child lies "
+                  "ahead of the ray. The pseudocode enters the wrong child."),
 )
 
 

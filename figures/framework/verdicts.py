@@ -6,17 +6,18 @@ A group is a scene and a kind of rays, with the times of several methods.
   HIGH. The ratios agree if the median over the groups of `off_by` is less than FACTOR.
 * reproduced in order, not in ratio: Only the order agrees.
 * contradicted: The order differs, whatever the ratios are.
-* refuted by a counterexample: At most half of the claims hold, and none of the judged claims
-  depends on a scene.
+* refuted by a counterexample: At most half of the judged claims hold, and none of them depends on
+  a scene.
 * too little to judge: Fewer than LEAST_SCENES scored scenes, or fewer than LEAST_PAIRS pairs of
   methods. A pair counts if the published numbers of its two methods, for the same scene and kind
   of rays, do not tie.
 
-A claim in words has neither order nor ratio. A figure that makes claims is reproduced if every
-claim holds, mostly reproduced if more than half hold, and contradicted otherwise. A claim that
-compares methods needs as many scenes and pairs as a table of times. A claim that compares no
-methods needs only the scenes. A claim about a method itself, which depends on no scene, needs
-neither scenes nor pairs.
+A claim in words has neither order nor ratio. A claim is not judged if the measurements do not
+decide it. A figure that makes claims is reproduced if every judged claim holds, mostly reproduced
+if more than half hold, and contradicted or refuted otherwise. The scenes and pairs of all claims
+of a figure are counted together. If a claim on a scene compares methods, the figure's claims on
+scenes need as many scenes and pairs as a table of times; otherwise they need only the scenes. A
+claim about a method itself, which depends on no scene, needs neither scenes nor pairs.
 
 A stand-in replaces a scene whose mesh is missing, and is never scored. A `Verdict` also contains
 the verdict that the same rules give on the stand-ins.

@@ -5,10 +5,10 @@
 // receiving side of a triangle, where blending adds the light. A pixel is a tube of rays; its flux is
 // radiance * solid angle * the pixel's area, for any slope of the surface.
 //
-// Departure: the paper draws a random direction in each iteration and averages the iterations' results. Here
-// the set of directions is fixed, and each bounce runs through all directions. The fourth channel adds up
-// the weights that a side received. A later pass divides the light by this sum, whose exact value would be
-// pi.
+// Departure: the paper draws a random direction in each iteration and averages the iterations' results.
+// Here the set of directions is fixed, and each bounce runs through all directions. The fourth channel adds
+// up the weights that a side received. The host (ray_bundles.py) multiplies the light by pi and divides it
+// by this sum, whose exact value would be pi.
 
 #include <constants>
 #include "core/fetch.glsl"

@@ -4,8 +4,8 @@
 struct Scatter {
     vec3 direction;     // direction of the incoming ray
     vec3 mirrored;
-    vec3 glossy;        // reflected share, as `mirror`; zero if the scene or the surface lacks this part
-    vec3 mirror;
+    vec3 glossy;        // share reflected by the glossy part; zero if the surface lacks this part
+    vec3 mirror;        // share reflected by the mirror; zero if the surface lacks this part
     float exponent;
     float ior;          // 0 for an opaque surface
     vec3 chance;        // probabilities that the path continues with the diffuse, glossy or mirror part

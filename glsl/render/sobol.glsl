@@ -32,13 +32,15 @@ uint permuted(uint x, uint key) {
 }
 
 // The index of the Sobol' point of a sample. An aligned block of 2^k samples gets an aligned block of 2^k
-// points in a shuffled order. The upper 16 bits stay, so that the sum over direction numbers is short.
+// points in a shuffled order. The upper 16 bits do not change. For fewer than 65536 samples they are zero,
+// so the loop in sobol_next_two ends after at most 16 iterations.
 uint shuffled(uint path_sample, uint key) {
     return (reversed(permuted(reversed(path_sample), key)) & 0xffffu) | (path_sample & 0xffff0000u);
 }
 
-// The first two coordinates of point i with reversed bits: the lowest bit has the value 1/2. The second
-// coordinate is i times Pascal's triangle modulo 2, a Kronecker product of five 2x2 matrices.
+// The first two coordinates of point i. The bits of a coordinate are in reversed order: the lowest bit has
+// the value 1/2. The second coordinate is i times Pascal's triangle modulo 2, a Kronecker product of five
+// 2x2 matrices.
 uvec2 sobol_first_two(uint i) {
     uint x = i ^ ((i & 0xaaaaaaaau) >> 1);
     x ^= (x & 0xccccccccu) >> 2;
@@ -67,9 +69,9 @@ uint scrambled(uint bits, uint key) {
     return reversed(permuted(bits, key));
 }
 
-// Four numbers for block 0 or block 1 of a bounce, in place of random_numbers. The first two numbers make
-// choices, and the last two are a position. The position of block 0 and the position of block 1 one bounce
-// later are the four coordinates of one Sobol' point.
+// Four numbers for block 0 (the path's next direction) or block 1 (the light sample) of a bounce, in place
+// of random_numbers. The first two numbers make choices, and the last two are a position. The position of
+// block 0 and the position of block 1 one bounce later are the four coordinates of one Sobol' point.
 uvec4 sobol_bits(uvec2 pixel, uint path_sample, uint bounce, uint block, uint seed) {
     uvec4 pick_keys = sobol_keys(pixel, bounce, 2u + block, seed);
     uvec2 pick = sobol_first_two(shuffled(path_sample, pick_keys.x));

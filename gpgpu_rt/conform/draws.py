@@ -1,10 +1,10 @@
 """Draws: random numbers that are the same on every machine.
 
 The suite promises the same bits on every machine. Its generators therefore use only operations
-whose results IEEE 754 defines to the bit: integers, +, -, *, / and square roots, each in its own
-numpy call. Sines, powers, normal distributions, matrix products and norms may differ between
-machines, because they come from vector libraries or because a compiler fuses a multiplication with
-an addition.
+whose results are defined to the bit: operations on integers, +, -, *, /, square roots, minima,
+maxima and scaling by powers of two, each in its own numpy call. Sines, powers, normal
+distributions, matrix products and norms may differ between machines, because they come from vector
+libraries or because a compiler fuses a multiplication with an addition.
 """
 from __future__ import annotations
 

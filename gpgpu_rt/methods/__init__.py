@@ -95,9 +95,9 @@ def find_method(name: str) -> Method:
     if not isinstance(name, str):
         raise OptionError(f"method is {name!r}; give a method's name: {', '.join(_TABLE)}")
     if name == "auto":
-        raise OptionError("auto is not a method. Only Tracer, `render` and `trace`, in a single "
-                          "process, accept auto and choose a method. Here, give one of: "
-                          f"{', '.join(_TABLE)}")
+        raise OptionError("auto is not a method. Only Tracer, RayMeshIntersector, and the "
+                          "commands `render` and `trace` without --scheduler accept auto and "
+                          f"choose a method. Here, give one of: {', '.join(_TABLE)}")
     if name not in _TABLE:
         raise OptionError(f"no method {name!r}" + nearest_names(name, _TABLE))
     return _TABLE[name]

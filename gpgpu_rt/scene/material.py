@@ -64,7 +64,7 @@ class Material:
             number(self.ior, where + "ior", 0.1, 10)
             if shares.any():
                 raise SceneError(f"{where}a dielectric reflects or refracts all light; remove "
-                                 "ior, or remove all of diffuse, mirror and glossy")
+                                 "ior, or remove all of diffuse, mirror, glossy and texture")
         if (shares > 1 + 1e-6).any():
             raise SceneError(f"{where}diffuse, mirror and glossy add up to "
                              f"{np.round(shares, 3).tolist()}; no surface reflects more than 1")

@@ -39,8 +39,8 @@ def ball() -> rt.Scene:
 
 @pytest.mark.parametrize("faults, rays", [(1, 10), (5, 100), (40, 1000), (10, 10)])
 def test_bounds_hold_their_probability(faults: int, rays: int) -> None:
-    """At the lower bound, `faults` or more faults have a probability of 5 %. At the upper bound,
-    `faults` or fewer faults have this probability."""
+    """If the true share of faults is the lower bound, the probability of `faults` or more faults
+    is 5 %. If it is the upper bound, the probability of `faults` or fewer faults is 5 %."""
     def at_most(k: int, p: float) -> float:
         return math.fsum(math.comb(rays, i) * p ** i * (1 - p) ** (rays - i)
                          for i in range(k + 1))
@@ -117,9 +117,9 @@ def test_knobs_come_from_the_option_tables(method: str) -> None:
     assert ("steps_per_pass" in speed) == ("step" in find_method(method).schedules)
     assert not {"statistics", "context"} & (speed | accuracy)
     for name, option in table.items():
-        # The tuner leaves out `era` and `fixed_point`, which imitate the arithmetic of a card,
-        # `arithmetic`, which the knob precision sets, `build_device`, which does not change the
-        # tree, and `rasterised_bounds`, which applies to pictures only.
+        # The tuner leaves out five options: `era` and `fixed_point` imitate the arithmetic of a
+        # card; `arithmetic` is set by the knob `precision`; `build_device` does not change the
+        # tree; `rasterised_bounds` applies to pictures only.
         if option.choices is not None and name not in ("era", "fixed_point", "arithmetic",
                                                        "build_device", "rasterised_bounds"):
             assert name in speed | accuracy, name
@@ -136,9 +136,9 @@ def test_knobs_come_from_the_option_tables(method: str) -> None:
 
 @pytest.fixture
 def few_rays(monkeypatch) -> None:
-    """Makes each stage of the tuner before the proof use fewer rays, and most stages time a
-    candidate only once. Chance then decides which candidate is fastest, but each choice still
-    keeps its promise."""
+    """Each stage of the tuner before the proof uses fewer rays. Most stages run a candidate only
+    once to measure its time. Chance then decides which candidate is fastest, but each choice
+    still keeps its promise."""
     for name, value in (("PROBE", 256), ("SCREEN", 1024), ("FIELD", 1024), ("RUNS", 1)):
         monkeypatch.setattr(tuning, name, value)
 

@@ -165,8 +165,9 @@ def test_quantised_nodes_are_smaller(bits: int, least: float, octants: bool) -> 
 
 @pytest.mark.parametrize("bits", [16, 8])
 def test_quantised_octants_hit_the_same(bits: int) -> None:
-    """Quantising moves the bounds of a flat box apart. An octant copy exchanges the bounds after
-    quantising, so a ray meets its near bound first. The hits stay the same."""
+    """Quantising moves the bounds of a flat box apart. An octant copy must therefore exchange the
+    bounds after quantising, so that its first bound is still the bound that the octant's rays meet
+    first. The hits stay the same."""
     scene = rt.load_scene("cornell")
     rays = RAY_SETS["random"](scene, 400, 3)
     answers = []

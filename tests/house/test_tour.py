@@ -33,7 +33,8 @@ def test_the_index_lists_the_chapters_in_their_order() -> None:
 
 @pytest.mark.parametrize("page", CHAPTERS, ids=lambda page: page.name)
 def test_a_chapter_has_all_its_parts(page: Path) -> None:
-    """A chapter has a film and a picture, its figure, its live page, and questions with commands.
+    """A chapter shows a film and a picture. It has a command that draws a figure, a command that
+    makes a live page, and questions with commands.
     Its last line leads to the chapters before and after it."""
     text = page.read_text(encoding="utf-8")
     assert {Path(name).suffix for name in shown(page)} == {".gif", ".png"}

@@ -111,9 +111,9 @@ def test_bunny_has_the_leaves_of_figure_17() -> None:
 
 @pytest.mark.parametrize("build", ["sah", "goldsmith-salmon"])
 def test_triangles_ascend_within_a_leaf(build: str) -> None:
-    """If a kernel compares only distances, as the era form does, then the triangle that is tested
-    first wins among triangles at the same distance. Within a leaf, this triangle must have the
-    lowest index."""
+    """The kernels of the era form (docs/era.md) compare only distances. Among triangles at the
+    same distance, the triangle that such a kernel tests first wins. Within a leaf, this triangle
+    must have the lowest index."""
     bvh = build_bvh(random_soup(400, 39), build=build)
     leaf = bvh.count > 0
     owner = np.repeat(np.flatnonzero(leaf), bvh.count[leaf])

@@ -1,7 +1,7 @@
 """Drives pages in headless Chromium by the DevTools protocol, over a pair of pipes.
 
-A message is JSON that ends in a NUL byte. Chromium reads messages from descriptor 3 and writes
-them to descriptor 4.
+A message is JSON that ends in a NUL byte. Chromium reads commands from descriptor 3, and
+writes its answers and events to descriptor 4.
 """
 from __future__ import annotations
 
