@@ -10,7 +10,7 @@ from typing import Any
 from ..conform.export import export
 from ..conform.families import FAMILIES
 from ..conform.page import write_page
-from ..conform.runner import Runner
+from ..conform.runner import SECONDS, Runner
 from ..conform.shrink import minimal_cases
 from ..conform.spec import COMMAND, METHOD, Spec
 from ..conform.suite import CRASH, KINDS, RAYS, SEED, Known, Row, family_names, installed, run
@@ -46,6 +46,9 @@ def add_commands(command: Command) -> None:
                      "default %(default)s. Families with slow scenes have fewer")
     sub.add_argument("--seed", type=int, default=SEED, help="seed of the rays and of random "
                      "scenes; default %(default)s")
+    sub.add_argument("--time-limit", type=float, default=SECONDS, metavar="SECONDS",
+                     help="an engine that needs more time for a family counts as crashed; "
+                     "default %(default)s")
     sub.add_argument("--check", action="store_true", help="end with exit status 1 if an answer is "
                      "wrong")
     sub.add_argument("--plot", metavar="IMAGE.png", help="draw the table as a chart, too")
@@ -62,6 +65,9 @@ def _conform(chosen: argparse.Namespace) -> None:
         raise OptionError(f"--rays {chosen.rays} judges nothing; give 1 or more")
     if chosen.seed < 0:
         raise OptionError(f"--seed {chosen.seed} is negative; give 0 or more")
+    if not chosen.time_limit > 0:
+        raise OptionError(f"--time-limit {chosen.time_limit:g} leaves no time; give a number "
+                          "above 0")
     families = family_names(chosen.family)
     if chosen.list:
         return _print_lists()
@@ -76,7 +82,7 @@ def _conform(chosen: argparse.Namespace) -> None:
     rows: list[Row] = []
     with show_progress("result", tenths("result")) as report:
         try:
-            for row in run(specs, families, chosen.rays, chosen.seed):
+            for row in run(specs, families, chosen.rays, chosen.seed, chosen.time_limit):
                 rows.append(row)
                 report(len(rows), len(specs) * len(families), f"{row.engine}, {row.family}")
         except KeyboardInterrupt:

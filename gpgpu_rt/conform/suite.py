@@ -16,7 +16,7 @@ from .answers import EngineAnswers
 from .case import Case
 from .engines import ENGINES
 from .families import FAMILIES, make_case
-from .runner import NO_ANSWER, Crash, Runner
+from .runner import NO_ANSWER, SECONDS, Crash, Runner
 from .spec import ENGINE, FUNCTION, METHOD, Spec
 
 RAYS, SEED = 300, 1     # default largest number of rays of a family, and default seed
@@ -115,10 +115,10 @@ def installed() -> tuple[list[Spec], dict[str, str]]:
     return [Spec(ENGINE, name) for name in ENGINES if name not in missing], missing
 
 
-def run(specs: Sequence[Spec], names: Iterable[str], rays: int = RAYS, seed: int = SEED
-        ) -> Iterator[Row]:
+def run(specs: Sequence[Spec], names: Iterable[str], rays: int = RAYS, seed: int = SEED,
+        seconds: float = SECONDS) -> Iterator[Row]:
     """Let each engine answer the rays of each family, and yield a `Row` for each engine
-    and family.
+    and family. An engine has at most ``seconds`` for a case.
 
     Raises
     ------
@@ -129,7 +129,7 @@ def run(specs: Sequence[Spec], names: Iterable[str], rays: int = RAYS, seed: int
     # an engine may change the state of its process; this project's methods share a process.
     ordered = sorted(dict.fromkeys(specs), key=lambda spec: bool(spec.engine.wraps))
     with ExitStack() as stack:
-        runners = {key: stack.enter_context(Runner()) for key in map(_process_of, ordered)}
+        runners = {key: stack.enter_context(Runner(seconds)) for key in map(_process_of, ordered)}
         for spec in ordered:
             if spec.kind == FUNCTION:
                 try:

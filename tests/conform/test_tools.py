@@ -146,6 +146,7 @@ def test_the_command_exports_and_lists(tmp_path: Path, capsys: pytest.CaptureFix
 @pytest.mark.parametrize("words, message", [
     (["--family", "sphere-edge"], "no family 'sphere-edge'; did you mean"),
     (["--rays", "0"], "--rays 0 judges nothing"),
+    (["--time-limit", "0"], "--time-limit 0 leaves no time"),
     (["--seed", "-1"], "--seed -1 is negative"),
     (["--engine", "embre"], "no engine 'embre'"),
     (["-m", "kd-restar"], "kd-restar"),
