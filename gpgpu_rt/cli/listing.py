@@ -34,7 +34,8 @@ def _info(chosen: argparse.Namespace) -> None:
         return print_json([{**row, "taken": row["backend"] == taken} for row in rows])
     for row in rows:
         if "missing" in row:
-            print(f"{row['backend']}: not available ({row['missing']})")
+            print(f"{row['backend']}: not available ({row['missing']})"
+                  + ("; another context is, and one is enough" if some else ""))
         else:
             print(f"{row['backend']}: {row['renderer']}\n    OpenGL {row['version']}\n"
                   f"    largest texture {row['max_texture_size']}, "

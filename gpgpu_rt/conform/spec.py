@@ -52,15 +52,18 @@ class Spec:
 
     def __post_init__(self) -> None:
         if self.kind == ENGINE and self.name not in ENGINES:
-            raise OptionError(f"no engine {self.name!r}{nearest_names(self.name, ENGINES)}")
+            raise OptionError(f"no engine {self.name!r}{nearest_names(self.name, ENGINES)}; for "
+                              "your own function give MODULE:FUNCTION")
         if self.kind == METHOD:
             find_method(self.name).resolved({"schedule": self.schedule} if self.schedule else {})
         if self.kind == FUNCTION and not all(self.name.partition(":")):
             raise OptionError(f"--engine {self.name!r}: give a name of the table, or "
                               "module:function")
-        if self.kind == FUNCTION and not _found(self.name.partition(":")[0]):
-            raise OptionError(f"--engine {self.name!r}: no such module in Python's path or in "
-                              "this folder")
+        module = self.name.partition(":")[0]
+        if self.kind == FUNCTION and not _found(module):
+            hint = "; give the name without .py" if module.endswith(".py") else ""
+            raise OptionError(f"--engine {self.name!r}: no module {module!r} in Python's path or "
+                              f"in this folder{hint}")
         if self.kind == COMMAND:
             for place in PLACES:
                 if place not in self.name:

@@ -104,7 +104,12 @@ def colour_bar(highest: float, unit: str, width: int, lowest: float = 0.0,
 
     With ``beyond``, the label says that the last colour includes larger numbers.
     """
-    image = Image.new("RGB", (width, 3 * LINE), PAPER)
+    label = unit + (f" (last colour: {tick_text(highest)} and more)" if beyond else "")
+    lines = [""]
+    for word in label.split():      # break the label into lines that are at most `width` wide
+        longer = f"{lines[-1]} {word}".strip()
+        lines[-1:] = [longer] if text_width(longer) <= width else [lines[-1], word]
+    image = Image.new("RGB", (width, (2 + len(lines)) * LINE), PAPER)
     bar = np.broadcast_to(ramp(np.linspace(0, 1, width)), (LINE, width, 3))
     image.paste(Image.fromarray(np.ascontiguousarray(bar)), (0, 0))
     pen = ImageDraw.Draw(image)
@@ -114,8 +119,8 @@ def colour_bar(highest: float, unit: str, width: int, lowest: float = 0.0,
         pen.line([(at, LINE), (at, LINE + 3)], fill=INK)
         left = min(max(at - text_width(text) // 2, 0), width - text_width(text))
         write(pen, (left, LINE + 3), text)
-    write(pen, (0, 2 * LINE), unit + (f" (last colour: {tick_text(highest)} and more)"
-                                      if beyond else ""))
+    for row, line in enumerate(lines):
+        write(pen, (0, (2 + row) * LINE), line)
     return image
 
 

@@ -62,6 +62,9 @@ def check(scene_or_triangles: Any, origins: np.ndarray, directions: np.ndarray,
           known: Acceptance | None = None) -> Verdicts:
     """Judge an engine's answers: is each right, wrong, or undecidable in float32?
 
+    Triangles and rays are rounded to float32. Give an engine that computes in float64 the rounded
+    arrays, or its right answers may count as wrong.
+
     Parameters
     ----------
     scene_or_triangles, origins, directions, t_min, t_max : the traced scene and rays, as for

@@ -149,6 +149,9 @@ def test_the_command_exports_and_lists(tmp_path: Path, capsys: pytest.CaptureFix
     (["--time-limit", "0"], "--time-limit 0 leaves no time"),
     (["--seed", "-1"], "--seed -1 is negative"),
     (["--engine", "embre"], "no engine 'embre'"),
+    (["--engine", "mine"], "for your own function give MODULE:FUNCTION"),
+    (["--engine", "mine.py:trace"], "no module 'mine.py' in Python's path or in this folder; give "
+     "the name without .py"),
     (["-m", "kd-restar"], "kd-restar"),
     (["-m", "none", "--engine", "none"], "nothing to run"),
     (["--command", "./tracer"], "lacks {cases}"),
