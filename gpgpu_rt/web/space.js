@@ -130,7 +130,10 @@ const colourOf = ({fields}) => fields.phase > 0 ? kernelColour(fields.phase) : E
 
 // Returns a line about the path's present step. `kind` is the kind of the structure's boxes, as in structure.py.
 function stepLine(path, step, kind) {
-    if (!path) return "The method traces packets or runs in a single pass, so only the ray and its hit are shown.";
+    if (!path) {
+        return "The method traces packets, or it runs in a single pass: only the ray and its hit are shown. Other "
+            + "methods, or another schedule, show the ray's path.";
+    }
     const present = path[Math.min(step, path.length - 1)], {fields, kernel, interval, triangle} = present;
     const found = visitsOf(path.slice(0, step + 1));
     const number = (x) => Number(x.toPrecision(5));
