@@ -146,6 +146,7 @@ try() {
     if [ "$status" != 0 ]; then
         failed="$failed; $*"
         grep -E '^(FAILED|ERROR) ' "$said" | head -60 || true
+        grep -E '^E  ' "$said" | cut -c1-300 | head -60 || true    # why the tests failed
         tail -n 25 "$said"
     fi
 }

@@ -68,7 +68,7 @@ FarLight ask_image(vec2 random) {
     part.x = sample_linear(luminance(ends[0]), luminance(ends[1]), part.x);
     vec3 radiance = mix(ends[0], ends[1], part.x);
     // Compute sine and cosine of half the latitude and of a quarter of the longitude, because the
-    // polynomials are accurate for small angles. Then double the angles.
+    // polynomials are accurate for small angles. Then compute them for the whole angles.
     float first = max(float(row) - 0.5, 0.0);
     float last = min(float(row) + 0.5, float(size.y));
     vec2 up = sine_and_cosine(SAMPLE_PI * (0.25 - 0.5 * mix(first, last, part.y) / float(size.y)));

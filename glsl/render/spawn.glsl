@@ -29,7 +29,7 @@
 #endif
 
 const float FLOAT_UNIT = 5.9604645e-8;
-const int SPAWN_TRIES = 28;   // enough to double the offset from 8 units of l to l, and to bisect
+const int SPAWN_TRIES = 28;   // enough for 21 doublings, from 8 units of l to l, and for the bisection
 
 struct Spawn {
     vec3 point;
@@ -84,8 +84,8 @@ float spawn_t_min() {
     return t_min;
 }
 
-// Choose the next offset: double it while the ray hits its own triangle, then bisect. Return whether the
-// offset has changed. The last offset succeeded, unless the largest offset failed.
+// Choose the next offset: twice the offset while the ray hits its own triangle, then bisect. Return whether
+// the offset has changed. The last offset succeeded, unless the largest offset failed.
 bool spawn_further(inout Spawn spawn, bool hits_itself) {
     spawn.low = hits_itself ? spawn.offset : spawn.low;
     spawn.high = hits_itself ? spawn.high : spawn.offset;

@@ -35,7 +35,7 @@ def _info(chosen: argparse.Namespace) -> None:
     for row in rows:
         if "missing" in row:
             print(f"{row['backend']}: not available ({row['missing']})"
-                  + ("; another context is, and one is enough" if some else ""))
+                  + ("; not needed, because another context is available" if some else ""))
         else:
             print(f"{row['backend']}: {row['renderer']}\n    OpenGL {row['version']}\n"
                   f"    largest texture {row['max_texture_size']}, "

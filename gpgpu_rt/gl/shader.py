@@ -202,7 +202,8 @@ def compile_program(gpu: Gpu, fragment: str, defines: Mapping[str, object] | Non
             with interrupts.deferred():
                 program = gpu.context.program(vertex_shader=texts[0], fragment_shader=texts[1])
         except moderngl.Error as failure:
-            wrong = vertex_source if "vertex_shader" in str(failure) else source
+            # moderngl writes the kind of the wrong program as a heading above the compiler's log.
+            wrong = vertex_source if "\nvertex_shader\n=" in str(failure) else source
             raise ShaderError(_word_log(str(failure), wrong, defines or {})) from failure
     gpu.programs[key] = program    # now the most recently requested program
     return program

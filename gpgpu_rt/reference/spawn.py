@@ -75,11 +75,10 @@ def _further(offset: np.ndarray, low: np.ndarray, high: np.ndarray, most: np.nda
              ) -> np.ndarray:
     """Return the next offsets, (k, 1) float32: doubled while none has succeeded, then bisected
     between the largest offset that failed, ``low``, and the smallest that succeeded, ``high``."""
-    two, half, eight = np.float32([2, 0.5, 8])
-    doubled = np.where(two * offset <= most, two * offset, offset)
-    gap = np.where(np.isfinite(high), high - low, np.float32(0))
-    bisected = np.where(eight * gap > high, low + half * gap, high)
-    return np.where(np.isfinite(high), bisected, doubled)
+    succeeded = np.isfinite(high)
+    doubled = np.where(2 * offset <= most, 2 * offset, offset)
+    gap = np.where(succeeded, high - low, 0)
+    return np.where(succeeded, np.where(8 * gap > high, low + gap / 2, high), doubled)
 
 
 def _hit_points(corners: np.ndarray, u: np.ndarray, v: np.ndarray
