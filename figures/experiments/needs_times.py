@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import statistics
 import time
+from dataclasses import fields, is_dataclass
 from typing import Any
 
 import numpy as np
@@ -19,11 +20,24 @@ LIGHT_SAMPLES, BOUNCES = 4, 4
 
 
 def digest(name: str, step: int) -> str:
-    """A digest of the scene of a step (growing.py): of its triangles, its camera, its lights, and
-    the names and diffuse colours of its materials."""
-    scene = scenes(name)[step]
-    said = (scene.camera, scene.lights, [(m.name, m.diffuse) for m in scene.materials])
-    return hashlib.sha256(scene.triangles.tobytes() + repr(said).encode()).hexdigest()
+    """Return a digest of all fields of the scene of a step (growing.py)."""
+    found = hashlib.sha256()
+    _add(found, scenes(name)[step])
+    return found.hexdigest()
+
+
+def _add(found: Any, value: Any) -> None:
+    """Add a value to a digest; for a dataclass or a tuple, add each of its parts."""
+    if is_dataclass(value):
+        for part in fields(value):
+            _add(found, getattr(value, part.name))
+    elif isinstance(value, tuple):
+        for part in value:
+            _add(found, part)
+    elif isinstance(value, np.ndarray):
+        found.update(repr((value.shape, value.dtype.str)).encode() + value.tobytes())
+    else:
+        found.update(repr(value).encode())
 
 
 def measure(step: int, method: str, size: int, runs: int, name: str = "bunny") -> dict[str, Any]:

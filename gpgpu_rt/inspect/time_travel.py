@@ -129,7 +129,9 @@ def decode(batch: RayBatch, one: Pass) -> Hits:
 
 def phase_names(tracer: Tracer) -> dict[int, str]:
     """Return the meaning of each value of the state's ``phase``."""
-    return {**ENDS, **dict(enumerate(kernels_of(tracer), 1))}
+    ends = {phase: name for phase, name in ENDS.items()
+            if phase != OVERFLOWN or tracer.method.stack}
+    return {**ends, **dict(enumerate(kernels_of(tracer), 1))}
 
 
 def kernels_of(tracer: Tracer) -> tuple[str, ...]:

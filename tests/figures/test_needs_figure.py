@@ -4,18 +4,21 @@ the page shows the measured numbers."""
 from __future__ import annotations
 
 import csv
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+import gpgpu_rt as rt
 from gpgpu_rt.figures.experiments import needs, needs_times
-from gpgpu_rt.figures.experiments.growing import STEPS, scenes
+from gpgpu_rt.figures.experiments.growing import FLOOR, STEPS, scenes
 from gpgpu_rt.figures.framework import measure
 from gpgpu_rt.figures.framework.cell import Cell
 from gpgpu_rt.figures.survey import fig01_effects as fig01
 from gpgpu_rt.figures.survey import fig07_proximity_clouds as fig07
 from gpgpu_rt.render.needs import Asked, SceneNeeds
+from gpgpu_rt.scene.light import BACKDROP
 
 
 @pytest.mark.parametrize("step", range(len(STEPS)))
@@ -36,6 +39,21 @@ def test_each_step_needs_more_than_the_last() -> None:
     present = [SceneNeeds.of(scene, Asked(4, 4)).present for scene in scenes("tenk")]
     assert len(present) == len(STEPS) == len(set(present))
     assert all(len(a) <= len(b) for a, b in zip(present, present[1:]))
+
+
+def test_every_part_of_a_scene_is_in_its_digest(monkeypatch) -> None:
+    """A kept measurement is stale if any part of its scene has changed."""
+    scene = scenes("tenk")[-1]
+    *rest, glass = scene.materials
+    checks = scene.materials[FLOOR].texture
+    changed = [scene, replace(scene, environment=BACKDROP), replace(scene, uv=scene.uv / 2),
+               replace(scene, materials=(*rest, replace(glass, ior=1.4))),
+               replace(scene, colours=scene.colours / 2),
+               replace(scene, materials=tuple(
+                   replace(one, texture=rt.Texture("other", checks.texels / 2))
+                   if one.texture is checks else one for one in scene.materials))]
+    monkeypatch.setattr(needs_times, "scenes", lambda name: changed)
+    assert len({needs_times.digest("tenk", at) for at in range(len(changed))}) == len(changed)
 
 
 def test_the_page_says_what_was_measured(tmp_path: Path, monkeypatch) -> None:
