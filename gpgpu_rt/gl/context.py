@@ -57,8 +57,8 @@ def is_software(renderer: str) -> bool:
 def threads_of(renderer: str) -> int | None:
     """Return the number of threads with which a software renderer draws in this process.
 
-    Call this after the renderer's context was made. Return None for a graphics card, or if the
-    system does not list threads.
+    Call this after the renderer has drawn, because its threads take their names when they start.
+    Return None for a graphics card, or if the system does not list threads.
     """
     if not is_software(renderer):
         return None

@@ -269,10 +269,11 @@ def test_the_renderers_threads_are_counted(asked: str, threads: int) -> None:
     assert threads_of("GeForce 8800 GTX/PCIe/SSE2") is None and threads_of("softpipe") == 1
     if "llvmpipe" not in open_gpu().renderer or not os.path.isdir("/proc/self/task"):
         pytest.skip("llvmpipe's threads are seen on Linux")
-    found = subprocess.run(
-        [sys.executable, "-c", "from gpgpu_rt.gl.context import open_gpu, threads_of; "
-         "print(threads_of(open_gpu().renderer))"], capture_output=True, text=True, check=True,
-        env={**os.environ, "LP_NUM_THREADS": asked})
+    program = ("import gpgpu_rt as rt; from gpgpu_rt.gl.context import open_gpu, threads_of; "
+               "rt.Tracer('cornell', 'brute-force').trace([[0, 0, 0]], [[0, 0, -1]]); "
+               "print(threads_of(open_gpu().renderer))")
+    found = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True,
+                           check=True, env={**os.environ, "LP_NUM_THREADS": asked})
     assert int(found.stdout) == threads
 
 
