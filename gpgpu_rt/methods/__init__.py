@@ -1,4 +1,4 @@
-"""The method table. Command line, viewer, tests and figures read their methods from this table."""
+"""The method table: a row for each method. Command line, viewer, tests and figures read it."""
 from __future__ import annotations
 
 import os
@@ -24,7 +24,7 @@ from .tree_unit import rows as tree_unit
 
 _TABLE: dict[str, Method] = {}
 _FILES: dict[str, Path] = {}    # the Python file of each row
-_FAMILY: dict[str, str] = {}    # the family of each row of the project
+_FAMILY: dict[str, str] = {}    # the family of each built-in method
 _LOADED: set[Path] = set()      # folders whose methods are in the table
 
 

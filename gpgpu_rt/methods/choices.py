@@ -1,5 +1,5 @@
-"""Choices: the method and its options for coherent rays, and the method and its options for
-incoherent rays."""
+"""Choices. A choice is a method with its options. A tracer uses a choice for coherent rays and a
+choice for incoherent rays; both may be equal."""
 from __future__ import annotations
 
 from collections.abc import Mapping
@@ -35,7 +35,7 @@ class Choice:
     measured: dict[str, Any] = field(default_factory=dict)
 
     def resolved(self) -> tuple[Method, dict[str, Any]]:
-        """The method in its form for its options (`Method.formed`), and the value of every option.
+        """The method's row as `Method.formed` adapts it to the options, and every option's value.
 
         Raises
         ------
@@ -86,7 +86,7 @@ class Choices:
         ----------
         options : option -> value. An option of ``PASSING`` may have any value. Any other option
             must have the value that both choices already have
-        where : the origin of the choices, such as "the settings file"; the subject of the error
+        where : where the choices come from, such as "the settings file"; part of the error
             message
 
         Raises

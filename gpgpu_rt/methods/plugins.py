@@ -126,7 +126,8 @@ def _check(row: Method, path: Path) -> None:
                           "folder by Path(__file__).with_name(...)")
     text = (ROOT / row.glsl).read_text(errors="replace")
     absent = [kernel for kernel in row.kernels if not re.search(rf"void\s+{kernel}\s*\(", text)]
-    # An included file or a macro may define a kernel, and a driver of the row may need no kernel.
+    # Do not report the kernel if an included file or a macro (##) may define it, or if the row has
+    # a driver, because a driver may need no kernel.
     if absent and not row.drivers and "#include" not in text and "##" not in text:
         raise MethodError(f"{where}: {row.glsl} has no kernel {absent[0]}; define "
                           f"void {absent[0]}(...), or correct the kernels of the row")
@@ -164,8 +165,8 @@ def _check_kinds(row: Method, where: str) -> None:
 
 
 def _guarded(row: Method, path: Path) -> Callable[..., Accelerator]:
-    """The row's ``prepare`` in a wrapper, which turns any exception of ``prepare`` other than this
-    package's ``Error`` into a MethodError whose message is a single line.
+    """Wrap the row's ``prepare``. If ``prepare`` raises an exception that is not this package's
+    ``Error``, the wrapper raises a MethodError with a message of a single line.
 
     The wrapper also checks the returned Accelerator. With the environment variable
     GPGPU_RT_TRACEBACK, the command line also prints the traceback of the error.

@@ -1,4 +1,4 @@
-"""Quality of a built accelerator: SAH cost, depth, counts and bytes."""
+"""Quality of a built accelerator: cost by the surface area heuristic, depth, counts and bytes."""
 from __future__ import annotations
 
 from dataclasses import fields
@@ -75,8 +75,8 @@ def _leaf_counts(structure: Structure) -> np.ndarray:
 
 
 def _areas(structure: Structure) -> tuple[np.ndarray, np.ndarray, float]:
-    """Half the surface area (float64) and the number of references of each node, and half the
-    surface area of the scene's box."""
+    """For each node or cell, half its surface area (float64) and its number of references; then
+    half the surface area of the scene's box."""
     if isinstance(structure, Grid):
         size = structure.cell_size.astype(np.float64)
         cells = np.diff(structure.cell_start)

@@ -24,7 +24,7 @@ _FIELD = re.compile(r"(\w+) = \{((?:[^{}]|\{[^{}]*\})*)\}")
 _ENTRY = re.compile(r"@(\w+)\{(\w+),")
 _NAME = r"(?:[A-Z]\. ?(?:-?[A-Z]\. ?)*)?[^\W\d_a-z](?:[^\W\d_]|-)*[^\W\d_A-Z](?:['’]s)?"
 _AND = r"(?:, and | and |, )"
-# "Foley and Sugerman 2005": the names, and the year with the letter that tells works apart.
+# Names and a year, such as "Foley and Sugerman 2005". A letter may follow the year.
 _BY_AUTHORS = re.compile(
     rf"({_NAME}(?:{_AND}{_NAME})*?(?: et al\.)?),? \(?((?:18|19|20)\d\d[a-z]?)\b")
 _BY_TITLE = re.compile(r"""["“]([A-Z][^"“”]{9,160}?)[,.]?["”],? [^"“”]{0,60}?"""

@@ -130,7 +130,7 @@ def find(scene: Scene, renderer: str) -> Settings | None:
             return None
         settings = load(path)
         settings.check_fits(scene, renderer)
-    # The file is damaged or not readable, or a version with other methods or options wrote it.
+    # The file is damaged, not readable, or written by a version with other methods or options.
     except (Error, OSError) as failure:
         _warn_of_default(failure, 4)
         return None

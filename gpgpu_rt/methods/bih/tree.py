@@ -102,8 +102,9 @@ def build_bih(triangles: np.ndarray, *, max_leaf: int = 4, max_depth: int = 64,
     ----------
     triangles : (n, 3, 3) float32, world units
     max_leaf : the largest number of triangles in a leaf
-    max_depth : bound on the depth; the depth may reach ceil(log2 n) even if the bound is lower. A
-        node that could otherwise exceed the bound is split into halves of equally many triangles.
+    max_depth : limit on the depth. A node whose subtree could exceed the limit is split into
+        halves of equally many triangles. If the limit is below ceil(log2 n), the depth may
+        nevertheless reach ceil(log2 n).
 
     Raises
     ------

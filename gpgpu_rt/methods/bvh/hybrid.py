@@ -1,4 +1,4 @@
-"""Hybrid build: the upper levels from Morton codes, the levels below by SAH.
+"""Hybrid build: Morton codes give the upper levels, and SAH splits the levels below.
 
 C. Lauterbach, M. Garland, S. Sengupta, D. Luebke, D. Manocha, "Fast BVH Construction on GPUs",
 Eurographics 2009. Triangles whose codes share the first few bits form a cluster. LBVH builds the

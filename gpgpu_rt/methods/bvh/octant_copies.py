@@ -58,8 +58,8 @@ class OctantCopies:
         Parameters
         ----------
         met_anyway : drop an inner node if more than this share of the rays that hit its nearest
-            kept ancestor also hit the node. The children of the dropped node move up. 1 drops no
-            node
+            kept ancestor also hit the node. The children of the dropped node move up. With 1, no
+            node is dropped
         shared_subtrees : store a subtree of at most this many nodes once for all copies; 0 stores
             each subtree in every copy
 

@@ -47,7 +47,9 @@ class Refitter:
                    [(nodes, left[nodes], right[nodes]) for nodes in reversed(levels)])
 
     def refit(self, bvh: Bvh, triangles: np.ndarray) -> Bvh:
-        """The tree with exact boxes around moved (n, 3, 3) float32 triangles; n must not change.
+        """The tree with its boxes fitted exactly to the moved triangles, (n, 3, 3) float32.
+
+        The number n of triangles must not change.
         """
         if not len(self.leaves):
             return bvh

@@ -109,8 +109,8 @@ class _Tables:
     # The search --------------------------------------------------------------------------------
 
     def _found(self, nodes: np.ndarray) -> _Moves:
-        """The best move of each subtree, in ascending order of gain. Subtrees without a move that
-        has a gain are left out."""
+        """The best move of each subtree, in ascending order of gain. Subtrees that gain by no move
+        are left out."""
         parts = np.split(nodes, range(AT_ONCE, len(nodes), AT_ONCE))
         found = list(threads(len(nodes))(self._search, parts))
         moves = _Moves(*(np.concatenate([getattr(part, field.name) for part in found])
@@ -124,7 +124,7 @@ class _Tables:
         pivot = parent[nodes]           # the present ancestor; search below its other child
         sibling = self._sibling(nodes)
         beside = box[sibling]           # the pivot's box without the subtree
-        freed = area[pivot]             # area that the subtree's removal saves, up to the pivot
+        freed = area[pivot]             # area that the removal saves in the nodes up to the pivot
         on = np.arange(len(nodes))
         while len(on):
             self._search_below(moves, on, pivot, sibling[on], freed[on])
@@ -180,7 +180,7 @@ class _Tables:
     # The moves ---------------------------------------------------------------------------------
 
     def _without_conflict(self, moves: _Moves) -> np.ndarray:
-        """Whether each move can be made together with all other marked moves, (m,) bool.
+        """Mark moves that can all be made together, because no two of them conflict, (m,) bool.
 
         `moves` is in ascending order of gain.
         """

@@ -79,7 +79,7 @@ def _accelerator(bvh: Bvh, kept: _Kept, triangles: np.ndarray,
 
 
 def _family(layout_of: LayoutOf) -> dict[str, Any]:
-    """Return the fields of a row that hold functions, for tables of ``layout_of(options)``."""
+    """Return the fields of a row that are functions. ``layout_of`` chooses the tables' layout."""
     def adopt(bvh: Bvh, triangles: np.ndarray, options: Options) -> Accelerator:
         kept = _Kept(layout_of(options)(bvh, options),
                      last_of_leaves(bvh.first, bvh.count, bvh.order))
@@ -183,7 +183,7 @@ def _threaded_form(row: Method, options: Options) -> Method:
 
 
 def _packet_form(packets: Method, options: Options) -> Method:
-    """The row of the method table, in its form for these options.
+    """The row of bvh-packet, adapted to these options.
 
     With ``streams``, passes filter a stream of (ray, node) pairs. With ``octants``, packets go
     along escape indices. Otherwise, packets have a stack.

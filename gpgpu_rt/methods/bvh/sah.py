@@ -36,8 +36,9 @@ def build(triangles: np.ndarray, *, bins: int = 32, max_leaf: int = MAX_LEAF,
     ----------
     bins : number of bins along each axis
     traversal_cost, intersection_cost : cost of a node and of a triangle, in any common unit
-    max_depth : bound on the depth; the depth may reach ceil(log2 n) even if the bound is lower. A
-        node that could otherwise exceed the bound is split at the median triangle.
+    max_depth : limit on the depth. A node whose subtree could exceed the limit is split at the
+        median triangle. If the limit is below ceil(log2 n), the depth may nevertheless reach
+        ceil(log2 n).
     """
     refuse_unknown(build, unknown)
     return top_down.build(triangles, splitter(

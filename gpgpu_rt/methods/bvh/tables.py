@@ -82,8 +82,8 @@ class Threads:
         if not options["quantise_nodes"]:
             return {**self.links, "lo": self._corner(bvh.lo, bvh.hi),
                     "hi": self._corner(bvh.hi, bvh.lo)}, {}
-        # Quantising rounds lower bounds down and upper bounds up, and so gives thickness to a flat
-        # box. The corners must therefore be exchanged after quantising.
+        # Quantising rounds lower bounds down and upper bounds up. Exchange the corners only after
+        # this, because exchanged bounds would be rounded inward.
         quantum, (lo, hi) = quantise(bvh.lo, bvh.hi, *scene_box(bvh), options["quantise_nodes"])
         first, escape = self.links["first"], self.links["escape"]
         leaf, portal = first >= 0, first < -1

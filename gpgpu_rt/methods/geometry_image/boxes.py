@@ -1,4 +1,4 @@
-"""Image boxes: an image tree's boxes on the host, and front-to-back links made from these boxes.
+"""Image boxes. The host computes an image tree's boxes, and makes front-to-back links from them.
 
 Traversal does not read these boxes: it reads boxes that fragment passes compute. When positions
 change, the links still lead to all nodes. The order of children may then be worse, which only

@@ -35,7 +35,8 @@ class ImageTree:
     first, last : A node's first and last child, or a cell's first and last texel, (m,) int32.
     miss : The node after a node's subtree, (m,) int32. The entry of a root is the next root, and
         -1 for the last root.
-    hit : A node's first child, or -1 - leaf for a node at which rays stop, (m,) int32.
+    hit : A node's first child, (m,) int32. For a node at which rays stop, -1 - i, where i is the
+        index of its quad in `corner`.
     levels : The first node of each level, then the number of nodes, (k + 1,) int64.
     corner : The first texel of each quad at the level where rays stop, (leaves,) int32.
     across, down : Difference between two texel indices, (leaves,) int32: from the first corner of

@@ -3,7 +3,7 @@
 T. J. Purcell, I. Buck, W. R. Mark, P. Hanrahan, "Ray tracing on programmable graphics hardware",
 SIGGRAPH 2002. A cell lists the triangles that overlap the cell. It does not list a triangle if
 only the triangle's box overlaps the cell. The build tests overlap by separating axes (T.
-Akenine-Moeller, "Fast 3D triangle-box overlap testing", 2001). A column is a row of cells along
+Akenine-Moeller, "Fast 3D triangle-box overlap testing", 2001). A column is a line of cells along
 the dominant axis of the triangle's normal. For each column, the build first computes the cells
 that the triangle's plane crosses. It then tests the triangle's edges in the three projections
 along the axes. Cells are widened by `bounds.padding`, and the tests are in float64.
@@ -29,7 +29,7 @@ USUAL_REFERENCES = 64
 # Smallest side of a cell, in units of the padding. With smaller cells, the padding would put a
 # triangle into many neighbouring cells that the triangle does not overlap.
 FINEST_CELL = 8
-CHUNK = 1 << 18                     # columns processed together; four times as many cells
+CHUNK = 1 << 18                     # columns in a chunk; a chunk of cells is four times as large
 
 
 @dataclass(frozen=True)
@@ -133,10 +133,11 @@ def _given_resolution(resolution: int | Sequence[int]) -> np.ndarray:
 
 
 def _resolution(triangles: np.ndarray, size: np.ndarray, density: float) -> np.ndarray:
-    """The resolution n_i = L_i (density n / V)^(1/3) of each axis i, for a box of sides L_i.
+    """The number of cells along each axis i: n_i = L_i (density * n / V)^(1/3).
 
-    An axis for which the formula gives less than one cell gets one cell. The formula is then
-    applied only to the remaining axes.
+    The box has the sides L_i and the volume V, and holds n triangles. An axis for which the
+    formula gives less than one cell gets one cell. The formula is then applied only to the
+    remaining axes.
     """
     if len(triangles) == 0:
         return np.ones(3, np.int64)

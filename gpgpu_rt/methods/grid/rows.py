@@ -79,8 +79,8 @@ def _row(name: str, summary: str, citation: str, proximity: bool, **more: Any) -
 
 
 def _form(single: Method, options: Mapping[str, Any]) -> Method:
-    """The row of the method table, in its form for the options: with the packet 1x1, the method
-    traces Purcell's single rays; with a larger packet, Wald's packets."""
+    """The row of the method grid, adapted to the options. With the packet 1x1, the method traces
+    single rays, as Purcell did; with a larger packet, it traces packets, as Wald did."""
     if options["packet"] == (1, 1):
         return single
     return replace(

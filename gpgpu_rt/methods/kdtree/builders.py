@@ -45,7 +45,7 @@ BUILD_OPTIONS = (
 
 
 def automatic_values(triangles: np.ndarray, options: Mapping[str, Any]) -> dict[str, int]:
-    """Return option -> the value that `built_kdtree` uses, for build options that are None.
+    """Return option -> the value that `built_kdtree` uses if the option is None.
 
     The build zhou has two depth limits, so no single value can stand for ``max_depth``.
     """

@@ -1,4 +1,4 @@
-"""Hybrid build of a kd-tree: the upper levels from Morton codes, the levels below by SAH.
+"""Hybrid build of a kd-tree: Morton codes give the upper levels, and SAH splits the levels below.
 
 C. Lauterbach et al., "Fast BVH construction on GPUs", Eurographics 2009, build a bounding volume
 hierarchy in this way. Hachisuka's survey proposes the same for kd-trees (section 5). In the upper
@@ -7,10 +7,10 @@ Morton codes give all upper levels at once. Below the upper levels, SAH keeps th
 tree.
 
 In the paper, each triangle has a code. Here, every cell of a coarse lattice has a code, and lists
-the triangles that overlap it. The cells are sorted by code. A node of the upper levels is a prefix
-of codes: the part of the lattice whose codes begin with these bits. From level to level, nodes are
-halved along x, y and z in turn. If no occupied cell has a code with a node's prefix, the node is
-an empty leaf.
+the triangles that overlap it. The cells are sorted by code. A node of the upper levels stands for
+a prefix of bits: the node is the part of the lattice whose codes begin with this prefix. From
+level to level, nodes are halved along x, y and z in turn. If no occupied cell has a code with a
+node's prefix, the node is an empty leaf.
 """
 from __future__ import annotations
 
@@ -74,7 +74,7 @@ def lattice(triangles: np.ndarray, bits: int) -> np.ndarray:
 
 def cells_in_order(triangles: np.ndarray, vertices: np.ndarray, planes: np.ndarray, bits: int,
                    pad: np.float32) -> tuple[KdLevel, np.ndarray]:
-    """The occupied cells, in the order of their codes, as a level of nodes; and the codes.
+    """Return a level whose nodes are the occupied cells, sorted by code; and the sorted codes.
 
     planes : see `lattice`
     """

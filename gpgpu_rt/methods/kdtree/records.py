@@ -17,8 +17,8 @@ For a leaf, `left` is its first reference, and `count` is its number of referenc
 leaf number n is 3 + n."""
 
 KD_BOUNDS = Record("kd_bounds", "lo:vec3 parent:int | hi:vec3")
-"""Data that kd-backtrack and entry points add to a node: its box and its parent. For entry points,
-the parent is not set, and faces on the scene's box lie at infinity."""
+"""Data that kd-backtrack and the option ``entry_points`` add to a node: its box and its parent.
+With ``entry_points``, the parent is not set, and faces on the scene's box lie at infinity."""
 
 KD_LEAF = Record("kd_leaf", "lo:vec3 rope_lo_x:int | hi:vec3 rope_hi_x:int "
                             "| rope_lo_y:int rope_hi_y:int rope_lo_z:int rope_hi_z:int")
@@ -78,9 +78,9 @@ targets of the cards that Horn et al. used."""
 KD_PACKET_RAY_STATE = replace(STATE, layout=STATE.layout + " t_min t_max", full_precision=True)
 """The state of a ray in a kd packet: its interval in the packet's node.
 
-The interval is in float32, even if the option ``storage`` names another format. ``loop`` keeps the
-interval in registers, which are float32. ``step`` therefore also stores float32 in its textures,
-so that both schedules give the same hits."""
+The interval is in float32, even if the option ``storage`` names another format. The schedule
+``loop`` keeps the interval in registers, which are float32. The schedule ``step`` therefore also
+stores float32 in its textures, so that both schedules give the same hits."""
 
 KD_PACKET_STACK_RAY_STATE = KD_PACKET_RAY_STATE.extended("stack_t_max:vec4")
 """KD_PACKET_RAY_STATE, and the ends of the ray's intervals on the packet's stack."""
@@ -89,13 +89,14 @@ KD_PACKET_ERA_STATE = Record("state", " | ".join((
     "t_min:vec4", "t_max:vec4", "t_exit:vec4", "t_turn:vec4", "negative:ivec3 phase:int",
     "place:int end:int pushed:int far:int", "node_0:int node_1:int node_2:int",
     "t_max_0:vec4", "t_max_1:vec4", "t_max_2:vec4", "t_far:vec4")))
-"""A packet's state in the era form (traversal/era_packets.py), which a loop keeps in registers. A
+"""A packet's state in the era form (traversal/era_packets.py). A loop keeps it in registers. A
 vec4 has one number for each of the packet's four rays.
 
 ``place`` is the node of a packet that descends. In a leaf, ``place`` is the cursor, which runs up
-to ``end``. In a turn, the rays whose directions have the same signs traverse the tree.
-``negative`` marks the axes along which these directions are negative. ``t_turn`` is the t_min of a
-ray that waits for its turn. The stack has the nodes ``node_0`` to ``node_2``, newest first.
+to ``end``. The packet's rays traverse the tree in turns. A turn is for all rays whose directions
+have the same signs. ``negative`` marks the axes along which these directions are negative.
+``t_turn`` is the t_min of a ray that waits for its turn. The stack has the nodes ``node_0`` to
+``node_2``, newest first.
 ``t_max_0`` to ``t_max_2`` are the ends of the rays' intervals in these nodes. ``far`` is the node
 to push, and ``t_far`` has the ends of the intervals in this node."""
 
@@ -104,5 +105,5 @@ KD_ROPES_PACKET_RAY_STATE = replace(
 """The state of a ray in a packet along ropes: its position in the tree. The fields are in float32
 for the reason that KD_PACKET_RAY_STATE gives.
 
-``ray_node`` is the ray's own node. It is 2^24 for a settled ray, and for a ray that waits for the
-turn of its direction octant (``drivers/packet_turns.glsl``)."""
+``ray_node`` is the ray's own node. It is 2^24 for a ray whose search is over, and for a ray that
+waits for the turn of its direction octant (``drivers/packet_turns.glsl``)."""

@@ -34,8 +34,8 @@ _TABLES = (TRIANGLE, KD_NODE, REFERENCE)
 
 _NOT_EXACT = ("strict", "nudge-relative", "nudge-absolute")
 _OPTIONS = (*BUILD_OPTIONS, Option(
-    "interval", "exact", "start of a ray's next interval after a leaf: exactly the end of the "
-    "last interval, or as other implementations choose it, which may lose hits",
+    "interval", "exact", "start of a ray's next interval after a leaf: exact is the end of the "
+    "last interval; the other choices are those of other implementations and may lose hits",
     choices=("exact", *_NOT_EXACT), relaxed=_NOT_EXACT, label="start after a leaf"))
 _PUSH_DOWN = Option("push_down", True, "restart at the last node that contains the whole rest of "
                     "the interval, instead of the root", bool, define="PUSH_DOWN",
@@ -102,8 +102,8 @@ def _with_boxes(prepare: Callable[..., Accelerator]) -> Callable[..., Accelerato
     """A ``prepare`` that adds the boxes of all nodes if the option ``entry_points`` is given.
 
     If a face of a node's box lies on the scene's box, the face is moved to infinity. The scene's
-    box already clips rays at this place. So the face is not needed, and its rounding cannot lose a
-    hit.
+    box already clips rays at this place, so the face is not needed there. At infinity, its
+    rounding error cannot lose a hit.
     """
     def prepare_boxes(triangles: np.ndarray, options: Mapping[str, Any]) -> Accelerator:
         prepared = prepare(triangles, options)

@@ -1,4 +1,4 @@
-"""Surface area heuristic: the cheapest split plane of every kd-tree node of a level.
+"""Surface area heuristic: find the cheapest split plane for each kd-tree node of a level.
 
 J. D. MacDonald, K. S. Booth, "Heuristics for ray tracing using space subdivision", The Visual
 Computer 6, 1990. The option `split` selects one of two kinds of candidate planes:

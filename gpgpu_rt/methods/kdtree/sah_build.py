@@ -38,8 +38,8 @@ def build(triangles: np.ndarray, *, split: str = "binned", bins: int = 32,
     empty_bonus : share by which a split's cost is reduced if the split cuts off empty space that
         is a fifth or more of the node
     max_depth : largest depth of a leaf; None for 8 + 1.3 log2 n
-    clip : whether a reference is bounded by the box of the triangle's part inside the node,
-        instead of by the part of the triangle's box inside the node
+    clip : True clips a triangle to its node, and takes the box of the remaining part. False takes
+        the whole triangle's box, and cuts this box to the node
     workers : number of processes that grow subtrees (see `shevtsov`). The tree is the same
         for every number
     """

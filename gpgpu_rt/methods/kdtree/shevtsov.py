@@ -36,7 +36,7 @@ GROUPS = 2          # groups of subtrees per worker; with two, workers end at si
 
 def grow_on_processes(level: KdLevel, vertices: np.ndarray | None, rules: Rules,
                       workers: int) -> LooseKdTree:
-    """Grow the tree below a level of one node on several processes.
+    """Grow a tree on several processes. ``level`` holds only the root.
 
     Raises
     ------

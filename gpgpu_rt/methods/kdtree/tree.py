@@ -142,8 +142,8 @@ def join(top: LooseKdTree, groups: list[np.ndarray], subtrees: list[LooseKdTree]
     ----------
     top : the top levels, of n nodes. A child with the number n + k stands for the root of subtree
         k
-    groups : for each entry of `subtrees`, the numbers k of the subtrees that it holds
-    subtrees : the subtrees. An entry may hold several subtrees; its first nodes are their roots
+    groups, subtrees : an entry of `subtrees` holds one or more subtrees, and its first nodes are
+        their roots. The entry of `groups` with the same index has the numbers k of these subtrees
     """
     nodes_above = len(top.axis)
     parts, numbers = [top], [np.arange(nodes_above)]

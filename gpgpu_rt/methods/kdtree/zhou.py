@@ -44,7 +44,7 @@ FUTILE = 3          # most levels in a row whose splits separate no references: 
 # If `max_depth` is None, large nodes may lie this many levels below `depth_cap`, because halving
 # needs more levels than SAH.
 MORE_LEVELS = 8
-# If `max_depth` is None, the largest number of levels below a small root. More levels would add
+# If `max_depth` is None, a small root has at most this many levels below it. More levels would add
 # references but not shorten traversal.
 SMALL_LEVELS = 8
 SLACK = 2           # clipped parts are widened by this many paddings, for float32 errors

@@ -43,8 +43,8 @@ class SmallRoots:
 def side_masks(level: KdLevel) -> np.ndarray:
     """Masks of the references left and right of each candidate plane.
 
-    The planes are the six faces of each reference's box. The masks are (2, 6, m) uint64: left and
-    right, face, reference. Bit j stands for reference j of the node.
+    The planes are the six faces of each reference's box. The masks are (2, 6, m) uint64, indexed
+    by side (0 is left), face and reference. Bit j stands for reference j of the node.
     """
     masks = np.zeros((2, FACES, len(level.triangle)), np.uint64)
     starts = run_starts(level.count)

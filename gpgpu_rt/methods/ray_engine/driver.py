@@ -1,4 +1,4 @@
-"""The Ray Engine: the host walks rays through cells, and passes intersect batches of the rays.
+"""The Ray Engine. The host walks rays through cells. Passes on the GPU intersect batches of rays.
 
 Rays that wait for the triangles of the same cell form the cell's queue.
 """

@@ -1,4 +1,4 @@
-"""Fixed point: the numbers of the Ray Engine's cards (Carr, Hall and Hart 2002)."""
+"""Fixed point: the number formats of cards of the Ray Engine's time (Carr, Hall and Hart 2002)."""
 from __future__ import annotations
 
 from dataclasses import dataclass

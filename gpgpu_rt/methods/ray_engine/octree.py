@@ -142,7 +142,7 @@ def _levels(triangles: int, finest: float, density: float) -> int:
 
 def _handed_down(shapes: Shapes, triangle: np.ndarray, parent: np.ndarray, corner: np.ndarray,
                  offsets: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The pairs of triangle and child that overlap, given pairs of triangle and parent.
+    """Given pairs of triangle and parent, return the pairs of triangle and child that overlap.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Quads: triangles are drawn over the rays of a batch, and a pass writes each ray's hit."""
+"""Quads. Triangles are drawn as quads over the rays of a batch, then a pass writes the hits."""
 from __future__ import annotations
 
 from collections.abc import Mapping

@@ -1,4 +1,4 @@
-"""ray-engine: the host traverses cells, and fragments intersect (Carr, Hall and Hart 2002)."""
+"""ray-engine: the host traverses cells, fragments test triangles (Carr, Hall and Hart 2002)."""
 from __future__ import annotations
 
 from collections.abc import Mapping
@@ -67,8 +67,8 @@ ROWS = (Method(
         Option("nearest", "blend", "how the nearest hit of a ray is kept: MIN blending of floats, "
                "or a 24-bit depth test, which may lose hits", choices=("blend", "depth"),
                relaxed=("depth",), label="nearest hit kept by"),
-        Option("fixed_point", None, "test pairs in the fixed point of a card: r200 (16 bits in "
-               "[-8, 8)) or nv25 (9 bits in [-1, 1]); default: floats",
+        Option("fixed_point", None, "test rays against triangles in the fixed-point numbers of a "
+               "card: r200 (16 bits in [-8, 8)) or nv25 (9 bits in [-1, 1]); default: floats",
                choices=tuple(FIXED_POINT), optional=True, relaxed=tuple(FIXED_POINT),
                excludes=("intersection", "arithmetic", "precision"),
                label="fixed point of a card", unset=OFF),

@@ -1,1 +1,1 @@
-"""A hierarchy over rays, none over triangles."""
+"""A method with a hierarchy over the rays instead of the triangles."""

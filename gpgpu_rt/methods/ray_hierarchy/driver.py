@@ -1,4 +1,4 @@
-"""The driver of `ray-hierarchy`: pairs of a triangle and a node of rays descend level by level."""
+"""The driver of `ray-hierarchy`: pairs of a triangle and a node descend a hierarchy of rays."""
 from __future__ import annotations
 
 import math
@@ -196,8 +196,8 @@ class RayHierarchy(MethodDriver):
     def compiled(self, name: str, records: list[tuple[Record, bool]],
                  more: Mapping[str, str] | None = None, any_hit: bool = False,
                  **defines: object) -> FullScreenPass:
-        """Return the program ``glsl/<name>.frag``. ``records`` pairs each record with True if the
-        program writes the record, or with False if the program reads it."""
+        """Return the program ``glsl/<name>.frag``. In ``records``, the flag of a record is True if
+        the program writes the record, and False if the program reads the record."""
         def make() -> FullScreenPass:
             texts, target = list((more or {}).values()), 0
             for record, writes in records:
@@ -247,7 +247,7 @@ class RayHierarchy(MethodDriver):
 
 
 class _Trace:
-    """The run of a call over all batches. ``now`` is the buffer with the rays' present states."""
+    """Runs a call over all batches. ``now`` is the buffer that holds the rays' current states."""
 
     def __init__(self, owner: RayHierarchy, rays: RayTextures, buffers: StateBuffers,
                  statistics: Statistics, any_hit: bool) -> None:

@@ -1,10 +1,10 @@
-"""Beams: the volume that the rays of a five-dimensional box can reach, and tests of overlap.
+"""Beams. A beam is the volume that the rays of a five-dimensional box can reach.
 
 J. Arvo, D. Kirk, "Fast Ray Tracing by Ray Classification", SIGGRAPH 1987. A beam is the box of its
 origins swept along its directions. It is convex and has five bounding planes: a plane behind the
 origins, and four planes with the extreme slopes of its directions (the paper's "linear
-separation"). The tests compute in float64, and pad the beams. A test that cannot decide reports an
-overlap.
+separation"). Tests find the boxes and triangles that a beam may overlap. They compute in float64,
+and pad the beams. A test that cannot decide reports an overlap.
 """
 from __future__ import annotations
 
@@ -30,8 +30,8 @@ class Beams:
     ----------
     behind : the lowest z of the origins
     slopes : for each of the two other axes, the lowest and the highest slope of the directions
-    limits : for each of the two other axes, the lowest x - slope z with the lowest slope, and the
-        highest x - slope z with the highest slope
+    limits : for each of the two other axes, the lowest x - slope * z with the lowest slope, and
+        the highest x - slope * z with the highest slope
     """
 
     behind: np.ndarray
@@ -128,7 +128,7 @@ class Candidates:
         return self.order[keys % n], np.bincount(keys // n, minlength=m)
 
     def _descend(self, beams: Beams) -> tuple[np.ndarray, np.ndarray]:
-        """All pairs of a beam and a triangle of a leaf, where the beam may overlap the leaf's box.
+        """All pairs of a beam and a triangle that lies in a leaf whose box the beam may overlap.
 
         All beams descend the tree together, level by level.
         """

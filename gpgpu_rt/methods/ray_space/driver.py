@@ -1,7 +1,7 @@
-"""Ray classification: a pass assigns rays to boxes of ray space.
+"""Ray classification: a pass finds the five-dimensional box of each ray (ray_boxes.py).
 
-The host makes the lists of triangles that boxes need and do not have yet. The method's programs
-trace the rays through the lists of their boxes.
+For boxes that need a list of triangles and have none yet, the host makes the lists. The method's
+programs trace the rays through the lists of their boxes.
 """
 from __future__ import annotations
 

@@ -1,8 +1,9 @@
 """Ray space: frames and error bounds for the methods that subdivide rays instead of space.
 
 The dominant axis of a direction is the axis of its largest component. Divided by the magnitude of
-this component, the direction is a point (u, v) in [-1, 1]^2 on a face of a cube. In the frame of
-an axis, the coordinate along this axis comes last, as in `permute` of ``glsl/core/ray.glsl``.
+this component, the direction is a point (u, v) in [-1, 1]^2 on a face of a cube, the direction
+cube. In the frame of an axis, the coordinate along this axis comes last, as in `permute` of
+``glsl/core/ray.glsl``.
 """
 from __future__ import annotations
 

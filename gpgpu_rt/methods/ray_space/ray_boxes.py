@@ -1,9 +1,10 @@
 """Five-dimensional boxes of rays. A box gets its list of candidates when rays need the list.
 
 J. Arvo, D. Kirk, "Fast Ray Tracing by Ray Classification", SIGGRAPH 1987 (survey, Table 1). A ray
-is a five-dimensional point: its origin, and its (u, v) on a face of the direction cube. From one
-level to the next, a box is halved along all five axes, except along axes on which the box is
-already a single finest cell. The candidates of a box are the triangles that its rays may hit.
+is a five-dimensional point: its origin, and its direction's (u, v) on a face of the direction cube
+(frames.py). From one level to the next, a box is halved along all five axes, except along axes on
+which the box is already a single finest cell. The candidates of a box are the triangles that its
+rays may hit.
 
 The paper halves a box until it has few candidates. Here, the rays of a call decide: a box may have
 a list if it holds ``min_rays`` rays. Each cell of the finest level lies in one box of
@@ -33,7 +34,7 @@ from .frames import ORDERS, RaySpace
 SENTINEL = -1           # the entry that ends a list
 MIB = 1 << 20
 CANDIDATE_BYTES, CELL_BYTES = 8, 4     # bytes in float32 textures
-SAMPLES = 48            # most lists of a level from which the memory of the level is estimated
+SAMPLES = 48            # the memory of a level is estimated from at most this many of its lists
 FILLED = 0.8            # share of the budget that an estimate may reach
 RAISED = 4              # factor by which ``min_rays`` is raised if an estimate exceeds FILLED
 FACES = 6               # cube faces: 2 * axis for positive directions, 2 * axis + 1 for negative

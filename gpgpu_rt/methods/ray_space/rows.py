@@ -76,8 +76,8 @@ ROWS = (
             Option("direction_cells", 16, "number of direction boxes along a side of a face of "
                    "the direction cube at the finest level, a power of two", int, minimum=1,
                    label="direction boxes per side"),
-            Option("min_rays", 1, "smallest number of rays of a call for which a box gets a "
-                   "candidate list", int, minimum=1, label="fewest rays per list"),
+            Option("min_rays", 1, "a box gets a list of candidates only if it holds at least this "
+                   "many rays of a call", int, minimum=1, label="fewest rays per list"),
             Option("budget", 128.0, "memory for all candidate lists, in MiB; rays whose "
                    "list does not fit use larger boxes with longer lists", float, minimum=0.0,
                    label="memory (MiB)"),
@@ -98,8 +98,9 @@ ROWS = (
             Option("directions", None, "number of direction cells along a side of a face of the "
                    "direction cube; default: set by the budget", int, minimum=1,
                    label="directions per side"),
-            Option("tiles", None, "number of tiles along a side of the plane of a direction "
-                   "cell; default: set by the budget", int, minimum=1, label="beams per side"),
+            Option("tiles", None, "number of tiles along a side of the grid of tiles that each "
+                   "direction cell has; default: set by the budget", int, minimum=1,
+                   label="beams per side"),
             Option("budget", 64.0, "memory for all beams and their lists, in MiB; a "
                    "smaller budget gives fewer and thicker beams", float, minimum=0.0,
                    label="memory (MiB)"),

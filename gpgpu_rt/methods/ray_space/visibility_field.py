@@ -1,7 +1,7 @@
-"""Visibility field: parallel beams for cells of directions, each with its triangles in order.
+"""Visibility field. Lines are grouped into beams, and each beam lists its triangles in order.
 
 J. Mortensen, P. Khanna, I. Yu, M. Slater, "A Visibility Field for Ray Tracing", CGIV 2007 (survey,
-Table 1). Three faces of the direction cube are divided into cells. The three faces cover half of
+Table 1). Three faces of the direction cube (frames.py) are divided into cells. They cover half of
 all directions. This is enough, because a ray of the opposite direction uses the same beam. For
 each cell, a grid of tiles covers the plane through the scene's centre perpendicular to the face's
 axis. A cell and a tile define a beam: all lines that have a direction in the cell and cross the
@@ -37,7 +37,8 @@ FINEST = (8, 24)        # the most directions and the most tiles by default
 # The least ratio of tiles to directions, both along a side. If two fields need equal memory, rays
 # test more triangles in the field with the smaller ratio.
 TILES = 2
-USUAL_ENTRIES = 1024    # the most entries per triangle by default, beside 4096 further entries
+# By default, a field of n triangles has an estimated USUAL_ENTRIES * n + 4096 entries at most.
+USUAL_ENTRIES = 1024
 CHUNK = 1 << 20         # entries processed together
 
 
@@ -172,8 +173,8 @@ def _resolution(frames: list[_Frame], directions: int, tiles: int, usual: float
     """The numbers of directions and tiles of a field with at most ``usual`` entries.
 
     The numbers are at most ``directions`` and ``tiles``. First, reduce the number of directions
-    until a field with ``TILES`` times as many tiles has at most ``usual`` entries. Then find the
-    largest number of tiles with which the field has at most ``usual`` entries.
+    until a field with ``TILES`` times as many tiles as directions has at most ``usual`` entries.
+    Then find the largest number of tiles with which the field has at most ``usual`` entries.
     """
     while directions > 1 and _estimate(frames, directions, min(TILES * directions, tiles)) > usual:
         directions -= 1

@@ -1,1 +1,1 @@
-"""Tiles of rays against every triangle (Szecsi 2006)."""
+"""Tests of every triangle against tiles of rays (Szecsi 2006)."""

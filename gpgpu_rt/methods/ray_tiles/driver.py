@@ -1,4 +1,4 @@
-"""The driver of `ray-tiles`: draws triangles over the tiles whose cones they meet (Szécsi 2006).
+"""The driver of `ray-tiles` draws each triangle over the tiles whose cones it meets (Szécsi 2006).
 
 The passes, in this order:
 
@@ -10,7 +10,8 @@ The passes, in this order:
    stage drops a pair if the tile's cone cannot meet the triangle. MIN blending keeps each ray's
    nearest t. Before the next batch, ``tile_ends`` shortens the distances to the nearest hits.
 5. ``tile_pairs`` draws all pairs once more, and keeps the lowest index of the triangles at each
-   ray's nearest t. With ``any_hit``, step 5 is left out, and step 4 keeps an index instead of t.
+   ray's nearest t. With ``any_hit``, step 5 is left out, and step 4 keeps the index of a triangle
+   instead of t.
 6. ``tile_hits`` writes the hit of each ray.
 """
 from __future__ import annotations
@@ -84,7 +85,7 @@ class RayTiles(MethodDriver):
 
     def _pairs(self, rays: RayTextures, batch: tuple[int, int], equal: bool,
                statistics: Statistics, any_hit: bool) -> None:
-        """Draw the triangles of a batch over the tiles whose cones they meet."""
+        """Draw each triangle of a batch over the tiles whose cones it meets."""
         context = self.gpu.context
         context.enable_only(moderngl.BLEND | moderngl.PROGRAM_POINT_SIZE)
         context.blend_func = moderngl.ONE, moderngl.ONE

@@ -55,8 +55,8 @@ def from_kdtree(tree: KdTree) -> UnitTree:
     """Return a kd-tree in the common format.
 
     A face of a node that lies on the scene's box is moved to OPEN. The scene's box already clips
-    rays at this place. With the face at OPEN, rounding cannot end the node before a triangle that
-    lies on the face.
+    rays at this place. Without this move, rounding could end a ray's interval in the node before a
+    triangle that lies on the face.
     """
     lo, hi = tree.boxes()
     return UnitTree(tree.left, tree.count, tree.axis, tree.split,

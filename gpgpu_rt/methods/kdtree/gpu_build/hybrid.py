@@ -1,10 +1,11 @@
-"""Hybrid kd-tree by fragment passes: the upper levels from Morton codes, the levels below by SAH.
+"""Hybrid kd-tree by fragment passes: Morton codes give the upper levels, SAH splits those below.
 
 The build is that of `methods.kdtree.hybrid`, with the passes of Zhou's build. The upper levels
-need no costs: a node is a prefix of codes, and its bits select the lattice plane that halves it.
-The planes are the same as on the CPU. In the levels below, binned SAH splits all nodes of more
-than `FEW` pieces (see `sah`), level by level. The passes with Zhou's masks split the smaller
-nodes. These passes try every face of every piece's box, as the exact search on the CPU does.
+need no costs: a node stands for the codes that begin with a prefix, and the bits of this prefix
+select the lattice plane that halves the node. The planes are the same as on the CPU. In the
+levels below, binned SAH splits all nodes of more than `FEW` pieces (see `sah`), level by level.
+The passes with Zhou's masks split the smaller nodes. These passes try every face of every piece's
+box, as the exact search on the CPU does.
 
 A piece is a triangle's entry in a node, with the box of the triangle's part in the node. Pieces
 are made in another way than on the CPU. The CPU lists a triangle in the cells of a lattice, and

@@ -28,8 +28,8 @@ OFFER = Record("offer", "plane axis:int cost")
 """The cheapest plane of a group of candidate planes of a node. Axis 3 means no plane."""
 
 SMALL_NODE = Record("node", "lo:vec3 base:int | hi:vec3 levels:int | mask:vec4")
-"""A small node: its box, its root's first piece, the largest number of levels below it, and its
-pieces.
+"""A small node: its box, the first piece of its small root (`base`), the largest number of levels
+below the node, and its pieces. A small root is a small node whose parent is large.
 
 `mask` marks those pieces of the root that the node holds. It has 64 bits, 16 in each channel."""
 
@@ -37,8 +37,8 @@ EXTENT = Record("extent", "lo hi")
 """The extent of a piece along an axis."""
 
 SIDES = Record("sides", "lower_left:vec4 | lower_right:vec4 | upper_left:vec4 | upper_right:vec4")
-"""Masks of the root's pieces that lie left and right of the lower end, and of the upper end, of a
-piece along an axis. The masks are as in SMALL_NODE."""
+"""Masks for a piece and an axis. They mark the pieces of the small root that lie left and right of
+the piece's lower end, and left and right of its upper end. The masks are as in SMALL_NODE."""
 
 CHOICE = Record("choice", "plane face:int source:int inner:int")
 """The cheapest plane of a small node. `face` is the face of a piece's box (0 to 5) in this plane,

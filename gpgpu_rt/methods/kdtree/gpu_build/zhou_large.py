@@ -26,14 +26,14 @@ class LargeLevel:
     Attributes
     ----------
     cells : CELL of each node.
-    starts : VALUES of each node, four sums over the nodes before it: the numbers of pieces of
-        large nodes, of pieces of small nodes, of small nodes, and of chunks.
+    starts : VALUES of each node: how many pieces of large nodes, pieces of small nodes, small
+        nodes, and chunks come before the node.
     first_root : Number of small nodes in all levels above.
     first_piece : Number of pieces of small nodes in all levels above.
     roots : Number of small nodes.
     decisions : DECISION of each node.
-    ranks : VALUES of each node, two sums over the nodes before it: the numbers of split nodes, and
-        of pieces of large leaves.
+    ranks : VALUES of each node: how many split nodes, and how many pieces of large leaves, come
+        before the node.
     first_stuck : Number of pieces of large leaves in all levels above.
     inner : Number of split nodes.
     small : Largest number of pieces of a small node.
@@ -130,7 +130,7 @@ def grow_large(room: StreamRoom, source: Stream, triangles: np.ndarray, rules: c
 
 
 def _starts(room: StreamRoom, cells: Stream, small: int) -> tuple[Stream, tuple[int, ...]]:
-    """The stream `LargeLevel.starts` of the nodes, and the totals of its four sums."""
+    """The stream `LargeLevel.starts` of the nodes, and the four numbers for the whole level."""
     quantities = room.stream(VALUES, cells.length)
     room.draw("zhou_quantities", quantities, [cells], defines={"CHUNK": CHUNK_PIECES},
               small=small)
@@ -146,7 +146,7 @@ def _totals(sums: Stream) -> tuple[int, ...]:
 
 def chunk_bounds(room: StreamRoom, cells: Stream, starts: Stream, pieces: Stream,
                  count: int) -> Stream:
-    """The CHUNK of each of the ``count`` chunks of large nodes' pieces."""
+    """The CHUNK of each chunk of large nodes' pieces. There are ``count`` chunks."""
     chunks = room.stream(CHUNK, max(count, 1))
     room.draw("zhou_chunks", chunks, [cells, starts, pieces], count=count,
               defines={"CHUNK": CHUNK_PIECES}, cells=cells.length)
