@@ -5,9 +5,9 @@ import numpy as np
 
 from ..errors import SceneError
 
-# Builders widen boxes by this share of the scene's largest absolute coordinate. It equals about 8
-# to 16 float32 spacings at this coordinate, which is more than a shader's rounding of a hit point.
-# Hence no hit falls between two cells.
+# Builders widen boxes by this share of the scene's largest absolute coordinate. The widening is
+# about 8 to 16 float32 spacings at this coordinate, which is more than the rounding of a hit point
+# in a shader. Hence no hit falls between two cells.
 PADDING = 1e-6
 AT_ONCE = 1 << 18   # triangles that are converted to float64 together
 
@@ -43,9 +43,9 @@ def shrink_flat(triangles: np.ndarray) -> np.ndarray:
     """Return triangles (n, 3, 3) float32, in which each triangle without area is shrunk to its
     first corner.
 
-    A triangle without area must never be hit. If its corners lie on a line, shearing and rounding
-    may give it a small area. If its corners are equal, it keeps no area: the determinant of
-    every intersection test is then exactly zero.
+    A triangle without area must never be hit. The watertight test shears the corners, and rounding
+    may then move one of three collinear corners off the line. If all three corners are equal, the
+    determinant in every triangle test is exactly zero, so no ray hits the triangle.
     """
     flat = np.concatenate([_without_area(triangles[start:start + AT_ONCE])
                            for start in range(0, max(len(triangles), 1), AT_ONCE)])
@@ -79,8 +79,8 @@ def triangle_boxes(triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 def scene_box(triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the lower and upper corner of the scene's box, (3,) float32 each.
 
-    The box is wider than the triangles by twice the padding on every side, so no padded triangle
-    touches the border of the box. Without triangles, it is the unit box.
+    The box is wider than the triangles by twice the padding on every side, so the padded box of a
+    triangle never touches the border of the scene's box. Without triangles, it is the unit box.
     """
     if len(triangles) == 0:
         return np.zeros(3, np.float32), np.ones(3, np.float32)

@@ -37,8 +37,8 @@ def cached(build: Callable[..., Structure], triangles: np.ndarray, /,
            **options: object) -> Structure:
     """Return `build(triangles, **options)`, read from disk if possible.
 
-    If the folder cannot be written, the result is not kept. If GPGPU_RT_CACHE names this folder,
-    the user then gets a warning, once per process.
+    If the folder cannot be written, the result is not kept. In this case, the user gets a warning
+    (once per process) if GPGPU_RT_CACHE names the folder.
 
     Parameters
     ----------

@@ -3,7 +3,7 @@
 The method is "split clipping" (V. Havran, J. Bittner, "On improving kd-trees for ray shooting",
 WSCG 2002), which Wald and Havran (2006) call "perfect splits". Havran and Bittner cut the triangle
 by the planes of the box one after another, which gives polygons of varying length. Here all
-corners of the last polygon are computed directly. These corners are of two kinds: ends of the
+corners of the final polygon are computed directly. These corners are of two kinds: ends of the
 triangle's edges after clipping to the box, and points where an edge of the box pierces the
 triangle.
 """
@@ -93,7 +93,7 @@ def _add_box_edges(v: np.ndarray, edges: np.ndarray, a: int, lo: np.ndarray, hi:
             # The box's edge pierces the triangle if all three edges of the triangle pass the box's
             # edge on the same side.
             pierced = (side_c[k] >= side_b[j]).all(axis=0) | (side_c[k] <= side_b[j]).all(axis=0)
-            pierced &= (x >= lo[a]) & (x <= hi[a])      # false where normal_a is 0, as x is NaN
+            pierced &= (x >= lo[a]) & (x <= hi[a])      # false if normal_a is 0: x is not finite
             x = np.where(pierced, x, np.nan)
             np.fmin(out_lo[a], x, out=out_lo[a])
             np.fmax(out_hi[a], x, out=out_hi[a])

@@ -13,7 +13,7 @@ import numpy as np
 
 from . import tree_order
 
-LEAF = 3     # the axis that marks a leaf, in all trees that store siblings side by side
+LEAF = 3     # this value as a node's axis marks a leaf, in trees that store siblings side by side
 
 
 def is_sound(structure: Any, triangles: int) -> bool:

@@ -1,4 +1,4 @@
-"""Own folder: this user's folder for temporary files, and checks of what others may have prepared.
+"""Own folder: makes this user's folder for temporary files, and checks whether to trust a folder.
 
 All users share the folder for temporary files. Another user could create a link in this folder,
 with the name that this program is about to use. The program would then write its files through the

@@ -32,9 +32,9 @@ def material_rows(values: Any, count: int, materials: Sequence[Material], name: 
 
 def corner_values(values: Any, count: int, width: int, name: str,
                   what: str) -> np.ndarray | None:
-    """Check values of the triangles' corners and return them as (count, 3, width) float32. Return
-    None for None. Values of width 3 are normals and get unit length. Three zero normals mark a
-    flat triangle."""
+    """Check values of the triangles' corners and return them as (count, 3, width) float32. If
+    ``values`` is None, return None. Values of width 3 are normals and get unit length. A triangle
+    with three zero normals is shaded flat."""
     if values is None:
         return None
     try:

@@ -35,8 +35,8 @@ class NamedScene:
     original : the source of the original, or "not available"; for a scene without an original,
         what the scene shows
     page : a text about an original that cannot be fetched, or None. The text says where the owner
-        publishes the original or that the original was never published, and under which name to
-        save a mesh
+        publishes the original, or that the original was never published. It also says under which
+        name to save a mesh
     light : position of the light for the scene's mesh; None for a light beside the camera
     paint : makes colours, (n, 3), for a mesh without colours
     takes_argument : whether ``make`` has an argument, as in ``stadium:1e-3``
@@ -141,8 +141,8 @@ def find(text: str) -> tuple[NamedScene, float | None] | None:
     Raises
     ------
     SceneError
-        the text is neither a known name nor a path, and the message suggests similar names; or
-        the argument is not a ratio above 0 and at most 1
+        the text is neither a known name nor a path (the message suggests similar names), or the
+        argument is not a ratio above 0 and at most 1
     """
     name, _, argument = text.partition(":")
     row = ROWS.get(name) or ROWS.get(name.replace("-", ""))    # soda-hall is sodahall

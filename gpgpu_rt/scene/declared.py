@@ -229,9 +229,9 @@ _CHECKS: Mapping[str, Callable[[Path, int], None]] = {
 
 
 def whole_text(path: Path) -> bytes | None:
-    """Return the file's content with its text in UTF-8 if trimesh would have to guess the
-    encoding. In a binary STL, zeros then replace the text. Return None if trimesh can read the
-    file itself."""
+    """Return the file's content if it contains text that is not UTF-8, so that trimesh would have
+    to guess the encoding. The text is converted to UTF-8; in a binary STL, it is replaced by
+    zeros. Return None if trimesh can read the file itself."""
     suffix = path.suffix.lower()
     if suffix == ".ply":
         header = ply_header(path)

@@ -48,7 +48,7 @@ def framed(points: np.ndarray, size: Sequence[int] = (1, 1), *, fov: float = 45.
     if not (hi > lo).any():
         return whole
     centre = (lo + hi) / 2
-    # At depth 1, `steep` is the distance of the inner edges of the margins from the view axis.
+    # `steep`: half the width and half the height at depth 1 of the picture without its margins.
     steep = np.array([np.linalg.norm(right), np.linalg.norm(up)]) * (1 - 2 * margin)
     axes = np.stack([right / np.linalg.norm(right), up / np.linalg.norm(up)])
     sides = np.concatenate([axes / steep[:, None], -axes / steep[:, None]]) - forward

@@ -6,12 +6,11 @@ the luminance of this function. The first random number chooses a row of cells, 
 number chooses a cell of this row. The probability of a cell is proportional to the luminance of
 the whole cell times the cosine of the row's latitude. The remainders of the two numbers then give
 the sample's position in the cell, according to the luminance at the cell's corners. The
-probability density of a direction therefore depends only on its radiance and latitude.
+probability density of a direction therefore depends only on the direction's radiance and latitude.
 
 Pharr and Humphreys ("Infinite Area Light Source with Importance Sampling", 2004) choose a texel
-instead. But bilinear filtering spreads the light of a small sun to neighbouring texels, and
-choosing texels samples these neighbours too rarely. ``glsl/render/image_light.glsl`` does the same
-as this module.
+instead. But bilinear filtering spreads the light of a small sun to neighbouring texels, which
+their method samples too rarely. ``glsl/render/image_light.glsl`` does the same as this module.
 """
 from __future__ import annotations
 

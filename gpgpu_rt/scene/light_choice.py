@@ -1,4 +1,4 @@
-"""Light choice: the table with which two random numbers choose the light for a shadow ray."""
+"""Light choice: a table that turns two random numbers into the choice of a shadow ray's light."""
 from __future__ import annotations
 
 from collections.abc import Sequence
@@ -62,11 +62,11 @@ class LightChoice:
         """Return the light choice of a scene.
 
         The weight of a triangle is its area times the luminance of its emission. The light of a
-        point light does not decrease with distance. Its weight is therefore the weight of a
+        point light does not decrease with distance. A point light therefore gets the weight of a
         triangle that gives the same light at a distance of half the scene's extent. The
-        surroundings have the weight of a point light of their power, but at most the weight of all
-        other lights together, if there are other lights. This limit is there because the
-        surroundings may be hidden from the places that the other lights reach.
+        surroundings get the weight of a point light of their power. If there are other lights, the
+        surroundings get at most the weight of all other lights together, because the surroundings
+        may be hidden from the places that the other lights reach.
         """
         rows = scene.emitters
         corners = scene.triangles[rows].astype(np.float64)

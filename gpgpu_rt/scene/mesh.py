@@ -66,8 +66,8 @@ def fill_normals(mesh: Mesh) -> None:
 
 
 def unlike(materials: Sequence[Material | None]) -> tuple[tuple[Material, ...], np.ndarray]:
-    """Return the materials of a list without repetition, and for each entry of the list the index
-    of its material. If all entries are None, there are no materials and the indices are zeros."""
+    """Return the different materials of a list, and the index of each entry's material among them.
+    If all entries are None, there are no materials and the indices are zeros."""
     if not any(materials):
         return (), np.zeros(max(len(materials), 1), np.int64)
     place: dict[Material, int] = {}

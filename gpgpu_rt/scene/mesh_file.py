@@ -61,8 +61,8 @@ def read(path: Path, groups: bool = False) -> Mesh:
 
 @contextlib.contextmanager
 def reading(path: Path) -> Iterator[None]:
-    """Turn the exceptions of a reader in this context into errors of one line that name the
-    file. A LimitError passes unchanged."""
+    """Turn exceptions that a file reader raises in this context into errors of one line, which
+    name the file. A LimitError passes unchanged."""
     try:
         yield
     except LimitError:

@@ -119,11 +119,11 @@ def of_mtl(name: str, said: Mapping[str, Any], textures: Textures, image: Any = 
 def _of_gltf(name: str, said: Mapping[str, Any], textures: Textures) -> Material:
     """Return the material of a glTF entry.
 
-    The metallic share reflects the base colour, as a mirror or, if rough, into a lobe. The rest is
-    diffuse. The 4 % reflection of surfaces that are not metals is omitted. A material without a
-    metallic factor counts as no metal. According to the format it would be all metal, but few
-    authors of files intend this. A texture varies only the diffuse share; metallic reflection and
-    emission are multiplied by the mean of their textures.
+    The metallic share reflects light in the base colour. It is a mirror if the surface is smooth,
+    and a glossy lobe otherwise. The rest is diffuse. The 4 % reflection of surfaces that are not
+    metals is omitted. A material without a metallic factor counts as no metal. According to the
+    format it would be all metal, but few authors of files intend this. A texture varies only the
+    diffuse share; metallic reflection and emission are multiplied by the mean of their textures.
     """
     factor = said.get("baseColorFactor")    # trimesh stores the factor in bytes, 0 to 255
     base = np.ones(3) if factor is None else np.asarray(factor, np.float64)[:3] / 255
@@ -168,8 +168,8 @@ class Resolver:
 
 
 def check_image(path: Path, image: Path) -> None:
-    """Raise SceneError if an image that the file at ``path`` names cannot be read, because trimesh
-    would silently leave it out. Raise LimitError if the image is too large."""
+    """Raise SceneError if the file at ``path`` names an image that cannot be read; trimesh would
+    silently leave the image out. Raise LimitError if the image is too large."""
     if not is_file(image):
         known = "" if not image.name.startswith("-") else " (options before the name are not read)"
         raise SceneError(f"{path}: no such texture {image.name}{known}; put the texture there, or "

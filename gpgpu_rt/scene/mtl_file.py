@@ -13,7 +13,7 @@ _IMAGES = ("map_kd", "map_ke")
 
 @dataclass(frozen=True)
 class LibraryMaterial:
-    """A material of a library file, as the file's words.
+    """A material of a library file. Its properties are kept as words of the file.
 
     Attributes
     ----------

@@ -3,8 +3,8 @@ size.
 
 trimesh's reader needs more time and memory with each change of the material. It keeps normals and
 texture coordinates only if all corners under one material have them, and it changes the order of
-faces if some are quads. This reader keeps the values of every face that has them at all its
-corners, and the order of the faces.
+faces if some are quads. This reader keeps the order of the faces. It keeps the normals of every
+face that has a normal at all its corners; the same holds for texture coordinates.
 """
 from __future__ import annotations
 
@@ -31,8 +31,8 @@ def read_obj(path: Path, groups: bool) -> Mesh:
     Parameters
     ----------
     path : the OBJ file
-    groups : if true, the mesh's parts are the file's groups, or its objects if it has no groups;
-        if false, the mesh has one part
+    groups : whether to divide the mesh into parts: the file's groups, or the file's objects if the
+        file has no groups
 
     Raises
     ------
@@ -73,8 +73,8 @@ def read_obj(path: Path, groups: bool) -> Mesh:
 
 
 def _picked(values: np.ndarray, at: np.ndarray, width: int) -> np.ndarray | None:
-    """Return (n, 3, width) values of corners: zeros for a face that lacks a value at any corner,
-    and None if no face has all three values."""
+    """Return the values of corners, (n, 3, width). A face that lacks a value at any corner gets
+    zeros. If no face has all three values, return None."""
     some = ((at >= 0) & (at < len(values))).all(axis=1)
     if not some.any():
         return None

@@ -12,7 +12,7 @@ _SIZE = (SIDE, SIDE * 3 // 4)
 _AMBIENT = 0.25     # brightness of a surface that the camera sees edge on
 _BLANK = 255        # grey level behind the scene
 _WIDEST = 8         # largest side of the square that a point covers, in pixels
-_OVERLAP = 1.5      # side of the square of a point, in distances between neighbouring points
+_OVERLAP = 1.5      # side of a point's square / distance between neighbouring points
 # Multiples of these two numbers, modulo 1, are spread evenly over the unit square (Roberts 2018).
 _STEPS = np.array([[0.7548776662466927], [0.5698402909980532]])
 

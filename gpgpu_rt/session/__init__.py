@@ -1,1 +1,2 @@
-"""Sessions: a scene built for a choice of method and options, its rays and pictures."""
+"""Sessions. A session builds a method's accelerator over a scene and traces rays through it.
+`Pictures` draws the scene with the rays of a session."""

@@ -24,7 +24,7 @@ from ..traversal.method import Method
 
 @dataclass
 class AllHits:
-    """All hits of n rays: m hits, ray by ray, for each ray in the order of (t, triangle).
+    """All hits of n rays, m hits in total. The hits are in the order of (ray, t, triangle).
 
     Attributes
     ----------
@@ -71,8 +71,8 @@ class AllHits:
         return getattr(self, name).reshape(self.shape)
 
 
-# Receives (height, width, 3, 4) texels of RAY_AFTER_HIT. Returns the fields of HIT, and the
-# status, with an entry for each ray.
+# Traces rays once: receives (height, width, 3, 4) texels of RAY_AFTER_HIT, and returns the fields
+# of HIT and the status, with an entry for each ray.
 Round = Callable[[np.ndarray], tuple[dict[str, np.ndarray], np.ndarray]]
 
 

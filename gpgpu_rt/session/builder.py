@@ -17,7 +17,7 @@ class Builder:
 
     Parameters
     ----------
-    options : the tracer's options, resolved
+    options : a value for each of the tracer's options
     charts : the scene's charts, from which geometry images are made
     """
 
@@ -27,7 +27,7 @@ class Builder:
         self._built_cost: float | None = None   # SAH cost of the last build, to compare refits
 
     def stored(self, scene: Scene) -> np.ndarray:
-        """Return the triangles as textures store them. Boxes must enclose these triangles."""
+        """Return the triangles as textures store them. Boxes must enclose them in this form."""
         return shrink_flat(self.precision.stored(scene.triangles))
 
     def build(self, triangles: np.ndarray) -> Accelerator:

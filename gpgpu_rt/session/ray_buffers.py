@@ -1,4 +1,4 @@
-"""Ray buffers: the textures of a call's rays and states, which later calls reuse."""
+"""Ray buffers: the textures of a call's rays and states. A later call may reuse these textures."""
 from __future__ import annotations
 
 from ..gl.context import Gpu
@@ -9,7 +9,9 @@ from ..rays.textures import RayTextures, StateBuffers
 
 
 class RayBuffers:
-    """The ray textures and state buffers of the last call. A call of the same size reuses them.
+    """The ray textures and state buffers of the last call.
+
+    A call with the same ``size`` and the same ``after_hit`` reuses them.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Scene tables: a tracer's accelerators as textures. Only changed tables are written."""
+"""Scene tables: the tables of accelerators as textures. A table is written only if it changed."""
 from __future__ import annotations
 
 from collections.abc import Mapping

@@ -33,8 +33,8 @@ class Session:
 
     Parameters
     ----------
-    method, options : the row of the method table, and its options, resolved
-    structure : the structure to trace through; None builds a structure
+    method, options : the method's row in the method table, and a value for each option
+    structure : the structure to trace through; if None, the session builds a structure
 
     Attributes
     ----------

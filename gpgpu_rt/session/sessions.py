@@ -1,4 +1,4 @@
-"""Sessions: the sessions of a tracer. Only one thread at a time can use them."""
+"""Sessions: holds the one or two sessions of a tracer. Only one thread at a time can use them."""
 from __future__ import annotations
 
 import re
@@ -33,7 +33,8 @@ COHERENT_SHARE = 0.7
 class Sessions:
     """A single session, or a session for coherent rays and a session for incoherent rays.
 
-    The session for incoherent rays is built at the first call with incoherent rays.
+    A session traces rays through a scene, by a method with its options. The session for incoherent
+    rays is built at the first call with incoherent rays.
 
     Parameters
     ----------
@@ -76,7 +77,7 @@ class Sessions:
 
     def remade(self) -> Choices:
         """Return choices from which another process makes equal sessions. A context object cannot
-        be sent to another process, so that process opens its own context."""
+        be sent to another process, so the other process opens its own context."""
         context = self.present.options["context"]
         context = context if isinstance(context, str) else None
         return Choices(*(replace(self.choices.of(rays), options={**options, "context": context})

@@ -27,7 +27,7 @@ class Moved(NamedTuple):
     Attributes
     ----------
     rebuilt : whether the accelerator was rebuilt
-    tried_seconds : time of the refit, even if a rebuild replaced its result
+    tried_seconds : time of the attempt to refit; also given if a rebuild followed
     same_programs : whether the compiled programs can read the new tables
     """
 
@@ -41,7 +41,7 @@ class Structure:
 
     Parameters
     ----------
-    method, options : the row of the method table, and its options, resolved
+    method, options : the method's row in the method table, and a value for each option
 
     Attributes
     ----------

@@ -42,9 +42,10 @@ class Instance:
     ----------
     node : index of the instance's transform
     geometry : the instance's triangles
-    surface : the instance's material; None before the first fill statement
-    fill : name of the file that holds the fill statement, without the file's suffix; "material"
-        before the first fill statement
+    surface : the instance's material, from the last fill statement (``f`` or ``fm``) before the
+        instance; None if there is no such statement
+    fill : name of the file that holds this fill statement, without the file's suffix; "material"
+        if there is no such statement
     part : name of the file that holds the geometry, without the file's suffix
     """
 

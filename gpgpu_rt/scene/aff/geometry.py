@@ -129,8 +129,8 @@ def read_polygons(tokens: Tokens, keyword: bytes) -> Geometry:
 
 
 def read_textured(tokens: Tokens, keyword: bytes) -> Geometry:
-    """Return the geometry of consecutive statements ``tt`` (vertices and texture coordinates), or
-    of statements ``ttp`` (normals between the two), that name the same texture."""
+    """Return the geometry of consecutive statements that name the same texture: ``tt`` (vertices
+    and texture coordinates), or ``ttp`` (vertices, normals and texture coordinates)."""
     width = 8 if keyword == b"ttp" else 5
     texture, places = tokens.text("the name of a texture"), []
     while True:

@@ -2,10 +2,10 @@
 
 The splines are those of D. H. U. Kochanek and R. H. Bartels, "Interpolating Splines with Local
 Tension, Continuity, and Bias Control", SIGGRAPH 1984. For rotations, the same formulas compute
-tangents from the logarithms of the rotations between neighbouring keys, and "squad" interpolates
-(K. Shoemake, "Quaternion Calculus and Fast Animation", SIGGRAPH 1987 course notes). The motion
-does not pass through the first and the last key, which only affect the tangents at the
-neighbouring keys.
+tangents from the logarithms of the rotations between neighbouring keys. "Squad", a spherical cubic
+interpolation, gives the rotations between the keys (K. Shoemake, "Quaternion Calculus and Fast
+Animation", SIGGRAPH 1987 course notes). The motion does not pass through the first and the last
+key, which only affect the tangents at the neighbouring keys.
 """
 from __future__ import annotations
 
@@ -37,9 +37,9 @@ class _Segments:
         self._arrive = arrive * (1 - c2) * (1 + b2), arrive * (1 + c2) * (1 - b2)
 
     def tangents(self, steps: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the tangents at the first keys and at the last keys of the segments.
+        """Return the tangents at the two ends of each segment, at its first and at its last key.
 
-        The tangents are (n - 3, w) each. ``steps`` are the differences between keys, (n - 1, w).
+        The two arrays are (n - 3, w) each. ``steps`` are the differences between keys, (n - 1, w).
         """
         before, own, after = steps[:-2], steps[1:-1], steps[2:]
         return (self._leave[0][:, None] * before + self._leave[1][:, None] * own,

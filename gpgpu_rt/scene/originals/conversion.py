@@ -25,7 +25,7 @@ class Original:
     file : the mesh file: a path in the scene's archive, or the name of one of the scene's files
     triangles : the number of triangles that the mesh must have
     edit : a function that changes the mesh after reading
-    keeps_files : whether the published files are kept, because an animation reads them
+    keeps_files : whether the published files are kept for an animation that reads them
     """
 
     file: str

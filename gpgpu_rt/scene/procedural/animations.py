@@ -66,8 +66,8 @@ def cloth() -> Built:
 # Explosion: every triangle on its own -----------------------------------------------------------
 
 def explosion_triangles(frame: int) -> np.ndarray:
-    """Return (69,451, 3, 3) float32 triangles. Frame 0 is the bunny's stand-in. Then the triangles
-    fly apart. Each triangle spins, is slowed down by drag, and falls to a floor."""
+    """Return (69,451, 3, 3) float32 triangles. Frame 0 is the procedural bunny. After frame 0, its
+    triangles fly apart. Each triangle spins, is slowed down by drag, and falls to a floor."""
     start = creatures.bunny().triangles
     if frame == 0:
         return start.astype(np.float32)
@@ -88,8 +88,8 @@ def explosion_triangles(frame: int) -> np.ndarray:
 
 
 def explosion() -> Built:
-    """Return the bunny's stand-in before it flies apart, with a camera further away: 69,451
-    triangles."""
+    """Return the procedural bunny before it flies apart: 69,451 triangles. The camera is further
+    away than the camera of the scene bunny."""
     built = creatures.bunny()
     return replace(built, camera=Camera((-1.1, 1.3, 3.9), (0.0, 0.72, 0.0), fov=36))
 

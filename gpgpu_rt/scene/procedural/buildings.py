@@ -1,9 +1,9 @@
-"""Buildings: procedural stand-ins of millions of triangles, most of them small and hidden.
+"""Buildings: procedural scenes that stand in for Soda Hall and the Power Plant.
 
 The stand-ins keep the properties of the originals that matter for ray tracing. The number of
-triangles is the same. Large walls and floors surround many small objects. In Soda Hall, rooms hide
-each other. In the Power Plant, there are no walls between the many thin parts. A part, such as a
-chair, is made once and placed many times.
+triangles is the same: millions, most of them small and hidden. Large walls and floors surround
+many small objects. In Soda Hall, rooms hide each other. In the Power Plant, there are no walls
+between the many thin parts. A part, such as a chair, is made once and placed many times.
 """
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from .shapes import ball, boxes, bump, floor, place, revolve, smooth, tube
 PLASTER, CARPET, WOOD, STEEL, CONCRETE, GROUND = (
     (0.74, 0.72, 0.66), (0.36, 0.38, 0.42), (0.50, 0.34, 0.21), (0.55, 0.58, 0.62),
     (0.60, 0.59, 0.56), (0.42, 0.40, 0.36))
-SODA_HALL, POWER_PLANT = 2_169_132, 12_748_510   # as in the survey's Figure 22
+SODA_HALL, POWER_PLANT = 2_169_132, 12_748_510   # triangles, as in the survey's Figure 22
 
 # Soda Hall -------------------------------------------------------------------------------------
 

@@ -95,7 +95,7 @@ def statue() -> Built:
 def glass_teapot() -> Built:
     """Return a teapot of solid glass on a tiled floor, under a lamp and the sky: 12,002
     triangles."""
-    # The triangles of `pot` run clockwise; glass needs them anticlockwise.
+    # Seen from outside, the corners of `pot` run clockwise; glass needs anticlockwise corners.
     pot, _ = divide(creatures.pot(11_000)[:, ::-1], 11_998)
     ground = floor((-14, -14), (14, 14), -0.01)
     lamp = quad((-2, 9, -2), (2, 9, -2), (2, 9, 2), (-2, 9, 2))

@@ -82,8 +82,8 @@ def tenk() -> Built:
 
 def stadium(ratio: float = 0.01) -> Built:
     """Return a teapot in the middle of a stadium: 8,000 triangles, of which a little over 6,000
-    are the teapot. The teapot is ``ratio`` times as large as the stadium. Its size in the picture
-    is the same for all ratios."""
+    are the teapot. The teapot is ``ratio`` times as large as the stadium. In the picture, the
+    teapot has the same size for all ratios."""
     pieces = Pieces()
     side = 6.4 / ratio
     tiers = revolve([(0.5 * side * (0.75 + 0.05 * k), side * 0.04 * (k // 2 + (k % 2)))

@@ -1,4 +1,4 @@
-"""Shapes: the building blocks of built-in scenes, y up, as (k, 3, 3) float64 triangles."""
+"""Shapes: makes the parts of built-in scenes as (k, 3, 3) float64 triangles. The y axis is up."""
 from __future__ import annotations
 
 from collections.abc import Sequence
@@ -145,7 +145,8 @@ def bump(triangles: np.ndarray, height: float, wavelength: float, seed: int = 0)
 
 
 def divide(triangles: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return exactly `count` triangles of the same surface, and the original of each triangle.
+    """Split triangles until there are exactly `count`. Return the new triangles, and for each of
+    them the index of its original triangle.
 
     The largest triangles are split in three at their centroid, so their edges are not divided.
     Each split adds two triangles. If an odd number of triangles must be added, one more triangle

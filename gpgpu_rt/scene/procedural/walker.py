@@ -42,7 +42,7 @@ def walker_at(seconds: float) -> np.ndarray:
     triangles, bone = _rest()
     turns, moves = _pose(seconds / STEP_SECONDS)
     posed = np.einsum("kij,kvj->kvi", turns[bone], triangles) + moves[bone, None]
-    # In half a step, a foot on the ground moves backwards relative to the body by 2 SWING * HIP.
+    # In half a step, a foot on the ground moves backwards relative to the body by 2 * SWING * HIP.
     # The animal moves forwards at the same mean speed, so the foot hardly slides on the ground.
     speed = 4 * SWING * HIP / STEP_SECONDS
     round_about = _turn_about(1, -speed * seconds / RADIUS)
@@ -51,8 +51,8 @@ def walker_at(seconds: float) -> np.ndarray:
 
 
 def _pose(step: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return each bone's rotation, (3, 3), and the translation after it, (3,). ``step`` is the
-    time in steps."""
+    """Return the rotation of each bone, (3, 3), and the translation that follows the rotation,
+    (3,). ``step`` is the time in steps."""
     joints, parents, angles = [(0.0, 0.0, 0.0)], [-1], [0.0]
 
     def bone(joint: tuple[float, float, float], parent: int, angle: float) -> int:

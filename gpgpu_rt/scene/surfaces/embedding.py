@@ -12,7 +12,7 @@ import numpy as np
 from ...accel.morton import morton_order
 from .surface_mesh import SurfaceMesh
 
-PATCHES = 500    # most patches of vertices in the coarse level of the preconditioner
+PATCHES = 500    # largest number of patches of vertices in the preconditioner's coarse level
 
 
 def embed(mesh: SurfaceMesh, border: np.ndarray, places: np.ndarray, size: int,

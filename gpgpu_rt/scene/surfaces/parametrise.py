@@ -24,8 +24,9 @@ from .resampling import cross, rasterised
 from .surface_mesh import SurfaceMesh
 
 CUTS = 8              # largest number of additional cuts
-FAR = 0.02      # warn if the image is further from the surface than this share of its extent
-# Cut to the most shrunk face if it is shrunk by more than this factor times the median.
+# Warn if image and surface are further apart than this share of the surface's extent.
+FAR = 0.02
+# Cut to the most shrunk face if its shrinkage exceeds this factor times the median of all faces.
 STRETCHED = 12.0
 # The solver's tolerances: for the final embedding, and for the embeddings that choose cuts.
 TOLERANCE, ROUGH = 1e-5, 1e-3

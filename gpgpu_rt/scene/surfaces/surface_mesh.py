@@ -1,7 +1,7 @@
 """Surface mesh: an oriented mesh of half-edges, with its boundary, shortest paths and cuts.
 
-Half-edge 3 f + k runs from corner k of face f to the next corner. Its twin is the half-edge of the
-neighbouring face that runs along the same edge in the opposite direction.
+Half-edge number 3 * f + k runs from corner k of face f to the next corner. Its twin is the
+half-edge of the neighbouring face that runs along the same edge in the opposite direction.
 """
 from __future__ import annotations
 
@@ -157,8 +157,8 @@ class SurfaceMesh:
         return distance
 
     def path(self, distance: np.ndarray, end: int) -> list[int]:
-        """Return the vertices of a shortest path from ``end`` to a vertex whose ``distance``, as
-        `distances` returns it, is 0."""
+        """Return the vertices of a shortest path from ``end`` to the nearest source. ``distance``
+        is the result of `distances` for these sources."""
         first, count, there, far = self._neighbours
         way = [int(end)]
         while distance[way[-1]] > 0:
