@@ -1,4 +1,4 @@
-"""Denormals: a state of the processor in which the host's arithmetic keeps denormal numbers.
+"""Denormals: a decorator that makes the host's arithmetic keep denormal numbers.
 
 A library in the same process may tell the processor to flush denormal numbers to 0. The processor
 then flushes the results of all later operations of the thread. The ends of intervals and the t of

@@ -39,11 +39,11 @@ a vertex. Axes are permuted so that the direction is largest in z:
    is the longest, the largest bound of the possible choices is used. Underflow adds the terms with
    tiny of `_plane_bound`.
 8. The distance t also has a second bound. The test clamps T to the range of the corners' distances
-   ``Z_i / d.z``, which have the error gamma(3). So the error of T is at most the distance along
-   the ray to the furthest vertex, plus this rounding. Both bounds hold, so the smaller bound of
+   ``Z_i / d.z``, which have the error gamma(3). So the error of T is at most the distance from t
+   to the farther end of the range, plus this rounding. Both bounds hold, so the smaller bound of
    steps 7 and 8 is used. If t lies outside the exact range, t is replaced by the nearer end of the
-   range. The computed distance lies in the range up to roundings, so it is nearer to the replaced
-   t than to the original t.
+   range. T lies in the range up to roundings, so T is nearer to the replaced t than to the
+   original t.
 9. ``U = W1 / DET``: as in step 7, ``W1 - u DET = (W1 - w1) - u (DET - det)``. The roundings of
    DET's inverse and of the product add gamma(3).
 
@@ -217,8 +217,8 @@ def _edges(p: np.ndarray, e: np.ndarray, q: np.ndarray, f: np.ndarray, arithmeti
     """Do step 5 for vertices p and q (3, 2, k) with errors e and f: return the edge functions,
     (3, k), and their error bounds.
 
-    The product of the errors counts three times, because the magnitudes |p| and |q| used here may
-    themselves have these errors.
+    The product e f of the errors counts three times. The computed |p| and |q| may be too small by
+    e and f, so the bound adds this product twice more.
     """
     unit, tiny = arithmetic.unit, arithmetic.tiny
     one, two = p[:, 0] * q[:, 1], p[:, 1] * q[:, 0]
@@ -239,7 +239,8 @@ def _plane_bound(corner: np.ndarray, e: np.ndarray, f: np.ndarray, direction: np
     unit, tiny = arithmetic.unit, arithmetic.tiny
     m = np.abs([e[i] * f[j] for i, j in CROSS]) + np.abs([e[j] * f[i] for i, j in CROSS])
     n = np.array([e[i] * f[j] - e[j] * f[i] for i, j in CROSS])
-    # An edge may lose 3 tiny by underflow, and each of the three operations of a component 1 tiny.
+    # Underflow may change an edge by 3 tiny. A component of the normal takes three operations, and
+    # underflow may change the result of each operation by 1 tiny.
     n_bound = gamma(4, unit) * m + tiny * (4 + 8 * (np.abs(e) + np.abs(f)).sum(axis=0))
     n_most, d = np.abs(n) + n_bound, np.abs(direction)
     exact = (direction * n).sum(axis=0)

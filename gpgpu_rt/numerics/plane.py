@@ -19,8 +19,8 @@ CROSS = ((1, 2), (2, 0), (0, 1))
 
 
 def kept(values: np.ndarray) -> np.ndarray:
-    """Return the values unchanged. As ``R``, this function leaves the rounding to numpy, and keeps
-    denormals."""
+    """Return the values unchanged. With this function as the argument ``R`` below, results have
+    numpy's own rounding, and denormals stay."""
     return values
 
 
@@ -46,8 +46,8 @@ def plane_distance(corners: np.ndarray, seen: np.ndarray, directions: np.ndarray
     """Return the distances of planes along rays, in units of the directions' lengths. A distance
     is not finite where the direction lies in the plane.
 
-    The order of the axes decides the order of sums. The shader's last axis is the axis in which
-    the direction is largest.
+    Sums are taken in the order of the axes. The result equals the shader's if the last axis is the
+    axis in which the direction is largest.
 
     Parameters
     ----------

@@ -12,11 +12,11 @@ import numpy as np
 from .error_bounds import FLOAT32
 from .plane import Rounding, edges_of, kept, plane_distance
 
-# If all nonzero coordinates and edges are at least SAFE, no nonzero result before the division is
-# below 2^-123, so no denormal occurs. There are two reasons: the test multiplies at most three of
-# these numbers and subtracts twice, and a nonzero difference is at least 2^-24 of its larger
-# operand. After the division a denormal can occur only if components of the normal differ by a
-# factor of 2^126.
+# If all nonzero coordinates and edges are at least SAFE, no nonzero result before the division in
+# `plane_distance` is below 2^-123, so no denormal occurs. There are two reasons: the test
+# multiplies at most three of these numbers and subtracts twice, and a nonzero difference is at
+# least 2^-24 of its larger operand. After the division, a denormal can occur only if components of
+# the normal differ by a factor of 2^126.
 SAFE = np.float32(2.0 ** -25)
 
 

@@ -46,8 +46,8 @@ class RayBatch:
     ----------
     origins, directions : (n, 3) or (h, w, 3) float, world units
     t_min, t_max : numbers, or a value per ray; both ends are included
-    shape : (h, w) of the image that the rays form. If None, the shape of the arrays (h, w, 3), or
-        rows of 1024 rays
+    shape : (h, w) of the image that the rays form. If None, arrays (h, w, 3) give the shape, and
+        rays of arrays (n, 3) fill rows of 1024 rays
     invalid : treatment of rays with a NaN, an infinity or a zero direction: "raise" an error, or
         count them as a "miss"
     bounds : the scene's (lo, hi), or None to leave all origins unchanged
@@ -129,7 +129,7 @@ class RayBatch:
         starts = [start for *_, start in laid]
         alike = bool(starts) and all(_same(start, starts[0]) for start in starts)
         self.start = starts[0] if alike else None
-        self._starts = list(zip(blocks, starts))    # blocks without a start are complete already
+        self._starts = list(zip(blocks, starts))    # start is None: origins are already written
         if not alike:
             self._lay_out_starts()
 
@@ -258,7 +258,8 @@ def _lay_out(planes: list[np.ndarray], origins: np.ndarray, directions: np.ndarr
             origins, shift = approach(origins, directions, *bounds)
             if shift is not None:
                 t_min, t_max, alike = t_min - shift, t_max - shift, False
-        # Empty rays have t_max = -1. A shared t_min below -1 would give them a valid interval.
+        # Empty rays have t_max = -1. A shared t_min below -1 would give them a valid interval, so
+        # rays share only a t_min of at least 0.
         start = np.float32([*origins[0], t_min[0]]) if (
             alike and _alike(t_min) and t_min[0] >= 0) else None
         into = planes if start is None else [None, *planes[1:]]

@@ -1,4 +1,4 @@
-"""Eye rays: makes the rays through the pixel centres of a camera's image on the GPU."""
+"""Eye rays: a pass on the GPU makes the rays through the pixel centres of a camera's image."""
 from __future__ import annotations
 
 import numpy as np
@@ -26,8 +26,9 @@ def eye_uniforms(camera: Camera, size: tuple[int, int], bounds: Bounds) -> dict[
 
 
 def share_eye(rays: RayTextures, uniforms: dict[str, object]) -> None:
-    """Set the start (origin and t_min) that all eye rays share. ``rays`` were written with
-    ``uniforms``. If the eye is so far away that origins were moved, the rays share no start."""
+    """Set the start (origin and t_min) that all eye rays share. ``uniforms`` are the uniforms of
+    the pass that wrote ``rays``. If this pass moved the origins, because the eye is far away, the
+    rays share no start."""
     rays.share_start(None if uniforms["beyond"]
                      else np.float32([*uniforms["eye"], 0]))  # type: ignore[misc]
 

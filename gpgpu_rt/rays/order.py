@@ -32,8 +32,8 @@ AT_ONCE = 1 << 16   # rays per block of copying, which fits in a core's cache
 # cache (docs/notes/packet-speed.md). Little is lost: rays that follow each other in a picture's
 # rows start near each other anyway.
 BLOCK = 1 << 17
-# Sort all rays together if the origins of an average block lie in at least this share of the cells
-# in which the origins of all rays lie.
+# Count the cells that hold origins of rays: in an average block, and in all blocks together. If
+# the first number is at least this share of the second number, sort all rays together.
 SCATTERED = 0.75
 
 
@@ -179,8 +179,9 @@ def _direction_codes(texels: np.ndarray) -> np.ndarray:
 
 
 def _near_one_another(keys: list[np.ndarray]) -> bool:
-    """Return whether the origins in an average block lie in fewer cells than the share SCATTERED
-    of the cells in which the origins of all rays lie. Only every eighth ray is examined."""
+    """Return whether the rays of a block start near one another. Count the cells that hold
+    origins, in an average block and in all blocks together. The result is true if the ratio of
+    these numbers is below SCATTERED. Only every eighth ray is examined."""
     cells = np.zeros((len(keys), 1 << 3 * ORIGIN_BITS), bool)
     for held, each in zip(cells, keys):
         held[each[::8] & len(held) - 1] = True

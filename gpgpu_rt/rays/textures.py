@@ -1,4 +1,4 @@
-"""Textures of rays, and ping-pong buffers of their states."""
+"""Textures of rays, and ping-pong buffers of the state of each ray's traversal."""
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -72,7 +72,7 @@ class RayTextures:
 
     @property
     def bounded(self) -> bool:
-        """Whether rays share their start and the bounds of each tile's directions are known."""
+        """Whether all rays share their start, and bounds of each tile's directions are known."""
         return self.tiles is not None and self._start is not None
 
     def uniforms(self) -> dict[str, tuple[float, ...]]:
@@ -131,7 +131,8 @@ def read_field(record: Record, name: str,
 
 
 class PingPong:
-    """Two targets of the same records that passes draw into alternately, and their depth buffer.
+    """Two targets of the same records, with a shared depth buffer. Passes draw alternately into
+    the two targets.
 
     Attributes
     ----------
@@ -162,8 +163,8 @@ class PingPong:
 
 
 class StateBuffers(PingPong):
-    """Ping-pong buffers of the states and hits of a method's rays; with ``statistics``, also of
-    their counters."""
+    """Ping-pong buffers that hold, for each ray, the state of a method's traversal and the hit;
+    with ``statistics``, also the counters of the ray's work."""
 
     def __init__(self, gpu: Gpu, state: Record, size: tuple[int, int], statistics: bool,
                  precision: Precision) -> None:

@@ -19,7 +19,8 @@ are turned further than rounding errors can move the ray. Second, the triangle t
 and the triangles that its neighbours hit meet at the edge or the vertex: their corners there are
 equal to the bit. If an engine misses a ray that must hit, the miss is a leak.
 
-If two surfaces only seem to meet, seen from the origin, a ray between them need not hit.
+Two surfaces may seem to meet when seen from the ray's origin, although they have no common edge or
+vertex. A ray between these surfaces need not hit.
 
 A ray may hit if some triangle is acceptable. A ray that may hit but need not is undecidable: a hit
 and a miss are both right.
@@ -41,11 +42,13 @@ from .tree import ReferenceTree
 FAIR = Arithmetic(2.0 ** -20, 4 * FLOAT32.tiny, FLOAT32.huge)
 # A coordinate of a sheared vertex is the difference of two terms. The reach is the largest
 # |vertex - origin|, and no term is larger. Each term has at most 5 roundings, and the edge
-# functions add 3 roundings. So rounding moves a ray sideways by less than 16 unit roundoffs of the
-# reach. The outer neighbours lie twice as far away.
+# functions add 3 roundings. So rounding moves a ray sideways by less than 16 * unit * reach, where
+# unit is the unit roundoff. The outer neighbours lie twice as far away.
 RADIUS = 32 * FAIR.unit
 _RINGS = ((RADIUS, 12), (RADIUS / 3, 4))    # ring's radius / reach, number of neighbours on it
-_WIDEST = 0.05      # no neighbours are judged beyond this angle, in radians
+# Do not judge a ray by its neighbours if the outer neighbours would be turned by this angle or
+# more, in radians.
+_WIDEST = 0.05
 # A ray that certainly hits a triangle needs no neighbours if the largest possible t of this hit is
 # close to the exact t. _SAME is the largest difference that counts as close, as a share of t.
 _SAME = 1e-4
@@ -260,7 +263,7 @@ def _meet(vertices: np.ndarray, triangle: np.ndarray, around: np.ndarray, origin
 def turned(directions: np.ndarray, width: np.ndarray, turn: float) -> np.ndarray:
     """Return (n, 3) directions, each moved sideways by ``width`` times its length.
 
-    ``turn``, in full turns, is the angle of the movement around the direction.
+    ``turn`` chooses the sideways direction: its angle around the given direction, in full turns.
     """
     length = np.linalg.norm(directions, axis=1)
     side = np.cross(directions, np.eye(3)[np.abs(directions).argmin(axis=1)])

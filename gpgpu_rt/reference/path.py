@@ -156,9 +156,10 @@ class _Paths:
         return self.lights.far * (found if light is None else light.density(direction, radiance))
 
     def _far_weight(self, mine: np.ndarray, other: np.ndarray) -> np.ndarray:
-        """Return the weight of one way to find light of the surroundings, divided by the density
-        of this way. For an image, the weight is the power heuristic. For a sky, both ways have
-        proportional densities, so the balance heuristic suffices."""
+        """Return the weight of one way to find light of the surroundings, divided by this way's
+        density ``mine``; ``other`` is the density of the other way. For an image, the power
+        heuristic gives the weight. For a sky, the two densities are proportional, so the balance
+        heuristic suffices."""
         if self.scene.environment is not None and self.scene.environment.image_light is not None:
             return _power_weight(mine, other)
         return 1 / np.maximum(mine + other, TINY)
@@ -205,7 +206,8 @@ class _Paths:
             shone = self.emission[self.scene.material_of[light[area]]]
             facing = np.abs(_dot(normal[area], direction[area]))
             bright = self.lights.density * luminance(shone)
-            # The density of this light sample per steradian at the vertex is bright d^2 / facing.
+            # The light sample's density per steradian at the vertex is p = bright d^2 / facing.
+            # _power_weight(p, found) equals facing * _power_weight(facing p, facing found).
             emission[area] = shone * (facing * _power_weight(
                 bright * distance[area] ** 2, facing * found[area]))[:, None]
         useful = np.flatnonzero((reflected > 0).any(axis=1) & (emission > 0).any(axis=1))
@@ -351,8 +353,9 @@ class _Surfaces:
 
     @staticmethod
     def _off(direction: np.ndarray, side: np.ndarray) -> np.ndarray:
-        """Return the directions after mirroring each direction that is not on the given side of
-        its flat triangle. An interpolated normal may send a direction to the other side."""
+        """Return the directions, after mirroring each direction that points to the wrong side of
+        its flat triangle. The normal ``side`` points to the correct side. An interpolated normal
+        may send a direction to the wrong side."""
         away = _dot(direction, side) <= 0
         return np.where(away[:, None], _reflect(direction, side), direction)
 

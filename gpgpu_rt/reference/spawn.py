@@ -10,7 +10,7 @@ from ..hits import Hits
 from ..numerics.error_bounds import FLOAT32, gamma
 from ..numerics.watertight import intersect_pairs
 
-_SPAWN_TRIES = 28   # enough to double an offset from _SEEN extents to one extent, and to bisect
+_SPAWN_TRIES = 28   # enough to double an offset from _SEEN * extent to the extent, then bisect it
 _SEEN = np.float32(8 * FLOAT32.unit)    # error of the watertight test, divided by the extent
 
 
@@ -73,8 +73,9 @@ def spawn(scene: Any, hits: Hits, directions: np.ndarray) -> np.ndarray:
 
 def _further(offset: np.ndarray, low: np.ndarray, high: np.ndarray, most: np.ndarray
              ) -> np.ndarray:
-    """Return the next offsets, (k, 1) float32: doubled while none has succeeded, then bisected
-    between the largest offset that failed, ``low``, and the smallest that succeeded, ``high``."""
+    """Return the next offsets, (k, 1) float32. Offsets are doubled until an offset succeeds. They
+    are then bisected between ``low``, the largest offset that failed, and ``high``, the smallest
+    offset that succeeded."""
     succeeded = np.isfinite(high)
     doubled = np.where(2 * offset <= most, 2 * offset, offset)
     gap = np.where(succeeded, high - low, 0)

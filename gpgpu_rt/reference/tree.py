@@ -90,7 +90,7 @@ class ReferenceTree:
     def pairs(self, origins: np.ndarray, directions: np.ndarray, t_min: np.ndarray,
               t_max: np.ndarray, margin: np.ndarray | float = 0.0
               ) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-        """Yield batches of all pairs (ray, triangle) for which the ray meets the leaf's box.
+        """Yield, in batches, all pairs (ray, triangle) whose ray meets the triangle's leaf box.
 
         The traversal reads ``t_max`` again for each batch of nodes. A caller that searches for the
         nearest hit writes smaller values into ``t_max`` between batches, which prunes further

@@ -1,1 +1,1 @@
-"""Pictures: integrators, and the table that says which of their features a scene needs."""
+"""Pictures: integrators draw pictures, and a table says which programs and data a scene needs."""

@@ -8,7 +8,7 @@ from ..scene.scene import Scene
 from ..scene.texture import Texture
 
 # Largest width and height of the packed texture, in texels; renderers support textures of this
-# size. The packed texture is wider than WIDTH only if one of the packed textures is wider.
+# size. The packed texture is wider than WIDTH only if a material's texture is wider than WIDTH.
 WIDTH, HEIGHT = 8192, 16384
 
 

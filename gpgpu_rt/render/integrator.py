@@ -57,8 +57,8 @@ class PicturePass:
     writes : The streams that the program writes, as (name in the program, record) or (name,
         record, define). A stream with a define is written only if the define is set.
     defines : Further defines, beside the defines of the scene.
-    points : The vertex program of a pass that draws points, which reads the streams of ``reads``;
-        empty for any other pass.
+    points : The vertex program, if the pass draws points; it reads the streams of ``reads``. Empty
+        for any other pass.
     """
 
     name: str
@@ -96,12 +96,12 @@ class Integrator:
     ----------
     gpu : the OpenGL context
     scene : the scene to draw
-    needs : the needs of the scene
+    needs : what a picture of the scene needs: properties to support, bounces and shadow rays
     intersection : the triangle test. The origins of spawned rays depend on the errors of this test
     """
 
     name: str
-    rays = COHERENT    # the kind of most rays that the integrator traces
+    rays = COHERENT    # whether most rays of this integrator are coherent or incoherent
     centred = True     # eye rays go through pixel centres, so first hits can be rasterised
     passes: tuple[PicturePass, ...]
     options: tuple[Option, ...] = (ALL_FEATURES, BOUNCES, LIGHT_SAMPLES, SAMPLES,

@@ -213,7 +213,8 @@ PROPERTIES: tuple[Property, ...] = (
 
 @dataclass(frozen=True)
 class SceneNeeds:
-    """The needs of a scene. The method ``of`` derives them.
+    """The needs of a scene: the properties that programs must support, the bounces that matter,
+    and the shadow rays of a hit. The method ``of`` derives the needs.
 
     Attributes
     ----------

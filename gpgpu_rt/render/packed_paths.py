@@ -1,10 +1,11 @@
 """Packed paths: packs the live paths of a wave side by side into smaller textures.
 
-A live path is a path that has not ended. When a path ends, its texel stays in the texture. A
-traversal pass still runs over the whole texture. Rays that have ended then share packets or SIMD
-lanes with live rays. Stream reduction (D. Horn, "Stream Reduction Operations for GPGPU
-Applications", GPU Gems 2, 2005; survey, sections 3.6 and 4.3) packs the live paths. The reduction
-keeps the order of squares of 8x8 texels, so packets and tiles still contain neighbours.
+A wave is a set of paths that are traced together. A live path is a path that has not ended. When a
+path ends, its texel stays in the texture. A traversal pass still runs over the whole texture. Rays
+that have ended then share packets or SIMD lanes with live rays. Stream reduction (D. Horn, "Stream
+Reduction Operations for GPGPU Applications", GPU Gems 2, 2005; survey, sections 3.6 and 4.3) packs
+the live paths. The reduction keeps the order of squares of 8x8 texels, so packets and tiles still
+contain neighbours.
 
 Each packed path keeps the position of its original texel, because the path's random numbers depend
 on this position. The path also keeps the light that it has found. In the end, a pass draws a point
@@ -154,12 +155,12 @@ class PackedPaths:
 
     def pack(self, level: PathTextures, live: int) -> PathTextures:
         """Pack ``live`` paths into the smallest textures that hold them, and return these
-        textures. If no smaller textures hold the paths, return ``level``.
+        textures. If no smaller textures hold the paths, return ``level``. Before packing, add the
+        light that the paths have found to their original texels.
 
         Parameters
         ----------
-        level : the current textures of the paths. First, the light that these paths have found is
-            added to the paths' original texels
+        level : the current textures of the paths
         live : the number of paths that have not ended
         """
         fits = [other for other in self._levels if live <= other.texels < level.texels]

@@ -69,8 +69,8 @@ class Path(Integrator):
                "end a path", int, minimum=1, label="roulette from bounce"),
         Option("seed", _DEFAULTS.seed, "seed of the random numbers", int, minimum=0,
                label="random seed"),
-        Option("sampler", _DEFAULTS.sampler, "sample numbers: sobol spreads them evenly over the "
-               "samples of a pixel, which gives less noise; random draws them independently",
+        Option("sampler", _DEFAULTS.sampler, "how random numbers are chosen: sobol spreads them "
+               "evenly over a pixel's samples, with less noise; random draws them independently",
                choices=SAMPLERS, label="sample numbers"),
         COMPACT, EXPOSURE, TONE_MAP)
     passes = (
@@ -285,9 +285,9 @@ def _settings(given: Mapping[str, Any]) -> PathSettings:
 
 
 def _block(most: int, size: tuple[int, int], largest: int) -> tuple[int, int]:
-    """Return the block of texels of a pixel in a wave, (columns, rows). The number of texels is 1,
-    or a larger power of two that is at most ``most`` and with which no side of the wave's textures
-    exceeds ``largest``."""
+    """Return the block of texels of a pixel in a wave, (columns, rows). The number of texels is a
+    power of two. If it is larger than 1, it is at most ``most``, and no side of the wave's
+    textures exceeds ``largest``."""
     columns = rows = 1
     while 2 * columns * rows <= most:
         wider = 2 * columns * size[0] <= largest and columns <= rows

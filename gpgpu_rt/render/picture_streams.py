@@ -52,7 +52,7 @@ class PictureStreams:
         self.rays: dict[str, RayTextures] = {}
         self._own: dict[str, Target] = {}
         self._several: dict[tuple[str, ...], Target] = {}
-        self.rectangles = Rectangles(gpu)      # the rectangles of the present wave
+        self.rectangles = Rectangles(gpu)      # the rectangles of the current wave
         for stream in streams:
             if stream.record is RAY_TEXELS:
                 self.rays[stream.name] = RayTextures(gpu, size, precision)

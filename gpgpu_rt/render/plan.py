@@ -18,7 +18,8 @@ class Plan:
     Attributes
     ----------
     integrator : the integrator's name
-    needs : bounces that can matter, lights, bits of an index, precision
+    needs : the number of bounces that can matter, the number of shadow rays per hit, the number of
+        bits of a triangle index, and the formats of stored and computed numbers
     present : properties that the scene has, or that options request
     passes : names of the passes, in the order of their declaration
     textures : name of a texture or stream -> its bytes

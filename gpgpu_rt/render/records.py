@@ -1,4 +1,4 @@
-"""The records of pictures: surfaces and lights, which shaders read; rays; results of pixels."""
+"""The records of pictures: of surfaces and lights, of rays and paths, and of a pixel's light."""
 from __future__ import annotations
 
 from ..gl.record import Record
@@ -37,8 +37,9 @@ POINT_LIGHT = Record("point_light", "position:vec3 | strength:vec3")
 surface that faces the light, divided by the probability that this light is chosen."""
 
 SURROUNDINGS_ROW = Record("surroundings_row", "sum cosine")
-"""A row of cells of the image that surrounds a scene (``scene/image_light.py``): the probability
-of all rows up to this row, including it, and the mean cosine of the row's latitude."""
+"""A row of cells of the image that surrounds a scene (``scene/image_light.py``). ``sum`` is the
+cumulative probability of the rows, up to and including this row. ``cosine`` is the mean cosine of
+the latitude in this row."""
 
 IMAGE = Record("image", "x:int y:int width:int height:int")
 """The rectangle of a material's image in the texture of all images. Width 0 means no image."""

@@ -212,8 +212,8 @@ class Whitted(Integrator):
 
 def places_in_pixel(samples: int) -> Iterator[tuple[float, float]]:
     """Yield the offset of each sample from the pixel's centre, in pixels. All pixels have the same
-    offsets. If there are 2^k samples, each elementary box of area 2^-k contains a single sample:
-    an elementary box is a cell of a division of the pixel into 2^i columns and 2^(k - i) rows."""
+    offsets. With 2^k samples, divide the pixel into 2^i columns and 2^(k - i) rows, for any i from
+    0 to k. Each cell of this division contains exactly one sample."""
     cells = 1 << (samples - 1).bit_length()
     for first in range(0, samples, _AT_ONCE):    # 2^24 samples in one block would need gigabytes
         points = sobol_first_two(np.arange(first, min(first + _AT_ONCE, samples),

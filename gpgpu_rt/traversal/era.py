@@ -5,8 +5,8 @@ floats. Each texel of a record lies in a separate texture. A ray's state has the
 method's paper stores. The host chooses the kernel of each pass by occlusion queries.
 
 A dialect is a main file that includes ``glsl/era/pass.glsl``. The cards' compilers read the
-dialect ``card`` (glsl/era/card.frag), and the present renderer runs the dialect ``renderer``
-(glsl/era/renderer.frag).
+dialect ``card`` (glsl/era/card.frag). The renderer that traces the rays today runs the dialect
+``renderer`` (glsl/era/renderer.frag).
 """
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ from .method import Accelerator, Method
 from .schedules import DRAWN, ProgramKey, Traversal, kernel_defines
 
 INIT = "init"     # the kernel that sets up the rays' states
-# The only kernel that changes hits, in every method with an era form.
+# In every method with an era form, only the kernel with this name changes hits.
 TESTS_TRIANGLES = "intersect"
 
 

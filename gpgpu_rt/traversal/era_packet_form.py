@@ -1,4 +1,7 @@
-"""Era packet form: the field of a row that describes packets in the era form (see era.py)."""
+"""Era packet form: describes the packets of a method in the era form (see era.py).
+
+The method's row in the method table has a field for this description.
+"""
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping

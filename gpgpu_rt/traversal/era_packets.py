@@ -2,8 +2,8 @@
 branches.
 
 To count instructions, a card's compiler reads the kernels one by one
-(glsl/era/packet_kernel.glsl). `packet_loop` is the whole program, which the option ``era`` runs on
-chips with loops.
+(glsl/era/packet_kernel.glsl). `packet_loop` returns the whole program. The option ``era`` runs
+this program for chips that have loops.
 """
 from __future__ import annotations
 

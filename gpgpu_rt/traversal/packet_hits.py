@@ -51,7 +51,7 @@ class PacketTargets:
     def samplers(self, alone: bool) -> dict[str, moderngl.Texture]:
         """Return sampler name -> texture of the hits and of the counters.
 
-        With ``alone``, leave out the textures of hits that hold no triangles.
+        With ``alone``, leave out the textures that hold only t, u or v of hits.
         """
         textures = self.triangles if alone else self.hits
         return {**{f"packet_texels_{k}": texture for k, texture in enumerate(textures)},

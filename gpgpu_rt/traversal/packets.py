@@ -35,10 +35,10 @@ class PacketTraversal(MethodDriver):
         super().__init__(setup)
         self.packet = packet_of(self.options)
         self.rays = self.packet[0] * self.packet[1]
-        # There are three layouts. If the renderer has as many targets as a packet has rays, a
-        # target holds a ray's hit, or, with ``fours``, one field of the hits of four rays.
-        # Otherwise, with ``rows_alone``, a target holds, for four rays, the rows of the hit
-        # triangles in the triangle table.
+        # Hits have one of three layouts in render targets. If the renderer has fewer targets than
+        # a packet has rays (``rows_alone``), a target holds, for four rays, the rows of the hit
+        # triangles in the triangle table. With ``fours``, a target holds one field, such as t, of
+        # the hits of four rays. Otherwise, a target holds all fields of one ray's hit.
         self.rows_alone = self.rays > self.gpu.max_draw_buffers
         self.targets = self.rays // 4 if self.rows_alone else self.rays
         self.fours = self.rays % 4 == 0 and not self.rows_alone

@@ -1,4 +1,4 @@
-"""Records that several families share: rays' states, stacks, entry lists, blended hits."""
+"""Records that methods of several families share: states, stack entries, entry points and hits."""
 from __future__ import annotations
 
 from ..gl.record import EXACT_INTEGER, Record
@@ -71,5 +71,5 @@ not begun (kd-trees)."""
 
 KD_ENTERING, BVH_ENTERING = "entry:int root:int", "entry:int end:int"
 """Additional fields of rays that visit a list of subtrees. ``entry`` is the position in the list.
-In a kd-tree, ``root`` is the root of the present subtree. In a BVH, ``end`` is the node after the
-end of the present subtree."""
+In a kd-tree, ``root`` is the root of the current subtree. In a BVH, ``end`` is the node after the
+end of the current subtree."""

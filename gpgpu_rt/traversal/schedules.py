@@ -166,8 +166,8 @@ class Traversal(MethodDriver):
                      any_hit: bool) -> tuple[Target, int]:
         context = self.gpu.context
         # Passes are drawn in pairs, from ``now`` to ``scratch`` and back. Between pairs, ``now``
-        # therefore holds every ray's present state. ``scratch`` only needs the states of the rays
-        # that the pair works on.
+        # therefore holds the latest state of every ray. ``scratch`` may hold old states of rays
+        # that the pair does not work on.
         now, scratch = buffers.side(0), buffers.side(1)
         tiles = self._tiles_for(buffers)
         context.enable_only(moderngl.NOTHING)

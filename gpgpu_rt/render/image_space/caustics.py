@@ -255,8 +255,9 @@ def is_closed(triangles: np.ndarray) -> bool:
 
 
 def _views(light: np.ndarray, corners: np.ndarray, spread: float) -> tuple[Camera, Camera]:
-    """Return two cameras at the light: a narrow camera that just sees all of (k, 3, 3) triangles,
-    and a camera that is wider by the factor ``spread``. WIDEST limits both angles."""
+    """Return two cameras at the light. The image of the narrow camera just contains the triangles
+    ``corners``, (k, 3, 3). The image of the other camera is wider by the factor ``spread``. WIDEST
+    limits both angles."""
     points = corners.reshape(-1, 3).astype(np.float64)
     centre = (points.min(0) + points.max(0)) / 2
     away = centre - light

@@ -1,10 +1,10 @@
 """Entry points: passes at low resolution find the nodes where each tile's rays enter the tree.
 
 The method follows Reshetov et al. 2005. An entry is a node at which rays begin. The first passes
-bound the rays of each tile by a beam, for small tiles first. The next passes find a list of
-entries for each tile: first for large tiles, then for the small tiles in each large tile. The
-beams of the small tiles refine the list of the large tile. Any driver can then trace the rays,
-which begin at the entries of their small tile.
+bound the rays of each tile by a beam. They go from small tiles to large tiles. The next passes
+find a list of entries for each tile. They go from large tiles to small tiles: the beam of a small
+tile refines the list of the large tile around it. Any driver can then trace the rays, which begin
+at the entries of their small tile.
 """
 from __future__ import annotations
 

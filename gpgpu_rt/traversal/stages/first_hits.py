@@ -13,8 +13,8 @@ steps:
 4. ``first_rivals`` looks for rivals. A rival is a triangle that a ray hits before the pixel's
    candidate. For each triangle, the program visits the pixels whose rays can hit the triangle. It
    skips pixels that show the triangle, and pixels that show a candidate certainly in front of it.
-   In the remaining pixels, the triangle test decides. A triangle that covers many pixels is
-   searched in parts of the image. ``first_packed`` and ``first_blocks`` prepare this search.
+   In the remaining pixels, the triangle test decides. If a triangle covers many pixels, the search
+   visits parts of the image one by one. ``first_packed`` and ``first_blocks`` prepare the search.
    ``first_doubt`` then marks the pixels in which a rival was found.
 5. A ray is in doubt if the ray misses its candidate, or if its pixel has a rival. The rays in
    doubt are gathered, the tracer's method traces them, and their hits are scattered back.
@@ -55,7 +55,7 @@ FIRST_HITS = ("traced", "rasterised", "verified")
 # A triangle that comes very near to the eye has no bound in pixels. Very near means: nearer than
 # this share of the distance to the scene's farthest corner.
 NEAREST = 1e-3
-MOST_PIXELS = 24     # a triangle is searched in parts if its extent in pixels is larger
+MOST_PIXELS = 24     # split the search into parts if a triangle's extent in pixels is larger
 MOST_IN_DOUBT = 0.5  # if a larger share of the rays is in doubt, all rays are traced
 TRACED_ROW = 64      # length of a row of rays in doubt; rows keep neighbours together for packets
 BEFORE, MANY = 1, 2   # as in stages/verdict.glsl
@@ -222,8 +222,8 @@ class FirstHits(DriverBase):
                 view: dict[str, object]) -> list[np.ndarray]:
         """Return the rivals: the triangles that come before a candidate.
 
-        The result is two (k, 3) PART arrays: the rivals that were searched in the whole image, and
-        the rivals that were searched in parts of the image.
+        The result is two (k, 3) PART arrays: the rivals that a search of the whole image found,
+        and the rivals that searches of parts of the image found.
         """
         side = max(rays.size)
         whole = np.pad(drawn[:, None], ((0, 0), (0, 2)))

@@ -6,9 +6,10 @@ from ..records import ENTRIES
 
 DEPTH_BOUNDS = Record("depth_bounds", "least closed minus_most")
 """Bounds of the depths, along the view, at which a tile's eye rays can hit something. ``least`` is
-the least depth of any triangle. ``closed`` is the least depth at which a triangle that alone
-covers the whole tile ends; no ray of the tile goes farther. ``minus_most`` is the greatest depth
-of any triangle, negated so that MIN blending works for all fields."""
+the least depth of any triangle. If a triangle alone covers the whole tile, no ray of the tile
+goes beyond the greatest depth of this triangle. ``closed`` is the least of these greatest depths.
+``minus_most`` is the greatest depth of any triangle, negated so that MIN blending works for all
+fields."""
 
 SHOWN = Record("shown", "depth triangle:int")
 """A rasterised pixel: an upper bound of its hit's depth, and the shown triangle."""
@@ -25,8 +26,9 @@ PART = Record("part", "row:int x:int y:int")
 
 VERDICT = Record("verdict", "kind:int first:int last:int")
 """The verdict on a PART. ``kind`` is a constant of stages/verdict.glsl. If the triangle covers too
-many pixels, it must be searched in parts of the image. ``first`` and ``last`` are then the numbers
-of the first and the last part; the part in column x and row y has the number x + 1,024 y."""
+many pixels, the search must be split into parts of the image. ``first`` and ``last`` are then the
+numbers of the first and the last part. The part in column x and row y has the number
+x + 1,024 y."""
 
 TILE_BEAM = Record(
     "tile_beam", "lo_origin:vec3 t_min | hi_origin:vec3 t_max | inv_lo:vec3 signs:int "
