@@ -34,7 +34,7 @@ class Option:
         defines the macro, and a number is the macro's value. A word, such as ``fast``, defines
         another macro, whose name is ``define`` followed by ``_FAST``.
     relaxed : Choices with which a search may lose hits. They exist only for measurements.
-    excludes : Options that must keep their defaults unless this option has its default.
+    excludes : If this option differs from its default, these options must have their defaults.
     schedules : The schedules that allow a value other than the default. Empty for all schedules.
     goes_with : The name of another option, and the values of that option for which this option
         has a meaning.

@@ -48,8 +48,8 @@ class Statistics:
         rebuilt the accelerator, this is the time of the attempt to refit before the rebuild.
     rebuilt : Whether the last update rebuilt the accelerator.
     trace_seconds : Time from the first draw to the end of the last draw. With ``presort``, this
-        includes the time in which the host sorts rays. For all hits, this also includes the
-        copies between arrays and textures.
+        includes the time in which the host sorts rays. For `Tracer.trace_all`, this also includes
+        the copies between arrays and textures.
     sort_seconds : The part of ``trace_seconds`` in which rays are sorted, and hits are put back
         into the caller's order of rays.
     upload_seconds, readback_seconds : Time to copy arrays to textures, and textures to arrays.

@@ -59,8 +59,8 @@ class Tracer:
     Notes
     -----
     The end of a ``with`` block, or ``release``, frees textures and programs. Threads may share a
-    tracer, or each thread may have its own tracer: only one thread uses the OpenGL context at a
-    time. ``statistics`` describes the last call of any thread. Each process needs its own tracer,
+    tracer, or may each have one, because only one thread at a time uses the OpenGL context.
+    ``statistics`` describes the last call of any thread. Each process needs its own tracer,
     and processes must start by "spawn", because a context does not survive a fork. If a tracer is
     pickled, the other process makes a new tracer with the same scene, method and options.
     """
@@ -122,12 +122,12 @@ class Tracer:
 
     @property
     def taken(self) -> str:
-        """The rays for which the present method was chosen: "coherent" or "incoherent"."""
+        """The rays for which the last call's method was chosen: "coherent" or "incoherent"."""
         return self.sessions.chosen
 
     @property
     def method(self) -> Method:
-        """The present method's row of the method table, adapted to the options."""
+        """The last call's method: its row of the method table, adapted to the options."""
         return self.session.method
 
     @property
@@ -226,7 +226,7 @@ class Tracer:
         ValueError
             as for ``trace``
         OptionError
-            for options that may lose hits; for options that round t, so that two t become equal
+            for options that may lose hits, or that round t, so that two t could become equal
         """
         for method, own in self.sessions.rows.values():
             check_exact(method, own)
@@ -260,10 +260,10 @@ class Tracer:
             After "path", ``radiance`` holds the unclipped result.
         progress : Called as progress(samples done, samples in total, noise so far, or infinity).
         first_hits : One of "traced", "rasterised" and "verified". With "rasterised" the rasteriser
-            finds the eye rays' hits that it can prove, and the method traces the other eye rays.
+            finds the hits of eye rays, and the method traces each eye ray whose hit is in doubt.
             The hits equal traced hits to the bit. With "verified" a rasterised hit is checked to
             be a hit of its ray, but not to be the nearest hit, so a few pixels may show a triangle
-            behind the nearest one. ``statistics.first_hits`` counts the traced rays.
+            behind the nearest one. ``statistics.first_hits`` counts the traced eye rays.
         region : Pixels of the picture to draw, (x, y, width, height) from the top left. They are
             the same to the bit as in the whole picture. None draws all pixels. The option
             ``noise`` of "path" is compared with the noise of the region.

@@ -153,8 +153,8 @@ class RayMeshIntersector:
 
         The result is undefined for points on the surface. The test is trimesh's own. It sends two
         opposite rays from each point: the point is inside if each ray hits an odd number of
-        places. A ray that grazes an outline of the mesh may hit or miss it, so such a point's
-        result may be wrong.
+        places. A ray that grazes an outline of the mesh may hit or miss it there, so the result
+        for the ray's point may be wrong.
         """
         return contains_points(self, points)
 

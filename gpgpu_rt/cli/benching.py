@@ -1,4 +1,4 @@
-"""``gpgpu-rt bench``: compare the methods with the engines that users would choose instead."""
+"""``gpgpu-rt bench``: compare the speed of the methods and of today's ray tracing engines."""
 from __future__ import annotations
 
 import argparse
@@ -150,8 +150,10 @@ def _print_notes(gpu: Gpu, found: Races) -> None:
     missing."""
     if any(entry.over for *_, entries in found for entry in entries):
         print(f"over embreex: our rate divided by the rate of {EMBREE}, as the median "
-              "of all rounds. Only our\n"
-              f"passes are timed, on {_renderer(gpu)}. Rows are sorted by this column\n"
+              "of all rounds. Our time\n"
+              f"is the time of the passes on {_renderer(gpu)},\n"
+              "and of sorting rays on the host, if any. It excludes copies of arrays. Rows are "
+              "sorted by this column\n"
               "arrays in to out: the same ratio, but our time begins with rays in numpy arrays "
               "and ends with hits in numpy arrays\n"
               "against embreex: faster or slower, if all rounds agree")
@@ -169,12 +171,12 @@ def _print_notes(gpu: Gpu, found: Races) -> None:
 
 
 def _missing() -> dict[str, str]:
-    """Return, for each engine that is missing, the reason."""
+    """Return engine -> the reason why it cannot run, for each missing engine."""
     return {engine.name: engine.missing for engine in ENGINES if engine.missing}
 
 
 def _chart(path: str) -> Callable[[Races, str, str], None]:
-    """Return the function that draws the chart into a file of this name.
+    """Check the name of the chart's file, and return the function that draws the chart.
 
     Raises
     ------

@@ -14,7 +14,8 @@ from ..hardware.static_costs import (
 )
 from ..tracer import Tracer
 
-# An attribute of StaticCost, its label, and the card's figure that limits it ("": no limit).
+# Each row: an attribute of StaticCost, its label, and the attribute of Card that limits it. ""
+# means that the table of cards has no limit for it.
 _ROWS = (("arithmetic", "arithmetic instructions", ""),
          ("slots", "instruction slots", "arithmetic_slots"),
          ("vector", "  vector operations", ""), ("scalar", "  scalar operations", ""),
@@ -32,7 +33,8 @@ def card_costs(method: str, card: str, options: dict[str, Any], only: str | None
     Raises
     ------
     OptionError
-        for an unknown kernel or card, or a method without an era form (docs/era.md)
+        for an unknown kernel or card, or a method without an era form (kernels that the cards of
+        2002-2006 could run; docs/era.md)
     """
     compiled_costs(card)    # for an unknown card, raises an error that names the known cards
     looped = method in packet_methods()

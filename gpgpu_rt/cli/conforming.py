@@ -43,7 +43,7 @@ def add_commands(command: Command) -> None:
                      help="families of cases; default: all. --list prints their names")
     sub.add_argument("--list", action="store_true", help="list the families and the engines")
     sub.add_argument("--rays", type=int, default=RAYS, help="number of rays of each family; "
-                     "default %(default)s. Families with slow scenes have fewer")
+                     "default %(default)s. Families with slow scenes have fewer rays")
     sub.add_argument("--seed", type=int, default=SEED, help="seed of the rays and of random "
                      "scenes; default %(default)s")
     sub.add_argument("--time-limit", type=float, default=SECONDS, metavar="SECONDS",
@@ -109,8 +109,8 @@ def _tell(rows: list[Row], missing: dict[str, str], chosen: argparse.Namespace) 
 
 
 def _specs(chosen: argparse.Namespace) -> tuple[list[Spec], dict[str, str]]:
-    """Return the methods and engines to run. For each engine of the table that cannot run, return
-    also the reason."""
+    """Return the methods and engines to run. Also return name -> reason for each known engine that
+    cannot run."""
     missing: dict[str, str] = {}
     named = [word for word in chosen.engine if word != NONE]
     given = bool(named or chosen.program)
@@ -150,8 +150,8 @@ def _print(rows: list[Row], missing: dict[str, str]) -> None:
     engines = list(dict.fromkeys(row.engine for row in rows))
     cells = {(row.engine, row.family): row for row in rows}
     none = Row("", "", "", 0, 0, {}, 0.0)       # for results that are missing after an interrupt
-    print("Wrong rays out of rays cast. A dash: the engine does not support the family's "
-          "intervals of t, or it gave no answer in an earlier family.")
+    print("Wrong rays out of rays cast. A dash: the engine does not support the t_min or t_max of "
+          "the family's rays, or it gave no answer in an earlier family.")
     print_table(["family", *engines],
                 [[name, *(_cell(cells.get((engine, name), none)) for engine in engines)]
                  for name in dict.fromkeys(row.family for row in rows)])

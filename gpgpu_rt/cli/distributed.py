@@ -123,8 +123,8 @@ def _frames(chosen: argparse.Namespace, workers: Workers, animation: Animation,
 
 
 def _method(chosen: argparse.Namespace) -> tuple[str, dict[str, Any]]:
-    """Return the method and its options. Raise OptionError for ways to choose a method that would
-    depend on the machine, such as auto, and for --statistics."""
+    """Return the method and its options. Raise OptionError for auto and ``--settings``, because
+    the method that they choose may depend on the machine. Also raise it for ``--statistics``."""
     if chosen.settings is not None or chosen.force or chosen.method == AUTO:
         raise OptionError("auto and --settings work in one process only; with --scheduler, name "
                           "the method by --method")

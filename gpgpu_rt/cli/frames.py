@@ -110,8 +110,8 @@ def opened(chosen: argparse.Namespace) -> Animation:
 
 
 def frame_drawing(chosen: argparse.Namespace, animation: Animation) -> dict[str, Any]:
-    """Return the arguments of `Tracer.render` that all frames share. They include a camera unless
-    the animation moves the camera and no option of the command line places the camera."""
+    """Return the arguments of `Tracer.render` that all frames share. If the animation moves the
+    camera, these arguments have a camera only if the command line has an option of the camera."""
     drawing = drawing_of(chosen, animation.scene)
     if animation.camera is not None and not given_camera(chosen):
         del drawing["camera"]
@@ -137,7 +137,8 @@ def kept_frames(chosen: argparse.Namespace, animation: Animation,
 def _summary(spent: list[dict[str, Any]], ahead: bool) -> str:
     """Return a line with the median times of the frames after the first.
 
-    With ``ahead``, only the part of a build during which a frame waited counts as build time.
+    With ``ahead``, the build time is the time in which a frame waited for the build and the tables
+    were written. The part of the build that ran while another frame rendered does not count.
     """
     if not spent:
         return "no times: no frame after the first was rendered"

@@ -12,11 +12,11 @@ from .shared import Command, print_json, print_table, say
 
 SCENE = "cornell"   # the tables depend on the scene; the programs hardly depend on it
 WIDTH = 100         # columns to which text is wrapped: the table of methods has about this width
-NOTE = ("The rows `era` judge the kernels as the papers had them, which Mesa's compilers for the "
-        "cards compiled (docs/era.md). The other rows judge today's programs by their targets, "
-        "tables, loops, queries and float textures; no card's compiler counts their "
-        "instructions. Programs store "
-        "an index in one channel; two coordinates would address more texels. The ray engine of "
+NOTE = ("The rows `era` judge the kernels as the papers had them (docs/era.md), by the counts of "
+        "Mesa's compilers for the cards. The other rows judge today's programs by their render "
+        "targets, tables, loops, queries and float textures, but not by their instructions, "
+        "because no card's compiler counts them. Programs store a table index in one channel; two "
+        "coordinates, in two channels, would address more texels. The ray engine of "
         "2002 ran in fixed point; ours emulates it in float textures (`--fixed-point`). The "
         "number of loop iterations is not compared with a card's limit, because it depends on "
         "the rays.")

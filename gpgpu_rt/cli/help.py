@@ -162,7 +162,7 @@ def help_of(kinds: Mapping[Option, Sequence[str]]) -> str:
 
 
 def escaped(text: str) -> str:
-    """Return a text such that argparse prints it unchanged."""
+    """Return the text with doubled percent signs: argparse then prints the text unchanged."""
     return text.replace("%", "%%")
 
 

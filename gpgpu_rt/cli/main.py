@@ -35,7 +35,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def import_command(arguments: Sequence[str]) -> None:
     """Import the module of the command that the arguments name, or of every command.
 
-    A caller that has its own way to handle interrupts during imports calls this function first.
+    ``__main__.py`` calls this function before `main`, because an interrupt during these imports
+    is handled in another way than an interrupt of the command (``interrupts.py``).
     """
     named = next((MODULES[word] for word in arguments if word in MODULES), None)
     for module in MODULES.values() if named is None else [named]:
@@ -103,7 +104,7 @@ def _take_methods(arguments: Sequence[str]) -> list[str]:
 def command_parser(only: str | None = None) -> Parser:
     """Return the parser of all commands, or of the module that has the command ``only``.
 
-    The parser has the switches of all its commands.
+    The parser's ``switches`` are the switches of all these commands.
     """
     parser = Parser(prog="gpgpu-rt", description="Ray tracing by fragment programs, as on the "
                     "graphics hardware of 2002-2007.")

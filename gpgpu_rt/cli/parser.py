@@ -48,8 +48,8 @@ class Parser(argparse.ArgumentParser):
         return self._rare
 
     def own(self, options: OwnedOptions) -> None:
-        """Add to the help the options that methods or integrators own. The parser already has
-        them as arguments."""
+        """Let the help list the options that methods or integrators own. The caller declares each
+        of these options as an argument of the parser."""
         if not self.owned:
             self.add_argument("--help-all", action=_HelpAll, nargs=0, default=argparse.SUPPRESS,
                               help="show every option and exit")
@@ -97,7 +97,7 @@ class Parser(argparse.ArgumentParser):
         self.error(f"{command} has no {name}{did_you_mean(name, self._option_string_actions)}")
 
     def _of_arguments(self, word: str) -> str:
-        """Return what to do about an argument that is one too many."""
+        """Return the end of an error message about a surplus argument."""
         own = self._get_positional_actions()
         names = [str(action.metavar or action.dest) for action in own]
         if not own:

@@ -1,4 +1,4 @@
-"""``gpgpu-rt render --integrator --explain``: the light in a picture, and the plan to draw it."""
+"""``gpgpu-rt render --integrator --explain``: choose how light is computed, and print the plan."""
 from __future__ import annotations
 
 import argparse

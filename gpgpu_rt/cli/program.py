@@ -94,8 +94,8 @@ def files_of_method(name: str) -> list[tuple[str, str]]:
     """Return (file, purpose) for each file of a method. The Python file of the method's row in the
     method table comes first.
 
-    Without an OpenGL context, the result has only the files that the row names, not the files that
-    those files include.
+    The other files are found by resolving includes in an OpenGL context. Without a context, the
+    result has only the Python file and the file of kernels that the row names.
     """
     row, file = find_method(name), file_of(name)
     found = [] if file is None else [(_shown(file), "row")]

@@ -1,5 +1,5 @@
-"""Progress: a bar if tqdm is installed, in a terminal or a notebook, else a line from time to
-time."""
+"""Progress: show a bar if tqdm is installed and the output is a terminal or a notebook. Otherwise
+print a line from time to time."""
 from __future__ import annotations
 
 import contextlib

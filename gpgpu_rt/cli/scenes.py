@@ -214,7 +214,8 @@ def _missing_files(name: str, folder: Path) -> list[SourceFile]:
 
 
 def _convert(name: str, folder: Path, work: Path) -> None:
-    """Write the mesh of a scene, unless a folder has the mesh. Remove files that are not kept."""
+    """Write the mesh of a scene, unless it exists already. Then remove the downloaded files,
+    unless the scene's animation reads them."""
     files, stay = source_files()[name], ORIGINALS[name].keeps_files
     paths = [folder / catalogue.PUBLISHED / file.place if stay else work / file.sha256
              for file in files]

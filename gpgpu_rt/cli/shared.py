@@ -82,8 +82,8 @@ def add_method(sub: argparse.ArgumentParser, text: str, required: bool = False) 
 def add_methods(sub: argparse.ArgumentParser, default: str | None = None) -> None:
     """Declare ``-m`` for several methods; ``chosen.methods`` is their list.
 
-    ``default`` is a text for the help. If ``default`` is given, the user need not give ``-m``, and
-    ``chosen.methods`` is then None.
+    ``default`` is a text for the help. If ``default`` is given, ``-m`` is optional. Without
+    ``-m``, ``chosen.methods`` is None.
     """
     sub.add_argument("-m", "--method", "--methods", required=default is None, action=_Collect,
                      dest="methods", metavar="NAME,NAME,...", type=names,
@@ -100,7 +100,7 @@ def add_variants(sub: Parser, group: argparse._ArgumentGroup, options: OwnedOpti
                  prefix: str) -> None:
     """In a group of a command's parser, declare a ``--word`` for each of the options.
 
-    The parsed arguments hold the text after the word as their attribute ``prefix`` + name.
+    ``prefix`` + name is the attribute of the parsed arguments that holds the user's text, or None.
     """
     sub.own(options)
     for name, kinds in options.table.items():
@@ -177,9 +177,9 @@ def parsed(chosen: argparse.Namespace, prefix: str, asked: Iterable[str],
 
     Parameters
     ----------
-    chosen : the parsed arguments; their attribute ``prefix`` + name holds the text of the option
+    chosen, prefix : the parsed arguments, whose attribute ``prefix`` + name is an option's text
     asked : the names of the options to look for
-    known : the options of the owner, whose name is ``whose``
+    known, whose : the options of their owner, such as a method, and the owner's name
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Timings: where the time of a command goes, from the start of its process to its last file."""
+"""Timings: measure the parts of a command's time, from the process's start to the last file."""
 from __future__ import annotations
 
 import os

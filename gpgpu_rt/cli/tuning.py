@@ -57,7 +57,7 @@ def add_commands(command: Command) -> None:
                      "then chooses one method for all rays, because the data of two methods "
                      "would be in memory at once")
     sub.add_argument("--rays", type=count_word, metavar="N", help="number of rays that test the "
-                     "bounds, and again as many that confirm the result; default and minimum: the "
+                     "bounds; as many new rays confirm the result; default and minimum: the "
                      "number that the bounds need")
     sub.add_argument("--kinds", type=names, default=list(KINDS), metavar="NAME,NAME,...",
                      help="kinds of rays for which the bounds must hold, in equal shares; default "
@@ -73,7 +73,7 @@ def add_commands(command: Command) -> None:
 
 
 def _facts(scene: Scene) -> dict[str, Any]:
-    """Return the facts about the scene for JSON, with the description that settings contain."""
+    """Return the facts about the scene for JSON, with the scene's description as in settings."""
     return {**scene.facts(), "scene": settings.describe(scene)}
 
 
@@ -87,7 +87,7 @@ _COLUMNS = {
     ("at most (95 %)",): "upper 95 % confidence bound of the share of wrong rays",
     ("leak",): "number of rays that pass through a surface without a hit",
     ("false",): "number of rays with a hit of a triangle that the ray cannot hit",
-    ("triangle",): "number of rays with a hit behind a certain hit of another triangle",
+    ("triangle",): "number of rays with a hit behind another triangle that they surely hit",
     ("unfinished",): "number of rays that the step cap or a full stack stopped",
     ("excused",): "number of rays whose triangle differs from the reference's within float32's "
     "error bound; they do not count as wrong",
@@ -97,7 +97,7 @@ _COLUMNS = {
     "right hits, in units in the last place",
     ("u, v max",): "largest error of a barycentric coordinate",
     ("RMSE", "FLIP"): "error of a picture; 0 if the picture equals the reference's",
-    ("Mrays/s", "ms"): f"rate and time of only the passes for the judged rays, median of {RUNS} "
+    ("Mrays/s", "ms"): f"rate and time of the passes alone, for the judged rays; median of {RUNS} "
     "calls for each kind. Few rays cannot fill the renderer: measure rates by `gpgpu-rt bench`",
     ("MB",): "size of all textures, those of rays and hits included",
     ("passes",): "number of passes for the judged rays"}

@@ -1,4 +1,5 @@
-"""Unfinished output: the finished parts of a film or picture, from which a run can resume."""
+"""Unfinished output: keep the finished parts of a film or picture, so that a later run can resume.
+"""
 from __future__ import annotations
 
 import contextlib
@@ -41,8 +42,8 @@ class Unfinished:
     count : the number of parts
     settings : the settings that determine a part, in types that JSON can hold
     resume : whether to keep the parts that an earlier run finished
-    files : maps the number of a part to its file, if the parts themselves are the output, such as
-        numbered frames; by default the parts are in the folder
+    files : function from the number of a part to its file, for parts that are the output itself,
+        such as numbered frames. None keeps the parts in the folder
 
     Raises
     ------
@@ -89,8 +90,8 @@ class Unfinished:
     def until_whole(self) -> Iterator[None]:
         """Return a context in which the caller makes the parts and assembles the output.
 
-        The folder is removed at the end. The folder stays if the run is interrupted or fails,
-        unless no part is finished or a resumed run would fail in the same way.
+        When the output is complete, the folder is removed. If the run is interrupted or fails, the
+        folder stays, provided that it has a finished part and a resumed run could succeed.
         """
         try:
             yield

@@ -1,1 +1,1 @@
-"""The engine: contexts, programs, records, textures and passes."""
+"""The OpenGL layer: contexts, programs and passes, and textures that hold records."""

@@ -19,7 +19,7 @@ LIBRARIES = ("libGLESv2.so", "libEGL.so")    # libEGL.so loads libGLESv2.so from
 HINT = ("set GPGPU_RT_ANGLE to a folder with ANGLE's libEGL.so, libGLESv2.so and "
         "libvk_swiftshader.so")
 # The context offers one render target fewer than ANGLE, because FragmentCounter counts fragments
-# in the last target. A program with 8 targets still runs, and is counted by its viewport.
+# in the last target. A program with 8 targets still runs, and all pixels of its viewport count.
 MOST_TARGETS = TARGETS - 1
 ES_VERSION = 310
 EXTENSIONS = ("GL_EXT_color_buffer_float", "GL_EXT_float_blend", "GL_OES_draw_buffers_indexed",

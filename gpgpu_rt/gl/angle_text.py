@@ -1,4 +1,4 @@
-"""The texts of programs for a context of ANGLE: `es_text`, and four additions.
+"""Programs for ANGLE: `es_text` translates a program's text, and this module makes four changes.
 
 * A fragment program writes 1 to the render target in which ``FragmentCounter`` counts fragments.
   A program that needs this target itself is not counted in this way.

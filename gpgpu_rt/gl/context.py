@@ -1,5 +1,5 @@
-"""Gpu: an OpenGL context from EGL, OSMesa, the system, ANGLE or a window. Apart from
-windows, only this file makes contexts."""
+"""Gpu: an OpenGL context from EGL, OSMesa, the system, ANGLE or a window. This file makes all
+contexts except those of windows."""
 from __future__ import annotations
 
 import functools
@@ -105,8 +105,8 @@ class Gpu:
         self.max_texture_size: int = context.info["GL_MAX_TEXTURE_SIZE"]
         self.max_draw_buffers: int = min(context.info["GL_MAX_DRAW_BUFFERS"],
                                          MOST_TARGETS if self.is_es else 64)
-        # softpipe's gl_VertexID restarts every 4096 vertices. 4092 is the largest smaller number
-        # that is divisible by 2 and 3, so a draw in parts cuts no line and no triangle.
+        # softpipe's gl_VertexID restarts every 4096 vertices. 4092 is the largest number below
+        # 4096 that is divisible by 2 and 3, so a draw in parts cuts no line and no triangle.
         self.most_vertices = 4092 if self.renderer.startswith("softpipe") else None
         self.programs: dict[Any, moderngl.Program] = {}   # filled by gl/shader.py
         self.compilations: list[Any] | None = None    # filled by gl/shader.py
@@ -296,7 +296,7 @@ def open_gpu(context: str | moderngl.Context | Gpu | None = None) -> Gpu:
 
 
 def probe() -> Iterator[tuple[str, Gpu | ContextError]]:
-    """Yield each backend with its Gpu, or with the error that prevents it."""
+    """Yield each backend with its Gpu, or with the error if the backend gives no context."""
     for backend in backends():
         try:
             yield backend, _shared(backend)

@@ -1,4 +1,4 @@
-"""DesktopFunctions: the functions of OpenGL 3.3 that moderngl calls, on OpenGL ES 3.1.
+"""DesktopFunctions: give moderngl the functions of OpenGL 3.3 that it calls, on OpenGL ES 3.1.
 
 Most functions are the same. A few have another name or other arguments in ES, or ES lacks them.
 """
@@ -17,8 +17,8 @@ INDEXED = ("ColorMaski", "Enablei", "Disablei", "IsEnabledi", "BlendEquationi",
 RENAMED = {**{f"gl{name}": f"gl{name}OES" for name in INDEXED},
            "glGetTexImage": "glGetTexImageANGLE", "glPolygonMode": "glPolygonModeANGLE",
            "glProvokingVertex": "glProvokingVertexANGLE"}
-# ES knows no names for these capabilities. PROGRAM_POINT_SIZE, TEXTURE_CUBE_MAP_SEAMLESS and
-# MULTISAMPLE (first, second, fourth) are always enabled in ES; PRIMITIVE_RESTART does not exist.
+# ES knows no names for these capabilities: PROGRAM_POINT_SIZE, TEXTURE_CUBE_MAP_SEAMLESS,
+# PRIMITIVE_RESTART and MULTISAMPLE. ES has no PRIMITIVE_RESTART; the others are always enabled.
 NO_CAPABILITIES = (0x8642, 0x884F, 0x8F9D, 0x809D)
 # The name of the range of point sizes in OpenGL, and the name in ES, where points are not
 # smoothed.
@@ -35,9 +35,9 @@ UINT, INT, POINTER, FLOAT, DOUBLE = (
 class DesktopFunctions:
     """Addresses of functions. The object must live as long as the context.
 
-    A call of a function that ES lacks does nothing but set the error GL_INVALID_OPERATION; a call
-    of a function in `WITHOUT_EFFECT` sets no error. An exception in a function of this class also
-    sets GL_INVALID_OPERATION.
+    If ES lacks a function, a call of it only sets the error GL_INVALID_OPERATION. A call of a
+    function in `WITHOUT_EFFECT` does not even set an error. An exception in a function of this
+    class also sets GL_INVALID_OPERATION.
 
     Parameters
     ----------

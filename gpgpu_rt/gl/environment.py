@@ -17,7 +17,7 @@ _ROOT = Path(__file__).parents[2]
 
 @dataclass(frozen=True)
 class RunEnvironment:
-    """What a measurement is made with.
+    """The software and the hardware with which a measurement is made.
 
     Parameters
     ----------

@@ -97,7 +97,8 @@ def _struct_glsl(record: Record) -> str:
 
 
 def _load_glsl(record: Record, parameter: str = "", fetch: str = "texel_of(%s)") -> str:
-    """Return the load function. ``fetch`` is the GLSL that reads a texture named by %s."""
+    """Return the load function. ``fetch`` is the GLSL that reads a texture, with %s for the
+    texture's name."""
     samplers = [f"{record.name}_texel_{k}" for k in range(record.texels)]
     struct = record.name.capitalize()
     read = ", ".join(f"texel_{field.texel}.{field.swizzle}" for field in record.fields)

@@ -1,8 +1,8 @@
 """FragmentCounter: occlusion queries that count fragments, on OpenGL ES.
 
-An occlusion query of ES says only whether a fragment passed. Here a draw inside a query therefore
-also adds 1 to a texel of an extra render target, for each fragment that is drawn there. The depth
-test and `discard` act on this target too, so the sum of the texels is the count of OpenGL 3.3.
+An occlusion query of ES says only whether a fragment passed. Inside a query, each fragment here
+therefore also adds 1 to its texel of an extra render target. The depth test and `discard` act on
+this target too, so the sum of its texels is the count that OpenGL 3.3 gives.
 `angle_text.py` adds the output to each fragment program. A draw into 8 render targets leaves no
 target for the count. Such a draw counts as many fragments as the viewport has pixels, because the
 programs of 8 targets are full-screen passes that discard nothing.

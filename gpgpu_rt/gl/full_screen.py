@@ -29,8 +29,8 @@ class Rectangles:
         self.corners = np.zeros((0, 4), np.float32)
 
     def write(self, corners: np.ndarray) -> None:
-        """Replace the rectangles by (n, 4) corners: x0, y0, x1, y1, in texels or in the units that
-        the parameter ``unit`` of `FullScreenPass.draw` describes."""
+        """Replace the rectangles by (n, 4) corners: x0, y0, x1, y1. They are in texels, or in
+        smaller units (see the parameter ``unit`` of `FullScreenPass.draw`)."""
         self.corners, self.count = np.ascontiguousarray(corners, np.float32), len(corners)
         if self.count:
             self.buffer.write(self.corners)
@@ -72,7 +72,7 @@ class FullScreenPass(FragmentPass):
         textures : sampler name -> texture. Textures that the program does not sample are ignored
         depth : window depth in [0, 1], written and tested
         rectangles : the rectangles to draw; None draws the whole target
-        unit : side of a texel of the target in the units of the rectangles' corners
+        unit : side of a texel in the units of the rectangles' corners; 1 for corners in texels
         """
         size = target.size
         if rectangles is None:

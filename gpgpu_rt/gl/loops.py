@@ -1,8 +1,8 @@
 """Loops: rewrites ``do`` loops, which test their condition after their body, as ``for`` loops.
 
-SwiftShader compiles some ``do`` loops wrongly if they contain other loops: kd-packet with two or
-more stack entries then lost hits of a few rays in a thousand. Mesa's renderers run the same text
-correctly, and SwiftShader runs the ``for`` loops correctly.
+SwiftShader compiles some ``do`` loops wrongly if they contain other loops. With such loops,
+kd-packet with two or more stack entries lost the hits of a few rays in a thousand. Mesa's
+renderers run the same text correctly, and SwiftShader runs the ``for`` loops correctly.
 """
 from __future__ import annotations
 

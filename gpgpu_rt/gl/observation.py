@@ -148,7 +148,7 @@ class Observers:
 
     def begin_query(self) -> None:
         """Begin an occlusion query of the host. The observers receive the passes inside the query
-        at its end."""
+        when the query ends."""
         self._waiting = []
         for observer in self.all:
             observer.queried()
@@ -164,8 +164,8 @@ class Observers:
 
 
 class HostQuery:
-    """An occlusion query with which the host counts rays, while passes are observed. Its result is
-    also the fragment count of the pass inside, because OpenGL cannot nest occlusion queries."""
+    """An occlusion query with which the host counts rays, while passes are observed. OpenGL cannot
+    nest occlusion queries, so its result is also the fragment count of the last pass inside it."""
 
     def __init__(self, observers: Observers, query: OcclusionQuery) -> None:
         self._observers, self._query = observers, query

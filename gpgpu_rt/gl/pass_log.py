@@ -29,8 +29,8 @@ class PassWork:
     name : the kernel of the program, or the program's file
     texts : the (vertex, fragment) texts of the program
     draws, fragments : number of draws and of fragments
-    streams_read : bytes of streams that fragments read, if each fragment reads one texel of each
-        stream texture once
+    streams_read : bytes that fragments read from streams, if each fragment reads a single texel
+        of each stream texture
     tables : names of the sampled tables. ``gpgpu_rt.hardware`` counts the fetches
     texel_bytes : sampler -> bytes of a texel of the sampled texture
     written : bytes written to render targets

@@ -1,4 +1,4 @@
-"""Number formats of the hardware of 2002-2007: how textures store and how kernels round.
+"""Number formats of the hardware of 2002-2007: how textures store and kernels round numbers.
 
 ``storage`` is the format of the geometric channels of ray, state, hit and node textures.
 ``arithmetic`` is the format to which each result of a kernel is rounded. Indices stay exact in all
@@ -33,8 +33,8 @@ class Format:
     ----------
     mantissa_bits : explicit bits of the mantissa
     smallest : the smallest normal number
-    quantum : distance of the numbers below ``smallest``; equal to ``smallest`` for a format
-        without denormals
+    quantum : distance between neighbouring numbers below ``smallest``; equal to ``smallest`` for a
+        format without denormals
     largest : the largest finite number
     """
 

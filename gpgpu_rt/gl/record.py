@@ -1,5 +1,5 @@
-"""Records: declarations of fields in texels, which numpy packs and GLSL reads. The texels of a
-record lie in a table, which is read by index, or in a stream, which passes read and write.
+"""Records: a declaration lists fields in texels; numpy packs the fields, and GLSL reads them. The
+texels of records form a table, which is read by index, or a stream, which passes read and write.
 
 A declaration lists fields texel by texel: ``"v0:vec3 index:int | v1:vec3 last:int | v2:vec3"``.
 Types are float (the default), vec2, vec3, vec4, int, ivec3 and ivec4. Integers are stored as float
@@ -91,12 +91,13 @@ class Record:
     half_texels : Number of texels in half float textures; these texels come first. Set by
         ``stored``.
     uniform_texels : Texels of a stream that are the same for all its records. A program reads
-        these texels from uniforms. GLSL finds, for example, RAYS_TEXEL_0_UNIFORM defined.
+        these texels from uniforms. For texel 0 of ``rays``, GLSL finds the define
+        RAYS_TEXEL_0_UNIFORM.
     define : GLSL define that accompanies a stream's accessors. A program uses it to distinguish
         records of the same name with different fields.
     constants : Names and values of integers with a special meaning in fields. GLSL knows them by
         these names.
-    full_precision : Whether geometric fields are float32 whatever the storage.
+    full_precision : Whether geometric fields stay float32, whatever the option ``storage`` is.
     is_apart : Whether each texel of a table's records lies in a separate texture. Set by
         ``apart``.
     """
@@ -333,7 +334,8 @@ def check_count(name: str, count: int) -> None:
 
 
 def _cut_into_texels(fields: Iterable[Field]) -> list[str]:
-    """Return the layouts of texels: each texel has as many fields, in order, as fit."""
+    """Return the layouts of texels that hold the fields in order. A field that does not fit into
+    the last texel begins a new texel."""
     texels: list[str] = []
     used = 4
     for field in fields:

@@ -9,8 +9,8 @@ branch.
 
 A selection is rewritten only if both values can be computed in any case: they assign nothing, and
 call no function that could have an effect or a loop. If a value reads an element of an array, the
-index must be a parameter of a function. Programs pass only numbers of rays and axes as such an
-index, and these numbers lie inside the array.
+index must be a parameter of a function. As such an index, programs pass only the number of a ray
+or of an axis, and these numbers lie inside the array.
 """
 from __future__ import annotations
 
@@ -254,7 +254,8 @@ class _Writer:
         return text
 
     def _changes_nothing(self, items: Sequence[Item]) -> bool:
-        """Return whether computing a value changes nothing, if the value is needed in any case."""
+        """Return whether computing a value changes nothing. The first value of a selection must
+        pass only this test, because it is computed in any case."""
         words = [item for item in _flat(items) if isinstance(item, str)]
         return _calls(items) <= self._harmless and not any(
             word in _CHANGING or _is_directive(word) for word in words)

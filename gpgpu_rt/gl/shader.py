@@ -54,8 +54,8 @@ class Source:
 
     Attributes
     ----------
-    runs : consecutive lines of a file, as (number of lines before the run, file, first line of the
-        run in the file, number of lines)
+    runs : runs of consecutive lines of a file, as (number of lines of the text before the run,
+        file, first line of the run in the file, number of lines of the run)
     """
 
     text: str

@@ -1,4 +1,4 @@
-"""Target: records in textures of the same size, and the framebuffer that draws into them."""
+"""Target: textures of the same size that hold records, and a framebuffer to draw into them all."""
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
@@ -32,9 +32,9 @@ class Target:
     records : a Record, or several Records in the order of the render targets
     size : (width, height) in texels
     depth : a depth buffer of the same size. Draws test against it and do not write it
-    borrowed : name -> textures that another object owns and releases. If a record has this name,
-        the target uses these textures for it and makes none. Textures of other names are attached
-        after the records
+    borrowed : name -> textures that another object owns and releases. For a record of this name,
+        the target uses these textures and makes none. If no record has the name, the textures
+        become further render targets after the records
 
     Attributes
     ----------
@@ -131,5 +131,5 @@ Drawable = Target | moderngl.Framebuffer    # a target of draws
 
 
 def framebuffer_of(target: Drawable) -> moderngl.Framebuffer:
-    """Return the framebuffer of a Target or of a framebuffer itself."""
+    """Return the framebuffer of a Target, or ``target`` itself if it is a framebuffer."""
     return target.framebuffer if isinstance(target, Target) else target

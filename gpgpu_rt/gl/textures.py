@@ -1,4 +1,4 @@
-"""Textures: tables of a scene, render targets, uploads and readbacks."""
+"""Textures: make textures for tables and for render targets, write them and read them back."""
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping

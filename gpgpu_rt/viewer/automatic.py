@@ -1,4 +1,4 @@
-"""The values of options that a control shows: given values, and automatic values."""
+"""The value that a control shows for an option: the user's value, or the automatic value."""
 from __future__ import annotations
 
 from collections.abc import Mapping

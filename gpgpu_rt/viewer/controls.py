@@ -1,4 +1,4 @@
-"""The left panel: five controls that everybody needs first, and all others under headings.
+"""The left panel: five controls that everybody needs are at the top, all others under headings.
 
 The lists of scenes, methods, options and light come from the tables of scenes, methods, options
 and integrators.
@@ -151,8 +151,8 @@ class Controls:
     def _heading(title: str, key: str, options: Sequence[Option],
                  given: Mapping[str, Any]) -> bool:
         """Draw a heading that says how many options differ from their defaults. Return whether the
-        heading is open. The heading stays open while its title changes, if ``key`` does not
-        change."""
+        heading is open. ImGui knows the heading by ``key``, so an open heading stays open when its
+        title changes."""
         changed = len({option.name for option in options} & set(given))
         note = f" ({changed} changed)" if changed else ""
         return imgui.collapsing_header(f"{title}{note}###{key}")

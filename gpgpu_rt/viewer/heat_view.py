@@ -101,9 +101,9 @@ class HeatView:
 
 def _shared(method: str, options: Mapping[str, Any]) -> dict[str, Any]:
     """Return the part of ``options`` that also applies to ``method``. ``options`` were chosen for
-    another method. The options of every tracer are kept, but the schedule only if ``method``
-    supports it, and ``steps_per_pass`` only if a pass of ``method`` may run several steps. Options
-    that belong to the other method are left out."""
+    another method, whose own options are left out. The options of the tracer are kept, with two
+    exceptions. A schedule that ``method`` does not support is left out. If a pass of ``method``
+    runs a single step, ``steps_per_pass`` is left out."""
     known = {option.name for option in TRACER_OPTIONS}
     shared = {name: value for name, value in options.items() if name in known}
     if shared.get("schedule") not in (None, *find_method(method).schedules):

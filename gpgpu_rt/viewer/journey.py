@@ -18,8 +18,8 @@ from ..tracer import Tracer
 
 MOST_BYTES = 256 << 20      # if all states need more bytes, every second pass is dropped
 MOST_SECONDS = 20.0
-# A t above this number is no place on a ray. For example, t_min is 3e38 for a ray of a packet that
-# waits while the packet walks with rays of other direction signs (drivers/packet_turns.glsl).
+# A t above this number is no point on a ray. For example, a packet walks once for each combination
+# of direction signs. A ray that waits for its turn has t_min 3e38 (drivers/packet_turns.glsl).
 NO_PLACE = 1e30
 
 

@@ -37,7 +37,7 @@ from .selection import Selection
 from .tracers import Tracers
 
 MODES = ("picture", "heat", "passes")
-SETTLED = 0.1           # the camera is at rest after so many seconds without a move
+SETTLED = 0.1           # the camera is at rest after this many seconds without a move
 JOURNEY_RAYS = 160      # largest number of rays along a side of a journey's picture
 HISTORY = 120           # number of pictures in the graphs
 
@@ -245,7 +245,7 @@ class Viewer:
 
     @property
     def held_back(self) -> float | None:
-        """The estimated seconds of the finest picture if only the user can start it; else None."""
+        """If the finest picture is drawn only on request: its estimated seconds. Else None."""
         if self.mode == "passes" or self.divisor in (None, 1) or not self.finished:
             return None
         estimate = self.pace.estimate(1)

@@ -10,7 +10,7 @@ from .overlay import projected
 from .ray_path import RayPath, edges_of
 from .style import BOX, CHOSEN_BOX, LAST_BOX, OUTLINE, RAY
 
-MOST_BOXES = 80         # largest number of drawn boxes; the last boxes along the path are drawn
+MOST_BOXES = 80         # if a path has more boxes, only its last boxes are drawn
 
 
 def draw_path(path: RayPath, camera: Camera, rect: Rect) -> None:

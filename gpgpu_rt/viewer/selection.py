@@ -1,4 +1,4 @@
-"""Selection: scene, method and options of the viewer, and the command that draws the same picture.
+"""Selection: the viewer's scene, method and options, and the command that draws their picture.
 
 The choices come from the method table and the tables of options. So a new row of a table appears
 in the viewer without further code.

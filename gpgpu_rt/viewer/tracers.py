@@ -1,4 +1,4 @@
-"""Tracers of one scene: a cache, because the viewer needs some tracers again and again."""
+"""A cache of the tracers of one scene, because the viewer needs some tracers again and again."""
 from __future__ import annotations
 
 from collections import OrderedDict

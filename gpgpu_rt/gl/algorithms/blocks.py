@@ -3,8 +3,8 @@
 D. Roger, U. Assarsson, N. Holzschuch, "Efficient Stream Reduction on the GPU", 2007 (survey,
 section 3.6). A block has a constant number s of elements. For each block a line of texels is drawn
 at the block's final position; each fragment of the line finds its element in the block in log s
-steps. Only the blocks' totals are scanned. `compact` instead scans all n elements of the stream,
-and finds each element in log n steps.
+steps. The scan runs over the blocks' totals alone. `compact` instead scans all n elements of the
+stream, and finds each element in log n steps.
 """
 from __future__ import annotations
 

@@ -9,7 +9,8 @@ from .streams import Stream, StreamRoom
 def compact(room: StreamRoom, stream: Stream, flags: Stream) -> Stream:
     """Return the elements of ``stream`` whose flag is 1 (D. Horn, GPU Gems 2, 2005).
 
-    The host reads back a single number: how many elements are kept, and so how many to draw.
+    The host reads back a single number, the number of kept elements, because it must know how many
+    elements to draw.
 
     Parameters
     ----------

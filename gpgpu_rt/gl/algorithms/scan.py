@@ -10,9 +10,9 @@ def scan(room: StreamRoom, values: Stream) -> Stream:
     """Return the exclusive prefix sums, n + 1 elements called "sums". The last sum is the total.
 
     First make levels upwards: an element of a level is the sum of a block of the level below. Then
-    go down again: each level adds to its own sums the sum of all elements before the block, which
-    the level above has computed (G. Blelloch, "Prefix Sums and Their Applications", 1990). Sums
-    are exact if they are integers up to 2^24.
+    compute the prefix sums downwards (G. Blelloch, "Prefix Sums and Their Applications", 1990). A
+    prefix sum has two parts: the sum of all blocks before its block, which the level above has
+    computed, and the sum inside its block. Sums are exact if they are integers up to 2^24.
 
     Parameters
     ----------

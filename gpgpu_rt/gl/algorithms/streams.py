@@ -1,9 +1,9 @@
 """Streams: lists of records in textures, and the passes that read streams and draw a stream.
 
 The term is from the stream programming of 2002-2007. Element i of n is at texel i, in rows of
-TABLE_WIDTH texels, and a pass runs a fragment program once per element. A program gathers any
-other element at ``table_texel(i)``. A scatter draws points instead, one or several per element:
-the vertex stage reads the element and chooses the texel of each point.
+TABLE_WIDTH texels, and a pass runs a fragment program once per element. The program can read any
+other element i, at ``table_texel(i)`` (gather). To scatter, a pass draws points instead, one or
+several per element: the vertex stage reads the element and chooses the texel of each point.
 """
 from __future__ import annotations
 
