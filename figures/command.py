@@ -49,8 +49,8 @@ def _main(arguments: list[str] | None) -> int:
     parser.add_argument("--again", action="store_true", help="repeat measurements that are "
                         "already finished")
     parser.add_argument("--scheduler", metavar="local|ADDRESS", help="measure with a process per "
-                        "core, or with the workers of a Dask scheduler; while a measurement is "
-                        "timed, nothing else is measured on its machine")
+                        "core (local), or with the workers of the Dask scheduler at ADDRESS; "
+                        "while a measurement is timed, nothing else is measured on its machine")
     parser.add_argument("--data", type=Path, default=Path("figures/data"), metavar="FOLDER",
                         help="folder of the measurements; default %(default)s, in the "
                         "current folder")

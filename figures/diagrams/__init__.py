@@ -1,1 +1,1 @@
-"""The small world of the diagrams, and how passes are drawn."""
+"""Drawings for the survey's diagrams: a small scene with its trees and rays, and passes."""

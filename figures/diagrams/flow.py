@@ -1,4 +1,4 @@
-"""Flow: draws passes as kernels, one below another, with their tables and streams."""
+"""Flow: draws the passes of a trace as a box per kernel, with the kernel's tables and streams."""
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
@@ -13,7 +13,10 @@ ROW = 1.0
 
 
 def draw_flow(axis: Any, passes: Sequence[Issued], words: Mapping[str, str]) -> None:
-    """Draw kernels in the order of their first passes, tables on the left, streams on the right.
+    """Draw a box for each kernel, in the order of the kernels' first passes.
+
+    A record that a kernel reads is a stream, on the right, if a kernel writes it. Otherwise it is
+    a table, on the left.
 
     Parameters
     ----------
@@ -70,7 +73,7 @@ def _join(axis: Any, lanes: list[float], y: float, colour: str, outward: bool) -
 
 
 def table_rows(passes: Sequence[Issued], words: Mapping[str, str]) -> list[list[str]]:
-    """The rows of a page's table, in the columns HEADS; "draws" is the number of draws."""
+    """Return the rows of a page's table, with the columns HEADS and a row for each kernel."""
     return [[kernel, words.get(kernel, ""), str(count), ", ".join(one.reads) or "-",
              ", ".join(one.writes)] for kernel, (one, count) in kinds_of(passes).items()]
 

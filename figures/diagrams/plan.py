@@ -1,4 +1,4 @@
-"""Plan: draws the small world from above, and its tree beside it."""
+"""Plan: draws the scene of small_world.py from above, and its kd-tree beside it."""
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping

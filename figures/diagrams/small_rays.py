@@ -46,7 +46,7 @@ class Round:
     """A round of the traversal, which tests the pairs of a level of the hierarchy.
 
     pairs : (n, 2), the triangle and the node of each pair that the round reads
-    slots : (n, 4, 2), the triangle and a child of the node in each pair's four slots; -1 if empty
+    slots : (n, 4, 2), the triangle and the child node in each of a pair's four slots; -1 if empty
     """
 
     level: int

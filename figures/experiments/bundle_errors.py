@@ -1,4 +1,8 @@
-"""Bundle errors: compares ray bundles with traced bundles and with the path tracer."""
+"""Bundle errors: compares ray bundles with traced bundles and with the path tracer.
+
+A ray bundle gathers light along parallel rays. Ray bundles are rasterised, as parallel projections
+of the scene. In a traced bundle, each ray is traced.
+"""
 from __future__ import annotations
 
 import time
@@ -41,7 +45,7 @@ def scene_of(name: str) -> rt.Scene:
 
 def traced_gather(bundles: RayBundles, cut: rt.Tracer, seen: Visible, count: int
                   ) -> tuple[np.ndarray, float]:
-    """Gather like ``bundles.gather``, with parallel rays through ``cut``, a tracer of the patches.
+    """Gather like ``bundles.gather``, but trace the rays by ``cut``, a tracer of the patches.
 
     Returns (h, w, 3) irradiance, and the seconds of tracing.
     """

@@ -1,4 +1,4 @@
-"""Coherence: the number of different nodes that the rays of a tile need."""
+"""Coherence: counts the different nodes of a BVH that the rays of a tile must visit."""
 from __future__ import annotations
 
 from collections.abc import Iterator
@@ -49,9 +49,9 @@ def needed_nodes(bvh: Bvh, origins: np.ndarray, directions: np.ndarray,
 
 
 def distinct_nodes(rays: np.ndarray, nodes: np.ndarray, tile_of: np.ndarray) -> float:
-    """The mean number of different nodes that the rays of a tile need.
+    """The mean number of different nodes that the rays of a tile must visit.
 
-    Tiles whose rays need no node are left out of the mean.
+    The mean is over the tiles whose rays must visit at least one node.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Conformance: this project, and ray tracers that people install, against exact answers."""
+"""Conformance: compares this project and other installed ray tracers with exact answers."""
 from __future__ import annotations
 
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Ray tracing on the CPU beside fragment programs: rays per second and per GFLOP.
+"""CPU: compares ray tracing on the CPU with fragment programs, by rays per second and per GFLOP.
 
 The survey compares the CPU and the card in section 4.2.
 """
@@ -36,8 +36,8 @@ class EngineColumn:
 
 
 def columns() -> list[EngineColumn]:
-    """Embree on one thread and, if there are several cores, on all threads; fragment programs by
-    packets and by single rays."""
+    """Return the columns: Embree on one thread and, if there are several cores, on all threads;
+    then two methods with packets and one with single rays, as fragment programs."""
     packets = next(column for column in PACKETS.columns if column.label == FAST)
     several = [EngineColumn(embree(CORES).name, ON_CPU, (("threads", CORES),), CORES)]
     return [EngineColumn(EMBREE, ON_CPU, (), 1), *(several if CORES > 1 else []),
@@ -85,7 +85,7 @@ def rows(data: Path, full: bool) -> list[dict[str, Any]]:
                 continue
             peak = result.get("peak")
             if column.threads is None and peaks:
-                # The peak of a card is not known. Use the rate that fragment programs reach on it.
+                # A card's peak is not known. Use the rate of fragment programs on this card.
                 peak = peaks[0] if is_software(result["gpu"]["renderer"]) else {
                     "nominal": peaks[0]["fragments"]}
             nominal = peak["nominal"] if peak else None

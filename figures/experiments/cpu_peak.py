@@ -25,7 +25,7 @@ BASE = Path("/sys/devices/system/cpu/cpu0/cpufreq/base_frequency")   # kHz
 MATRIX = 768   # rows of the matrices whose product is timed
 SIDE = 512     # side in pixels of the render target of the timed fragment program
 TURNS, ROUNDS = 64, 8             # iterations of the fragment program's two nested loops
-FLOPS_A_FRAGMENT = TURNS * ROUNDS * 3 * 4 * 2     # multiply-adds of three vectors of four
+FLOPS_A_FRAGMENT = TURNS * ROUNDS * 3 * 4 * 2     # 3 multiply-adds of vec4 an iteration
 RUNS = 5       # timed runs of the fragment program, after a warm-up run
 
 
@@ -41,8 +41,8 @@ def peak(count: int) -> dict[str, Any]:
     fragments : the rate of multiply-adds in fragment programs of the current renderer.
     clock, a_clock, cores : the factors of nominal. ``cores`` is the number of cores that the
         threads can use.
-    model, clock_is, threads : the processor's model, words that say which clock ``clock`` is, and
-        ``count``.
+    model, threads : the processor's model, and ``count``.
+    clock_is : words that say what ``clock`` is: the base clock or the current clock.
     """
     listed = processors()
     facts = listed[0] if listed else {}

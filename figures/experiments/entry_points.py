@@ -1,4 +1,4 @@
-"""Entry points and rasterised bounds: passes at low resolution that save work of eye rays.
+"""Entry points and rasterised bounds: passes at low resolution that shorten the search of rays.
 
 Multi-level entry points come from Reshetov et al. 2005, a method for CPUs that the survey names.
 The survey's section 5 proposes bounds by rasterisation, but measures none.
@@ -46,7 +46,7 @@ def row(scene: str, label: str, plain: dict[str, Any], treated: dict[str, Any]
     """The row of the page for two measurements, without and with entry points or bounds.
 
     ``nodes_of_beams`` is the number of nodes that all beams visit, divided by the number of rays.
-    Bounds have no beams, so there it is 0.
+    For bounds, which have no beams, ``nodes_of_beams`` is 0.
     """
     nodes, left = (each["counters"]["nodes_visited"] for each in (plain, treated))
     driver = treated["driver"]
@@ -100,7 +100,7 @@ def _page(entries: list[dict[str, Any]], bounds: list[dict[str, Any]], note: str
     second = [[r["scene"], r["method"], *(number(r[k]) for k in (
         "nodes", "nodes_left", "fewer_by", "ms", "ms_treated", "faster_by"))] for r in bounds]
     return ("# Entry points and rasterised bounds\n\n" + note + " In all measurements the hits "
-            "equal those without entries or bounds, to the bit.\n\n"
+            "equal the hits without entries or bounds, to the bit.\n\n"
             "## Entry points\n\nBeams around tiles of 16x16 rays, and then around tiles of 4x4 "
             "rays, traverse the tree first. They write a list of entries for each tile: the "
             "subtrees that the tile's rays must search. \"Nodes with entries\" are the nodes that "

@@ -37,7 +37,7 @@ def rows(data: Path, full: bool) -> list[PredictedRow]:
 
 
 def scored(found: Sequence[PredictedRow]) -> list[PredictedRow]:
-    """Return the scored rows, each published number once."""
+    """Return the rows that are scored (`PredictedRow.scored`), each published number once."""
     return [row for row in found
             if row.scored and (row.figure.name, row.column.label) != REPEATED]
 

@@ -27,27 +27,28 @@ ABOUT = """# The papers' cards: predicted times without fitted constants
 
 Mesa's compiler for the card compiles the era form of each kernel: the form that cards of the
 papers' time can run (`docs/era.md`). Traces of the rays show how often the card issues each
-kernel, and how many lanes wait meanwhile. The card's rates are those that `gpgpu-rt hardware`
-prints. No constant is fitted. A ratio is the predicted time divided by the published time. Figures
-12, 13, 16, 20 and 22 hold the same predictions beside the times measured here.
+kernel, and how many lanes wait meanwhile. `gpgpu-rt hardware` prints the card's rates, which the
+model uses. No constant is fitted. A ratio is the predicted time divided by the published time.
+Figures 12, 13, 16, 20 and 22 hold the same predictions beside the times measured here.
 
 The model leaves out misses of the texture cache, shading, transfers, passes that make rays or set
 them up, and the passes that a card's limit on loop iterations adds. It also leaves out latency
 that is exposed when too few fragments are in flight. The vendors' compilers may have needed fewer
-instructions than Mesa's; on NV40, Mesa needs three instructions for a selection. NV40's
-instructions are the clocks in which the two units of a pipe issue the operations that Mesa lists.
-A kernel in a loop was compiled as a separate program, so the instructions that move the state to
-the program's outputs count. Kernels of packets of 2x2 rays write only the fields that they change,
-so fewer moves count: about one instruction of 30. Published numbers do not separate these causes.
-If a prediction misses a bar (a target below), the page cannot say which cause is to blame.
+instructions than Mesa's; on NV40, Mesa needs three instructions for a selection. For NV40
+the page counts clocks as instructions, because the two units of a pipe may issue several of Mesa's
+operations in a clock. Each kernel of a loop was compiled as a separate program. The instructions
+that move the state to this program's outputs therefore count, although the loop does not need
+them. Kernels of packets of 2x2 rays write only the fields that they change, so fewer moves count:
+about one instruction of 30. Published numbers do not separate these causes. If a prediction misses
+a bar (a target below), the page cannot say which cause is to blame.
 
 The first form of a figure's programs is scored. Most papers do not publish the order of their
 loops, so the choice of the form is an assumption too; the table also lists the other forms. In
 `step` the program is a loop, and an iteration runs one step of each ray. In `while-while` the loop
-has an inner loop for each kernel. In `step, 256 pixels` fewer pixels branch together on NV40: as
-many as on its successor. If a program needs many registers, fewer pixels are probably in flight.
-In `while-while, uncoalesced` each lane of G80 loads nodes and triangles from memory, past the
-texture cache, in a transaction of its own. In `passes` each pass runs one kernel, and the early
+has an inner loop for each kernel. In `step, 256 pixels` fewer pixels branch together on NV40, as
+many as on its successor: a program that needs many registers probably has fewer pixels in flight.
+In `while-while, uncoalesced` each lane of G80 loads nodes and triangles in a memory transaction of
+its own. These loads bypass the texture cache. In `passes` each pass runs one kernel, and the early
 depth test rejects each quad of pixels without a waiting ray. In `passes, blocks` the early depth
 test rejects only whole blocks of 8x8 pixels, in case the card's early depth was that coarse. In
 `packets` the 32 rays of a packet are the lanes of a warp. Each lane runs the kernels of a single
@@ -167,8 +168,8 @@ def _words(row: PredictedRow) -> tuple[str, ...]:
 
 
 def _chart(found: Sequence[PredictedRow], out: Path) -> None:
-    """Draw a chart for each card: the shares of a ray's predicted time by resource, for each
-    method, as means over the scenes."""
+    """Draw a chart for each card. A method's bar shows the share of each resource in a ray's
+    predicted time, as the mean over the scenes."""
     cards: dict[str, dict[str, list[PredictedRow]]] = {}
     for row in found:
         label = f"{row.column.label}, {row.form}"

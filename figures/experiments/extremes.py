@@ -1,4 +1,7 @@
-"""The extremes: every method on every extreme case, in default and in relaxed settings."""
+"""The extremes: measures every method on every extreme case, in default and in relaxed settings.
+
+A relaxed setting may lose hits.
+"""
 from __future__ import annotations
 
 from pathlib import Path
@@ -18,7 +21,7 @@ PRECISIONS = ({"precision": "fp24"}, {"precision": "fp16"})
 STORED = tuple({"storage": "fp16", "rounding": rounding} for rounding in ("nearest", "chop", "up"))
 # The step cap in settings in which rays may loop forever. Most rays need far fewer steps.
 CAP = 10_000
-DETAIL = ("grid", "kd-restart", "bvh-threaded")   # all settings are measured at the quick size too
+DETAIL = ("grid", "kd-restart", "bvh-threaded")   # at the quick size, with all settings
 CATEGORIES = ("leak", "false hit", "wrong triangle", "wrong distance", "unfinished")
 
 
@@ -39,8 +42,8 @@ def settings_of(row: Any) -> list[dict[str, Any]]:
 def cells(full: bool) -> list[Cell]:
     """Every setting of every method.
 
-    The quick size has only the defaults of most methods, and no method without the schedule
-    `loop`.
+    The quick size has only methods with the schedule `loop`, and of these only the methods in
+    DETAIL with settings other than the defaults.
     """
     return [Cell("extremes", row.name, tuple(options.items()), 128 if full else 24, "extremes", 1)
             for row in rt.methods() if full or "loop" in row.schedules
@@ -74,7 +77,7 @@ def draw(data: Path, out: Path, full: bool) -> None:
         "after a semicolon, the largest number of steps of a ray. If the step cap stopped rays, "
         "their number follows.\n", _plain_table(plain),
         "## Every setting, over all cases\n\nThe table has the shares of wrong rays in percent. "
-        "\"Through closed meshes\" is the share of rays that miss a mesh which they cannot miss. "
+        "\"Through closed meshes\" is the share of misses among the rays that must hit a mesh. "
         "`ended` is `no` if the step cap stopped rays; these rays are flagged.\n",
         _settings_table(results)]))
     _chart(results, out / "extremes.png", renderer)

@@ -1,7 +1,8 @@
-"""Measurements that retention, simd_width, stacks and ideal_hardware share (survey, 4.3 to 5).
+"""Gap work: measurements that several experiments share (survey, sections 4.3 to 5).
 
-There are three kinds of measurement: the bytes that passes move, the runs of kernels at every SIMD
-width, and the depth of stacks.
+The experiments are retention, simd_width, stacks and ideal_hardware. They need three kinds
+of measurement: the bytes that passes move, the runs of kernels at every SIMD width, and the depth
+of stacks.
 """
 from __future__ import annotations
 
@@ -29,7 +30,7 @@ from .coherence import observe_order
 # rays.
 MOVED, DONE, STACKS = "moved by ", "run by ", "stacks of "
 KINDS = (MOVED, DONE, STACKS)
-# The (h, w) of the pixels that branch together, by their number: rectangles nearest to a square.
+# Number of pixels that branch together -> (h, w) of their rectangle, as square as possible.
 GROUPS = {1: (1, 1), 2: (1, 2), 4: (2, 2), 8: (2, 4), 16: (4, 4), 32: (4, 8), 48: (6, 8),
           64: (8, 8)}
 WIDTHS = tuple(GROUPS)
@@ -58,7 +59,7 @@ def _moved(scene: rt.Scene, rays: Workload, method: str,
            options: dict[str, Any]) -> dict[str, Any]:
     """Return the bytes that all passes move, from the pass log.
 
-    ``rays`` and ``state`` are bytes read of rays and of states; ``written`` are bytes written.
+    ``rays`` has the bytes read of rays, ``state`` the bytes read of states and hits.
     """
     with rt.Tracer(scene, method, **options) as tracer:
         with tracer.gpu, logged(tracer.gpu, Statistics()) as log:

@@ -101,9 +101,9 @@ def draw(data: Path, out: Path, full: bool) -> None:
     heading = results[0]
     note = (f"An image has {size(full)}x{size(full)} eye rays, of which sample squares of "
             f"{SIDE}x{SIDE} are traced. Every time is the time that a machine needs at its peak "
-            "rates for the kernels that the rays run, without the setting up of rays; nothing is "
-            "fitted. The total is the longest of the "
-            "times of shaders, traversal steps, triangle tests and memory, plus the waiting. "
+            "rates for the kernels that the rays run. The set-up of rays is left out, and nothing "
+            "is fitted. The total is the longest of the times of shaders, traversal steps, "
+            "triangle tests and memory, plus the waiting. "
             f"{heading['gpu']['renderer']}, commit {heading['commit']}."
             + (" Some scenes are procedural stand-ins."
                if any(r["scene"]["stand_in"] for r in results) else ""))

@@ -1,6 +1,7 @@
 """Lost rays: the eye rays whose hits a method's number format loses or changes.
 
-An exact method is the reference. Cells whose ``work`` is "lost rays" count these rays.
+An exact method is the reference. A measurement (framework/cell.py) whose ``work`` is "lost rays"
+counts these rays.
 """
 from __future__ import annotations
 

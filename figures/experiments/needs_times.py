@@ -1,5 +1,7 @@
-"""Needs times: the costs of a renderer derived from its scene, and of a renderer with all features
-on."""
+"""Needs times: measures the costs of two renderers on the same scene.
+
+The derived renderer has only the features that the scene needs. The other has all features on.
+"""
 from __future__ import annotations
 
 import hashlib
@@ -46,9 +48,10 @@ def measure(step: int, method: str, size: int, runs: int, name: str = "bunny") -
     Returns
     -------
     dict
-        "derived" and "all" have, for each kind of renderer, the median ``seconds``, each of COUNTS
-        and ``passes_by_name``. ``ratio`` is the median, over the pairs, of the derived renderer's
-        seconds divided by the other renderer's. ``differing`` is the number of pixels that differ.
+        "derived" and "all" hold the costs of the two renderers: the median ``seconds``, each of
+        COUNTS, and ``passes_by_name``. ``ratio`` is the median, over the pairs, of the derived
+        renderer's seconds divided by the other renderer's. ``differing`` is the number of pixels
+        that differ.
         ``present`` has the names of the properties that the derived renderer supports.
     """
     scene = scenes(name)[step]

@@ -1,7 +1,8 @@
 """Path errors: the errors of path traced pictures, by number of samples.
 
-A furnace is compared with the radiance that a formula gives. The Cornell box is compared with an
-independent renderer's picture (see measured/README.md).
+A furnace is a closed box whose walls emit and reflect evenly. Its picture is compared with the
+radiance that a formula gives. The Cornell box is compared with an independent renderer's picture
+(see measured/README.md).
 """
 from __future__ import annotations
 

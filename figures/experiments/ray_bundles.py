@@ -1,4 +1,8 @@
-"""Ray bundles by peeled projections (survey, section 5), beside traced bundles and paths."""
+"""Ray bundles (survey, section 5): compares them with traced bundles and with path tracing.
+
+Ray bundles gather light by parallel projections of the scene. Depth peeling separates the layers
+of a projection.
+"""
 from __future__ import annotations
 
 from pathlib import Path

@@ -1,4 +1,8 @@
-"""Reduction: rates of stream reduction by blocks and over the whole stream, and of a scan."""
+"""Reduction: compares the rates of stream reduction by blocks and over the whole stream.
+
+Stream reduction removes elements from a stream and closes the gaps. A scan of the flags, the first
+part of the reduction of a whole stream, is also measured alone.
+"""
 from __future__ import annotations
 
 from pathlib import Path

@@ -1,4 +1,7 @@
-"""Reduction times: stream reduction by blocks and of the whole stream, and a scan alone."""
+"""Reduction times: times stream reduction by blocks and over the whole stream, and a scan alone.
+
+Stream reduction removes elements from a stream and closes the gaps.
+"""
 from __future__ import annotations
 
 import statistics

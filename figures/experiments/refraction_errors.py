@@ -34,8 +34,8 @@ def measure(name: str, method: str, options: dict[str, Any], size: int,
     sets of traced rays; passes and rays run alternately. ``triangles`` is the number of triangles.
     All other entries have a value for each pixel, row by row. ``found`` and ``truth`` are the
     directions of the refracted light by rasterised passes and by float64 rays. ``kind`` and
-    ``right`` are the kinds of the pixels by passes and by float64 rays, and ``off`` is the angle
-    between the two directions in degrees.
+    ``right`` say by passes and by float64 rays what a pixel shows (the kinds of refraction.py).
+    ``off`` is the angle between the two directions in degrees.
     """
     scene = scene_of(name)
     origins, directions = (r.reshape(-1, 3) for r in scene.camera.rays((size, size)))

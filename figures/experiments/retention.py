@@ -1,4 +1,7 @@
-"""Data retention (survey, section 4.3): bytes that passes move because no pass keeps a ray."""
+"""Data retention (survey, section 4.3): the bytes that passes move.
+
+A pass keeps no ray for the next pass, so each pass moves its rays and their states again.
+"""
 from __future__ import annotations
 
 from pathlib import Path
@@ -71,9 +74,9 @@ def draw(data: Path, out: Path, full: bool) -> None:
         return
     heading = read(_cell(found[0][0], found[0][1], full), data)
     assert heading is not None
-    note = (f"{SCENE}, {size(full)}x{size(full)} eye rays; bytes of streams from the pass log, "
-            f"without tables; K is the number of steps per pass; {heading['gpu']['renderer']}, "
-            f"commit {heading['commit']}."
+    note = (f"{SCENE}, {size(full)}x{size(full)} eye rays; the pass log counts the bytes of "
+            f"streams, not of tables; K is the number of steps per pass; "
+            f"{heading['gpu']['renderer']}, commit {heading['commit']}."
             + (f" {SCENE} is a procedural stand-in." if heading["scene"]["stand_in"] else ""))
     write_csv(out / "retention.csv", HEADS, found)
     write_text(out / "retention.md", "# Data retention\n\n" + _paragraph(found) + "\n\n" + note

@@ -1,4 +1,7 @@
-"""Schedules: the cost of a pass for each kernel, and of several steps per pass (section 4.3)."""
+"""Schedules (survey, section 4.3): compares the times of the three schedules.
+
+A pass runs one kernel (`kernels`), one or more steps of each ray (`step`), or all steps (`loop`).
+"""
 from __future__ import annotations
 
 from pathlib import Path
@@ -45,7 +48,7 @@ def draw(data: Path, out: Path, full: bool) -> None:
                  r["statistics"]["queries"]] for label, r in results.items() if r is not None]
         rows += mine
         times[method] = {row[1]: row[3] for row in mine}
-    heads = ("method", "schedule", "ms", "ms / ms of loop", "ms from rays to hits as arrays",
+    heads = ("method", "schedule", "ms", "ms / ms of loop", "ms with upload and readback",
              "passes", "draw calls", "queries")
     write_csv(out / "schedules.csv", heads, rows)
     size = 512 if full else 256

@@ -1,6 +1,7 @@
-"""Sheets: squares close above each other, and the square that the Ray Engine hits from above.
+"""Sheets: tests whether the Ray Engine finds the topmost of several squares with tiny gaps.
 
-The hits show the errors of a depth buffer, which confuses hits at nearly equal distances.
+The squares lie one above another, and rays hit them from above. A depth buffer confuses hits at
+nearly equal distances.
 """
 from __future__ import annotations
 

@@ -43,7 +43,7 @@ def cells(full: bool) -> list[Cell]:
 
 
 def lanes(one: dict[str, Any], width: int) -> int:
-    """Runs of the kernels that visit nodes and test triangles, with runs in which a lane waits."""
+    """Return the lanes' runs of kernels that visit nodes or test triangles, busy or waiting."""
     return sum(count for kernel, count in one["lanes"][str(width)].items() if kernel not in WITHIN)
 
 

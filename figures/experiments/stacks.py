@@ -96,8 +96,8 @@ class WarpWork:
 
     instructions : instructions of kernels
     fetches : fetches of texels of tables
-    levels : sum over the kernels' runs of the longest chain in which each fetch needs the result
-        of the fetch before (`LoopCost.levels`)
+    levels : the length of a run's longest chain of dependent fetches (`LoopCost.levels`), summed
+        over the kernels' runs. In a chain, each fetch needs the result of the fetch before
     """
 
     instructions: float

@@ -1,4 +1,7 @@
-"""Tradeoff: speed against accuracy, by precision, intersection test and intervals."""
+"""Tradeoff: compares speed with accuracy, for each precision and each option that changes hits.
+
+These options are the triangle test, and options with values that may lose hits.
+"""
 from __future__ import annotations
 
 from collections.abc import Sequence
@@ -202,11 +205,11 @@ def _page(rows: list[dict[str, Any]], renderer: str, stand_ins: list[str],
              "edge-aimed rays are traced in equal shares, and compared with the float64 "
              f"reference. RMSE and FLIP compare a picture of {picture} pixels a side (fewer for "
              "slow methods) with the reference's picture. The error of t is relative, and MB is "
-             "the size of all textures. A share of zero is "
-             "drawn hollow, at its upper 95 % confidence bound. Rays that a step cap stopped "
-             "count as unfinished." + ("" if full else " FULL=1 also measures low precision of "
-                                       + ", ".join(SLOW) + " and packets, which takes minutes, "
-                                       "and fp24 and the options of every method."),
+             "the size of all textures. In the chart, a hollow mark is a share of zero, at its "
+             "upper 95 % confidence bound. Rays that a step cap stopped count as unfinished."
+             + ("" if full else " FULL=1 also measures fp24 and the options of every method. For "
+                + ", ".join(SLOW) + " and packets it also measures low precision; this takes "
+                "minutes."),
              *stand_ins, "", markdown_table(heads, table),
              "No other setting beats these settings in both the rate and the bound of the wrong "
              "share:\n",

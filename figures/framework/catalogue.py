@@ -64,7 +64,7 @@ FIGURES = {
 
 
 def figure_of(name: str) -> Any:
-    """Return the ``FIGURE`` of a figure's module, a `Comparison`, or the module if it has none.
+    """Return the `Comparison` that a figure's module holds as FIGURE, or else the module itself.
 
     Both have ``cells(full)`` and ``draw(data, out, full)``.
     """

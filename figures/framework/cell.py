@@ -9,8 +9,8 @@ from gpgpu_rt.bench.workloads import EYE
 # The method of cells whose rays embreex traces on the CPU. The option `threads` of such a cell is
 # the number of threads.
 ON_CPU = "embreex"
-# The usual triangle test when the papers were written. The default of this program, the watertight
-# test, was published in 2013.
+# The triangle test of measurements that are compared with the papers: it was usual when the papers
+# were written. The default of this program, the watertight test, was published later, in 2013.
 PERIOD_TEST = ("intersection", "moller-trumbore")
 
 

@@ -39,7 +39,8 @@ HOW_PREDICTED = (
 
 @dataclass(frozen=True)
 class Panel:
-    """A scene and a kind of rays: a column of the survey's table, and a table of our page.
+    """A scene and a kind of rays. Each panel is a column of the survey's table, and has a table on
+    our page.
 
     The scene and the rays are named as in ``published.csv``.
     """
@@ -140,9 +141,9 @@ class Comparison:
     def judge(self, data: Path, full: bool) -> verdicts.Verdict:
         """The verdict on the order of the methods and on the ratios between them.
 
-        It uses the times that are predicted for the paper's card. The verdict on the times of the
-        present renderer is the ``renderer`` of the result. Without a ``paper_card``, the result
-        itself is the verdict on the times of the present renderer.
+        If the figure has a ``paper_card``, the verdict uses the times that are predicted for this
+        card, and its ``renderer`` is the verdict on the times of the present renderer. Otherwise
+        the verdict itself uses the times of the present renderer.
         """
         here = self._judge_renderer(data, full)
         if self.paper_card is None:
@@ -371,7 +372,7 @@ def _says(taus: tuple[float, float]) -> str:
 
 
 def _work(label: str, result: dict[str, Any]) -> str:
-    """A clause on the nodes and triangles that a method needs for a ray."""
+    """A clause: how many nodes a method visits and how many triangles it tests for a ray."""
     counters = result["counters"]
     return (f"{label} visits {number(counters['nodes_visited'])} nodes and tests "
             f"{number(counters['triangles_tested'])} triangles a ray")

@@ -30,10 +30,10 @@ CONTRADICTIONS = (
     Contradiction(("cpu",), "Section 4.2 scales 35.5 Mrays/s from 6.4 to 345.6 GFLOP/s and prints "
                   "1.887 billion rays a second; the product is 1.917. The 6.4 GFLOP/s seem to be "
                   "the Pentium 4's peak in double precision, but the 345.6 GFLOP/s are the "
-                  "GeForce's peak in single precision. The same CPU has first \"2 threads "
-                  "with hyperthreading\" and later \"two CPU cores\". The 16.2 \"million rays per "
-                  "second\" are in fact frames per second: Figure 22 prints 16.2 in parentheses. "
-                  "16.2 frames per second are 17.0 million rays per second."),
+                  "GeForce's peak in single precision. The survey first gives this CPU \"2 "
+                  "threads with hyperthreading\" and later \"two CPU cores\". The 16.2 \"million "
+                  "rays per second\" are in fact frames per second: Figure 22 prints 16.2 in "
+                  "parentheses. 16.2 frames per second are 17.0 million rays per second."),
     Contradiction(("stacks",), "Section 4.3 counts 64 stacks of 256 bytes in a G80's 16 KiB and "
                   "128 processes in parallel. But each multiprocessor has its own 16 KiB, and 128 "
                   "counts the processes of all multiprocessors together."),
@@ -47,8 +47,9 @@ CONTRADICTIONS = (
     Contradiction(("fig22",), "The survey describes Lauterbach's LBVH as clustering bottom-up. "
                   "In fact the LBVH splits sorted Morton codes by their bits, top-down."),
     Contradiction(("ray_space",), "The survey describes ray classification as a uniform grid over "
-                  "five dimensions, but its paper divides on demand. It compares the visibility "
-                  "field with packets; the field's paper compares it with coherent single rays."),
+                  "five dimensions, but the paper on ray classification divides on demand. The "
+                  "survey compares the visibility field with packets; the paper on the field "
+                  "compares the field with coherent single rays."),
     Contradiction(("ideal_hardware",), "The survey describes SaarCOR as hardware for "
                   "intersections, but SaarCOR covers the whole pipeline, and its numbers of 2002 "
                   "are simulated. The survey calls the RPU 50 to 100 times as fast as graphics "

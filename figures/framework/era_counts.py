@@ -1,7 +1,7 @@
 """Era counts: how often a card issues a method's kernels, from traces of an image's rays.
 
-Cells (cell.py) whose ``work`` is "issues of", a workload and a chip count these issues. A method's
-era form is the form in which cards of the papers' time can run its kernels (docs/era.md).
+A cell (cell.py) with the ``work`` "issues of WORKLOAD on CHIP" counts these issues. A method's era
+form is the form in which cards of the papers' time can run its kernels (docs/era.md).
 """
 from __future__ import annotations
 
@@ -52,8 +52,8 @@ WARPS = "G80"    # the chip whose warps run packets
 # The largest packet here. Two of these packets make the packet of a warp (warp_packets.py).
 WARP_PACKET = (4, 4)
 # Kernel -> the counter of packets that says how often each lane runs the kernel, and the number of
-# runs per count. bvh-packet tests the boxes of two children at a node. The counter of tests of a
-# packet is the sum over its rays.
+# runs per count. A bvh-packet counts a node once but tests the boxes of its two children, so
+# `traverse` has two runs. The counter of triangle tests is the sum over the rays of a packet.
 RUNS = {"down": ("nodes_visited", 1.0), "traverse": ("nodes_visited", 2.0),
         "follow_rope": ("leaves_visited", 1.0),
         "intersect": ("triangles_tested", 1 / math.prod(WARP_PACKET))}
@@ -69,7 +69,7 @@ def kernels_from(method: str, form: str) -> str:
 
 
 def counted_as(form: str) -> str:
-    """Return the form that is counted in place of ``form``, which has the same issues."""
+    """Return the form whose issues are counted for ``form``; both forms have the same issues."""
     return WHILE_WHILE if form == UNCOALESCED else form
 
 
@@ -205,7 +205,7 @@ def _scaled(issued: KernelIssues, image: KernelTrace, pixels: int,
     factor = pixels / math.prod(image.steps.shape[1:])
     runs = [factor * image.totals()[name] for name in issued.kernels]
     grown = [new / max(old, 1) for new, old in zip(runs, issued.runs)]
-    # If no ray of the tiles runs a kernel, its lanes are unknown: assume that no lane waits.
+    # If no ray of the tiles runs a kernel, the kernel's lanes are unknown: assume no idle lane.
     lanes = [max(count * more, new) for count, more, new in zip(issued.lanes, grown, runs)]
     overall = sum(runs) / max(sum(issued.runs), 1)
     return KernelIssues(issued.kernels, tuple(map(round, runs)), tuple(map(round, lanes)),

@@ -31,9 +31,9 @@ RULES = (
     f"scored scenes, or on fewer than {verdicts.LEAST_PAIRS} pairs of methods in all. A pair "
     "counts if the published numbers of its two methods, for the same scene and kind of rays, "
     "differ by more than 5 %. A claim that compares no methods needs only the scenes. A claim "
-    "about a method itself, which depends on no scene, needs neither scenes nor pairs. The "
-    "two times of Figure 7 decide no claim if their difference is not larger than the spread "
-    "between runs of one method",
+    "about a method itself, which depends on no scene, needs neither scenes nor pairs. "
+    "Figure 7 compares the times of two methods. Its claim is judged only if the two times "
+    "differ by more than the runs of one method do",
     f"**{verdicts.REDRAWN}**: a diagram or a picture, made from this program's own passes and "
     "tables; the survey prints nothing in it that could be scored",
     f"**{verdicts.UNMEASURED}**: the measurements that would decide the verdict are missing",

@@ -51,7 +51,7 @@ class PaperCard:
     ----------
     chip : the card's chip
     size : pixels per side of the paper's images
-    forms : forms of the programs (`era_counts`); the first is judged
+    forms : forms of the programs (`era_counts`); verdicts use the first
     """
 
     chip: str
@@ -104,6 +104,7 @@ class PredictedRow:
 
     @property
     def scored(self) -> bool:
+        """Whether the prediction counts: the verdict uses it, and the scene is no stand-in."""
         return self.judged and not self.stand_in
 
     @property
@@ -269,8 +270,8 @@ def rows(figure: Comparison, data: Path, full: bool) -> list[PredictedRow]:
 
 def pairs(figure: Comparison,
           full: bool) -> Iterator[tuple[Panel, MethodColumn, dict[str, Cell]]]:
-    """Yield each panel and column with a published number and a prediction, with a cell (cell.py)
-    for each kind of rays."""
+    """Yield each panel and column whose time is published and can be predicted, with a cell
+    (cell.py) for each kind of rays."""
     paper = figure.paper_card
     for panel, column in figure.pairs(full) if paper is not None else ():
         if (paper is None or not paper.forms_of(column.method)

@@ -2,7 +2,7 @@
 
 The survey does not state the views of the papers' images. If a data set publishes a view, the
 paper probably used this view. This project chooses the lights of all scenes itself
-(``gpgpu_rt/scene/``), and so their shadow rays.
+(``gpgpu_rt/scene/``), so no shadow rays come from published data.
 """
 from __future__ import annotations
 

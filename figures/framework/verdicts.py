@@ -269,7 +269,7 @@ def on_card(card: str, said: Verdict, here: Verdict) -> Verdict:
 
 
 def renderer_says(verdict: Verdict) -> str:
-    """A sentence on the times that were measured here, or "" if the verdict itself is on them."""
+    """A sentence on the times measured here, or "" if the verdict itself rests on these times."""
     here = verdict.renderer
     if here is None:
         return ""

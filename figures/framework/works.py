@@ -58,7 +58,7 @@ class MeasurementKind:
 
     name: str
     measure: Callable[[Cell, str], dict[str, Any]]    # takes a cell and the rest of its `work`
-    timed: bool = True          # whether it measures times; it does so within `machine.alone`
+    timed: bool = True          # whether it measures times, within `machine.alone`
     catalogued: bool = True     # whether `load_scene` knows the scene of every such cell
     # Digest of the scene's triangles. It changes when a mesh replaces the scene's stand-in.
     digest: Callable[[Cell], str] = _of_catalogue

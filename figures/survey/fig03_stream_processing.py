@@ -161,7 +161,7 @@ def draw_pass(axis: Any, shown: KernelPass, row: Any) -> None:
     order = sorted(gathered, key=lambda name: name not in shown.samples)   # read textures on top
     gathers = stack_boxes(axis, 36, 16, {name: gathered[name] for name in order}, shown.samples)
     stages = (("full-screen triangle", "(issue the kernel)", 61),
-              ("rasteriser", "(a fragment a stream element)", 52.5),
+              ("rasteriser", "(one fragment per stream element)", 52.5),
               ("early depth", f"(mask: only rays that wait for {shown.kernel})", 44),
               ("fragment program", f"(kernel {shown.kernel})\ndrivers/traverse.frag with "
                f"{row.glsl}", 33.5))

@@ -152,7 +152,9 @@ def draw(data: Path, out: Path, full: bool) -> None:
         f"Without latencies the computed rate is only an upper bound, so the {FREE:,.0f} rays/s "
         "are not judged. The host's walk is numpy over whole arrays, not the paper's C.\n",
         "In the table, a pair is a ray and a triangle that are tested against each other. A quad "
-        "covers the rays of a queue and tests them against one triangle.\n",
+        "covers the rays of a queue and tests them against one triangle. A rate with infinitely "
+        "fast passes leaves out the time of the passes. Rates of transfers or of a bus \"alone\" "
+        "count no other time.\n",
         markdown_table(HEADS, [[number(v) if isinstance(v, float) else v if v is not None else "-"
                                 for v in row] for row in rows]), *lines, "",
         "## Errors of 24 bits of depth\n",

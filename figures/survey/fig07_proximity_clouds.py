@@ -15,7 +15,7 @@ from .lit_pictures import HEADS, picture
 SCENE, METHOD, PLAIN = "soft-shadows", "grid-proximity", "grid"
 METHODS = (METHOD, PLAIN, "bvh-threaded")
 SURVEYED = "figure 7"     # the survey's scene, as the published numbers name it
-# The rows of the survey: where the picture was made, and the method in the published numbers.
+# The label of each row with a time of the survey -> the method in the published numbers.
 PUBLISHED = {"survey: GeForce 6800 GTX": "grid", "survey: Autodesk 3ds Max, CPU": "cpu"}
 
 
@@ -31,8 +31,8 @@ def judge(data: Path, full: bool) -> verdicts.Verdict:
     """The verdict on the claim of the thesis's abstract that proximity clouds are faster than the
     plain grid.
 
-    Two times do not decide if they differ by less than the runs of one method differ. The CPU
-    renderer with which the thesis compares its times is not available.
+    If the two times differ by no more than the runs of one method do, the claim is not decided.
+    The CPU renderer with which the thesis compares its times is not available.
     """
     clouds, plain = (read(cell(method, full), data) for method in (METHOD, PLAIN))
     if clouds is None or plain is None:

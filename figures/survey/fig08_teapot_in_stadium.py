@@ -1,4 +1,4 @@
-"""Figure 8: the teapot in a stadium, which a uniform grid cannot resolve."""
+"""Figure 8: a teapot in a stadium. The cells of a uniform grid are too coarse for the teapot."""
 from __future__ import annotations
 
 from pathlib import Path

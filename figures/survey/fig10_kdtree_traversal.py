@@ -1,8 +1,8 @@
 """Figure 10: the standard traversal of a kd-tree, step by step for one ray.
 
-The steps are the passes of kd-texture-stack, which follows the survey's pseudocode, but with its
-mistake corrected (`CODE`). The ray's state in a row of the table is read from textures after the
-row's pass.
+The steps are the passes of kd-texture-stack. This method follows the survey's pseudocode, but with
+a mistake corrected (`CODE` is the corrected version). The ray's state in a row of the table is
+read from textures after the row's pass.
 """
 from __future__ import annotations
 

@@ -14,8 +14,8 @@ from ..framework.results import read
 from .fig16_ropes_and_packets import LEFT_OUT, SCENES, STAND_IN
 from .tree_sizes import NODE_BYTES, REFERENCE_BYTES
 
-# For each quantity: its key in a tree's record, its name in the published numbers, the number by
-# which the column divides the quantity, and the column's name.
+# A quantity and its column in the table: (key in a tree's record, name in the published numbers,
+# divisor of the values in the column, name of the column).
 QUANTITIES = (("leaves", "leaves", 1, "leaves"),
               ("empty_leaves", "empty leaves", 1, "empty leaves"),
               ("references_per_leaf", "references per triangle", 1,

@@ -18,7 +18,7 @@ from ..framework.cell import Cell
 from ..framework.output import markdown_table, number, plt, save_chart, write_csv, write_text
 
 SIZE, SHOWN = 64, (0, 2, 3, 4)     # SIZE: cells per side; SHOWN: the levels that are drawn
-HEADS = ("level", "nodes", "cells a node", "mean of: largest side of a box / of the scene's box")
+HEADS = ("level", "nodes", "cells a node", "largest side of a box / of the scene's box, mean")
 
 
 def cells(full: bool) -> list[Cell]:

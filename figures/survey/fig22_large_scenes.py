@@ -69,8 +69,9 @@ FIGURE = Comparison(
      "survey does not say what the number in parentheses means.",
      "\"Primary+shadow\" and \"primary+secondary\" are whole pictures here: eye rays, shading and "
      "a shadow ray per hit. Counters are of the eye rays.",
-     "bvh-packet has 2x2 rays per fragment and a vote of each ray, as published except for the "
-     "packet's size. The row with the interval test is ours: 4x2 rays and quantised nodes.",
+     "Each ray of a bvh-packet votes on which child the packet enters first, as published. A "
+     "packet here has only 2x2 rays. The row with the interval test is ours: 4x2 rays and "
+     "quantised nodes.",
      "Soda Hall and the Power Plant are measured at full size only."),
     _remarks, full_only=HUGE,
     paper_card=PaperCard("G80", 1024, (WHILE_WHILE, STEP)))

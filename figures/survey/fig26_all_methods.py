@@ -1,7 +1,7 @@
 """Figure 26: every method at 10,000 triangles, relative to the Ray Engine.
 
-Four columns are compared: speeds measured here, predicted on a GeForce 8800 GTX, scaled again as
-the survey scaled, and published.
+Four columns of speeds are compared: measured here; predicted for a GeForce 8800 GTX; scaled to
+this card from the papers' rates, as the survey scales them; and published.
 """
 from __future__ import annotations
 

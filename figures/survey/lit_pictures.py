@@ -15,7 +15,7 @@ HEADS = ("picture", "method", "triangles", "s", "rays traced", "M rays/s", "pass
 
 
 def cell(scene: str, method: str, full: bool, runs: int = 1, quick: int = 144) -> Cell:
-    """The measurement of a picture with ``quick`` pixels a side at the quick size."""
+    """The measurement of a picture. ``quick`` is its side in pixels at the quick size."""
     return Cell(scene, method, (), 512 if full else quick, "picture", runs)
 
 

@@ -21,8 +21,8 @@ from gpgpu_rt.statistics import Statistics
 
 METHOD, WORK = "ray-engine", "ray engine's work for "
 # The Ray Engine has no era form (docs/era.md), so the costs of brute force's kernel are used. Both
-# kernels test one triangle. But the kernel of the paper's Ray Engine fetches only the ray's two
-# texels, because the paper's quad carries the triangle's corners, and writes one target.
+# kernels test one triangle. But the kernel of the paper's Ray Engine writes one target and fetches
+# only the ray's two texels, because the paper's quad carries the triangle's corners.
 KERNEL, FETCHES, TARGETS = ("brute-force", "intersect"), 2, 1
 
 

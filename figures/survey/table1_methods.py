@@ -54,7 +54,7 @@ class MethodProperties:
     def agrees(self, column: str) -> bool | None:
         """Whether the survey and this program agree; None if the survey says N/A.
 
-        For the structure N/A means "none", and is compared.
+        In the column of the structure, N/A means "none", so this column is always compared.
         """
         theirs, ours = self.theirs[column], self.ours[column]
         if column == "acceleration_structure":
