@@ -22,30 +22,30 @@ scenes: $(STAMP)  ## download the papers' scenes; shows their terms and asks
 test: $(STAMP)  ## the quick suite, headless
 	@$(BIN)/python tools/run_tests.py
 
-test-all: $(STAMP)  ## full sizes on every backend, softpipe, zink, ANGLE, fresh machines
+test-all: $(STAMP)  ## all tests at full size on every backend; parts of them on softpipe, zink, ANGLE, fresh machines
 	@$(BIN)/python tools/run_tests.py --all
 
-figures: $(STAMP)  ## the survey's tables beside the published numbers (FULL=1: papers' sizes; SCHEDULER=local)
+figures: $(STAMP)  ## measure the survey's figures (FULL=1: the papers' sizes; SCHEDULER=local: a process per core)
 	@$(BIN)/python -m gpgpu_rt.figures $(if $(FULL),--full) $(if $(SCHEDULER),--scheduler $(SCHEDULER))
 
-report: $(STAMP)  ## one page, report.html, with every figure that is there, passes and heat maps
+report: $(STAMP)  ## write the page report.html, with all measured figures, films of passes and heat maps
 	@$(BIN)/gpgpu-rt report -o report.html
 
-web: $(STAMP)  ## web/: pages that trace in a browser, with an index, ready to be published (SCENE=name or file)
+web: $(STAMP)  ## write pages that trace in a browser, with an index, to the folder web (SCENE=name or file)
 	@$(BIN)/gpgpu-rt web $(or $(SCENE),teapot) -m all -o web
 
-docs: $(STAMP)  ## the documentation as a site with a search, to site/; needs no network
+docs: $(STAMP)  ## write the documentation as a site with a search to the folder site; needs no network
 	@$(BIN)/python tools/make_site.py
 
-pictures: $(STAMP)  ## the pictures of the README anew: docs/readme
+pictures: $(STAMP)  ## make the pictures of the README again, in docs/readme
 	@$(BIN)/python tools/make_pictures.py
 
-view: $(STAMP)  ## a window to look at the bunny by any method (SCENE=name or file)
+view: $(STAMP)  ## open a window that shows the bunny by any method (SCENE=name or file)
 	@$(BIN)/python -c "import moderngl_window, imgui_bundle, glfw" 2>/dev/null || \
 		$(BIN)/python -m pip install --quiet --editable '.[view]'
 	@$(BIN)/gpgpu-rt view $(SCENE)
 
-bench: $(STAMP)  ## the methods on the bunny beside today's engines
+bench: $(STAMP)  ## time the methods and today's ray tracing engines on the bunny
 	@$(BIN)/gpgpu-rt bench bunny
 
 lint: $(STAMP)  ## flake8, isort and autopep8, all with the settings in setup.cfg

@@ -1,1 +1,2 @@
-"""Accuracy: errors against the float64 reference, and the fastest choice within error bounds."""
+"""Accuracy: measures errors against the float64 reference, and finds the fastest method with
+options that keeps given error bounds."""

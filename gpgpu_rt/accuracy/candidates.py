@@ -12,19 +12,20 @@ from typing import Any
 from ..methods import find_method
 from ..options import TRACER_OPTIONS, Option
 
-# Knobs that change the hits. An option with `relaxed` values changes them too. All other knobs
-# change only time and memory: on the software renderer, they keep the hits the same to the bit.
+# Knobs that change the hits. An option with `relaxed` values, which may lose hits, changes the
+# hits too. All other knobs change only time and memory: on the software renderer, they keep the
+# hits the same to the bit.
 _ACCURACY = ("precision", "storage", "rounding", "intersection", "interval")
-# `_is_knob` excludes these options. Statistics and the context do not change a trace. The
-# knob precision sets storage and arithmetic. `speed_knobs` lists schedules itself. The build
-# device does not change the tree. The era form (docs/era.md) runs the kernels of old cards, and is
+# `_is_knob` excludes these options. Statistics and the context do not change a trace. The knob
+# precision also sets storage and arithmetic. `speed_knobs` adds the schedules. The build device
+# does not change the tree. The era form (docs/era.md) runs the kernels of old cards, and is
 # slower. Rasterised bounds apply to pictures only, but candidates are measured on ray arrays.
 _NO_KNOBS = ("era", "statistics", "context", "storage", "arithmetic", "schedule",
              "build_device", "rasterised_bounds")
 _STEPS = (16, 64)       # values of the option steps_per_pass to try
 FULL_PRECISION = (None, "fp32")
-# The step cap of a candidate with lower accuracy, divided by the largest number of steps of any
-# ray at full accuracy.
+# The step cap of a candidate with lower accuracy is this many times the largest number of steps of
+# any ray at full accuracy.
 STEP_ROOM = 8
 
 
@@ -50,8 +51,9 @@ class Candidate:
         return tuple(pair for pair in self.options if _is_for_accuracy(table[pair[0]]))
 
     def full_options(self) -> dict[str, Any]:
-        """Return every knob with its value, including defaults other than None, so that a saved
-        candidate stays the same when a default changes later."""
+        """Return the candidate's options, completed by the defaults of all other knobs. A saved
+        candidate then stays the same when a default changes later. Defaults of None are left out.
+        """
         table, given = option_table(self.method), dict(self.options)
         knobs = {name: option.default for name, option in table.items()
                  if _is_knob(option) and option.default is not None}
@@ -84,7 +86,8 @@ def speed_knobs(method: str) -> list[list[dict[str, Any]]]:
 def accuracy_knobs(method: str) -> list[list[dict[str, Any]]]:
     """Return, for each knob that changes the hits, the changes to try.
 
-    Precision, storage and rounding are a single knob, because fp32 rounds in one way only.
+    Precision, storage and rounding are a single knob, because the rounding can be chosen only
+    together with a format below fp32.
     Lower arithmetic without smaller storage is not tried: it saves nothing.
     """
     table = option_table(method)
@@ -102,7 +105,7 @@ def accuracy_knobs(method: str) -> list[list[dict[str, Any]]]:
 
 
 def precisions(method: str) -> list[str]:
-    """Return the values of a method's option ``precision``; only "fp32" without this option."""
+    """Return the values of a method's option ``precision``; for a method without it, "fp32"."""
     option = option_table(method).get("precision")
     if option is None:
         return ["fp32"]
@@ -130,8 +133,8 @@ def _is_for_accuracy(option: Option) -> bool:
 
 
 def _values(option: Option) -> list[Any]:
-    """Return the values of a knob, the default first. The value ``None`` is left out if it means
-    the same as another value."""
+    """Return the values of a knob, the default first. If the option is ``optional``, ``None`` is
+    one of its values."""
     values = list(option.choices) if option.choices is not None else [False, True]
     if option.optional and None not in values:
         values.append(None)

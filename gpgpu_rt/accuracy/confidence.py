@@ -11,8 +11,9 @@ LEVEL = 0.95
 def lower_confidence(faults: int, rays: int, confidence: float = LEVEL) -> float:
     """Return the lower confidence bound of the share of faults.
 
-    At this share, ``faults`` or more faults have a probability of exactly 1 - confidence. The
-    bound is 0 without faults. `judge.upper_confidence` is the upper bound.
+    If the true share equals this bound, the probability of ``faults`` or more faults in ``rays``
+    rays is exactly 1 - confidence. The bound is 0 without faults. `judge.upper_confidence` is the
+    upper bound.
     """
     if faults < 1:
         return 0.0

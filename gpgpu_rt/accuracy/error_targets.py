@@ -1,4 +1,5 @@
-"""Error targets: the bounds that a tuned tracer must keep, and how far an answer exceeds them."""
+"""Error targets: the bounds that a tuned tracer must keep, and by how much a candidate exceeds
+them."""
 from __future__ import annotations
 
 import math
@@ -27,7 +28,8 @@ class Promise:
     max_wrong : Bound on the share of rays with a wrong hit or miss. The upper 95 % confidence
         bound of the measured share must not exceed this bound.
     max_t_error : Bound on the relative error of t. A share ``t_quantile`` of the right hits must
-        keep this bound: the upper 95 % confidence bound of the quantile must not exceed it.
+        keep this bound: the upper 95 % confidence bound of the quantile must not exceed
+        ``max_t_error``.
     max_bytes : Bound on texture bytes with 2^18 rays in flight, as in a 512 x 512 picture; None
         for no bound.
     """
@@ -64,13 +66,14 @@ class Promise:
         return max(rays_needed(self.max_wrong), math.ceil(for_t))
 
     def split(self) -> dict[str, tuple[Promise, str | None]]:
-        """Return the bounds of each search, and the kind of rays on which candidates are timed.
+        """Return for each search of `tune` its bounds, and the kind of rays on which it times
+        candidates.
 
         If ``kinds`` contains eye rays and random rays, the result has an entry for ``COHERENT``
         rays, timed on eye rays, and an entry for ``INCOHERENT`` rays, timed on random rays. Rays
-        aimed at vertices and edges belong to both entries. Otherwise the result has a single entry
-        ``ALL``, timed on all kinds. The result also has a single entry if there is a bound on
-        bytes, because two methods would hold two structures in memory.
+        aimed at vertices and edges belong to both entries. Without eye rays or without random
+        rays, the result has a single entry ``ALL``, timed on all kinds. With a bound on bytes, it
+        also has this single entry, because two methods would hold two structures in memory.
         """
         if self.max_bytes is not None or not set(OWN_KIND.values()) <= set(self.kinds):
             return {ALL: (self, None)}
@@ -120,7 +123,8 @@ class Finding:
         return {name: ratio for name, ratio in ratios.items() if ratio > 1}
 
     def is_hopeless(self, promise: Promise) -> bool:
-        """Return whether these rays, although too few to prove the bounds, disprove them."""
+        """Return whether the errors already disprove the bounds. This can be known from fewer rays
+        than a proof of the bounds needs."""
         return (lower_confidence(self.score.wrong, self.score.rays) > promise.max_wrong
                 or self.t_lower > promise.max_t_error)
 
@@ -129,10 +133,10 @@ def _ranks(count: int, share: float) -> tuple[int, int]:
     """Return the ranks of the two errors that bound a quantile, from above and from below.
 
     The measured errors are sorted in descending order, and a rank is a position in this order.
-    ``above`` is the largest rank whose error, with 95 % confidence, is exceeded by at most
-    ``share`` of all possible rays. ``below`` is the smallest rank whose error, with 95 %
-    confidence, is reached by at least ``share`` of all possible rays. If no rank has the property,
-    ``above`` is -1 or ``below`` is ``count``.
+    ``above`` is the largest rank for which, with 95 % confidence, at most ``share`` of all
+    possible rays have a larger error. ``below`` is the smallest rank for which, with 95 %
+    confidence, at least ``share`` of all possible rays have this error or a larger error. Without
+    such a rank, ``above`` is -1, or ``below`` is ``count``.
     """
     end = min(count, 100 + int(3 * share * count))     # both ranks are near share * count
     above, high = -1, end

@@ -1,8 +1,8 @@
 """The judge: decides which answers of a trace are right, and what is wrong with each wrong answer.
 
 An answer is right if the watertight test could have given it, within the bounds of its rounding
-errors (`error_bounds`). A right answer meets three conditions: the answer's triangle is possibly
-hit, the error of t is within its bound, and no other triangle is certainly hit at a nearer t.
+errors (`error_bounds`). A hit is right under three conditions: the ray possibly hits the answer's
+triangle, the error of t is within its bound, and no other triangle is certainly hit at a nearer t.
 "Nearer" means that the intervals of the two t, each with its error bound, are disjoint. A miss is
 right if no triangle is certainly hit. A ray through an edge or a vertex may therefore miss;
 `leaks` decides whether such a ray escaped from a closed mesh.
@@ -22,7 +22,7 @@ from ..reference.tree import ReferenceTree
 CATEGORIES = ("right", "leak", "false hit", "wrong triangle", "wrong distance", "unfinished")
 RIGHT, LEAK, FALSE_HIT, WRONG_TRIANGLE, WRONG_DISTANCE, UNFINISHED_RAY = range(len(CATEGORIES))
 
-_PAIRS = 1 << 17    # most pairs of ray and triangle that are tested at once
+_PAIRS = 1 << 17    # largest number of pairs of a ray and a triangle that are tested at once
 
 
 @dataclass
@@ -32,8 +32,8 @@ class Judgement:
     Attributes
     ----------
     category : (n,) uint8, an index into CATEGORIES
-    within_bound : (n,) bool, whether the answer is right although the reference has another
-        triangle, or a miss
+    within_bound : (n,) bool, whether the answer is right but differs from the reference: in the
+        triangle, or because only one of the two is a miss
     t_ulps : (n,) float64, |t - exact t|, where the exact t lies on the answer's own triangle. The
         unit is the unit in the last place (ulp) of the exact t as a float32. NaN for misses and
         false hits
@@ -140,9 +140,9 @@ def leaks(reference_hits: Hits, hits: Hits) -> np.ndarray:
 def upper_confidence(wrong: int, rays: int, confidence: float = 0.95) -> float:
     """Return the upper confidence bound of the share of wrong rays.
 
-    At this share p, ``wrong`` or fewer wrong rays have a probability of exactly 1 - confidence
-    (Clopper and Pearson's one-sided bound, Biometrika 26, 1934). With no wrong ray among n the
-    bound is 1 - (1 - confidence)^(1/n), about 3/n; without rays it is 1.
+    If the true share p equals this bound, the probability of ``wrong`` or fewer wrong rays is
+    exactly 1 - confidence (Clopper and Pearson's one-sided bound, Biometrika 26, 1934). If none of
+    n rays is wrong, the bound is 1 - (1 - confidence)^(1/n), about 3/n. Without rays it is 1.
     """
     if wrong >= rays:
         return 1.0
@@ -246,12 +246,13 @@ class _PairTests:
         Parameters
         ----------
         rays : (k,) int, indices of rays
-        last : (k,) t, the end of each ray
+        last : (k,) float, for each ray the t before which a certain hit counts
         """
         found = np.zeros(len(rays), bool)
         for part in _parts(np.arange(len(rays))):
             found[part] = self._certain(rays[part], reference.triangle[rays[part]], last[part])
-        # No triangle is nearer than the reference's hit, within the rounding errors of float64.
+        # If the reference's hit lies beyond `last`, no triangle is hit before `last`. The margin
+        # covers the rounding errors of float64.
         with np.errstate(invalid="ignore"):
             near = reference.t[rays] - 2.0 ** -40 * np.abs(reference.t[rays]) <= last
         left = np.flatnonzero(~found & near)

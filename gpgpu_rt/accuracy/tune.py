@@ -315,7 +315,7 @@ class _Searcher:
     def _open(self, trial: Trial) -> Tracer | None:
         try:
             return Tracer(self.scene, trial.candidate.method, **dict(trial.candidate.options))
-        except (OptionError, LimitError) as failure:    # the options conflict, or need too much
+        except (OptionError, LimitError) as failure:    # the options conflict or exceed a limit
             trial.outcome, trial.note = "not possible", " ".join(str(failure).split())
             return None
 

@@ -24,8 +24,8 @@ typedef struct {
 typedef struct {
     RTCScene scene;
     const float *rays;      /* (blocks, FIELDS, width) */
-    int *triangles;         /* (blocks * width): the triangle or -1 */
-    unsigned char *hits;    /* (blocks * width): 1 or 0, for any hit */
+    int *triangles;         /* (blocks * width): the triangle or -1, unless any_hit is set */
+    unsigned char *hits;    /* (blocks * width): 1 or 0, whether the ray hits anything, if any_hit is set */
     size_t blocks;
     int width, any_hit, coherent;
     atomic_size_t next;

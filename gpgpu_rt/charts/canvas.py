@@ -1,5 +1,5 @@
-"""Canvas: matplotlib without a display, and files of charts that are written whole or not at
-all."""
+"""Canvas: uses matplotlib without a display, and saves charts. A file is written completely or not
+at all."""
 from __future__ import annotations
 
 from pathlib import Path

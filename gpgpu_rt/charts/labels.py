@@ -5,8 +5,8 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
-# Distances between a label and the point that it names, in typographic points, and directions in
-# degrees, both in the order in which they are tried.
+# Places of a label relative to the spot that it names: distances in typographic points, and
+# directions in degrees. `_free_place` tries them in this order, the nearest distance first.
 _DISTANCES = (5, 12, 20, 30, 42, 56, 72, 90)
 _ANGLES = (0, 180, 60, -60, 120, -120, 90, -90, 30, -30, 150, -150)
 _PADDING = 1.5       # space around a label in points
@@ -65,7 +65,7 @@ def _free_place(place: tuple[float, float], size: tuple[float, float], pixel: fl
     for distance in _DISTANCES:
         for angle in _ANGLES:
             dx, dy = math.cos(math.radians(angle)), math.sin(math.radians(angle))
-            # Measure the distance to the box's edge. Centre a label straight above or below.
+            # Measure the distance to the box's edge. Centre a label that is above or below.
             side = 0.0 if abs(dx) < 0.1 else math.copysign(wide / 2, dx)
             x = place[0] + dx * distance * pixel + side
             y = place[1] + dy * (distance * pixel + high / 2)

@@ -34,9 +34,9 @@ class Adapter:
     modules : the modules that must be installed
     prepare : a function that imports the engine, and returns the function that traces a case
     wraps : the name of the engine that this engine calls, or ""
-    ends : the members of ALL_T that the engine accepts. "t_min" and "t_max" stand for intervals
-        that begin at a t_min other than 0, or end at a finite t_max; NEGATIVE stands for intervals
-        that begin at a negative t_min
+    ends : the members of ALL_T that the engine accepts. "t_min" stands for intervals that begin at
+        a t_min other than 0, "t_max" stands for intervals that end at a finite t_max, and NEGATIVE
+        stands for intervals that begin at a negative t_min
     most : the largest number of rays of a family that a slow engine traces
     """
 

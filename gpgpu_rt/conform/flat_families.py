@@ -1,9 +1,9 @@
 """Flat families: scenes that are flat along an axis, and rays that start on or next to the scene.
 
-A scene lies in a coordinate plane, or in a parallel plane: the next float32 value, a near plane or
-a far plane. The scene may be tilted by a float32 spacing. Shadow rays from a floor are rays of
-this kind: along the flat axis, origin and scene differ by less than the rounding errors along the
-other two axes.
+A scene lies in a plane perpendicular to an axis, at the coordinate 0, 0.5 or 1000, or one float32
+value beside this coordinate. The scene may be tilted by a float32 spacing. Shadow rays from a
+floor are rays of this kind: along the flat axis, origin and scene differ by less than the rounding
+errors along the other two axes.
 """
 from __future__ import annotations
 

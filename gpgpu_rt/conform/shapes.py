@@ -77,8 +77,8 @@ def soup(count: int, seed: int, size: float = 0.2) -> np.ndarray:
 def lattice(cells: int) -> np.ndarray:
     """Return the walls of an eighth of the cells of a lattice in the unit box, float32.
 
-    Along each axis, every second cell has walls. For even ``cells``, the result is (12 * (cells /
-    2)^3, 3, 3).
+    A cell has walls if all three of its indices are even. For even ``cells``, the result is (12 *
+    (cells / 2)^3, 3, 3).
 
     If ``cells`` is a power of two, coordinates are exact, so rays can run in planes, through edges
     and through corners.

@@ -1,5 +1,5 @@
-"""Suite: engines answer the rays of every family of hard cases; their wrong answers are counted by
-kind."""
+"""Suite: lets engines answer the rays of every family of hard cases, and counts the wrong answers
+by kind."""
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -34,8 +34,7 @@ class Row:
     family : The family's name.
     rays : Number of rays that the engine traced; 0 if the engine does not accept the rays'
         t_min and t_max, or gave no answer in an earlier family.
-    undecidable : Number of rays for which a hit and a miss are both right, and whose answer is not
-        wrong.
+    undecidable : Number of rays with a right answer for which a hit and a miss are both right.
     wrong : Number of wrong rays by kind, of KINDS. A crash counts for all ``rays``.
     seconds : Time of the engine's call in seconds, including the construction of its structure.
     note : The reason of a crash, or the reason why no ray was traced; else "".

@@ -10,7 +10,8 @@ The modules compute the time of a program on a card, step by step:
   **Why not counters in the shaders**: a counter does not show how long a ray waited for its
   neighbours.
 * ``machine_model``: Predicts seconds from these counts, with no fitted constant.
-* ``era_time``: The predicted time of passes in the era form, as ``render --era`` prints it.
+* ``era_time``: The predicted time of passes in the era form (docs/era.md), as ``render --era``
+  prints it.
 * ``published_kernels``: The instruction counts that papers printed for their kernels.
 * ``table_reads``: The texels that rays read, from the same passes.
 * ``machines``, ``loop_costs``, ``local_store``: Times of machines with ray tracing units, and of

@@ -1,4 +1,5 @@
-"""Issue: how often pixels that branch together issue each kernel, from a trace of the rays."""
+"""Issue: counts from a trace of the rays how often groups of pixels issue each kernel. The pixels
+of a group branch together."""
 from __future__ import annotations
 
 from collections.abc import Collection
@@ -9,9 +10,9 @@ import numpy as np
 from .trace import FINISHED, KernelTrace
 
 QUAD = (2, 2)        # every card of the survey shades pixels in quads, for their derivatives
-# The (h, w) of the pixels that branch together. Their number is the card's `branch_width` of
-# cards.json. The survey states no shape: these rectangles are nearest to a square. R420 cannot
-# branch.
+# The (h, w) in pixels of a group of pixels that branch together. A group has `branch_width` pixels
+# (cards.json). The survey states no shape of the groups, so these rectangles are nearest to a
+# square. R420 cannot branch.
 GROUPS: dict[str, tuple[int, int] | None] = {
     "R420": None, "NV40": (32, 32), "R580": (6, 8), "G80": (4, 8)}
 PASSES_A_CHOICE = 16    # the schedule `kernels` runs this many passes between occlusion queries

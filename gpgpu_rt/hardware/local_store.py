@@ -12,9 +12,10 @@ from .table_reads import TABLE
 
 
 def lines_of(places: np.ndarray, line: int) -> np.ndarray:
-    """Return the lines of ``line`` bytes that hold the places of `table_reads`, (reads,) int64.
+    """Return the number of the cache line that each read needs, (reads,) int64.
 
-    The lines of a table begin at the table's number times TABLE.
+    ``places`` comes from `table_reads`. A line has ``line`` bytes. The lines of a table are
+    numbered from the table's number times TABLE.
     """
     table = places // TABLE * TABLE
     return table + (places - table) // line

@@ -10,8 +10,8 @@ first two terms replaces these two terms. The texels of a stream are not in the 
 pass fetches them at a lower rate (``stream_fetch``). Lanes include idle lanes. Passes and
 occlusion queries add the host's time and the time in which early depth rejects pixels. All rates
 come from cards.json. `Assumptions` holds the numbers that no source states; they are the same for
-every card. The model leaves out cache misses, and the latency of fetches that too few fragments in
-flight would expose.
+every card. The model leaves out cache misses. It also assumes that enough fragments are in flight
+to hide the latency of fetches.
 """
 from __future__ import annotations
 
@@ -42,8 +42,8 @@ class Assumptions:
     ----------
     draw_seconds : the host's time for a draw call with a change of target
     query_seconds : the time until the host has an occlusion query's result and goes on
-    branch_instructions : instruction slots of an issue's branch in a loop, on cards without a unit
-        for branches
+    branch_instructions : instruction slots that the branch of each issue takes in a loop, on cards
+        without a unit for branches
     texel_bytes : bytes of a texel of a stream; the papers' streams are RGBA32F
     """
 
@@ -143,8 +143,8 @@ def time_of_loop(card: Card, issued: KernelIssues, costs: Mapping[str, StaticCos
     streams : fetches of each kernel that a loop does not make (`stream_fetches`)
     pixels : number of pixels of the image, all of which the pass covers
     sharing : number of lanes that load a table's texel together, once for all of them
-    uncoalesced : whether each run loads the tables' texels from memory by itself, past the texture
-        units and their cache
+    uncoalesced : whether each run loads the tables' texels from memory by itself, without the
+        texture units and their cache
     setup : instruction slots per pixel before the loop and after it (`loop_costs.setup_slots`)
     """
     branch = 0.0 if card.branch_unit else assumed.branch_instructions
@@ -157,7 +157,7 @@ def time_of_loop(card: Card, issued: KernelIssues, costs: Mapping[str, StaticCos
         cost = costs[kernel]
         fetches, moved = (cost.fetches - streams[kernel]) / sharing, 0.0
         if uncoalesced:
-            # Waiting lanes load nothing.
+            # Waiting lanes load nothing, so the mean over all lanes is smaller.
             fetches, moved = 0.0, fetches * UNCOALESCED_BYTES * runs / max(lanes, 1)
         total += _kernel_time(card, issue_slots(cost) + branch, fetches, moved, runs, lanes)
     return total

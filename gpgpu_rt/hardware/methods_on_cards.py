@@ -21,8 +21,8 @@ from ..traversal.era_packets import LOOP
 from .cards import Card, Needs, Refusal
 from .static_costs import COMPILERS, PACKETS, era_programs, packet_methods, static_cost
 
-# This program is an addition of this project and saves time only: it finds tiles without live
-# rays.
+# This program is left out: it is an addition of this project, and its only use is to save time. It
+# finds tiles without live rays.
 LEFT_OUT = {"drivers/tile_counts.frag"}
 # Under the schedule `loop`, these programs have a loop whose length depends on the rays.
 LOOPS = {"drivers/traverse.frag", "drivers/packet.frag"}

@@ -23,8 +23,9 @@ def fields_of(stack: bool) -> tuple[str, ...]:
 
 
 def in_loop(trace: KernelTrace, stack: bool) -> KernelTrace:
-    """Return the trace of packets in a loop. A push becomes a step after its visit, and the pops
-    of a `leave` become steps after the `leave`. A restart is a pop from an empty stack.
+    """Return the trace of packets in a loop. A push becomes a separate step after the step
+    `traverse` that pushes, and pops become separate steps after the step `leave` that pops. A
+    restart is a pop from an empty stack.
 
     Parameters
     ----------

@@ -1,9 +1,9 @@
-"""Static costs: the instructions that Mesa's compilers for cards of 2002-2006 make of kernels.
+"""Static costs: the instructions that Mesa's compilers for old cards generate from kernels.
 
-Mesa's drivers of these cards start without their cards and compile the era form of a kernel
-(traversal/era.py, dialect ``card``). ``tools/static_costs.py`` writes their results into
-``static_costs/CARD.json``, keyed by the digest of the program. Everything else reads these files,
-so no compiler of a card is needed.
+Mesa's drivers for cards of 2002-2006 also start on a machine without such a card. They compile the
+era form of a kernel (traversal/era.py, dialect ``card``). ``tools/static_costs.py`` writes the
+results into ``static_costs/CARD.json``, keyed by the digest of the program. Everything else reads
+these files, so no compiler of a card is needed.
 """
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ from ..traversal.era import EraKernel, era_kernels
 from ..traversal.era_packets import packet_kernels, packet_loop
 
 COMPILERS = ("r300", "r420", "r580", "nv40", "g80")
-# The depth of a full stack follows from the scene's tree. No instruction depends on this depth,
-# only a constant. A short stack has its depth from an option.
+# A full stack is as deep as the scene's tree. The depth changes a constant of the program, but no
+# instruction, so any depth serves here. The depth of a short stack is an option of the method.
 DEFINES: Mapping[str, object] = {"STACK_SIZE": 32}
 # Settings that are compiled beside the defaults: (method, options).
 SETTINGS: tuple[tuple[str, Mapping[str, Any]], ...] = (
     ("bvh-threaded", {"octants": True}), ("tree-unit", {"criterion": "box"}))
-# Packets that are compiled, only as kernels in a loop: (method, options). Each entry
-# adds one improvement of Horn et al. to the entry before.
+# Packet methods that are compiled: (method, options). They are compiled only as kernels in a loop.
+# Each entry adds one improvement of Horn et al. to the entry before.
 PACKETS: tuple[tuple[str, Mapping[str, Any]], ...] = tuple(
     ("kd-packet", {"push_down": down, "stack_size": size, "skip_empty_leaves": False})
     for down, size in ((False, 0), (True, 0), (True, 3)))
@@ -54,7 +54,7 @@ class EraProgram:
 
 @dataclass(frozen=True)
 class StaticCost:
-    """What a card's compiler says of a kernel.
+    """The cost of a kernel, as a card's compiler reports it.
 
     Attributes
     ----------
@@ -65,8 +65,8 @@ class StaticCost:
     vector, scalar : Numbers of vector and of scalar operations. Both are 0 where the driver does
         not tell them apart.
     fetches : Texture fetches.
-    levels : Levels of texture indirection. A fetch at a computed place is a level above the
-        fetches that the place depends on.
+    levels : Levels of texture indirection. A fetch whose coordinates depend on other fetches is
+        one level above these fetches.
     registers : Temporary registers of a fragment.
     targets : Render targets written.
     cycles : The driver's own estimate of clocks, or None.

@@ -1,4 +1,4 @@
-"""Table reads: the places of the tables' texels that rays fetch, from a trace of their kernels.
+"""Table reads: finds from a trace of kernels the addresses of the table texels that rays fetch.
 
 The state that a kernel reads names the record: the node to visit, or the position in a list of
 triangles. The trace has both fields (``FIELDS``), so fetches need not be observed.
@@ -31,9 +31,9 @@ def table_reads(trace: KernelTrace, tables: Mapping[str, Mapping[str, Any]],
                 group: tuple[int, int]) -> np.ndarray:
     """Return the places that rays read, (reads,) int64, one group of (h, w) rays after another.
 
+    A place is an address: the offset of a byte in its table, plus the table's number times TABLE.
     The rays of a group run their steps side by side, kernel by kernel: all rays read their first
-    texel before any ray reads its second texel. A place is a byte in the table, plus the table's
-    number times TABLE.
+    texel before any ray reads its second texel.
 
     Parameters
     ----------

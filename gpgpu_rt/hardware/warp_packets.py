@@ -2,9 +2,10 @@
 
 Packets of this project have at most 4x4 rays. In Günther et al. 2007 and Popov et al. 2007, each
 warp traced a packet of 32 rays. A packet visits a node if any of its rays needs the node, so the
-larger packet visits the union of the nodes that its parts visit. A node that a part visits k times
-counts k times. The larger packet may visit more nodes than the union: it may find a hit later than
-one of its parts, and a later hit prunes less. The union is therefore a lower bound.
+larger packet visits the union of the nodes that its parts visit. A node counts as often as in the
+part that visits it most often. The larger packet may visit more nodes than the union: it may find
+a hit later than one of its parts, and a later hit prunes less. The union is therefore a lower
+bound.
 """
 from __future__ import annotations
 
@@ -21,14 +22,15 @@ LANES = WARP[0] * WARP[1]
 
 def growth(trace: KernelTrace, packet: tuple[int, int],
            places: Mapping[str, str]) -> dict[str, float]:
-    """Return for each kernel how many more lanes a warp's packet occupies than its parts do.
+    """Return for each kernel the lanes that warps' packets occupy, divided by the lanes that their
+    parts occupy.
 
     The result is 1 if the parts of each warp visit the same places, and the number of parts if
     they have no place in common.
 
     Parameters
     ----------
-    trace : of packets of a BVH or kd-tree under the schedule ``step``, with the fields of
+    trace : a trace of packets of a BVH or kd-tree under the schedule ``step``, with the fields of
         ``places``
     packet : (width, height) of these packets in rays
     places : kernel -> the field that names the node, or the position in a list of triangles, that

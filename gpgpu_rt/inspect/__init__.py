@@ -1,1 +1,1 @@
-"""Looking into a traversal: its passes, costs and programs."""
+"""Inspect: shows the passes, the costs and the programs of a traversal."""

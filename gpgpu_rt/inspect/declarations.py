@@ -16,7 +16,7 @@ _BRACKETS = re.compile(r"\([^()]*\)|\[[^][]*\]|\{[^{}]*\}")
 
 @dataclass
 class Declaration:
-    """A declaration with the comment above it. With an empty ``code``, a separate comment.
+    """A declaration with the comment above it; or a separate comment, if ``code`` is empty.
 
     Attributes
     ----------

@@ -35,8 +35,9 @@ class EvenLoss:
         return True
 
     def is_replaced(self, count: int, live: int, at_end: int) -> bool:
-        """Return whether the trace's last pass replaces the last chosen pass instead of following
-        it: either there is no space for both, or no ray has ended between them.
+        """Return whether the trace's last pass replaces the last chosen pass. If not, it becomes a
+        further frame. It replaces the chosen pass if there is no space for both passes, or if no
+        ray has ended between them.
 
         Parameters
         ----------

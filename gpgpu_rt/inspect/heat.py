@@ -27,7 +27,7 @@ class Heat:
 
     Attributes
     ----------
-    title : the method, and for passes also the schedule
+    title : the method, and for the count "passes" also the schedule
     values : (height, width) int, the cost of each ray
     """
 
@@ -46,7 +46,8 @@ def heat(tracer: Tracer, what: str, size: tuple[int, int], camera: Camera | None
 
     Parameters
     ----------
-    tracer : "passes" needs the schedule ``step`` or ``kernels``; other counts need statistics=True
+    tracer : a tracer with statistics=True; but if ``what`` is "passes", a tracer with the schedule
+        ``step`` or ``kernels``
     what : a key of KINDS
     size : (width, height) pixels
     camera : by default the scene's own camera
@@ -72,8 +73,8 @@ def heat(tracer: Tracer, what: str, size: tuple[int, int], camera: Camera | None
 
 
 def scale_of(maps: Sequence[Heat]) -> float:
-    """Return the end of a common scale: the largest 99 % quantile of the maps rounded up, and at
-    least 1."""
+    """Return the end of a common scale: the largest of the maps' 99 % quantiles, rounded up, and
+    at least 1."""
     return colours.round_up(max(1.0, *(one.summary()["quantile_99"] for one in maps)))
 
 
@@ -91,7 +92,7 @@ def draw_heat(maps: Sequence[Heat], what: str, scene: str,
 
     Parameters
     ----------
-    highest : end of the scale; by default the largest 99 % quantile of the maps, rounded up
+    highest : end of the scale; by default as `scale_of` computes it
     """
     top = highest or scale_of(maps)
     panels = []

@@ -42,8 +42,9 @@ def _texts() -> dict[str, tuple[Record, str]]:
 
 
 def texts_below(file: Path) -> dict[str, str]:
-    """Return the assigned name -> the text below the assignment, for a Python module. If there is
-    no text between two assignments, the text below the second also belongs to the first."""
+    """Return a map from each name that a Python module assigns to the text below the assignment.
+    If there is no text between two assignments, the text below the second also belongs to the
+    first."""
     found: dict[str, str] = {}
     waiting: list[str] = []
     for statement in ast.parse(file.read_text(encoding="utf-8")).body:

@@ -2,8 +2,8 @@
 
 A pass draws into one of two buffers. Under ``kernels``, a pass draws only the rays that wait for
 its kernel, so the texels of the other rays hold older states. A ray's number of steps never
-decreases. Of two states of a ray, the present state therefore has more steps. By this rule, the
-states that a pass has drawn are merged with the states before the pass.
+decreases, so the state with more steps is the newer state. By this rule, the states in the buffer
+after a pass are merged with the states before the pass.
 """
 from __future__ import annotations
 

@@ -84,7 +84,7 @@ def overview(figures: Iterable[JudgedFigure]) -> str:
                 "the survey is judged yet: <code>make figures</code> measures and judges them."
                 "</p></section>")
     return ('<section id="verdicts"><h2>What came out</h2>'
-            f"<p>Of the survey’s figures and tables, {len(every)} are made again here. Fixed "
+            f"<p>This page makes {len(every)} of the survey’s figures and tables again. Fixed "
             "rules compare the measured numbers with the published numbers: "
             f"{' '.join(counts)}</p>{''.join(parts)}</section>")
 

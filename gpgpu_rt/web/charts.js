@@ -25,7 +25,8 @@ function survey(schedule, states) {
             percentile: Math.max(1, taken[Math.floor(0.99 * (taken.length - 1))])};
 }
 
-// Draws the curve of live rays, with marks at the present step and at the end of the clicked ray; null marks no end.
+// Draws the curve of live rays, with a mark at the present step. A second mark shows the step `end`, at which the
+// clicked ray ends, unless `end` is null.
 function drawAlive(found, step, end) {
     const chart = element("alive"), context = chart.getContext("2d"), {width, height} = chart;
     context.clearRect(0, 0, width, height);
@@ -57,7 +58,8 @@ function drawAlive(found, step, end) {
         + `are alive (${(100 * count / all).toFixed(1)} %)`;
 }
 
-// Draws the colours of the heat map with the program that draws the picture. Each colour is drawn as a ray.
+// Draws the scale of the heat map's colours with the program that draws the picture, as a row of rays whose numbers of
+// steps increase from left to right.
 function drawRamp() {
     const {width: pixels, height} = element("ramp"), context = element("ramp").getContext("2d");
     const counts = new Float32Array(4 * pixels).map((_, k) => k % 4 ? 0 : k / 4 / (pixels - 1));
@@ -76,7 +78,7 @@ function drawRamp() {
     freeTargets("legend");
 }
 
-// Names the kernels beside their colours, and the steps beside the colours of the heat.
+// Writes the kernels' names beside their colours, and numbers of steps below the scale of the heat map's colours.
 function nameLegends(kernels, scale) {
     element("waits").replaceChildren(...kernels.map((name, k) => {
         const one = document.createElement("span"), chip = document.createElement("i");

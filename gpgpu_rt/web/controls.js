@@ -5,7 +5,8 @@ const chosen = {method: runnable[0], schedule: null, most: null, heat: false, sc
 const ANSWER = 40;          // milliseconds that a picture may take while the camera turns
 const PROGRESS = 250;       // milliseconds between two pictures of an unfinished trace
 const PLAYED = 240;         // approximate number of pictures when a search is played
-// The schedules with which a method opens, the preferred schedule first: a schedule without steps shows no search.
+// A method opens with the first of these schedules that it has. `loop` is the last, because it has no steps, so the
+// page cannot show the search.
 const OPENS = ["step", "kernels", "loop"];
 const SIDES = [512, 384, 256, 192, 128, 96, 64, 48, 32];
 let surfaces = null, result = null, busy = false, wanted = false, playing = false, lost = false;
@@ -76,7 +77,8 @@ async function draws() {
     if (counts && !wanted) await countWhole(drawn, camera, side);
 }
 
-// Traces the whole search for a picture that stops at a step, and counts its live rays, unless the counts are known.
+// For a picture that stops at a step, traces the same rays to their ends and counts the live rays after each step,
+// unless these counts are known.
 async function countWhole(drawn, camera, side) {
     if (presentSurvey()) return;
     const whole = await trace(drawn, camera, side, side, {place: "count", stopped: () => wanted});
@@ -239,7 +241,8 @@ function describe(x, y) {
 
 // Choices -------------------------------------------------------------------------------------------------
 
-// Chooses the method that its list shows, a schedule by its name, and the step at which the search stops.
+// Chooses the method that is selected in the list, a schedule by its name, and the step at which the search stops;
+// null stands for the whole search.
 function choose(name = element("schedule").value, most = null) {
     chosen.method = page.methods.find(({name}) => name === element("method").value);
     const names = Object.keys(chosen.method.schedules), list = element("schedule");

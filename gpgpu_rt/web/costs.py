@@ -19,8 +19,8 @@ def ray_costs(scene: Scene, name: str, side: int) -> dict[str, Any]:
     -------
     ``steps`` and ``nodes`` are (mean, largest) per ray; ``nodes`` is None for a method without
     nodes. ``ray`` is the place of the ray with the most steps, across and down, from 0 to 1.
-    ``step`` is a step in mid-search, after which about half of the hits are found: the median of
-    the steps of rays that hit, but at most half of the largest number of steps.
+    ``step`` is a step in mid-search. It is the median number of steps of the rays that hit, so
+    about half of the hits are found. It is at most half of the largest number of steps.
     """
     with Tracer(scene, name, statistics=True) as tracer:
         hits = tracer.trace(*scene.camera.rays((side, side)))

@@ -35,7 +35,7 @@ class WebMethod:
 
     Attributes
     ----------
-    name, summary, citation : of the method's row
+    name, summary, citation : as in the method's row of the method table
     about : the paragraphs of the method's manual
     schedules : for each schedule that runs in a browser, its passes
     test : the test's rays (``side`` and ``eye``), and the numbers of two tables: the rays'

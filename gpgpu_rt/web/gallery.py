@@ -47,7 +47,7 @@ def write_gallery(scene: Scene, names: Sequence[str], folder: str,
     Parameters
     ----------
     scene : the scene of the methods' pages
-    names : the methods; the twins have the methods of their figures
+    names : the methods that get a page each. The pages beside figures have their own methods
     folder : the folder, created if it is missing. Other files in the folder stay, except the
         earlier page of a method that does not run
     left_out : receives name -> reason for each method that does not run on this scene. The gallery

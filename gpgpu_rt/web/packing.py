@@ -94,7 +94,7 @@ class _Columns:
 
 
 def _cheapest(column: np.ndarray, rows: np.ndarray) -> tuple[int, list[Any]]:
-    """Return the fewest compressed bytes of a column, and the codes that need them."""
+    """Return the smallest number of compressed bytes for a column, and the codes that give it."""
     kinds = ["integer", "float"] if _exact_integers(column) else ["float"]
     tried = []
     for kind in kinds:
@@ -130,11 +130,11 @@ def _coded(column: np.ndarray, rows: np.ndarray, kind: str,
     if kind == "integer":
         numbers = column.astype(np.int32)
     else:
-        # The bits of a float as an integer of the same order, so that near floats are near.
+        # Turn the bits into integers in the order of the floats: near floats give near integers.
         bits = column.view("<i4")
         numbers = bits ^ ((bits >> 31) & 0x7fffffff)
     if prediction == "fresh":
-        # 0 for a number that is one more than the largest number before it.
+        # The code 0 stands for a number that is one more than the largest number before it.
         tops = np.maximum.accumulate(np.concatenate([[-1], numbers]))[:-1]
         if numbers.size and numbers.min() < -1:
             return _coded(column, rows, kind, "none")

@@ -23,7 +23,7 @@ from .export import TEST_SIDE, WebMethod, export_method
 from .page_data import PageData
 
 HERE = Path(__file__).parent
-# One script in the page, in this order.
+# The page joins these files, in this order, into a single script.
 SCRIPTS = ("vectors.js", "unpack.js", "player.js", "passes.js", "selftest.js", "path.js",
            "visits.js", "space.js", "charts.js", "program.js", "controls.js", "start.js")
 # The page's own programs, which show and count the rays. These programs and the scripts use
@@ -45,7 +45,7 @@ def write_page(scene: Scene, names: list[str], path: str,
     left_out : receives name -> reason for each method that does not run on this scene. The page
         then leaves the method out
     title, caption : the page's heading, and a sentence below it. The default heading names the
-        scene, and the method if the page has only one
+        scene, and the method if the page has a single method
 
     Raises
     ------
@@ -104,7 +104,7 @@ def _cost_row(method: WebMethod) -> str:
 
 
 def _kernel_colours() -> str:
-    """Return a rule with the colours that films and the viewer give to kernels."""
+    """Return a CSS rule with the colours that films and the viewer give to kernels."""
     names = [f"--kernel-{phase}: #{bytes(category(phase)).hex()}"
              for phase in range(1, MOST_KERNELS + 1)]
     return f":root {{ {'; '.join(names)} }}\n"
@@ -169,7 +169,7 @@ follow its ray. The address keeps what you chose, so that you can share it.</p>
 <div class="controls"><label><input id="heat" type="checkbox"> steps as heat</label>
 <label>brightest at <input id="scale" type="number" min="1"></label>
 <button id="percentile" type="button"
- title="the number of steps that 99 % of the present rays do not exceed">99 %</button>
+ title="the number of steps that 99 % of the rays of this picture do not exceed">99 %</button>
 </div>
 <canvas id="ramp" role="img" aria-label="Colours of the heat map" width="256" height="12"></canvas>
 <p id="ticks"></p>

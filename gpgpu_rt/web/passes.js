@@ -1,7 +1,7 @@
 // The passes of a schedule: draws them in their order, and repeats the turns of its cycles until no ray is alive. A
 // turn is a part of a cycle that ends with complete states and hits (gpgpu_rt/web/described.py).
 
-// Turns between two counts of the rays that are alive. If a schedule has several cycles, half as many turns.
+// Number of turns between two counts of the live rays. With several cycles, the interval is half as long.
 const CHECKED = 16;
 const MOST_TURNS = 60000;   // a search that takes more turns is stopped
 const MOST_RECTANGLES = 1 << 14;
@@ -38,7 +38,8 @@ async function trace(schedule, camera, width, height,
     check();
     while (schedule.repeats && turns < most && !stopped()) {
         // With several cycles, every turn ends in the same target. The turns of a single cycle may end in two targets
-        // alternately: then draw a ray until its last state is in both, that is, until it ended before the last turn.
+        // alternately. So count the live rays from the states before the last turn: a ray is then drawn for at least
+        // one more turn after its end, which writes its last state into the other target too.
         const known = cycles.length > 1 ? present : before;
         if (known) {
             live = look(schedule, known.states, place);
@@ -77,7 +78,8 @@ async function tablesOf({inputs}) {
     return found;
 }
 
-// Returns a function that draws a pass on the squares with live rays; null stands for all rays.
+// Returns a function that draws a pass. Its argument is the result of `look`, which names the squares with live rays,
+// or null for all rays.
 function bound(pass, made, output, textures, own, rays) {
     const into = made[pass.target], inputs = {...textures}, uniforms = {...pass.uniforms, ...own};
     for (const [sampler, source] of Object.entries(pass.inputs)) {
@@ -89,8 +91,9 @@ function bound(pass, made, output, textures, own, rays) {
     return (live) => draw(pass.vertex, pass.fragment, into, uniforms, inputs, ...spread(live, into));
 }
 
-// Returns the rectangles of live rays in a target, and the number of texels in their unit. The target may hold several
-// rays for each packet, or, as an atlas, several tiles of the size of the states.
+// Returns the rectangles of live rays in a target, and the side in texels of the rectangles' unit. If the states belong
+// to packets and the target holds rays, the unit covers the rays of one packet. A target that is an atlas holds
+// several tiles of the size of the states.
 function spread(live, {tile, across, levels}) {
     const [width, height] = live ? live.size : tile, texels = tile[0] / width;
     if (!live || !live.corners || !Number.isInteger(texels) || tile[1] !== texels * height

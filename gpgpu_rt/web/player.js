@@ -13,8 +13,8 @@ const SLICE = 30;           // milliseconds of passes between two pauses for the
 class LostContext extends Error {}
 let losses = 0;             // how often the context was lost
 
-// Returns a function that throws a LostContext if the context was lost after the call. Work that pauses calls the
-// function after each pause: a context that is lost and restored meanwhile has no textures of this work any more.
+// Returns a function that throws a LostContext if the context was lost since `watched` was called. Work that pauses
+// calls the function after each pause: if the context was lost and restored meanwhile, the work's textures are gone.
 function watched() {
     const before = losses;
     return () => {
@@ -68,7 +68,7 @@ function texture(width, height, components, values) {
 
 const values = (number) => unpacked(page.tables[number]);
 
-// Promises of tables' textures. Passes that ask for the same table at a time share its promise, and so its texture.
+// Promises of tables' textures. Passes that ask for the same table at the same time share its promise and its texture.
 const tables = new Map();
 function table(number) {
     return cached(tables, number, tableTexture);
@@ -140,8 +140,8 @@ if (!runnable.length) fail(`No method of this page runs here: ${page.methods[0].
 
 const targets = new Map();
 
-// Returns the render targets of a place for `width` x `height` rays. `of` is the target's width and height in texels
-// per ray. `levels` is the number of tiles of this size in the target, which is an atlas if there are several.
+// Returns the render target that is named `place`, such as "picture 0", for `width` x `height` rays. `of` is the width
+// and height of a tile in texels per ray. The target has `levels` tiles; with several tiles it is an atlas.
 function target(place, {of = [1, 1], outputs, components = 4, levels = 1}, width, height) {
     const key = JSON.stringify([place, of, outputs, components, levels, width, height]);
     if (!targets.has(key)) {
@@ -161,9 +161,9 @@ function target(place, {of = [1, 1], outputs, components = 4, levels = 1}, width
     return targets.get(key);
 }
 
-const stamps = new Map();       // place -> the number of traces that drew there
+const stamps = new Map();       // first word of the targets' names -> the number of traces that drew there
 
-// Frees the targets of a place. With `keepsLast`, the targets of the place's last trace stay.
+// Frees the targets whose names begin with the word `place`. With `keepsLast`, the targets of the last trace stay.
 function freeTargets(place, keepsLast = false) {
     for (const [key, {framebuffer, textures, stamp}] of targets) {
         if (!key.startsWith(`["${place} `) || keepsLast && stamp === stamps.get(place)) continue;

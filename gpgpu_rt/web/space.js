@@ -12,7 +12,7 @@ async function loadWires() {
     wires = {lo, hi, corners: found.map((x, k) => lo[k % 3] + x / 4095 * (hi[k % 3] - lo[k % 3]))};
 }
 
-// The picture of only the scene's edges. It is drawn again only after the view has turned.
+// A picture of the scene's edges alone. It is drawn again if the view has turned.
 const edges = {canvas: document.createElement("canvas"), view: ""};
 function sceneEdges() {
     const view = JSON.stringify(spaceView);

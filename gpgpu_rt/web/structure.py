@@ -1,4 +1,4 @@
-"""Structure: where a page finds the box or cell of a ray's state, and the triangle that it tests.
+"""Structure: where a page finds the box or cell of a ray's state, and the triangle under test.
 
 The page reads a ray's path from the states that the passes wrote. It runs no traversal of its
 own. The description names state fields, and the places of fields in the tables' textures.
@@ -23,7 +23,7 @@ def structure_of(method: Method) -> dict[str, Any]:
     The entry ``kernels`` names the kernels in the order of their phases. The entry ``boxes`` is
     "cells" for a grid, "planes" for a kd-tree, "boxes" for nodes with boxes, and "" otherwise. The
     entry ``places`` gives for each field its (sampler, texels of a record, texel, swizzle). The
-    entry ``lags`` says whether the state's node is the next node while a ray tests triangles.
+    entry ``lags`` says whether the state already names the next node while a ray tests triangles.
     """
     tables = {record.name: record for record in method.tables if isinstance(record, Record)}
     fields = {field.name for field in method.state.fields}

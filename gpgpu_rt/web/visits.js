@@ -1,8 +1,8 @@
 // Visits: how often a ray's path enters nodes or cells, and how often it restarts.
 
-// Counts the visits of the states of a path. A visit begins where the path enters another node. A visit is a
-// restart if the path goes back, without a climb from child to parent, to a visited node with a box that encloses the
-// path's last box: to the root, or with push-down to a lower ancestor. Cells, and nodes along ropes or escape
+// Counts the visits of the states of a path. A visit begins where the path enters another node. A visit is a restart if
+// the node was visited before and its box encloses the path's last box. The path then goes back to the root, or with
+// push-down to a lower ancestor. A climb from child to parent is no restart. Cells, and nodes along ropes or escape
 // indices, have no restarts. `times` maps a node to the number of its visits; `latest` is the state of the last
 // restart, or null.
 function visitsOf(states) {

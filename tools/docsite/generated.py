@@ -1,5 +1,5 @@
-"""The generated parts of the reference: which text replaces which mark, and the pages of the API.
-"""
+"""Generates parts of the reference: the texts that replace marks in pages, and the pages of the
+API."""
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator

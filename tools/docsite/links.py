@@ -1,4 +1,4 @@
-"""Links of pages: where a link of a page in the project leads on the site."""
+"""Links of pages: changes the links of the project's pages into links that work on the site."""
 from __future__ import annotations
 
 import os
