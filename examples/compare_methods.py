@@ -1,4 +1,4 @@
-"""Compare methods on the same rays: their work, their errors, and whether their bits agree.
+"""Compare methods on the same rays: work, errors, and whether their hits agree to the bit.
 
 ``python examples/compare_methods.py bunny kd-restart kd-short-stack grid``
 """
@@ -12,7 +12,11 @@ import gpgpu_rt as rt
 
 
 def main(scene_name: str = "cornell", *names: str, side: int = 64) -> None:
-    """Trace a picture's eye rays with each method and print a line per method."""
+    """Trace a picture's eye rays with each method and print a line per method.
+
+    ``wrong`` counts the hits that differ from the float64 answer, and ``differ`` the hits that
+    differ from the first method's hits.
+    """
     scene = rt.load_scene(scene_name)
     origins, directions = scene.camera.rays((side, side))
     truth = rt.reference.trace(scene, origins, directions, accelerated=True)   # float64

@@ -1,4 +1,4 @@
-"""sweep: triangles sorted along an axis and cut into runs, each with a box (an example).
+"""sweep, an example: sorts triangles along an axis and cuts them into runs, each with a box.
 
 Boxes around parts of a scene go back to Rubin and Whitted (1980). A ray visits the runs in the
 order of its direction along the axis. This order allows an early exit: a ray with a hit stops as
@@ -18,9 +18,9 @@ from gpgpu_rt.methods import Accelerator, Method
 from gpgpu_rt.options import Option
 from gpgpu_rt.traversal.triangle_table import TRIANGLE, box_uniforms, triangle_table
 
-# A run: its box (lo, hi) and its first triangle. `least` is the lowest coordinate along the axis
-# of this run and all later runs; `most` is the highest coordinate along the axis of this run and
-# all earlier runs.
+# A run has a box (lo, hi) and a first triangle. `least` and `most` are coordinates along the axis
+# `axis`: the lowest coordinate of this run and all later runs, and the highest coordinate of this
+# run and all earlier runs.
 RUN = Record("sweep_run", "lo:vec3 first:int | hi:vec3 | least most")
 
 

@@ -19,9 +19,9 @@ void main() {
     ivec2 texel = ivec2(gl_FragCoord.xy);
     int place = (texel.y << TABLE_WIDTH_LOG2) + texel.x - block_start;
     float rank = float(place);
-    // A texel holds at most four kept elements, so the `place` kept elements before this element fill at
-    // least place / 4 texels. The same holds for the kept elements after this element. Search between these
-    // texels.
+    // In the block, `place` kept elements come before this element. A texel holds at most four kept
+    // elements, so they fill at least place / 4 texels. The same holds for the kept elements after this
+    // element. Search between these texels.
     int lo = BLOCK * block + place / 4;
     int hi = min(BLOCK * (block + 1), texels) - 1 - (block_total - 1 - place) / 4;
     while (lo < hi) {

@@ -1,6 +1,6 @@
 #version 330 core
-// Measures the rate of multiply-adds (figures/experiments/cpu_peak.py). Each of three vectors gets TURNS
-// times ROUNDS multiply-adds. The three vectors are nearly independent, so their operations can overlap.
+// Measures the rate of multiply-adds (figures/experiments/cpu_peak.py). Each of three vectors gets
+// TURNS * ROUNDS multiply-adds. The three vectors are nearly independent, so their operations can overlap.
 // Three vectors also fit in a processor's registers.
 
 out vec4 sum;

@@ -1,6 +1,6 @@
-// Signed volumes of the ray and each edge (Plucker coordinates; Amanatides and Choi 1997), with vertices
-// relative to the ray's origin. A volume counts as zero if its absolute value is at most `ulp`, which is 2
-// ARITHMETIC_UNIT times the absolute value of the sum of the three volumes.
+// The ray and each edge span a signed volume. The three signs decide the test (Plucker coordinates;
+// Amanatides and Choi 1997). Vertices are relative to the ray's origin. A volume counts as zero if its
+// absolute value is at most `ulp` = 2 * ARITHMETIC_UNIT * |sum of the three volumes|.
 
 void test_triangle(Ray ray, int i, inout Hit hit) {
     COUNT(triangles_tested);

@@ -1,4 +1,4 @@
-// A ray and its derived values. Each pass sets the ray up from the ray textures, and none writes it back.
+// A ray and its derived values. Each pass sets it up from the ray textures, and no pass writes it back.
 
 struct Ray {
     vec3 origin;
@@ -6,7 +6,7 @@ struct Ray {
     vec3 direction;
     float t_max;
     vec3 inv_dir;    // finite: a zero component counts as TINY_DIRECTION
-    bvec2 dominant;  // which component is largest: x if .x, else y if .y, else z
+    bvec2 dominant;  // largest component: x if dominant.x, else y if dominant.y, else z
     vec3 shear;      // (x / z, y / z, 1 / z) of the direction, axes permuted so z is dominant
     vec3 lo_origin;  // the origins from which box_interval measures the corners `lo` and `hi` of a box
     vec3 hi_origin;  // (core/slack.glsl)

@@ -18,11 +18,11 @@
 //
 // The sum, 11 u M + (14 + 16 k) u M / c, is below BOX_SLACK M if (14 + 16 k) / c is below 53. In a plane
 // perpendicular to an axis the normal has one component, so k and c count as 1. Oblique needles have a
-// larger k, and oblique planes almost parallel to the ray have a smaller c: their t may lie outside their
-// box. The search loses such a hit if the search begins or ends between t and the box; docs/extremes.md
-// says how often.
+// larger k, and oblique planes almost parallel to the ray have a smaller c. The t of such a hit may lie
+// outside the triangle's box. The search loses such a hit if the search begins or ends between t and the
+// box; docs/extremes.md says how often.
 //
-// The slack also includes SPACING times each coordinate of the ray's origin. This is at least the
+// The slack also includes SPACING times each coordinate of the ray's origin. This product is at least the
 // distance from the coordinate to the next float. Without this term the sum of origin and slack could round
 // back to the origin in a scene far from 0, and no box would be widened.
 

@@ -5,8 +5,8 @@ uniform ivec2 tile_size;
 uniform int tiles_a_row;
 
 // Divide integers as float32 numbers, as the cards of 2002-2006 did; this is also faster on software
-// renderers. For dividends below 2^22, adding a half to the dividend keeps the quotient farther from a whole
-// number than the quotient's rounding error.
+// renderers. The code first adds a half to the dividend. For dividends below 2^22, the quotient is then
+// farther from every whole number than its rounding error.
 ivec2 tile_of(ivec2 texel) {
     return ivec2((vec2(texel) + 0.5) / vec2(tile_size));
 }

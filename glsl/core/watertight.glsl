@@ -25,7 +25,7 @@ float edge_function(vec3 p, vec3 q) {
 
 // These functions find the signs of three numbers by comparing the numbers' bits as integers, which is
 // fastest. llvmpipe's minimum of floats also checks for NaN, and comparisons joined by `and` wait for one
-// another. A NaN may count as any sign, because det is then NaN too and nothing is hit.
+// another. The sign found for a NaN does not matter: `det` is then NaN too, so nothing is hit.
 
 const uint MINUS_ZERO = 0x80000000u;   // greater than the bits of every float whose sign bit is 0
 const float LEAST_NORMAL = uintBitsToFloat(0x00800000u);   // 2^-126; numbers below may have no inverse

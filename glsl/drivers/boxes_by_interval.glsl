@@ -1,9 +1,9 @@
 // One test of a box for all rays of a packet, by interval arithmetic: Wald, Boulos, Shirley, "Ray Tracing
 // Deformable Scenes Using Dynamic Bounding Volume Hierarchies", TOG 2007.
 //
-// A turn is the group of rays that walk together (packet_turns.glsl). Its rays agree in the signs of their
-// directions. Each operation here is an operation of `box_interval` (core/box.glsl) on the extreme values
-// among the rays. Rounding is monotonic, so if the interval of a box is empty, no ray is in the box.
+// A turn is the group of rays that walk together (packet_turns.glsl). The rays of a turn agree in the signs
+// of their directions. Each operation here is an operation of `box_interval` (core/box.glsl) on the extreme
+// values among the rays. Rounding is monotonic, so if the interval of a box is empty, no ray is in the box.
 //
 // Departure: a turn includes only the waiting rays that begin within REACH of the first waiting ray, on
 // every axis. If a silhouette splits the shadow rays of a packet, bounds around all rays would contain most
@@ -94,9 +94,9 @@ bool begins_near(int r) {
     return max_component(abs(rays[r].origin - beginning)) <= reach;
 }
 
-// Along each axis the extreme origin is a maximum or a minimum, depending on the sign of the directions along
-// this axis. Multiplied by the signs, the first origin is always a maximum and the last origin always a
-// minimum.
+// Along each axis the extreme origin is a maximum or a minimum, depending on the sign of the directions
+// along this axis. After multiplication by these signs, first_origin is always a maximum, and last_origin
+// is always a minimum.
 void bound_origin(int r) {
     Ray ray = rays[r];
     bool here = ray.t_min < NEVER;
@@ -161,7 +161,7 @@ vec3 ends_by_sign(vec3 a, vec3 positive, vec3 negative) {
 vec2 searched(int r, vec3 lo, vec3 hi) {
     vec3 a = R(met_first(lo, hi) - first_origin);
     vec3 b = R(met_last(lo, hi) - last_origin);
-    // The sign of one factor decides which end of the range of inverse directions bounds the product.
+    // The signs of `a` and `b` decide which end of the range of inverse directions bounds each product.
     vec3 least = R(a * ends_by_sign(a, inv_lo, inv_hi));
     vec3 most = R(b * ends_by_sign(b, inv_hi, inv_lo));
     return vec2(larger(max_component(least), t_first), smaller(min_component(most), t_last));

@@ -9,7 +9,7 @@ uniform vec3 up;
 uniform vec3 forward;
 uniform vec2 size;
 uniform vec3 centre;    // centre of the sphere around the scene
-uniform float beyond;   // rays start this far before their point nearest to `centre`; 0: at the eye
+uniform float beyond;   // distance from a ray's start to its point nearest to `centre`; 0: start at the eye
 
 // The eye ray through a place of the image. `place` is in pixels from the upper left corner.
 Rays eye_ray(vec2 place) {

@@ -1,6 +1,6 @@
 #version 330 core
-// Selects the rays that packets left unsettled because of the step limit. A single-ray method then traces
-// them. All other rays get an empty interval.
+// Selects the unsettled rays, whose search the step limit of packets stopped. A single-ray method then
+// traces these rays. All other rays get an empty interval.
 
 #include "core/precision.glsl"
 #include "core/phase.glsl"

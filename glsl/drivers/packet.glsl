@@ -1,5 +1,5 @@
-// A packet: RAYS rays that one fragment traces together, PACKET_WIDTH x PACKET_HEIGHT texels of the
-// ray textures.
+// A packet is the set of RAYS rays that one fragment traces together. The rays fill PACKET_WIDTH x
+// PACKET_HEIGHT texels of the ray textures.
 
 const ivec2 PACKET_SIZE = ivec2(PACKET_WIDTH, PACKET_HEIGHT);
 const int RAYS = PACKET_WIDTH * PACKET_HEIGHT;

@@ -1,5 +1,5 @@
 #version 330 core
-// Draws a point over each chosen tile of side x side packets. When packets are traced, a tile without a
+// Draws a point over each chosen tile of `side` x `side` packets. When packets are traced, a tile without a
 // live ray, or a tile whose beam meets nothing, gets no point, so its packets are not traced at all. This
 // culling rejects packets before any fragment is created, whereas a mask by depth (Purcell et al. 2002)
 // tests every fragment.

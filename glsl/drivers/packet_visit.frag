@@ -7,7 +7,7 @@
 // work on `packet`, the packet's state:
 //   `start_steps` sets up the fields of the walk, and the first phase.
 //   `load_walk` loads the walk into the variables of <method>, and `store_walk` stores it.
-//   A function without arguments for each kernel, which sets the next phase.
+//   A function for each kernel, without arguments, runs the kernel and sets the next phase.
 
 #include "core/precision.glsl"
 #include "core/fetch.glsl"

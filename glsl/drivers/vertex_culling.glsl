@@ -4,10 +4,10 @@
 //
 // The four sides of the frustum follow from the comparisons of the watertight test. This test moves each
 // corner along the ray onto the plane that contains the ray's origin and is perpendicular to the dominant
-// axis, and rejects a triangle whose moved corners all have x or y of one sign. Here the same operations
-// work on intervals that contain the operands of every ray. Rounding is monotonic, so the interval of a
-// corner contains the corner as each ray computes it. Every ray would therefore reject a culled triangle.
-// Culling needs no margin and loses no triangle, in any precision.
+// axis. It rejects a triangle if all moved corners have the same sign of x, or all have the same sign of y.
+// Here the same operations work on intervals that contain the operands of every ray. Rounding is monotonic,
+// so the interval of a corner contains the corner as each ray computes it. Every ray would therefore reject
+// a culled triangle. Culling needs no margin and loses no triangle, in any precision.
 //
 // Departures: the frustum is computed once for each turn of the packet (the rays that walk together, see
 // drivers/packet_turns.glsl) and not anew in each leaf, so a packet whose rays diverge culls little. If the

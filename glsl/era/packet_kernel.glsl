@@ -1,6 +1,6 @@
 // The text of one packet kernel inside a loop. A card's compiler counts the instructions of this text, but
 // this text is never run: packet_loop.glsl runs the same kernels. For single rays, pass.glsl with IN_LOOP
-// is such a text.
+// gives the text to count.
 //
 // The state of a packet needs more than the four targets of a card. A loop keeps the state in registers and
 // writes only hits. Here each kernel writes only the fields that it changes, so that the compiler drops no

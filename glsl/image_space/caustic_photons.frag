@@ -5,9 +5,9 @@
 // surface with another medium behind it, and 2 for a closed mesh, which image-space refraction crosses as
 // in the paper.
 //
-// Departures: a photon carries the flux of its pixel's solid angle, where the paper divides the light evenly
-// among visible pixels. The flux that is reflected according to Fresnel's equations is subtracted. Photons
-// that find no exit, or are totally reflected inside, are dropped.
+// Departures: a photon carries the flux of its pixel's solid angle, whereas the paper divides the light
+// evenly among visible pixels. The flux that is reflected according to Fresnel's equations is subtracted.
+// Photons that find no exit, or are totally reflected inside, are dropped.
 
 #include "stages/cover.glsl"
 #include "render/fresnel.glsl"

@@ -1,5 +1,5 @@
-// Directions and points from random numbers in (0, 1) (see random.glsl), with their densities. Directions
-// are local: z is the normal, or the mirror direction for a glossy lobe.
+// Draw directions and points from random numbers in (0, 1) (see random.glsl), and compute their densities.
+// Directions are local: z is the normal, or the mirror direction for a glossy lobe.
 //
 // Sine, cosine, logarithm and exponential are computed by polynomials, not by the driver's functions. The
 // driver's functions may have errors of 1e-4 (GLSL 330 guarantees nothing), which would be visible in a

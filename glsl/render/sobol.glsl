@@ -5,10 +5,10 @@
 // Sampling for Stochastic Transparency", 2011, with Burley's constants. The survey does not mention these
 // methods.
 //
-// Departures: random.glsl hashes the keys. The direction numbers of dimensions 2 and 3 (Joe and Kuo 2008)
-// come from their recurrences instead of a table. Two dimensions of a point choose a direction, and two
-// choose the light sample at the vertex to which this direction leads. gpgpu_rt/reference/sobol.py computes
-// the same bits.
+// Departures: the keys come from the hash of random.glsl. The direction numbers of dimensions 2 and 3 (Joe
+// and Kuo 2008) come from their recurrences instead of a table. Two dimensions of a point choose a
+// direction, and two choose the light sample at the vertex to which this direction leads.
+// gpgpu_rt/reference/sobol.py computes the same bits.
 
 #include "render/random.glsl"
 

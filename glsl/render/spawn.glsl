@@ -4,9 +4,9 @@
 // order.
 //
 // The error of the hit point. A unit is the relative error of one rounding. The point p = b0 v0 + u v1 + v
-// v2 lies in the plane for any u and v if b0 = 1 - u - v. The rounded b0 has an error of one unit of 1
-// (from 1 - u) and one unit of b0. Each term passes through a product and up to two sums, another sum adds
-// the offset, and the texture may round by twice its own unit. For each axis
+// v2 lies in the plane for any u and v if b0 = 1 - u - v. The rounded b0 has an absolute error of one unit
+// (from 1 - u), plus one unit times b0. Each term passes through a product and up to two sums, another sum
+// adds the offset, and the texture may round by twice its own unit. For each axis
 //     (8 units + 2 STORAGE_UNIT) sum |b_i v_i| + 1 unit of |v0|
 // bounds the error, as gamma(7) sum |b_i v_i| does in pbrt, where b0 is not a difference. Along the normal
 // n the error is at most the sum of these bounds over the axes, weighted by |n|.

@@ -1,7 +1,7 @@
 // The pixel, the sample and the random numbers of the path at a texel. A wave is the set of paths traced at
 // once. A wave holds a block of texels for each pixel, and each texel holds the path of one sample. If live
-// paths were packed side by side (PACKED), the stream `came_from` holds the texel of the wave that a path
-// came from.
+// paths were packed side by side (PACKED), the stream `came_from` holds, for each path, its texel in the
+// wave before packing.
 
 #include "render/random.glsl"
 #ifdef SOBOL

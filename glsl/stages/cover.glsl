@@ -13,13 +13,13 @@
 //   box, which limits the distance to a few lengths of the short edge.
 // A triangle is `cut` if a corner is less than `nearest` deep. A corner behind the eye has no place in the
 // image, and a corner near the eye has an inexact place. The edges of a cut triangle become planes through
-// the eye. Their error is the rounding of the test's products of two corners, which grows with the product of
-// the corners' distances.
+// the eye. The error of these planes is the rounding of products of two corners in the test. It grows with
+// the product of the two corners' distances.
 //
 // The depth of a hit is the depth of the triangle's plane, clamped to the range of the corners' depths. So
-// the hit's depth is never less than `depth`. The depth of the plane is 1 / (slope . ray). `slope_off` covers
-// the errors of the normal here and in the test. The hit's depth is less than this depth by at most
-// `misjudged`.
+// the hit's depth is never less than `depth`. The depth of the plane is 1 / (slope . ray). `slope_off`
+// covers the errors of the normal here and in the test. The hit's depth is less than the depth of the plane
+// by at most `misjudged`.
 
 uniform vec3 eye;
 uniform vec3 right;      // `right` and `up` are scaled as in Camera.basis
@@ -126,9 +126,9 @@ Cover cover_of(vec3 v0, vec3 v1, vec3 v2) {
     cover.slope_off = (8.0 * ERROR * length(from) * length(to) * angle * across
                        + cover.margin / focal * length(normal)) / abs(height);
     if (cover.cut) {
-        // The test's error is the error of the normal times the distance from the hit to a corner, and the
-        // rounding of the dot products. Both are below `relative` times the depth. Also, 1 / depth = area
-        // seen from the eye / height.
+        // The test's error is the error of the normal times the distance from the hit to a corner, plus the
+        // rounding of the dot products. Both parts are below `relative` times the depth. Also, 1 / depth =
+        // area seen from the eye / height.
         float relative = 8.0 * ERROR * cover.reach * cover.reach * across * extent / abs(height);
         cover.misjudged = 4.0 * ERROR * cover.reach;
         cover.depth = BEHIND_ALL;

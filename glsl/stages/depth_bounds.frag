@@ -50,8 +50,8 @@ void main() {
     float turn = MARGIN * size * (length(ab) + length(ac));   // the error of the normal
     float height = dot(normal, corner_a);                     // height of the eye over the plane
     bool closes = false;
-    // The directions are in the order of a rotation from `right` to `-up` about the view: see
-    // eye_direction.
+    // The four calls go round the tile's corners, in the sense of a rotation from `right` to `-up` (see
+    // eye_direction). In `beyond`, the cross product then points into the pyramid.
     if (beyond(d[0], d[1], size) || beyond(d[1], d[3], size) || beyond(d[3], d[2], size)
             || beyond(d[2], d[0], size)) {
         discard;

@@ -6,9 +6,9 @@
 // the whole tree.
 //
 // Departure: in the paper a tile's rays begin at one node, the deepest node that holds every leaf that the
-// beam meets. In a bounding volume hierarchy, and for tiles that look along many subtrees, this node is
-// often the root. Here a tile has a list of nodes. Each node of the list is the deepest node
-// to which the rays of the tile descend together.
+// beam meets. In a bounding volume hierarchy, and for tiles whose rays pass many subtrees, this node is
+// often the root. Here a tile has a list of nodes. Each node of the list is the deepest node to which the
+// rays of the tile descend together.
 
 #include "core/precision.glsl"
 #include "core/fetch.glsl"

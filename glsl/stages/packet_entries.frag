@@ -4,14 +4,14 @@
 // tree. It writes the node at which the tile's packets begin their walk.
 //
 // Departures: if the rays share an origin and the bounds of each tile's directions are known (BOUNDED), the
-// beam contains all rays of the tile. Otherwise it surrounds only PROBES x PROBES rays of the tile, and is
-// then widened: reading all rays would take longer than the visits that the entry saves. Such a beam may
-// miss rays, so a packet begins at the entry only if an exact comparison shows that all rays of the packet
-// lie within the beam. Otherwise the packet begins at the root (drivers/packet_entry.glsl). In the paper,
-// the entry is the deepest node that holds every leaf that the beam meets. Here the entry is the first node
-// into which the beam does not descend, because its rays would part there or the node is a leaf. Links say
-// how the walk continues after this node (<walk>). In BOUNDED tiles whose beam meets nothing, no packet is
-// traced at all (drivers/packet_tiles.vert).
+// beam contains all rays of the tile. Otherwise the beam surrounds only PROBES x PROBES rays of the tile,
+// plus a margin, because reading all rays would take longer than the visits that the entry saves. Such a
+// beam may miss rays, so a packet begins at the entry only if an exact comparison shows that all rays of
+// the packet lie within the beam. Otherwise the packet begins at the root (drivers/packet_entry.glsl). In
+// the paper, the entry is the deepest node that holds every leaf that the beam meets. Here the entry is the
+// first node into which the beam does not descend: a leaf, or a node at which the beam's rays would part.
+// Links say how the walk continues after this node (<walk>). In BOUNDED tiles whose beam meets nothing, no
+// packet is traced at all (drivers/packet_tiles.vert).
 
 #include "core/precision.glsl"
 #include "core/fetch.glsl"

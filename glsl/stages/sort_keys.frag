@@ -5,12 +5,12 @@
 // estimate of the hit. Here the second end is the point where the ray leaves the scene's box, which needs
 // no search.
 //
-// The origin and the second end become cells of a lattice in a cube. The key interleaves the bits of the two
-// cells, coarse levels first. The key begins with FREE_LEVELS levels of only the origin. After these levels,
-// each level of the origin is followed by a level of the second end. Rays with a common prefix are therefore
-// near to each other in both ends. The bits form a Gray code: consecutive cells of this code differ in one
-// bit, so a run of rays spans fewer cells than along the Morton curve. A key is two numbers, and the first
-// number holds the first half of the levels. Empty rays come last.
+// The origin and the second end become cells of a lattice in a cube. The key interleaves the bits of the
+// two cells, coarse levels first. The first FREE_LEVELS levels of the key come from the origin alone. After
+// these levels, each level of the origin is followed by a level of the second end. Rays with a common
+// prefix are therefore near to each other in both ends. The bits form a Gray code: consecutive cells of
+// this code differ in one bit, so a run of rays spans fewer cells than along the Morton curve. A key is two
+// numbers, and the first number holds the first half of the levels. Empty rays come last.
 
 #include "core/precision.glsl"
 #include <streams>

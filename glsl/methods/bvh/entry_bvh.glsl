@@ -5,8 +5,8 @@
 // rays meet. The beam does not descend into entries. If the list is full, or the beam has visited
 // MOST_VISITS nodes, the last entry stands for the whole rest of the walk.
 //
-// Departure: a tile has a list of nodes, whereas a tile of the paper has one node. In a BVH one node that
-// all rays of a tile enter would often be the root.
+// Departure: a tile has a list of nodes, whereas a tile of the paper has one node. In a BVH, a single node
+// for all rays of a tile would often be the root.
 
 #include "methods/bvh/beam_step.glsl"
 

@@ -20,13 +20,13 @@ int behind(int escape, int after) {
     return escape < 0 ? after : escape;
 }
 
-// The first node below an inner node or a portal. `first` is the node's field.
+// The first node below an inner node or a portal. `first` is the node's field of this name.
 int below(int node, int first) {
     return is_portal(first) ? portal_code(first) : node + 1;
 }
 
-// The new `after` of a walk that leaves a node. If `down`, the walk goes into the node's subtree, else to
-// the node `past`.
+// The value of `after` when a walk moves on from a node. If `down`, the walk goes into the node's subtree,
+// else to the node `past`.
 int way_out(int first, int escape, int past, bool down, int after) {
     int inside = is_portal(first) ? past : after;
     int outside = escape < 0 ? -1 : after;

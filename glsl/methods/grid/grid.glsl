@@ -60,7 +60,7 @@ void init(Ray ray, out State state) {
 // follow.
 void traverse(Ray ray, inout State state, inout Hit hit) {
 #ifdef PROXIMITY
-    int clear = -state.cursor - 1;   // the next cells that are certainly empty: their number
+    int clear = -state.cursor - 1;   // the number of cells ahead that are certainly empty
     if (clear >= 2) {
         float cells = max_component(R(abs(ray.direction) / cell_size));
         float t = R(state.t_enter + R(float(clear) / cells));

@@ -7,7 +7,7 @@
 // to both children, for the far child. `leave_leaf` continues behind a leaf. Options choose the files
 // behind <entries> (where a search begins) and <interval> (where a ray continues behind a leaf).
 //
-// Departure: in the survey's Figure 10, a ray with t_split < 0 enters the near child, too. This is wrong: a
+// Departure: in the survey's Figure 10, a ray enters the near child also if t_split < 0. This is wrong: a
 // negative t_split can mean that the ray starts beyond the plane.
 
 #include "methods/kdtree/kd.glsl"

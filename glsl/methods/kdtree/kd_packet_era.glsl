@@ -10,8 +10,8 @@
 //
 // Empty leaves are visited, because the survey does not say that Horn et al. skipped them. Boxes are not
 // widened. As in kd_short_stack_era.glsl, the cursor in a leaf's list shares a field of the state with the
-// node. The node of a free stack entry is 0. The first entry's node is PUSHING while `pushed`, the node
-// at which a restart begins, may still move down.
+// node. The node of a free stack entry is 0. A restart begins at the node `pushed`. While `pushed` may
+// still move down, the first entry's node is PUSHING.
 
 #define node place      // in a leaf, this field holds the cursor
 #define cursor place

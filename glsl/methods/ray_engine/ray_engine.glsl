@@ -4,12 +4,12 @@
 // triangle, the triangle is drawn as a quad over the rays of the queue. So the rasteriser generates the
 // pairs of rays and triangles, one fragment for each pair.
 //
-// Departures: the tests of core/triangle.glsl decide pairs in float32, where the R200 used fixed point. The
-// option `fixed_point` computes in the fixed point of such a card (fixed_point.glsl). MIN blending on a
-// float target keeps the nearest t, and a second pass with MIN blending keeps the lowest index among the
-// triangles at this t. The paper uses the depth buffer, whose 24 bits distinguish too few distances; the
-// option `nearest` can select the depth buffer. Triangles stay on the GPU, and a quad holds only the row of
-// its triangle.
+// Departures: the tests of core/triangle.glsl decide pairs in float32. The paper's Radeon 8500 (R200) used
+// fixed point. The option `fixed_point` computes in the fixed point of such a card (fixed_point.glsl). MIN
+// blending on a float target keeps the nearest t, and a second pass with MIN blending keeps the lowest
+// index among the triangles at this t. The paper uses the depth buffer, whose 24 bits distinguish too few
+// distances; the option `nearest` can select the depth buffer. Triangles stay on the GPU, and a quad holds
+// only the row of its triangle.
 
 // The triangle of the quad, equal at all corners of the quad.
 flat in int quad_triangle;

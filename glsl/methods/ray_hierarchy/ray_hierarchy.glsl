@@ -1,6 +1,6 @@
 // A hierarchy over rays: D. Roger, U. Assarsson, N. Holzschuch, "Whitted Ray-Tracing for Dynamic Scenes
 // using a Ray-Space Hierarchy on the GPU", EGSR 2007 (survey, section 3.6). A node is a sphere around its
-// rays' origins and a cone around their directions. The triangles need no structure.
+// rays' origins and a cone around their directions. The triangles need no acceleration structure.
 //
 // Departures: a node also holds `reach`, the largest distance that its rays still search. This distance culls
 // triangles behind nearer hits, triangles behind the ends of shadow rays, and all triangles if all rays of
@@ -70,12 +70,12 @@ Cone cone_over(Cone children[4]) {
 //   -h <= s                  The ball is not behind the sphere. This condition applies only to a cone
 //                            that opens forward.
 //
-// Rounding: q has a relative error of U. The errors of h and w are at most UNIT_ERROR |q|, for an axis with
-// an error of UNIT_ERROR. The error of cos a is 2 U, and sin a has a relative error of 16 U below
+// Rounding: q has a relative error of U. The errors of h and w are at most UNIT_ERROR * |q|, for an axis
+// with an error of UNIT_ERROR. The error of cos a is 2 U, and sin a has a relative error of 16 U below
 // ALL_DIRECTIONS. The triangle test itself has an error of some tens of unit roundoffs (ARITHMETIC_UNIT)
-// times the distance from origin to corners. This distance is at most |q| + s. The slack of boxes covers the
-// same errors (core/slack.glsl). SLACK is more than the sum of these errors. If a value is NaN, the result
-// is true.
+// times the distance from origin to corners. This distance is at most |q| + s. The slack of boxes covers
+// the same errors (core/slack.glsl). SLACK is more than the sum of these errors. If a value is NaN, the
+// result is true.
 const float SLACK = 64.0 * ARITHMETIC_UNIT + 64.0 * U;
 
 bool may_hit(vec4 ball, Cone cone) {

@@ -38,7 +38,7 @@ void main() {
     state_store(state_stored(state));
     hit_store(hit_stored(hit));
 #ifdef STATISTICS
-    Counters before = counters_load(pixel);   // the tests of the batch count, but the test here does not
+    Counters before = counters_load(pixel);   // count the batch's tests, but not this pass's own test
     counters_store(Counters(0, before.leaves_visited + tests, before.triangles_tested + tests));
 #endif
 }

@@ -10,17 +10,17 @@
 // s <= h tan + r / cos, with s written as |P - H|. Multiplied by the cosine, this inequality becomes the test
 // here, which has no pole at a right angle.
 //
-// Departures: a cone whose cosine is not above 0 rejects no triangle by its angle. The value `reach` rejects
-// spheres beyond the ends of all rays. With `lines` the rays also extend backwards (t_min < 0), and the test
-// uses |h|.
+// Departures: the angle of a cone can reject a triangle only if the cone's cosine is above 0. The value
+// `reach` rejects spheres beyond the ends of all rays. With `lines` the rays also extend backwards
+// (t_min < 0), and the test uses |h|.
 //
 // Rounding, in units u = 2^-24. All lengths are divided by the largest component m of v, so |v| <= sqrt(3)
 // and nothing overflows. The error of v is at most 4u, and the axis is within 4u of unit length. So h and s
-// are within 16u. (s comes from a cross product, which does not cancel squares.) The sine is within 4u of
-// the sine that belongs to the cosine, because 1 - cosine is exact near 1. The products and the difference
-// have errors below 48u. The radii have relative errors below 8u. MARGIN is more than twice the sum. The
-// errors of the cosine and of the directions need no further margin, because the pass that made the cone
-// has lowered the cosine by these errors (methods/ray_tiles/tile_cones.frag).
+// have errors of at most 16u. (s comes from a cross product, which does not cancel squares.) The sine is
+// within 4u of the sine that belongs to the cosine, because 1 - cosine is exact near 1. The products and
+// the difference have errors below 48u. The radii have relative errors below 8u. MARGIN is more than twice
+// the sum of these errors. The errors of the cosine and of the directions need no further margin, because
+// the pass that made the cone has lowered the cosine by these errors (methods/ray_tiles/tile_cones.frag).
 
 const float MARGIN = 128.0 * 5.9604645e-8;
 const float TINY = 1e-30;   // below this length, squares of components underflow

@@ -3,8 +3,9 @@
 // triangle, the square moves outside the image. So the vertex stage rejects the pair, and the fragment
 // stage sees only the pairs that pass. Triangles stream through in their order, each once for each tile.
 //
-// With `equal` no triangle is rejected for being out of reach. A very small t loses bits, so it may be less
-// than the distance to its triangle, but the second draw must still find this triangle.
+// With `equal` (the second draw), triangles beyond the ends of the rays are not rejected. A very small t
+// loses bits, so it may be less than the distance to its triangle. The second draw must find this triangle
+// nevertheless.
 //
 // Departure: with POINTS the square is a point as large as the tile. For a point this program runs once for
 // each pair, and for a quad four times.

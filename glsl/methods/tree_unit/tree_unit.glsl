@@ -7,9 +7,10 @@
 // x > y. `interval_in` gives the interval of the ray in a node's box. `is_settled` tells whether no node
 // beyond the present leaf can hold a nearer hit.
 //
-// The traversal owns links, leaves and the way back. Both trees have nodes of the same format. A stack would
-// not fit all schedules, so a ray climbs one parent per step, as in kd-backtrack (Foley and Sugerman 2005).
-// From a near child the ray goes to the far sibling if it meets the sibling's box before its nearest hit.
+// This file, and not the criterion, handles links, leaves and the way back to parents. The nodes of
+// kd-trees and BVHs have the same format. A stack would not fit all schedules, so a ray climbs one parent
+// per step, as in kd-backtrack (Foley and Sugerman 2005). From a near child the ray goes to the far sibling
+// if it meets the sibling's box before its nearest hit.
 
 #include "core/axis.glsl"
 

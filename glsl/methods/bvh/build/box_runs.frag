@@ -1,7 +1,7 @@
 #version 330 core
-// Joins the boxes of four consecutive runs to the box of a run four times as long. A run is `run`
-// consecutive slots, which are positions in the order of the triangles. Past the last slot the last box
-// repeats, which changes neither minimum nor maximum.
+// A slot is a position in the order of the triangles. Element i is the box of a run, which is the `run`
+// slots from slot i on. This pass joins the boxes of four consecutive runs to the box of a run four times
+// as long. Past the last slot the last box repeats, which changes neither minimum nor maximum.
 
 #include <records>
 #include "core/stream.glsl"

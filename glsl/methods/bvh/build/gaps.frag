@@ -1,8 +1,8 @@
 #version 330 core
-// Finds the inner nodes of the binary tree over the sorted Morton codes (Lauterbach et al. 2009). Each gap
-// between two neighbouring slots is a candidate for an inner node. The node spans the slots around the gap
-// (radix.glsl). A search with doubling steps and then with halving steps finds the end of the span on each
-// side.
+// Finds the inner nodes of the binary tree over the sorted Morton codes (Lauterbach et al. 2009). A slot is
+// a position in the sorted order. Each gap between two neighbouring slots is a candidate for an inner node.
+// The node spans the slots around the gap (radix.glsl). A search with doubling steps and then with halving
+// steps finds the end of the span on each side.
 //
 // A gap inside a leaf is dropped. Without MOST_BITS a gap is kept if its node spans more than max_leaf
 // triangles. With MOST_BITS, which makes the clusters of the hybrid build, a gap is kept if the codes of its

@@ -1,8 +1,8 @@
 #version 330 core
 // Writes the leaf that begins at a slot, or an empty record if no leaf begins there. A slot is a position in
 // the sorted order of the Morton codes (radix.glsl), and a leaf is a span of slots. The parent of a leaf is
-// an inner node. The stream `interval` holds the inner nodes, each at the number of its gap, which is the
-// place between two neighbouring slots (gaps.frag).
+// an inner node. Element k of the stream `interval` is the inner node of gap k, which lies between the
+// slots k and k + 1 (gaps.frag).
 
 #include <records>
 #include "core/stream.glsl"

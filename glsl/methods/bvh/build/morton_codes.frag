@@ -13,7 +13,7 @@
 
 uniform int bits;   // per axis, 1 to 10
 
-// Move bit k to position 3 k, for five bits.
+// Move bit k to position 3 * k, for five bits.
 ivec3 spread(ivec3 v) {
     return (v & 1) | (v & 2) << 2 | (v & 4) << 4 | (v & 8) << 6 | (v & 16) << 8;
 }

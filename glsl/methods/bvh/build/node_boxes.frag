@@ -1,5 +1,5 @@
 #version 330 core
-// Computes the boxes of the nodes that span `run` to 4 run - 1 slots. Four runs of `run` slots cover the
+// Computes the boxes of the nodes that span `run` to 4 * run - 1 slots. Four runs of `run` slots cover the
 // span of such a node. The runs may overlap, which changes neither minimum nor maximum. Passes with other
 // values of `run` compute the boxes of the other nodes.
 

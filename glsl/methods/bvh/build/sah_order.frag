@@ -1,5 +1,5 @@
 #version 330 core
-// Writes the final order of the triangles. After the last level it is the order of the slots, so copy the
+// Writes the final order of the triangles. After the last level the slots are in this order, so copy the
 // triangle of each slot.
 
 #include <records>

@@ -1,7 +1,7 @@
 #version 330 core
 // Writes a node of the threaded hierarchy: its box, and its escape index, which is the index of the first
-// node after its subtree. The subtree has all leaves that start in the node's span, and one inner node
-// fewer than leaves.
+// node after its subtree. If n leaves start in the node's span, the subtree has n leaves and n - 1 inner
+// nodes.
 
 #include <records>
 #include "core/fetch.glsl"

@@ -1,9 +1,9 @@
 #version 330 core
-// Counts the pieces of a chunk that lie left and right of four planes along each axis. A chunk is a part of
-// a large node's pieces (zhou_chunks.frag). Each fragment
-// gathers: it reads all pieces of its chunk and counts them. The numpy builder fills histograms instead.
-// Fragment passes would have to draw each piece as a point and blend the points into the bins. With so few
-// bins many points would blend into the same bin and wait for one another.
+// For each of four planes along each axis, counts the pieces of a chunk left and right of the plane. A
+// piece is the part of a triangle in a node. A chunk is a part of a large node's pieces (zhou_chunks.frag).
+// Each fragment gathers: it reads all pieces of its chunk and counts them. The numpy builder fills
+// histograms instead. Fragment passes would have to draw each piece as a point and blend the points into
+// bins. With so few bins many points would blend into the same bin and wait for one another.
 
 #include <records>
 #include "core/stream.glsl"

@@ -1,6 +1,6 @@
 #version 330 core
-// Joins the bounds of a large node's chunks, which are parts of its pieces, to the bounds of all pieces of
-// the node.
+// A chunk is a part of a large node's pieces. Joins the bounds of the node's chunks to the bounds of all
+// pieces.
 
 #include <records>
 #include "core/stream.glsl"

@@ -1,7 +1,7 @@
 #version 330 core
-// Splits a large node of the lower levels by the cheapest of all its planes. hybrid_costs.frag has found the
-// cheapest plane of each group. Axis 3 marks a node that this pass
-// does not split: a leaf, or a small node.
+// Splits a large node of the lower levels by its cheapest plane. hybrid_costs.frag has found the cheapest
+// plane of each group of planes. Axis 3 marks a node that this pass does not split: a leaf, or a small
+// node.
 
 #include <records>
 #include "core/stream.glsl"

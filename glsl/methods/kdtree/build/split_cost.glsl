@@ -4,10 +4,10 @@
 uniform float traversal_cost;
 uniform float intersection_cost;
 uniform float spared;           // the factor on the cost of a split that cuts off empty space
-uniform float worth_cutting;    // the smallest share of the node for which this factor applies
+uniform float worth_cutting;    // the factor applies if the empty space is at least this share of the node
 
 // Values of the current node, with one component for each split axis. `measure` sets these values. The cost
-// of a split is traversal_cost + cap (left + right) + rim (share left + (1 - share) right).
+// of a split is traversal_cost + cap * (left + right) + rim * (share * left + (1 - share) * right).
 vec3 node_lo, node_hi, cap, rim, per_unit;
 
 void measure(vec3 lo, vec3 hi) {

@@ -1,6 +1,6 @@
 #version 330 core
-// Flags the nodes of a level that are split. In a second channel, counts the pieces of large nodes that
-// are not split.
+// Flags each node of a level that is split. A second channel counts the pieces of each large node that is
+// not split.
 
 #include <records>
 #include "core/stream.glsl"

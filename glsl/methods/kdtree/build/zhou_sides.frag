@@ -1,5 +1,5 @@
 #version 330 core
-// Flags in two channels whether a piece has a part left, and a part right, of its node's plane.
+// Writes two flags: a part of the piece lies left of its node's plane; a part lies right of the plane.
 
 #include <records>
 #include "core/stream.glsl"
