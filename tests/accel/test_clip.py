@@ -27,7 +27,7 @@ def cut(triangle: np.ndarray, lo: np.ndarray, hi: np.ndarray) -> np.ndarray:
 @pytest.mark.parametrize("seed", [1, 2], ids="seed{}".format)
 @pytest.mark.parametrize("size", [0.3, 1, 8])
 def test_bounds_are_those_of_the_cut_polygon(size: float, seed: int) -> None:
-    """Bounds are right for triangles that are smaller and that are larger than their boxes.
+    """Bounds are right for triangles that are smaller than the box, and for larger triangles.
 
     All corners of the largest triangles lie outside the box. If such a triangle meets the box,
     usually edges of the box pierce the triangle.

@@ -1,4 +1,4 @@
-"""Parallel build: any number of workers builds the tree that one process builds.
+"""A parallel build with any number of workers gives the same tree as a build in one process.
 
 No failure leaves processes or shared memory behind.
 """
@@ -37,8 +37,8 @@ triangles = (random((4000, 1, 3)) + 0.02 * random((4000, 3, 3))).astype(np.float
 {guard}build_kdtree(triangles, workers=2)
 """
 
-# These programs hang, until a signal ends them after 30 seconds, if a forked process waits for the
-# threads of its parent's pool, or if the threads of a pool wait for each other.
+# FORKED hangs if a forked process waits for the threads of its parent's pool. NESTED hangs if the
+# threads of a pool wait for each other. After 30 seconds, a signal ends a program that hangs.
 FORKED = """
 import os, signal, sys
 import numpy as np

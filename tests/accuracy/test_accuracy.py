@@ -51,7 +51,8 @@ def test_rays_follow_the_seed(ball) -> None:
 
 
 def answers(known: KnownRays, **changes: tuple[np.ndarray, object]):
-    """Judge the true hits, with the fields in ``changes`` replaced. A change is (rays, values)."""
+    """Judge the true hits after changes. ``changes`` maps the name of a field to (rays, values):
+    the field of these rays gets these values."""
     hits = copy.deepcopy(known.truth)
     for name, (rays, values) in changes.items():
         getattr(hits, name)[rays] = values
@@ -104,8 +105,8 @@ def test_a_leak_to_what_lies_behind(ball) -> None:
 
 
 def test_the_rim_of_an_open_mesh_may_be_missed() -> None:
-    """A miss at the rim of the square is not wrong: rays in a ring around the ray miss the square
-    too. A miss at the diagonal between the two triangles is a leak."""
+    """A miss at the rim of the square is not wrong, because some rays in a ring around the ray
+    miss the square too. A miss at the diagonal between the two triangles is a leak."""
     corners = np.array([[0, 0, 0], [3, 0, 0.5], [3, 3, 1], [0, 3, 0.5]])
     square = rt.Scene.from_arrays(corners, [[0, 1, 2], [0, 2, 3]], name="square")
     known = KnownRays(square, 600, 3, ["edges"])

@@ -1,4 +1,4 @@
-"""Tuning: confidence bounds, promises, and a check of each promise on new rays.
+"""Tests of the tuner: its confidence bounds, and its promises, which are checked on new rays.
 
 A promise states the error bounds that the chosen settings must keep.
 """
@@ -39,8 +39,9 @@ def ball() -> rt.Scene:
 
 @pytest.mark.parametrize("faults, rays", [(1, 10), (5, 100), (40, 1000), (10, 10)])
 def test_bounds_hold_their_probability(faults: int, rays: int) -> None:
-    """If the true share of faults is the lower bound, the probability of `faults` or more faults
-    is 5 %. If it is the upper bound, the probability of `faults` or fewer faults is 5 %."""
+    """If the true share of faults equals the lower bound, `faults` or more faults occur with a
+    probability of 5 %. If the true share equals the upper bound, `faults` or fewer faults occur
+    with a probability of 5 %."""
     def at_most(k: int, p: float) -> float:
         return math.fsum(math.comb(rays, i) * p ** i * (1 - p) ** (rays - i)
                          for i in range(k + 1))
@@ -70,7 +71,7 @@ def test_promises_that_cannot_be(changes: dict, message: str) -> None:
 
 
 def found_of(errors: np.ndarray, wrong: int = 0, quantile: float = 0.99) -> Finding:
-    """Return the finding for rays with these errors of t. The first ``wrong`` rays leak."""
+    """Return the finding for rays with these errors of t, ``wrong`` of which leak."""
     rays = len(errors)
     masks = {name: np.arange(rays) < (wrong if name == "leak" else 0) for name in
              ("leak", "false hit", "wrong triangle", "wrong distance", "unfinished")}
@@ -176,9 +177,9 @@ def test_the_chosen_keeps_its_promise(ball, few_rays, seed: int, method: str) ->
 
 
 def test_what_is_traced_keeps_the_promise(ball, few_rays) -> None:
-    """A tracer that picks between the choices for coherent and for incoherent rays keeps the
-    promise. The test traces eye rays and random rays separately, and no rays at vertices or
-    edges."""
+    """The settings hold a choice for coherent rays and a choice for incoherent rays. A tracer that
+    picks between the two keeps the promise. The test traces eye rays and random rays in separate
+    calls."""
     found = tune(ball, Promise(**LOOSE), names=["bvh-threaded", "bvh-packet"], budget=0)
     with rt.Tracer(ball, found.settings.choices) as tracer:
         for kind, rays in (("eye", COHERENT), ("random", INCOHERENT)):
@@ -194,7 +195,8 @@ def test_what_is_traced_keeps_the_promise(ball, few_rays) -> None:
 @pytest.mark.parametrize("changes", [{"kinds": ("random", "edges")}, {"kinds": ("eye",)},
                                      {"max_bytes": 10 ** 9}])
 def test_one_choice_where_two_cannot_be_told_or_held(changes: dict) -> None:
-    """A promise is not split if it lacks eye rays or random rays, or if it bounds the bytes."""
+    """A promise is not split into one for coherent and one for incoherent rays if it lacks eye
+    rays or random rays, or if it limits the texture bytes."""
     promise = Promise(**LOOSE, **changes)
     assert promise.split() == {"all": (promise, None)}
 

@@ -55,7 +55,8 @@ def test_engines_answer_the_same_question(engine, kind: str) -> None:
 
 
 def test_compact_rays_are_those_of_pixels_with_one() -> None:
-    """`compact` keeps the rays of pixels with a ray: no component is NaN, no direction is zero."""
+    """A pixel has a ray if no component of its ray is NaN and the direction is not zero. `compact`
+    keeps only the rays of such pixels."""
     nan = np.float32(np.nan)
     rays = Workload(np.float32([[0, 0, 0], [nan] * 3, [2, 0, 0], [3, 0, 0]]),
                     np.float32(np.ones((4, 3))), 2, np.float32([1, 2, 3, 4]), True)
@@ -128,7 +129,7 @@ def test_an_engine_of_few_rays_says_of_how_many(capsys) -> None:
 
 
 def test_a_race_takes_ratios_turn_by_turn() -> None:
-    """A race divides the seconds of embreex by the seconds of an entry in each round."""
+    """In each round, a race divides embreex's seconds by the seconds of an entry."""
     entries = race("cornell", RAY_SETS["eye"], [("grid", {}), ("bvh-threaded", {"octants": True})],
                    SIZE, 2, [one for one in ENGINES if one.name == EMBREE])
     assert [entry.name for entry in entries][:2] == ["grid", "bvh-threaded"]
@@ -146,7 +147,8 @@ def _entry(name: str, seconds: list[float], over: list[float]) -> Entry:
 @pytest.mark.parametrize("over, verdict", [
     ([1.1, 1.5, 2.0], "faster"), ([0.9, 0.5, 0.99], "slower"), ([0.9, 1.1, 3], "not told apart")])
 def test_verdicts_need_every_turn(over: list[float], verdict: str) -> None:
-    """A method is faster or slower only if it is so in every round."""
+    """A method gets the verdict "faster" only if it is faster in every round. The same rule holds
+    for "slower"."""
     assert _entry("grid", [1, 1, 1], over).verdict() == verdict
 
 

@@ -1,5 +1,5 @@
-"""The helpers of charts keep the rules for charts (tests/chart_rules.py), and the check of these
-rules finds charts that break a rule."""
+"""Charts that are drawn with the shared helpers keep the rules of tests/chart_rules.py. The check
+of these rules finds charts that break a rule."""
 from __future__ import annotations
 
 import ast
@@ -150,7 +150,7 @@ def test_dots_lie_where_their_numbers_are() -> None:
 
 
 def test_direct_labels_cover_nothing() -> None:
-    """The labels of 40 points, most of which lie on a line, overlap no label and no point."""
+    """Labels of 40 points overlap neither each other nor a point. Most points lie on a line."""
     figure, axis = plt.subplots(figsize=(9, 7))
     points = [(1.1 ** k, 1.0 if k % 3 else 1.3 ** k, f"method-{k}") for k in range(40)]
     axis.plot([x for x, *_ in points], [y for _, y, _ in points], "o")

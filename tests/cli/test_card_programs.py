@@ -100,7 +100,8 @@ def test_a_card_that_could_not_hold_the_scene_gets_no_time(capsys, tmp_path) -> 
 
 
 def test_nearest_and_any_hits_are_summed() -> None:
-    """The kernel `intersect` has two programs, one for each kind of rays."""
+    """The kernel `intersect` has one program for nearest hits and another for any hits. The
+    predicted time of both calls is the sum of their times."""
     scene = rt.load_scene("cornell")
     rays = scene.camera.rays((32, 32))
     seconds = {}

@@ -1,5 +1,5 @@
-"""Commands: the table of modules, which lets a command import only the modules that it needs, and
-the times that --timings prints."""
+"""Tests of the commands' table of modules, and of the times that --timings prints. The table lets
+a command import only the modules that it needs."""
 from __future__ import annotations
 
 import argparse

@@ -29,8 +29,8 @@ def told(capsys, monkeypatch):
 
 
 def words_in(text: str) -> set[str]:
-    """Returns the long options, such as --octants, with which lines of a help text begin. An
-    option's short form may come first."""
+    """Returns the long options, such as --octants, that begin a line of a help text. A short form
+    such as -m may stand before the long option."""
     return set(re.findall(r"^  (?:-\w(?: \S+)?, )?(--[a-z-]+)", text, re.M))
 
 
@@ -72,7 +72,7 @@ def test_a_method_has_a_help_of_its_own(told, name: str) -> None:
         assert words_in(text) == own
         assert f"options of method {name}:{'' if own else ' none'}\n" in text
     assert not re.search("|".join(f"{row.name}:" for row in methods() if row.name != name),
-                         text.replace(f"method {name}:", ""))     # texts of other methods
+                         text.replace(f"method {name}:", ""))     # no text of another method
 
 
 @pytest.mark.parametrize("name", INTEGRATORS)

@@ -1,5 +1,5 @@
-"""Ctrl-C in the first two seconds of a command ends the command silently, with status 130, unless
-the command has already ended or Python itself is starting or ending."""
+"""Ctrl-C in the first two seconds of a command ends the command silently, with status 130. There
+are two exceptions: the command has already ended, or Python itself is starting or ending."""
 from __future__ import annotations
 
 import os
@@ -104,7 +104,7 @@ try:
 except BaseException:
     pass
 """
-# A program with an interrupt. In most tests, the place of the interrupt is one where Python may
+# A program that interrupts itself. In most tests, the interrupt comes at a place where Python may
 # lose an exception.
 LOSING = """
 import signal, sys, time

@@ -1,10 +1,10 @@
 """Exhaustive search: finds nearest hits in integer arithmetic. It tests each triangle whose box is
 met by the line of a ray, unless float64 already proves a miss.
 
-This search shares no code with `gpgpu_rt.reference`: it finds candidates with a slab test of its
-own. It decides with the signs of the volumes that a ray's direction and each edge of a triangle
-span, instead of Cramer's rule. With ``tree``, however, it finds candidates in the reference's tree
-of boxes, which is ten times as fast.
+Without ``tree``, this search shares no code with `gpgpu_rt.reference`, because it finds candidates
+with a slab test of its own. With ``tree``, it finds them in the reference's tree of boxes, which
+is ten times as fast. In both cases, the signs of the volumes that a ray's direction and each edge
+of a triangle span decide whether the ray hits. The reference uses Cramer's rule.
 """
 from __future__ import annotations
 

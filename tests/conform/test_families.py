@@ -39,9 +39,9 @@ def check_exact(name: str, rays: int, seed: int, tree: bool = False) -> None:
     """Compare the answers of two computations. Without ``tree``, they share no code but numpy.
     With ``tree``, both find candidates in the reference's tree of boxes.
 
-    The first computation is the reference: float64 with error bounds, and integers where the
-    bounds decide nothing. The second is `nearest`: integers for every triangle whose box is met by
-    the ray's line. `nearest` leaves out a triangle only if float64 already proves a miss.
+    The first computation is the reference. It uses float64 with error bounds, and integers where
+    the bounds do not decide. The second is `nearest`. It tests in integers each triangle whose box
+    the ray's line meets, unless float64 already proves a miss.
     """
     case = make_case(name, rays, seed)
     rays = reference.as_rays(*case.rays, "raise")[:4]

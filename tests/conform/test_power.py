@@ -51,7 +51,9 @@ FAULTS: dict[str, tuple[str, dict, list[tuple[str, str, str]]]] = {
         (WATERTIGHT, INSIDE, "bool inside = none_below_zero(w);")]),
     "not watertight": ("brute-force", {"intersection": "moller-trumbore"}, []),
 }
-CONTRACTION = "contraction"     # tests/mirror.py imitates it: no renderer at hand contracts
+# Contraction fuses a product and a sum into one operation with a single rounding. No renderer at
+# hand contracts, so tests/mirror.py imitates it.
+CONTRACTION = "contraction"
 
 # Fault -> the families that must find the fault.
 FOUND = {

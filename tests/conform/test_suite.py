@@ -23,7 +23,8 @@ from gpgpu_rt.reference.verdicts import (
 )
 
 METHODS = [(row.name, schedule) for row in rt.methods() for schedule in row.schedules]
-# Under schedules other than `loop`, these families take a pass for each entry of a long list.
+# In these families, rays go through long lists of triangles or boxes. Schedules other than `loop`
+# need a pass for each entry of a list.
 LONG_LISTS = ("coincident", "coplanar", "one-centroid", "long-way")
 
 # Two parallel triangles, and three rays: through the middle of both triangles, past both, and
@@ -85,8 +86,9 @@ def test_how_much_an_answer_is_wrong() -> None:
 
 
 def test_a_miss_between_two_triangles_is_a_leak() -> None:
-    """No triangle is certainly hit, but all rays in a ring around the ray hit a triangle. With a
-    gap between the two triangles, a miss is no leak."""
+    """A ray meets the common edge of two triangles. Neither hit is certain, but all rays in a ring
+    around the ray hit a triangle, so a miss is a leak. With a gap between the two triangles, a
+    miss is no leak."""
     quad = np.float32([[[-1, -1, 0], [1, -1, 0], [1, 1, 0]], [[-1, -1, 0], [1, 1, 0], [-1, 1, 0]]])
     known = reference.acceptance(quad, [[0.5, 0.5, 1]], [[0, 0, -1]])
     assert known.must_hit[0] and known.triangle.tolist() == [0, 1]
@@ -225,8 +227,8 @@ WALL = np.float32([[[-9, -9, -1], [9, -9, -1], [0, 9, -1]]])
 
 
 def test_a_wall_behind_an_edge_is_no_excuse() -> None:
-    """A ray through the diagonal of a square must hit the square, although the hit of the wall
-    behind the square is certain."""
+    """A ray through the diagonal of a square must hit the square. An engine may not report the
+    wall behind the square instead, although only the wall's hit is certain."""
     rays = np.concatenate([QUAD, WALL]), [[0.5, 0.5, 1]], [[0, 0, -1]]
     assert reference.acceptance(*rays).triangle.tolist() == [0, 1]
     assert reference.check(*rays, [2.0], [2]).kind.tolist() == [WRONG_NEAREST]

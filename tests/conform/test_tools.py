@@ -1,4 +1,5 @@
-"""The suite's tools: export and reader, minimal cases, strategies, chart, page and command."""
+"""Tests of the conformance suite's tools: the export of cases, the reader of exported cases,
+minimal cases, strategies of hypothesis, the chart, the page and the command."""
 from __future__ import annotations
 
 import json
@@ -20,8 +21,8 @@ from gpgpu_rt.conform.page import page
 from gpgpu_rt.conform.shrink import Minimal, shrink
 from gpgpu_rt.conform.suite import KINDS, Known, Row
 
-# Verdict of the suite -> verdict of the exported reader, where the two differ. The reader knows no
-# geometry.
+# Verdict of the suite -> verdict of the exported reader, where the two have different names. The
+# reader knows no geometry, so it distinguishes fewer verdicts.
 READER_NAMES = {"undecidable": "right", "false hit": "wrong triangle",
                 "wrong nearest": "wrong triangle", "not finite": "wrong t"}
 
@@ -55,7 +56,8 @@ def test_both_files_hold_the_same(exported: Path, name: str) -> None:
 @pytest.mark.parametrize("name", ["sphere-edges", "intervals", "coincident"])
 def test_the_reader_judges_as_the_suite_does(exported: Path, tmp_path: Path, name: str,
                                              seed: int) -> None:
-    """The judged answers are the right answers, of which some are changed at random."""
+    """The test changes some of the right answers at random. The reader and the suite judge these
+    answers alike."""
     known, rng = Known.of(name, 40, 1), np.random.default_rng(seed)
     exact = known.answers.exact
     triangle, t = exact.triangle.copy(), exact.t.copy()

@@ -1,5 +1,5 @@
-"""Hostile files: FIFOs, small files that declare large contents, and text and names that are not
-UTF-8."""
+"""Tests of hostile files: FIFOs, small files that declare large contents, and texts and names that
+are not UTF-8."""
 from __future__ import annotations
 
 import io
@@ -136,8 +136,8 @@ def test_blanks_of_an_obj_are_read_once(tmp_path: Path) -> None:
 
 
 def test_runs_of_materials_are_read_once(tmp_path: Path) -> None:
-    """Each face is read once, however many material changes the file has. Every change used to
-    copy all vertices, so 16,000 changes would have needed minutes and 12 GB."""
+    """Each face is read once, however many material changes the file has. If every change copied
+    all vertices, 16,000 changes would need minutes and 12 GB."""
     runs = "".join(f"usemtl m{k % 7}\ng g{k}\nf 1 2 3\n" for k in range(16_000))
     (tmp_path / "m.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\n" + "v 5 5 5\n" * 30_000 + runs)
     scene = within_seconds(60, lambda: rt.load_scene(tmp_path / "m.obj"))
@@ -237,7 +237,7 @@ def test_an_archive_that_inflates_is_refused(tmp_path: Path, monkeypatch) -> Non
         read_npz(tmp_path / "r.npz", "rays")
     assert read_npz(tmp_path / "r.npz", "rays", names=("directions",)) == {}
     np.savez(tmp_path / "r.npz", origins=np.zeros((10 ** 6, 3)))
-    assert len(read_npz(tmp_path / "r.npz", "rays")) == 1  # uncompressed, no larger than its file
+    assert len(read_npz(tmp_path / "r.npz", "rays")) == 1  # uncompressed: no larger than the file
 
 
 @pytest.mark.parametrize("shape", [(10 ** 9, 3), (10 ** 18, 10 ** 18), (-1, 3)])

@@ -1,5 +1,5 @@
-"""Shared folders: links, FIFOs and other users' files are refused where the package keeps files.
-Only GPGPU_RT_CACHE may be a link, to a folder of the user."""
+"""Where the package keeps its files, it refuses links, FIFOs and other users' files. Only the
+folder GPGPU_RT_CACHE may be a link, if the link leads to a folder of the user."""
 from __future__ import annotations
 
 import os

@@ -1,5 +1,5 @@
-"""Rows 24 to 40 of the catalogue (`gpgpu_rt/conform/families.py`): hard cases of kd-trees, grids
-and BVHs, and of step caps. Two tests read the traversal states after each step."""
+"""Tests rows 24 to 40 of the catalogue (`gpgpu_rt/conform/families.py`). These rows are hard cases
+for kd-trees, grids, BVHs and step caps. Two tests read the traversal states after each step."""
 from __future__ import annotations
 
 import numpy as np
@@ -59,7 +59,8 @@ def plane_rays(tree: KdTree, n: int, rng: np.random.Generator) -> tuple[np.ndarr
 @pytest.mark.parametrize("seed", [1, 2], ids="seed{}".format)
 @pytest.mark.parametrize("method", KD)
 def test_rows_24_and_25_rays_from_split_planes(precise_renderer, method: str, seed: int) -> None:
-    """Rays from split planes end within a bound on their steps, with the hits of brute force."""
+    """The steps of rays that start on split planes are bounded, and the hits are those of brute
+    force."""
     case = make_case("spanning", 1, seed)
     with rt.Tracer(case.scene, method, statistics=True) as tracer:
         tree = tracer.accelerator.structure
@@ -107,8 +108,8 @@ def test_row_25_triangles_in_split_planes(precise_renderer, method: str, seed: i
 
 def cells_crossed(grid: Grid, origins: np.ndarray, directions: np.ndarray, end: np.ndarray,
                   shortest: float) -> np.ndarray:
-    """Returns the keys, ray * cells + cell, of all cells in which the ray's segment is longer than
-    ``shortest``, computed in float64."""
+    """Returns a key for each pair of a ray and a cell in which the ray's segment is longer than
+    ``shortest``, computed in float64. The function `keys` defines the keys."""
     origins, directions = origins.astype(np.float64), directions.astype(np.float64)
     lo, size = grid.lo.astype(np.float64), grid.cell_size.astype(np.float64)
     with np.errstate(divide="ignore", invalid="ignore"):

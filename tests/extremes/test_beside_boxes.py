@@ -1,5 +1,5 @@
-"""Counts the lost hits in the table of docs/extremes.md: the t of a hit can lie outside the box of
-the hit triangle."""
+"""Checks a table of docs/extremes.md: it counts hits that are lost because the t of a hit can lie
+outside the box of the hit triangle."""
 from __future__ import annotations
 
 import re
@@ -21,7 +21,8 @@ RAYS = 100_000
 
 
 def needles(power: int, rng: np.random.Generator) -> Case:
-    """Rays to oblique triangles that are 10^power times as long as wide."""
+    """Returns rays that aim at oblique triangles. The triangles are 10^power times as long as
+    wide."""
     base, along = between(rng, -1, 1, (300, 1, 3)), directions(rng, 300)
     across = unit(cross(along, directions(rng, 300))) / 10 ** power
     triangles = np.float32(base + np.stack([0 * along, along, 0.3 * along + across], axis=1))
@@ -30,7 +31,7 @@ def needles(power: int, rng: np.random.Generator) -> Case:
 
 
 def planes(power: int, rng: np.random.Generator) -> Case:
-    """Rays that meet an oblique square at an angle of 10^-power."""
+    """Returns rays that meet an oblique square at an angle of 10^-power."""
     first = directions(rng, 1)
     normal = unit(cross(first, directions(rng, 1)))
     second = cross(normal, first)
@@ -50,7 +51,7 @@ def test_the_page_has_the_table() -> None:
 @pytest.mark.parametrize("kind, power, lost", ROWS)
 def test_rays_that_begin_and_end_at_their_hit(exact_renderer, kind: str, power: int, lost: int
                                               ) -> None:
-    """The page says how many of RAYS hits are lost if t_min and t_max both equal the hit's t."""
+    """The page says how many of 100,000 hits are lost if t_min and t_max equal the hit's t."""
     case = {"triangles": needles, "a plane": planes}[kind](power, np.random.default_rng(1))
     with rt.Tracer(case.scene, "brute-force") as brute, rt.Tracer(
             case.scene, "bvh-threaded") as tracer:

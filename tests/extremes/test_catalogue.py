@@ -27,8 +27,8 @@ TELLING = ("moved-1e4", "in-planes", "box-corners", "flat-soup")
 # method, or because they are slow to build.
 IN_FULL = ("scaled-2^-20", "scaled-2^20", "moved-1e0", "moved-1e2", "lengths", "coplanar",
            "one-triangle", "flat-floor")
-# In these cases the methods' lists are so long that one pass per entry is too slow for a quick
-# test.
+# In these cases, a leaf or a cell lists very many triangles. A schedule with one pass per triangle
+# is too slow for a quick test.
 LONG_LISTS = ("coincident", "one-centroid")
 # With more triangles, a builder that inserts triangles singly is too slow for a quick test.
 SLOW_TO_INSERT = 3000

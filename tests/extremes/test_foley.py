@@ -13,8 +13,9 @@ KINDS = ("eye", "random", "vertices", "edges")
 ANSWER = ("t", "u", "v", "triangle", "status")
 SIDE = 500  # 10^6 rays per scene: 250,000 of each kind
 # Slow methods trace fewer rays: the square of the number in SIDES. Brute force tests every
-# triangle for each ray, and a texture stack needs passes for each level. Other methods build lists
-# that few rays share, test all triangles against all tiles, or descend to cones of incoherent
+# triangle for each ray, and a texture stack needs passes for each level. `ray-classification` and
+# `visibility-field` build lists that few rays share. `ray-tiles` tests all triangles against all
+# tiles. `ray-hierarchy` tests all triangles against cones, and descends to cones of incoherent
 # rays. The test for a million incoherent rays in tiles is in tests/methods/ray_tiles.
 SIDES = {"brute-force": 160, "kd-texture-stack": 160, "ray-classification": 40,
          "visibility-field": 160, "ray-tiles": 160, "ray-hierarchy": 32}

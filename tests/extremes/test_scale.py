@@ -1,8 +1,8 @@
 """Rows 8, 10 and 20 of the catalogue of extreme cases (docs/extremes.md): exact symmetries.
 
 If a test scales a scene or the directions by a power of two, or permutes or mirrors the axes, each
-ray still hits the same triangle. A scaled scene multiplies t exactly by the power. A scaled
-direction divides t exactly by the power. Permuted or mirrored axes leave t unchanged.
+ray still hits the same triangle. If the scene is scaled, t is multiplied exactly by the power. If
+the directions are scaled, t is divided exactly by the power. Otherwise t stays the same.
 """
 from __future__ import annotations
 

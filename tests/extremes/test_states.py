@@ -1,4 +1,4 @@
-"""After every pass, the state textures hold no NaN, and infinity only where it means "no end".
+"""After every pass, the state textures hold no NaN. They hold infinity only for "no end".
 
 Row 23 of the catalogue of extreme cases (docs/extremes.md): the state of a finished ray never
 changes.

@@ -1,5 +1,5 @@
-"""Checks the table of docs/extremes.md on long thin triangles: the errors of t for rays that start
-beside such triangles."""
+"""Checks the table of docs/extremes.md that gives the errors of t for rays that start beside long
+thin triangles."""
 from __future__ import annotations
 
 import re

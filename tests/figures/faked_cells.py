@@ -1,5 +1,5 @@
-"""Faked cells: files like the result files of the figures' measurements (cells), but with numbers
-that a test chooses."""
+"""Writes faked cells. A cell is one measurement of a figure. The file of a faked cell looks like
+the file of a measured cell, but a test chooses its numbers."""
 from __future__ import annotations
 
 import json

@@ -1,5 +1,5 @@
-"""The pages of Figure 2, Figure 26, Table 1 and the CPU, and also the verdicts and the index, show
-the numbers of the JSON files."""
+"""The pages of Figure 2, Figure 26, Table 1 and the figure `cpu` show the numbers of the JSON
+files, and so do the verdicts and the index."""
 from __future__ import annotations
 
 import csv
@@ -58,7 +58,8 @@ def test_every_row_of_table_1_has_a_method() -> None:
 
 
 def test_rates_between_scenes_lie_on_a_line_of_logarithms() -> None:
-    """A rate at 10,000 triangles is interpolated between the logarithms of sizes and rates."""
+    """The rate at 10,000 triangles is interpolated: the logarithm of the rate is linear in the
+    logarithm of the number of triangles."""
     points = [(100, 8.0), (1_000_000, 2.0)]
     assert scaled.at_triangles(points) == pytest.approx(4)
     assert [scaled.at_triangles([one]) for one in points] == pytest.approx([8, 2])
@@ -81,7 +82,7 @@ def test_the_survey_s_own_scaling() -> None:
 
 
 def _counts(form: str, issues: int) -> dict[str, Any]:
-    """Returns the counts of a cell whose rays issue a kernel ``issues`` times each."""
+    """Returns the counts of a cell in which each ray runs one kernel ``issues`` times."""
     issued = {"kernels": ["intersect"], "runs": [480 * issues], "lanes": [480 * issues],
               "iterations": 0, "passes": [0], "queries": 0}
     return {"pixels": 480, "rays": 480, "issued": {form: issued}}
@@ -208,7 +209,8 @@ def test_figure_26_shows_reversed_times_but_one_scene_does_not_judge(tmp_path: P
 
 
 def test_the_cpu_s_rays_a_gflop(tmp_path: Path) -> None:
-    """The page divides each rate by the peak rate of arithmetic of the threads that traced."""
+    """The page divides each rate of rays by the peak arithmetic rate of the threads that traced
+    the rays."""
     for column in cpu.columns():
         more = {} if column.threads is None else {"peak": {
             "nominal": 50e9 * column.threads, "attained": 1e9, "fragments": 2e9,
@@ -320,7 +322,8 @@ def test_seconds_spent_are_those_of_all_cells(tmp_path: Path) -> None:
 
 
 def test_pages_drawn_before_stay_what_they_were(tmp_path: Path, monkeypatch) -> None:
-    """Drawing a page keeps other pages, and the index shows each page with its own size."""
+    """Drawing a page leaves other pages as they are. The index says which pages have measurements
+    of another size (quick or full)."""
     sizes = {False: 8, True: 12}
     small = replace(
         fig12.FIGURE, panels=(Panel("cornell"),), remarks=lambda results: [], paper_card=None,
@@ -362,7 +365,7 @@ def test_contradictions_quote_what_is_published() -> None:
 
 
 def test_contradictions_stand_on_pages() -> None:
-    """The figures and tables that contradictions name exist."""
+    """Each figure or table that a contradiction names exists."""
     assert len(CONTRADICTIONS) == 16
     of_survey = {name for one in CONTRADICTIONS for name in one.pages
                  if name.startswith(("fig", "table"))}

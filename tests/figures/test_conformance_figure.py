@@ -1,4 +1,5 @@
-"""The figure on conformance: the suite runs as a measurement, and the page shows its rows."""
+"""Tests of the figure on conformance: its measurement runs the conformance suite, and its page
+shows the suite's rows."""
 from __future__ import annotations
 
 from pathlib import Path

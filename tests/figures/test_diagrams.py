@@ -230,8 +230,8 @@ def test_figure_15_follows_ropes_of_the_tree() -> None:
 
 
 def test_figure_15_ropes_name_the_smallest_node() -> None:
-    """A rope leads to the smallest node behind its face: the node holds the whole face, but
-    neither of its children does."""
+    """A rope leads to the smallest node behind a leaf's face: the node touches the whole face, but
+    neither of the node's children does."""
     for (leaf, face), node in fig15.ropes_of(SMALL).items():
         axis, upper = next((a, u) for name, a, u in fig15.FACES if name == face)
         other = 1 - axis

@@ -33,11 +33,12 @@ def test_measured_cells_are_drawn(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
 
 
 def page_rows() -> dict[str, list[dict[str, float]]]:
-    """Returns method and options -> four rows of docs/notes/bvh.md. Each row is a dict, scene ->
-    number.
+    """Returns four rows of docs/notes/bvh.md for each method with its options. A row maps scenes
+    to numbers.
 
-    The rows are the nodes without entry points, the nodes with them, the nodes of the beams, and
-    how many times fewer nodes are visited in all.
+    The first row has the nodes visited without entry points, the second those with entry points,
+    and the third those that beams visit. The fourth row is the first row divided by the sum of the
+    second and the third.
     """
     found: dict[str, list[dict[str, float]]] = {}
     scenes, rows = [], None

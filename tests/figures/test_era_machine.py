@@ -31,7 +31,8 @@ PIXELS, RUNS = 1000, 400_000
 
 
 def _counts(kernels: Sequence[str] = ("down", "intersect")) -> dict:
-    """Returns a cell's counts: the first kernel has RUNS runs in 2 RUNS lanes."""
+    """Returns a cell's counts. The first kernel has RUNS runs. These runs occupy 2 * RUNS lanes,
+    so half of the lanes wait."""
     issued = {"kernels": list(kernels), "runs": [RUNS, 0], "lanes": [2 * RUNS, 0],
               "iterations": 0, "passes": [0, 0], "queries": 0}
     return {"pixels": PIXELS, "rays": PIXELS / 2, "issued": {
@@ -52,10 +53,10 @@ def test_the_table_holds_what_the_counts_say(tmp_path: Path) -> None:
     assert len(rows) == 6
     card, cost = find_card("R580"), static_cost("r580", "kd-restart", "down", in_loop=True)
     # In a loop, a run of `down` fetches only a node. As a pass, `down` would also fetch the ray,
-    # its state and its hit. A separate unit executes the branches.
+    # its state and its hit. Branches take no time here, because a separate unit executes them.
     each = max(cost.arithmetic / card.issue_rate, 1 / card.texel_rate)
-    # The two texels of the ray take longer than the instructions of `init`, and longer than
-    # writing the hit.
+    # Fetching the two texels of the ray takes longer than the instructions of `init`, and longer
+    # than writing the hit.
     ray = 2 * card.stream_fetch / card.texel_rate
     assert ray > max(static_cost("r580", "kd-restart", "init").arithmetic / card.issue_rate,
                      3 * ASSUMED.texel_bytes / card.bandwidth)
@@ -155,7 +156,8 @@ def test_a_form_that_was_not_counted_has_no_row(tmp_path: Path) -> None:
     assert set(forms["kd-ropes"]) == {WHILE_WHILE, STEP, era_counts.UNCOALESCED}
     cached, alike, past = (forms["kd-ropes"][name] for name in (
         WHILE_WHILE, STEP, era_counts.UNCOALESCED))
-    # Half of the lanes wait here. A lane that waits loads nothing past the texture units.
+    # Half of the lanes wait here. In the form UNCOALESCED, loads bypass the texture units, and
+    # waiting lanes load nothing. So this form takes less time here.
     assert cached == alike and past < 0.9 * cached
 
 
@@ -186,8 +188,8 @@ def test_lanes_of_a_warp_run_what_their_packet_visits() -> None:
     with rt.Tracer(scene, "bvh-packet", statistics=True, packet=era_counts.WARP_PACKET,
                    intersection="moller-trumbore") as tracer:
         hits = tracer.trace(*scene.camera.rays((size, size)))
-    # Each ray of a packet stores the packet's counts: its nodes, and the triangle tests of all its
-    # 16 rays. A node has two boxes.
+    # Each ray of a packet stores two counts: the nodes that the packet visits, and the triangle
+    # tests of all 16 rays together. `traverse` runs twice for a node, once for each child's box.
     assert issued["kernels"] == ("traverse", "intersect")
     assert issued["runs"] == (2 * hits.nodes_visited.sum(), hits.triangles_tested.sum() / 16)
     # The two packets of a warp have some nodes and triangles in common, but not all.

@@ -85,7 +85,7 @@ def test_proximity_clouds_are_judged_only_beyond_the_spread(plain: float, holds:
                    statistics={"waves": 1, "passes": 1, "picture_passes": {}, "texture_bytes": 1})
     assert fig07.cell(fig07.METHOD, False).runs > 1     # one run has no spread
     said = fig07.judge(tmp_path, False)
-    # One stand-in and one pair of methods are too little in any case.
+    # One stand-in and one pair of methods are too little for any other verdict.
     assert said.word == verdicts.TOO_LITTLE and said.stand_ins is not None
     assert (said.stand_ins.word, said.stand_ins.pairs) == (verdicts.TOO_LITTLE, 1)
     assert (said.stand_ins.claims, said.stand_ins.held) == (

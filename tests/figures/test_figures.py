@@ -220,9 +220,9 @@ def test_packets_counters_are_shared_out() -> None:
     (0.5, "The claim holds on"), (1.5, "The claim holds in tendency on"),
     (3.0, "The claim does not hold on")])
 def test_mirrors_and_packets(last: float, says: str, tmp_path) -> None:
-    """Figure 14 shows the ratio of rates at each bounce and over all bounces so far, and the
-    verdict. A packet of four rays visits 4 * 5 = 20 nodes, but a single ray only 10, so the rays
-    of a packet have parted."""
+    """Figure 14 shows the verdict, and the ratio of rates at each bounce and over all bounces so
+    far. A packet visits 5 nodes per ray, so its four rays visit 20 nodes together. A single ray
+    visits 10 nodes, so the rays of a packet have parted."""
     for bounces in fig14.BOUNCES:
         ratio = 2 + (last - 2) * bounces / 5
         for method, ns, nodes in ((fig14.SINGLE, 100.0, 10), (fig14.PACKET, 100.0 / ratio, 5)):

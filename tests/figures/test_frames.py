@@ -1,5 +1,5 @@
-"""The figure of moving scenes: measured cells are right, and pages and docs show the measured
-numbers."""
+"""Tests of the figure of moving scenes: its measurements (cells) are right, and pages and docs
+show the measured numbers."""
 from __future__ import annotations
 
 import csv
@@ -71,7 +71,8 @@ def test_scenes_are_measured_if_their_file_exists(found: bool, tmp_path, monkeyp
 
 
 def test_a_scene_is_measured_from_its_first_frame(tmp_path, monkeypatch) -> None:
-    """The scene starts at its frame of `frame_times.FIRST`, seen by the camera of this frame."""
+    """The scene starts at the frame that `frame_times.FIRST` gives for the scene, with the
+    camera of this frame."""
     file = tmp_path / catalogue.ROWS["kitchen-moving"].file
     file.parent.mkdir(parents=True)
     keys, view = ("".join(f"{time} {x} 0 {z} 0 0 0 " for time, x in (
@@ -125,7 +126,8 @@ def test_pages_hold_the_measured_numbers(tmp_path) -> None:
 @pytest.mark.parametrize("name, at", [("cloth", (8, 48)), ("walker", (8, 48, 96)),
                                       ("explosion", (8, 24, 48))])
 def test_how_a_refitted_tree_fares(name: str, at: tuple[int, ...]) -> None:
-    """The note states the SAH cost of a refitted tree relative to the first and to a new tree."""
+    """The note divides the SAH cost of a refitted tree by the cost of the first tree, and by the
+    cost of a newly built tree."""
     page, animation = NOTE.read_text(), rt.load_animation(name)
     built = build_bvh(animation.scene.triangles)
     refitter = Refitter.of(built)

@@ -44,7 +44,8 @@ def _done(cell: Cell, visits: int, tests: int = 0) -> dict[str, Any]:
     """Returns the recorded work of 32 rays with ``visits`` visits and ``tests`` tests each.
 
     At every SIMD width, the groups of lanes issue each kernel the same number of times. So the
-    utilisation of lanes halves when the width doubles. A deep stack also pushes once per ray.
+    utilisation of lanes halves when the width doubles. In a method with a deep stack, each ray
+    also pushes once.
     """
     names = ("traverse" if cell.method.startswith("bvh") or "packet" in cell.method else "down",
              "intersect", "push")
@@ -180,7 +181,7 @@ def test_fewer_instructions_need_more_rays_to_hide_fetches() -> None:
     peak = 16 * 1350 * 32 / (4 * 17280)     # Mrays/s
     row = ["", 0, 0, None, 17280, 0, 64.0, 48, 0.75, 0.75 * peak, peak]
     assert stacks._rate(row, 1) == pytest.approx(7.5)
-    # Half of the arithmetic: the peak doubles, and 32 + 2 * 32 rays would be needed.
+    # With half of the arithmetic, the peak doubles, and 32 + 2 * 32 rays would hide the fetches.
     assert stacks._rate(row, 0.5) == pytest.approx(20 * 48 / 96)
 
 

@@ -1,7 +1,8 @@
-"""The counts on every judged page are right: this test counts them again from the page's cells.
+"""Each page with a verdict says on how many scenes and pairs the verdict rests. This test counts
+both again from the page's measurements (cells).
 
 The test does not measure cells. It writes cells whose times all contradict the survey. A figure
-that is not called contradicted therefore has too few scenes or pairs.
+whose verdict is not "contradicted" therefore has too few scenes or pairs.
 """
 from __future__ import annotations
 

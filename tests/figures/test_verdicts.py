@@ -1,4 +1,5 @@
-"""Verdicts: their rules, the smallest numbers of scenes and pairs, and their words on pages."""
+"""Tests of verdicts: their rules, the least numbers of scenes and pairs that they need, and their
+words on pages."""
 from __future__ import annotations
 
 import json

@@ -38,8 +38,8 @@ def test_shadow_rays_reach_the_light(name: str) -> None:
 
 
 def test_shadow_rays_are_answered_as_by_the_reference() -> None:
-    """Shadow rays find an occluder before the light where the reference does, for more than
-    99.5 % of the rays."""
+    """For more than 99.5 % of the shadow rays, the tracer and the reference agree on whether an
+    occluder lies before the light."""
     rays = workload("cornell", SHADOW, SIZE)
     live = np.isfinite(rays.origins).all(axis=1)
     truth = reference.trace(rt.load_scene("cornell"), rays.origins[live], rays.directions[live])

@@ -19,7 +19,8 @@ some_lengths = pytest.mark.parametrize("length", LENGTHS)
 
 
 def patterns(length: int, seed: int) -> np.ndarray:
-    """Return (length, 4) flags: none, all, every third, and random elements."""
+    """Return (length, 4) flags. The four columns flag no element, all elements, every third
+    element and random elements."""
     flags = np.zeros((length, 4), np.float32)
     flags[:, 1], flags[::3, 2] = 1, 1
     flags[:, 3] = np.random.default_rng(seed).random(length) < 0.3

@@ -1,4 +1,5 @@
-"""ANGLE: its context, the texts of its programs, its counts of fragments, and its hits."""
+"""Tests of ANGLE, the OpenGL ES of Chromium: its context, the texts of its programs, its counts of
+fragments, and its hits."""
 from __future__ import annotations
 
 import os
@@ -54,8 +55,8 @@ void main() {
 def angle() -> Iterator[Gpu]:
     """Return the context of ANGLE, or skip the test if this machine has no ANGLE.
 
-    Tests of ANGLE run in processes of their own. After tests of ANGLE, tests of Mesa in the same
-    process once found denormals flushed to 0.
+    Tests of ANGLE run in processes of their own. Otherwise they may disturb tests of Mesa: in the
+    same process, denormals were once flushed to 0 after tests of ANGLE.
     """
     if os.environ.get("GPGPU_RT_CONTEXT") != "angle":
         pytest.skip("this process does not run on ANGLE: set GPGPU_RT_CONTEXT=angle")
@@ -233,9 +234,9 @@ def test_the_context_names_its_largest_point(angle: Gpu, tmp_path: Path) -> None
 
 
 def test_eight_targets(angle: Gpu, counted: FullScreenPass, tmp_path: Path) -> None:
-    """A program may draw into all eight targets, one of which otherwise holds counts of fragments.
-    Each draw of such a program counts as the whole viewport. Counts of other draws do not get into
-    this target."""
+    """The last of the eight targets usually holds the counts of fragments. A program that draws
+    into all eight leaves no target for counts, so each of its draws counts as the whole viewport.
+    Counts of other draws do not get into its targets."""
     outputs = "".join(f"layout(location = {at}) out float out_{at};\n" for at in range(8))
     values = "".join(f"out_{at} = {at}.5; " for at in range(8))
     (tmp_path / "eight.frag").write_text(

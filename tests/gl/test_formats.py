@@ -1,5 +1,5 @@
-"""Number formats of the cards of 2002-2007: GLSL and numpy round alike, and rounded values, boxes
-and hits keep their guarantees."""
+"""Number formats of the cards of 2002-2007: GLSL and numpy round alike, rounding keeps the order
+of values, quantised boxes contain the exact boxes, and schedules agree on hits."""
 from __future__ import annotations
 
 import numpy as np
@@ -165,9 +165,9 @@ def test_quantised_nodes_are_smaller(bits: int, least: float, octants: bool) -> 
 
 @pytest.mark.parametrize("bits", [16, 8])
 def test_quantised_octants_hit_the_same(bits: int) -> None:
-    """Quantising moves the bounds of a flat box apart. An octant copy must therefore exchange the
-    bounds after quantising, so that its first bound is still the bound that the octant's rays meet
-    first. The hits stay the same."""
+    """The copy of a tree for one octant of directions swaps the two bounds of a box along an axis
+    if the octant's rays meet the upper bound first. Quantising moves the bounds of a flat box
+    apart, so the copy must swap them after quantising. The hits stay the same."""
     scene = rt.load_scene("cornell")
     rays = RAY_SETS["random"](scene, 400, 3)
     answers = []

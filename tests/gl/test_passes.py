@@ -1,4 +1,4 @@
-"""Passes: uniforms, missing inputs, observation, fragment counts, and the release of GL
+"""Tests of passes: uniforms, missing inputs, observation, fragment counts, and the release of GL
 objects."""
 from __future__ import annotations
 

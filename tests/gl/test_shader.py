@@ -1,6 +1,6 @@
-"""Shaders: includes, and errors with file and line. Every GLSL file keeps the rules of OpenGL 3.3
-(era/card.frag: GLSL 1.20) and of the programs of 2002-2007: no compute shaders, geometry shaders,
-storage buffers, image stores or doubles."""
+"""Tests of includes, and of errors with file and line. Every GLSL file keeps the rules of OpenGL
+3.3 (era/card.frag: GLSL 1.20) and of the programs of 2002-2007: no compute shaders, geometry
+shaders, storage buffers, image stores or doubles."""
 from __future__ import annotations
 
 import re

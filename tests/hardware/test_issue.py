@@ -1,5 +1,5 @@
-"""Traces of kernels, how often groups of lanes then issue each kernel, and the time that a card
-needs for these issues."""
+"""Tests of traces of kernels, of how often groups of lanes issue each kernel of a trace, and of
+the time that a card needs for these issues."""
 from __future__ import annotations
 
 from collections import Counter

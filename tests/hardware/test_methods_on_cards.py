@@ -79,7 +79,7 @@ def test_json_has_every_reason_of_every_card(few, capsys) -> None:
 
 
 def test_the_era_form_is_judged_by_every_kernel() -> None:
-    """A card cannot run a method if a limit of the card is below the count of a single kernel."""
+    """A card cannot run a method if a single kernel needs more than a limit of the card allows."""
     texels = era_texels(["kd-backtrack"])
     card = find_card("R420")
     assert not era_refusals(card, texels)["kd-backtrack", "era"]

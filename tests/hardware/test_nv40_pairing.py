@@ -1,5 +1,5 @@
-"""The number of clocks that a pipe of the GeForce 6800 needs to issue the operations of a
-listing."""
+"""Tests of the number of clocks in which a fragment pipeline of the GeForce 6800 issues the
+operations of an assembly listing."""
 from __future__ import annotations
 
 import pytest

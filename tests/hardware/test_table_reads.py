@@ -1,4 +1,5 @@
-"""The texels that rays read, computed from traces of their kernels, and the misses of a cache."""
+"""Tests of the texels that rays read, which are computed from traces of the rays' kernels, and of
+the misses of a cache."""
 from __future__ import annotations
 
 import numpy as np

@@ -32,7 +32,7 @@ def _trace(parts: list[list[tuple[int, int]]]) -> KernelTrace:
     ([[(1, 7), (2, 3)], []], 2, 2),
     # Three of four visits are common. A repeated visit counts again.
     ([[(1, 1), (1, 2), (1, 1)], [(1, 1), (1, 2), (1, 1), (1, 3)]], 2 * 4 / 7, 1),
-    # Places that only different warps have in common are visited once per warp.
+    # Both warps visit place 2. Each warp visits it once.
     ([[(1, 1)], [(1, 2)], [(1, 2)], [(1, 2)]], 2 * 3 / 4, 1)])
 def test_common_places_are_visited_once(parts: list[list[tuple[int, int]]], traverse: float,
                                         intersect: float) -> None:

@@ -1,5 +1,5 @@
-"""Imports form no cycle between packages, functions import no module of the package, except in the
-files of LATE, and few modules are at the top level."""
+"""Imports form no cycle between packages, and few modules are at the top level. Functions import
+no module of the package, except in the files of LATE."""
 from __future__ import annotations
 
 import ast

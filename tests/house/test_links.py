@@ -1,5 +1,5 @@
-"""The pictures of README, CONTRIBUTING, the paper and docs, and the links to files and headings,
-have an existing target, and the map of pages is complete."""
+"""In README, CONTRIBUTING, the paper and docs, each picture exists, and each link to a file or a
+heading leads to an existing target. The map of pages is complete."""
 from __future__ import annotations
 
 import re

@@ -1,5 +1,5 @@
-"""The notebook examples/tour.ipynb runs from top to bottom, and each value of a cell can show
-itself."""
+"""The notebook examples/tour.ipynb runs from top to bottom, and a notebook can display the value
+of each cell."""
 from __future__ import annotations
 
 import ast

@@ -1,5 +1,5 @@
-"""From each frame of a film to the next, about the same number of rays ends, however many passes
-the last rays take."""
+"""From each frame of a film to the next frame, about the same number of rays ends. This holds even
+if the last rays take very many passes."""
 from __future__ import annotations
 
 import numpy as np

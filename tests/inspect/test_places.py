@@ -1,4 +1,5 @@
-"""Places: the boxes and the decoded records of the nodes or cells that rays visit."""
+"""Tests of `Places`, which gives the boxes and the decoded records of the nodes or cells that rays
+visit."""
 from __future__ import annotations
 
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""The text that `gpgpu-rt program` prints compiles by itself and gives the program's results."""
+"""The text that `gpgpu-rt program` prints compiles by itself and gives the hits of the program."""
 from __future__ import annotations
 
 import json

@@ -1,5 +1,5 @@
-"""The meaning of records: the state of every method that has a schedule other than `loop` is
-explained, field by field."""
+"""The meaning of records: if a method has a schedule other than `loop`, each field of its state
+has an explanation."""
 from __future__ import annotations
 
 import re

@@ -1,5 +1,5 @@
-"""Time travel, the view of all rays after each pass: the states observed after any pass lead to
-the hits that a trace finds."""
+"""Tests of time travel, the view of all rays after each pass. A traversal that continues from the
+states of any pass finds the hits of a trace."""
 from __future__ import annotations
 
 import json
@@ -78,7 +78,8 @@ def test_what_is_pushed_is_popped(method: str) -> None:
 
 
 def test_a_tracer_of_two_choices_is_watched_by_the_one_it_takes() -> None:
-    """A tracer with two choices is watched with the choice that it makes for the rays."""
+    """If a tracer has two choices of a method, time travel shows the passes of the choice that the
+    tracer picks for the rays."""
     scene, *rays = few_rays(150, 4)
     both = Choices(*(Choice(name, {"schedule": "step"}) for name in ("kd-restart", "grid")))
     with rt.Tracer(scene, both) as tracer:

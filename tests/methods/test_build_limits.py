@@ -1,5 +1,5 @@
-"""Builders: builds of extreme scales, refused coordinates and options, limits of depth, costs of
-trees, and the order of triangles in a leaf."""
+"""Tests of builders: scenes of extreme scales, coordinates and options that are refused, limits of
+depth, costs of trees, and the order of triangles in a leaf."""
 from __future__ import annotations
 
 import numpy as np
@@ -80,8 +80,8 @@ def test_goldsmith_salmon_follows_its_seed() -> None:
 
 
 def test_sah_beats_the_median_and_insertion_shuffled() -> None:
-    """The SAH cost is lowest for `sah`, lower than for median splits and for shuffled
-    insertion."""
+    """The build `sah` gives a lower SAH cost than median splits (`kay-kajiya`) and shuffled
+    insertion (`goldsmith-salmon`)."""
     triangles = np.concatenate([random_soup(300, 37), random_soup(300, 38, 0.01) * 0.1])
     cost = {build: sah_cost(build_bvh(triangles, build=build))
             for build in ("sah", "kay-kajiya", "goldsmith-salmon")}

@@ -1,5 +1,5 @@
-"""Overlap: grid cells and kd-tree leaves list all triangles that overlap them, and no others
-beyond those that `check_lists` permits.
+"""Grid cells and kd-tree leaves list all triangles that overlap them. `check_lists` says which
+other triangles a list may hold.
 
 The oracle clips each triangle against the six planes of the box, in float64.
 """
@@ -44,9 +44,8 @@ def check_lists(triangles: np.ndarray, lo: np.ndarray, hi: np.ndarray, start: np
                 end: np.ndarray, references: np.ndarray, boxed: bool = False) -> None:
     """Assert that each box lists every triangle that overlaps the box.
 
-    A list must hold no triangle that misses the box widened by a few paddings. With ``boxed``, a
-    list may also hold a triangle that misses the widened box if the triangle's bounding box
-    overlaps the widened box.
+    Each box is also widened by a few paddings. A listed triangle must overlap the widened box.
+    With ``boxed``, it is enough if the bounding box of the triangle overlaps the widened box.
     """
     slack = 6 * float(padding(triangles))
     lo, hi = lo.astype(float), hi.astype(float)

@@ -1,4 +1,5 @@
-"""Reinsertion finds the best place, moves nodes without conflicts, and lowers the tree's cost."""
+"""Reinsertion moves subtrees of a BVH. It finds the best place of each subtree, makes only moves
+without conflicts, and lowers the tree's cost."""
 from __future__ import annotations
 
 import numpy as np
@@ -103,7 +104,8 @@ def balanced() -> LooseTree:
 
 @seeds
 def test_where_all_together_gain_nothing_the_better_half_moves(seed: int) -> None:
-    """If all moves together do not lower the cost, only the half with the larger gains is made."""
+    """If all moves together do not lower the cost, only the half of the moves with the larger
+    gains is made."""
     triangles = random_soup(32, seed, size=0.05)
     tables = reinsertion._Tables(balanced(), triangles)
     bad = reinsertion._Moves(np.int32([3]), np.int32([55]), np.int32([0]), np.float32([-1]))

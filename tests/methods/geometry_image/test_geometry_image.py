@@ -253,7 +253,7 @@ def test_normals_are_one_at_a_place() -> None:
 @pytest.mark.parametrize("options", [{}, {"octants": True}, {"level": 1}, {"storage": "fp16"}],
                          ids=str)
 def test_updates_are_fresh_builds(precise_renderer, monkeypatch, options: dict) -> None:
-    """After an update, hits equal those of a new tracer, and only the positions were written."""
+    """After an update, hits equal those of a new tracer. An update writes only positions."""
     made = image(SHAPES["several"], 9)
     places = [made.positions * np.float32([1, k, 1]) + np.float32([0, 0, k]) for k in range(3)]
     places[2][:] = np.random.default_rng(3).random(places[2].shape)
@@ -302,7 +302,7 @@ def test_a_soup_is_refitted_too(precise_renderer) -> None:
                                      {"storage": "fp16"}], ids=str)
 @pytest.mark.parametrize("program", ["wave", "twist"])
 def test_deformed_in_a_shader(precise_renderer, program: str, options: dict) -> None:
-    """The hits equal those in a new scene that is made of the deformed positions, read back.
+    """The hits equal the hits in a new scene, made of the deformed positions that were read back.
 
     A deformation without readback gives the same hits.
     """

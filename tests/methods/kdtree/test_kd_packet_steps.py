@@ -1,4 +1,5 @@
-"""kd packets under `step`: a packet votes in a pass, and its rays move on in the next pass."""
+"""Tests of packets in kd-trees under the schedule `step`: a packet votes in one pass, and its rays
+move on in the next pass."""
 from __future__ import annotations
 
 from typing import Any
@@ -13,9 +14,9 @@ from gpgpu_rt.methods import find_method
 from gpgpu_rt.methods.kdtree.tree import LEAF
 from gpgpu_rt.rays.records import HIT
 
-# Variants of packet methods: packets without a stack, with push-down and with a short stack, as in
-# Horn et al. 2007, other sizes of stacks and packets, packets that follow ropes, and packets that
-# visit empty leaves, as in this paper too.
+# Variants of packet methods. The first three are packets without a stack, with push-down and with
+# a short stack, as in Horn et al. 2007. Then follow other sizes of stacks and packets, and packets
+# that follow ropes. The last three visit empty leaves, as the packets of that paper do.
 FORMS: list[tuple[str, dict[str, Any]]] = [
     ("kd-packet", {"push_down": False, "stack_size": 0}),
     ("kd-packet", {"push_down": True, "stack_size": 0}),

@@ -97,7 +97,7 @@ def test_wrong_rays_of_the_r200_lie_at_edges() -> None:
 
 
 def test_fewer_bits_lose_more() -> None:
-    """The nv25, with fewer bits, has more wrong hits than the r200. Without fixed point, none is
+    """The nv25, with fewer bits, has more wrong hits than the r200. Without fixed point, no hit is
     wrong."""
     scene = rt.load_scene("cornell")
     shares = {name: lost_rays.measure(scene, "ray-engine", {"fixed_point": name}, SIZE)

@@ -79,8 +79,8 @@ def test_an_octree_saves_cells(precise_renderer, kind: str, seed: int) -> None:
     {"cpu_below": 10_000}, {"resolution": 1}, {"resolution": 1, "batch": 77}],
     ids=lambda options: "-".join(f"{k}{v}" for k, v in options.items()))
 def test_batches_do_not_change_hits(exact_renderer, options: dict, seed: int, monkeypatch) -> None:
-    """The hits do not depend on the sizes of batches and queues, or on draws that are split into
-    short parts."""
+    """The hits do not depend on the sizes of batches and queues. They are also the same if draws
+    are split into short parts."""
     scene = soup_scene(150, seed)
     rays = RAY_SETS["random"](scene, 60 if options.get("batch") == 1 else 600, seed)
     with rt.Tracer(scene, "brute-force") as tracer:

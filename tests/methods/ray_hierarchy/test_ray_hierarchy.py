@@ -133,7 +133,7 @@ def test_rays_along_a_ball_are_not_rejected(precise_renderer, seed: int) -> None
     triangles = np.stack([corner, corner + side, corner + other], 1).astype(np.float32)
     pick = rng.integers(40, size=count)
     exact = triangles[pick].astype(float)
-    radius = (exact[:, 1] - exact[:, 2]) / 2     # right-angled: half of the longest side
+    radius = (exact[:, 1] - exact[:, 2]) / 2     # half of the longest side of a right triangle
     way = rng.normal(size=(count, 3))
     way -= radius * ((radius * way).sum(1) / (radius * radius).sum(1))[:, None]
     inside = 10 ** rng.uniform(-6, -3, (count, 1)) * (exact.mean(axis=1) - exact[:, 1])
