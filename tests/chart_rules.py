@@ -1,4 +1,4 @@
-"""The rules of `gpgpu_rt.charts`, checked on each chart at the moment it is written to a file."""
+"""Checks the rules of `gpgpu_rt.charts` on each chart when the chart is written to a file."""
 from __future__ import annotations
 
 import re
@@ -25,8 +25,8 @@ def faults(figure: Any) -> list[str]:
 
 
 def _bars(axis: Any) -> Iterator[str]:
-    """Yields a sentence for each axis with bars or filled areas that is logarithmic or does not
-    contain zero."""
+    """Yields a sentence for each fault of an axis with bars or filled areas. Such an axis must be
+    linear and contain zero."""
     from matplotlib.collections import FillBetweenPolyCollection
     from matplotlib.container import BarContainer
     from matplotlib.patches import StepPatch
@@ -44,9 +44,9 @@ def _bars(axis: Any) -> Iterator[str]:
 
 
 def _ticks(axis: Any) -> Iterator[str]:
-    """Yields a sentence for each tick whose number is not round or has an exponent, for each axis
-    whose numbers have a common factor, and for each logarithmic axis with fewer than two
-    numbers."""
+    """Yields a sentence for each fault of the ticks. A tick's number must be round and have no
+    exponent. An axis must have no common factor of its numbers, and a logarithmic axis at least
+    two numbers."""
     if not axis.axison:
         return
     for one in (axis.xaxis, axis.yaxis):

@@ -55,7 +55,7 @@ RAY_SETS = {
 }
 
 
-# Renderers that round as IEEE 754 demands, so their bits are numpy's bits.
+# Renderers that round as IEEE 754 demands, so their results have the same bits as numpy's.
 EXACT = ("llvmpipe", "SwiftShader")
 # Renderers that give the same bits for the same `precise` arithmetic in every program.
 PRECISE = (*EXACT, "NVIDIA")
@@ -64,7 +64,8 @@ SCHEDULES: dict[str, dict[str, object]] = {
     "loop": {"schedule": "loop"},
     "step1": {"schedule": "step"},
     "step16": {"schedule": "step", "steps_per_pass": 16},
-    # With an odd interval, a test fails if a ray is masked before both buffers hold its state.
+    # Passes write states into two buffers in turn, and finished rays are masked. With an odd
+    # interval, a test fails if a ray is masked before both buffers hold its last state.
     "step1-mask3": {"schedule": "step", "mask_interval": 3},
     "kernels": {"schedule": "kernels"},
     "kernels-mask2": {"schedule": "kernels", "mask_interval": 2},
@@ -177,15 +178,15 @@ def variants(name: str) -> list[dict[str, object]]:
 
 
 def buildable(name: str, given: dict[str, object]) -> bool:
-    """Return whether the device that the options name for the build has the named builder."""
+    """Return whether the builder that the options name exists for the options' device."""
     options = {**{option.name: option.default for option in find_method(name).options}, **given}
     builds = GPU_KD_BUILDS if name.startswith("kd-") else GPU_BUILDS
     return options.get("build_device") != "gpu" or options["build"] in builds
 
 
 def variant_pairs(name: str) -> list[dict[str, object]]:
-    """Return all combinations of two variants that set different options and that may be set
-    together."""
+    """Return the settings that combine two variants. The two variants set different options, and
+    these options may be used together."""
     single = variants(name)[1:]
     pairs = ({**one, **other} for one, other in itertools.combinations(single, 2)
              if not set(one) & set(other))
@@ -236,7 +237,7 @@ def assert_same_bits(hits: rt.Hits, expected: rt.Hits, allowed: float = 0.0) -> 
 
 
 def assert_same_hits(hits: rt.Hits, oracle: rt.Hits, extent: float, allowed: float) -> None:
-    """Check hits against the float64 oracle: t within 1e-4 relative plus 1e-6 of the extent.
+    """Check hits against the float64 oracle. The error of t may be 1e-4 t plus 1e-6 of the extent.
 
     At most a share ``allowed`` of the rays may differ.
     """
@@ -250,8 +251,8 @@ def assert_same_hits(hits: rt.Hits, oracle: rt.Hits, extent: float, allowed: flo
 
 
 def assert_threaded(bvh: Bvh, triangles: np.ndarray) -> None:
-    """Check that a BVH has all triangles, and that its escape links are those of depth-first
-    order.
+    """Check that a BVH has all triangles, that its nodes are in depth-first order, and that its
+    escape links are right. A node's escape link names the first node after the node's subtree.
 
     The box of an inner node must be the smallest box around its children's boxes. The box of a
     leaf must contain the leaf's triangles.
@@ -286,7 +287,7 @@ def _workers() -> Iterator[Workers]:
 
 @pytest.fixture
 def workers(_workers: Workers) -> Workers:
-    """Return two workers, opened once for all tests, after any killed worker has restarted."""
+    """Return two workers that all tests share, after waiting for the restart of killed workers."""
     _workers.client.wait_for_workers(2, timeout=300)
     return _workers
 

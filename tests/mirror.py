@@ -12,14 +12,14 @@ Array = np.ndarray
 
 
 def fused(a: Array, b: Array, c: Array) -> Array:
-    """Returns float32(a b + c). The product of two float32 values is exact in float64, but the sum
-    is rounded twice. The result therefore differs from a true fused multiply-add about once in
+    """Returns a * b + c as float32. The product of two float32 values is exact in float64, but the
+    sum is rounded twice. The result therefore differs from a true fused multiply-add about once in
     2^29 cases."""
     return (a.astype(np.float64) * b + c).astype(np.float32)
 
 
 def apart(a: Array, b: Array, c: Array) -> Array:
-    """Returns a b + c in float32, with each operation rounded."""
+    """Returns a * b + c in float32, rounded after each operation."""
     return a * b + c
 
 

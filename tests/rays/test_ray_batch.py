@@ -1,4 +1,4 @@
-"""Ray batches: a layout block by block equals the layout of all rays at once."""
+"""A ray batch has the same texels whether its rays are written in blocks or all at once."""
 from __future__ import annotations
 
 import numpy as np
@@ -96,8 +96,8 @@ def test_a_shared_start_is_that_of_all(blocks, count: int, other: int | None) ->
 @pytest.mark.parametrize("fault", [
     None, "another", "far", "far, as far on both sides", "NaN", "inf", "t_min", "exponent"])
 def test_a_start_is_laid_out_where_it_is_asked_for(blocks, fault: str | None) -> None:
-    """The texels of a batch, and its samples, are the same as if each ray had been written to
-    texels by itself. This holds with and without a shared start."""
+    """The texels of a batch, and the fields that `sample` returns, are the same as if each ray had
+    its own batch. This holds with and without a start that all rays share."""
     origins, directions, _ = _rays(1000, seed=8)
     origins[:] = origins[0]
     t_min = np.full(1000, 0.25, np.float32)
@@ -126,8 +126,8 @@ def test_a_start_is_laid_out_where_it_is_asked_for(blocks, fault: str | None) ->
 @pytest.mark.parametrize("share", [0.01, 0.5, 1.0])
 @pytest.mark.parametrize("seed", [6, 7], ids="seed{}".format)
 def test_invalid_rays_leave_the_others_alone(blocks, share: float, seed: int) -> None:
-    """Valid rays keep their texels if some rays are invalid. Some of the rays are far away or have
-    directions of other lengths."""
+    """Valid rays keep their texels if other rays are invalid. Some rays start far away, and some
+    have directions of unusual lengths."""
     rng = np.random.default_rng(seed)
     origins, directions, t_max = _rays(1000, seed)
     origins[::7] *= 50

@@ -1,5 +1,6 @@
-"""Ray order: if the rays of an average block start in less than three quarters of the cells in
-which all rays start, each block is sorted separately. Otherwise all rays are sorted together."""
+"""Ray order: `RayOrder` sorts each block of rays separately, or all rays together. It counts the
+cells in which rays start: the cells of an average block, and the cells of all blocks. It sorts
+blocks separately if the first number is less than three quarters of the second number."""
 from __future__ import annotations
 
 import numpy as np
@@ -72,7 +73,8 @@ def test_blocks_stay_apart_where_they_begin_apart(monkeypatch, share: float, sca
 
 @pytest.mark.parametrize("seed", [4, 5], ids="seed{}".format)
 def test_rays_side_by_side_agree_in_signs_and_dominant_axis(seed: int) -> None:
-    """There are 24 kinds of directions, so the sorted order changes its kind 23 times.
+    """A direction's kind is its three signs and its dominant axis. All rays of a kind lie
+    together, and there are 24 kinds, so the kind changes 23 times.
 
     A packet with several kinds would walk the tree once for each kind.
     """

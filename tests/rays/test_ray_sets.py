@@ -1,4 +1,4 @@
-"""Ray sets: their origins and directions, and a camera's rays in an image that is not square."""
+"""Tests the rays of ray sets, and a camera's rays in an image that is not square."""
 from __future__ import annotations
 
 import numpy as np

@@ -8,9 +8,9 @@ def aimed_pairs(kind: str, count: int, seed: int) -> tuple[np.ndarray, np.ndarra
     """Returns triangles, (count, 3, 3), and rays, (count, 3) each, in float32. Each ray aims at
     its triangle or, in "beside", next to its triangle.
 
-    kind : where the ray aims or what is special. The ray aims "inside" the triangle, at an "edge"
-        or a "vertex", or "beside" the triangle. Triangles are "small" or "slivers". Rays are
-        "grazing" (along the triangle's plane), or have zeros in their directions ("axis").
+    kind : one of KINDS. The ray aims "inside" the triangle, at an "edge" or a "vertex", or
+        "beside" the triangle. Or the triangle is special ("small", "slivers"), or the ray is:
+        "grazing" goes along the triangle's plane, and "axis" has zeros in its direction.
     """
     rng = np.random.default_rng(seed)
     size = np.ones((count, 1, 1)) if kind != "small" else 10 ** rng.uniform(-6, -1, (count, 1, 1))

@@ -75,8 +75,8 @@ def test_against_rationals(kind: str, seed: int) -> None:
             elif accepted[k]:
                 for value, true, bound in zip(found, (t, u, v), (b.t_bound, b.u_bound, b.v_bound)):
                     assert abs(Fraction(float(value[k])) - true) <= Fraction(bound[k])
-    # For rays at an edge, the bounds of float32 leave almost all pairs undecided, and the bounds
-    # of float64 decide almost all.
+    # 120 pairs are tested in two arithmetics. For rays at an edge, the bounds of float32 decide
+    # almost no pair, and the bounds of float64 decide almost all pairs.
     assert decided >= (90 if kind in ("edge", "vertex", "slivers", "grazing") else 180)
 
 
@@ -136,8 +136,8 @@ def test_edges_are_rounded_from_the_vertices() -> None:
 
 
 def test_far_from_a_speck_is_certainly_outside() -> None:
-    """A ray beside a tiny triangle is certainly outside. Here errors exceed the edge functions, so
-    the box test decides."""
+    """A ray beside a tiny triangle is certainly outside. Here the errors of the edge functions may
+    exceed the functions' values, so the box test decides."""
     triangles, origins, directions = aimed_pairs("small", 2000, 5)
     centre = triangles.mean(axis=1, keepdims=True)
     triangles = (centre + (triangles - centre) * np.float32(1e-4)).astype(np.float32)

@@ -1,5 +1,5 @@
-"""The judge puts seeded faults into the right categories, accepts rounding, and reports right
-statistics."""
+"""`judge` decides whether hits are right. It puts deliberate faults into the right categories,
+accepts rounding, and reports right statistics."""
 from __future__ import annotations
 
 import numpy as np

@@ -20,9 +20,9 @@ KINDS = ("coordinates", "sizes", "slivers", "ball")
 
 
 def triangles_of(kind: str, count: int, rng: np.random.Generator) -> np.ndarray:
-    """Returns triangles, (count, 3, 3) float32, of one of KINDS. In "coordinates", coordinates
-    have sizes from 1e-8 to 1e8. In "sizes" and "slivers", whole triangles have such sizes. "ball"
-    gives the triangles of a ball."""
+    """Returns triangles, (count, 3, 3) float32, of one of KINDS. In "coordinates", each coordinate
+    has its own size from 1e-8 to 1e8. In "sizes" and "slivers", each triangle has its own such
+    size. "ball" gives the triangles of a ball."""
     if kind == "coordinates":
         size = 10 ** rng.uniform(-8, 8, (count, 3, 3))
         return (rng.choice((-1, 1), (count, 3, 3)) * size).astype(np.float32)

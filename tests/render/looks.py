@@ -21,7 +21,8 @@ CHECKS = Texture("checks", np.kron([[0.1, 0.9], [0.7, 0.2]], np.ones((3, 3)))[..
 
 
 def plain() -> rt.Scene:
-    """Return the scene with the fewest needs: grey shapes on a floor under an even sky."""
+    """Return a plain scene, which needs almost no features of a renderer: grey shapes on a floor
+    under an even sky."""
     parts = [quad((-3, 0, 3), (3, 0, 3), (3, 0, -3), (-3, 0, -3)),
              ball(80, (-0.9, 0.8, 0), (0.8,) * 3), boxes((0.3, 0, -0.6), (1.5, 1.1, 0.6)),
              quad((-0.6, 3, -0.6), (0.6, 3, -0.6), (0.6, 3, 0.6), (-0.6, 3, 0.6))]
@@ -33,7 +34,7 @@ def plain() -> rt.Scene:
 
 
 def part_of(scene: rt.Scene) -> np.ndarray:
-    """Return (n,) the part of `plain` that each triangle belongs to: floor, ball, box, lamp."""
+    """Return each triangle's part of `plain`, (n,): 0 for floor, 1 ball, 2 box, 3 lamp."""
     count = len(scene)
     return np.repeat(np.arange(4), (2, count - 16, 12, 2))
 

@@ -118,7 +118,8 @@ def test_the_plan_counts_every_byte(name: str) -> None:
 
 @pytest.mark.parametrize("share, bounces", [(0.5, 10), (0.1, 3), (0.9, 65), (1.0, 99)])
 def test_mirrors_that_weigh_too_little_are_not_followed(share: float, bounces: int) -> None:
-    """A plan has only the bounces after which a ray's weight can still reach CUTOFF."""
+    """A mirror of share s leaves a ray the weight s^k after k bounces. A plan has only the bounces
+    after which this weight is at least CUTOFF."""
     from looks import with_material
     scene = with_material(plain(), 1, rt.Material("m", mirror=(share,) * 3))
     assert SceneNeeds.of(scene, Asked(bounces=99)).bounces == bounces

@@ -10,7 +10,8 @@ import gpgpu_rt as rt
 from gpgpu_rt.render import packed_paths, path
 from gpgpu_rt.render.packed_paths import PackedPaths, packed_sizes
 
-SIZE, SAMPLES = (14, 11), 16    # the wave's texels do not fill whole squares of 8 x 8
+# A wave is the paths that are traced at once. Here its texels do not fill whole squares of 8 x 8.
+SIZE, SAMPLES = (14, 11), 16
 SCENES = {"cornell": path_scenes.cornell_lit, "everything": path_scenes.everything,
           "slab": lambda: path_scenes.glass_slab()[0]}
 TRACERS = [("bvh-threaded", {}), ("bvh-threaded", {"sort_rays": True}),
@@ -97,8 +98,8 @@ def test_the_same_bits_of_several_waves(precise_renderer, small, monkeypatch,
 
 
 def test_paths_are_counted_vertex_by_vertex(precise_renderer, small) -> None:
-    """Packing does not change the number of live paths. Each vertex is drawn at the smallest
-    size that holds the live paths, which is a packed size or the whole size."""
+    """Packing does not change the number of live paths. For each vertex of the paths, the textures
+    have the smallest size that holds the live paths: a packed size or the whole size."""
     counts = {}
     with rt.Tracer(path_scenes.everything()) as tracer:
         for share in (0.25, 0.75):
@@ -161,7 +162,7 @@ def test_what_packing_adds(small) -> None:
 def test_a_plan_says_what_runs_at_its_size() -> None:
     """Small waves are not packed, and a vertex samples one light.
 
-    The plan lists the requested features apart from the scene's properties.
+    The plan lists the requested features in one line and the scene's properties in another line.
     """
     with rt.Tracer(path_scenes.cornell_lit(), "brute-force") as tracer:
         plans = {samples: tracer.plan((64, 64), "path", samples=samples) for samples in (4, 16)}
@@ -212,7 +213,7 @@ def test_an_interrupted_picture_keeps_its_bits(precise_renderer, small, monkeypa
 
 
 def test_sizes_of_packed_textures() -> None:
-    """Size k holds a wave's texels times the share to the power k, rounded up to whole squares.
+    """Size k holds share^k times as many texels as the wave, rounded up to whole squares.
 
     A wave with more texels than float32 counts exactly has no packed sizes.
     """

@@ -236,7 +236,8 @@ def test_seeds_differ_and_repeat() -> None:
 @pytest.mark.parametrize("sampler, least, most", [("random", 0.3, 1.5), ("sobol", 0, 0.6)])
 def test_noise_target_stops_and_progress_is_told(monkeypatch, sampler: str, least: float,
                                                  most: float) -> None:
-    """Rendering stops at the noise target, and reports its progress after every wave."""
+    """Rendering stops at the noise target, and reports its progress after every wave. A wave is
+    the paths that are traced at once."""
     monkeypatch.setattr(path, "WAVE", 16 * 64)
     scene = path_scenes.cornell_lit()
     with rt.Tracer(scene) as tracer:
@@ -271,7 +272,7 @@ def test_options_that_make_no_sense_are_refused(wrong: dict) -> None:
 def test_each_light_brings_exactly_its_own(name: str, adds: set[str]) -> None:
     """Each light adds only the textures that it needs.
 
-    The textures are streams of shadow rays, a table of lights, a table of point lights, the
+    The textures hold shadow rays with their light, a table of lights, a table of point lights, the
     emission of materials, and an environment image with its sums. Shadow rays sample an even sky
     only if the scene has no other light.
     """

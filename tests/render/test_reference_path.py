@@ -18,8 +18,8 @@ from gpgpu_rt.scene.texture import Texture
 
 
 def assert_within_noise(picture: PathPicture, expected: np.ndarray, closeness: float) -> None:
-    """Check that each pixel is right within its noise, and the picture's mean within a relative
-    ``closeness``."""
+    """Check that each pixel is right within its noise. The relative error of the picture's mean
+    must be below ``closeness``."""
     off = np.abs(picture.mean - expected)
     assert (off <= 5.5 * picture.error + 1e-9).all()
     mean = np.broadcast_to(expected, off.shape).mean(axis=(0, 1))

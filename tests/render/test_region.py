@@ -1,4 +1,4 @@
-"""Regions: a region that is drawn alone equals the same part of the whole picture to the bit."""
+"""A region that is drawn alone equals the same part of the whole picture, bit for bit."""
 from __future__ import annotations
 
 import numpy as np

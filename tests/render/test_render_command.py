@@ -1,4 +1,5 @@
-"""``gpgpu-rt render`` of scenes with materials: options, the plan, and users' mistakes."""
+"""Tests ``gpgpu-rt render`` for a scene with materials: its options, its plan, and its messages
+for users' mistakes."""
 from __future__ import annotations
 
 import json

@@ -1,5 +1,5 @@
-"""Several samples per pixel under `whitted` and `direct`: a pixel is as bright as the covered
-share of its area."""
+"""With several samples per pixel, `whitted` and `direct` draw a pixel as bright as the share of
+its area that a bright object covers."""
 from __future__ import annotations
 
 import numpy as np
@@ -35,7 +35,8 @@ def test_a_pixel_shows_how_much_of_it_is_covered(integrator: str, samples: int, 
 
 @pytest.mark.parametrize("samples", [2, 8, 32, 8192])
 def test_places_are_a_net_around_the_middle(samples: int) -> None:
-    """The samples of a pixel are a (0, m, 2)-net whose mean is the pixel's middle."""
+    """The 2^m samples of a pixel are a (0, m, 2)-net: each box that results from halving the pixel
+    m times holds one sample. The mean of the samples is the pixel's middle."""
     places = np.array(list(places_in_pixel(samples)))
     assert np.abs(places).max() < 0.5 and np.abs(places.mean(axis=0)).max() < 1e-12
     for halved in range(samples.bit_length()):
@@ -63,7 +64,8 @@ def test_the_same_bits_by_any_way(precise_renderer) -> None:
 
 
 def test_first_hits_beside_the_middle_are_not_rasterised() -> None:
-    """Several samples per pixel need traced first hits, and report their progress."""
+    """With several samples per pixel, first hits cannot be rasterised. `render` reports its
+    progress after each sample."""
     with rt.Tracer(sheet(3.3)) as tracer:
         with pytest.raises(rt.Error, match="first_hits=traced"):
             tracer.render(size=(8, 8), samples=2, first_hits="rasterised")

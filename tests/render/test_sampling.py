@@ -57,8 +57,8 @@ def test_lobe_density() -> None:
     found = evaluate("sample", "result = vec4(lobe_density(x.x, x.y), cosine_density(x.x), 0, 0);",
                      np.column_stack([cosine, exponents]))
     expected = sampling.lobe_density(cosine.astype(np.float64), exponents.astype(np.float64))
-    # The density contains exp(-size), which loses about `size` ulps. Below 1e-30, the result must
-    # only be tiny.
+    # The density contains exp(-size), which loses about `size` ulps. If the expected density is
+    # below 1e-30, the test checks only that the result is tiny.
     size = exponents * -np.log(np.clip(cosine, 1e-30, 1))
     small = (expected < 1e-30) | (cosine <= 0)
     assert (found[small, 0] < 1e-29).all()

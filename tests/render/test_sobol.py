@@ -41,7 +41,7 @@ def test_numbers_are_cell_middles_and_their_range_is_refused() -> None:
 @pytest.mark.parametrize("pixel", [(0, 0), (17, 5), (4000, 3000)], ids=str)
 def test_pairs_are_nets(pixel: tuple[int, int], first: int) -> None:
     """Every box that results from halving the unit square k times holds exactly one of 2^k
-    consecutive samples, counted from a multiple of 2^k.
+    consecutive samples, if the number of the first sample is a multiple of 2^k.
 
     This is true for the two numbers of discrete choices and, in block 0, for the two numbers of a
     position or direction. Each single number is stratified too.

@@ -74,7 +74,7 @@ def test_curves_rise_from_black_to_white(tone_map: str) -> None:
 
 
 def test_an_interrupted_picture_has_them_too(monkeypatch) -> None:
-    """An interrupted picture has the exposure."""
+    """The unfinished picture after an interrupt has the requested exposure."""
     monkeypatch.setattr(path_tracing, "WAVE", 4 * 16 * 16)
 
     def interrupt(done: int, samples: int, noise: float) -> None:

@@ -243,8 +243,8 @@ def test_films_and_maps(tmp_path: Path, figures: Path, monkeypatch) -> None:
     assert first[0] == "0" and last[0] == last[1] and live[-1] == 0
     lost = -np.diff(live)
     assert (lost > 0).all()
-    # A frame follows at the latest when 1 / (FRAMES - 1) of the rays that were live in the first
-    # frame have ended since the previous frame.
+    # live[0] rays are live in the first frame. The next frame follows at the latest when
+    # live[0] / (FRAMES - 1) rays have ended since the previous frame.
     passes = [int(re.match(r"pass ([\d,]+)", one)[1].replace(",", "")) for one in texts]
     scene, every = rt.load_scene("cornell"), []
     with rt.Tracer(scene, "kd-restart", schedule="step") as tracer:
@@ -265,7 +265,7 @@ def test_films_and_maps(tmp_path: Path, figures: Path, monkeypatch) -> None:
 
 
 def test_pictures_are_described(tmp_path: Path, judged: Path, monkeypatch) -> None:
-    """Each picture has its own describing text, and this text repeats no title."""
+    """Each picture has its own alternative text, which repeats no title."""
     described = PngImagePlugin.PngInfo()
     described.add_text("Description", "Dots show the times of three methods on two scenes.")
     picture(64, 1).save(judged / "fig13.png", pnginfo=described)

@@ -1,5 +1,5 @@
-"""Rays used to hit triangles without area, because shearing moves the third of three collinear
-corners off the line.
+"""In the past, rays hit triangles without area. The watertight test shears the corners of a
+triangle. Rounding then moves one of three collinear corners off the line.
 
 The fault was found in the kitchen scene, moved by 10^4 times its extent, where float32 flattens
 12,000 triangles. There 41 of 40,000 rays aimed at vertices hit such a triangle. The package now
@@ -32,7 +32,7 @@ def test_three_corners_on_a_line_are_never_hit(method: str, intersection: str, s
     start, step = rng.integers(-4000, 4000, (2, 300, 1, 3)) * 2.0 ** -12  # the sums are exact
     triangles = start + step * np.array((0, 2, 1))[:, None]
     scene = rt.Scene.from_arrays(triangles.reshape(-1, 3), np.arange(900).reshape(-1, 3))
-    # Without `loop`, each step is a pass, so fewer rays are traced.
+    # A method without the schedule `loop` draws a pass per step, so fewer rays are traced.
     count = 20_000 if "loop" in find_method(method).schedules else 1000
     chosen = rng.integers(300, size=count)
     aims = start[chosen, 0] + step[chosen, 0] * rng.random((count, 1)) * 2

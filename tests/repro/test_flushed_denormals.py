@@ -1,5 +1,5 @@
-"""In a thread that flushes denormal numbers to 0, hits at t = -1e-45 used to be lost: when the
-host scaled the ends of intervals, a t_min of -1e-45 became 0."""
+"""In the past, hits at t = -1e-45 were lost in a thread that flushes denormal numbers to 0. The
+host scales the ends of intervals, and this arithmetic turned a t_min of -1e-45 into 0."""
 from __future__ import annotations
 
 import ctypes

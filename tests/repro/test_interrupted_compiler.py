@@ -1,5 +1,5 @@
-"""Ctrl-C during the compilation of a program used to end the process with a segmentation fault.
-moderngl calls Python from its compiler and does not expect an exception there."""
+"""In the past, Ctrl-C during the compilation of a program ended the process with a segmentation
+fault. moderngl calls Python from its compiler and does not expect an exception there."""
 from __future__ import annotations
 
 import signal

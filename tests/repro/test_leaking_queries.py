@@ -1,5 +1,5 @@
-"""Schedules used to make a new OpenGL query each time they counted rays. moderngl cannot delete
-queries, so a search with millions of passes filled gigabytes of memory."""
+"""In the past, schedules made a new OpenGL query each time they counted rays. moderngl cannot
+delete queries, so a search with millions of passes filled gigabytes of memory."""
 from __future__ import annotations
 
 import moderngl
@@ -29,7 +29,8 @@ def test_queries_are_used_again(monkeypatch: pytest.MonkeyPatch, schedule: str,
                 tracer.trace(origins, directions)
             fragments = [one.fragments for one in passes]
             tracer.trace(origins, directions)
-            assert fragments == [one.fragments for one in passes]   # the result is kept
+            # A later call uses the queries again, but earlier counts stay.
+            assert fragments == [one.fragments for one in passes]
         else:
             tracer.trace(origins, directions)
         kernels = sum(kinds == {"samples": True} for kinds in made)

@@ -1,7 +1,7 @@
 """With entry points, rays that a packet leaves unfinished continue as single rays from the root.
 
-The program for these single rays used to fail to compile, because nothing built entry lists for
-single rays.
+In the past, the program for these single rays did not compile, because nothing built entry lists
+for single rays.
 """
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
-"""The offset of a ray that leaves a hit was doubled until the ray did not hit its own triangle. On
-long thin triangles, the offset was up to twice the necessary offset, and more than a thousandth of
-the triangle. Now a bisection follows the doubling."""
+"""In the past, the offset of a ray that leaves a hit was only doubled until the ray did not hit
+its own triangle. On long thin triangles, the offset was up to twice the necessary offset, and more
+than a thousandth of the triangle. Now a bisection follows the doubling."""
 from __future__ import annotations
 
 import numpy as np

@@ -1,5 +1,5 @@
-"""Quantised nodes used to fail for a tree of a single leaf. Such a tree has no pair of children,
-so the table of pairs was empty, and packing an empty table failed."""
+"""In the past, quantised nodes failed for a tree of a single leaf. Such a tree has no pair of
+children, so the table of pairs was empty, and packing an empty table failed."""
 from __future__ import annotations
 
 import numpy as np

@@ -1,5 +1,5 @@
-"""`make figures` used to end in a traceback if a local worker process took longer to end than Dask
-waits, as on a busy machine. By then, all measurements were complete."""
+"""On a busy machine, a local worker process may take longer to end than Dask waits. In the past,
+`make figures` then ended in a traceback, although all measurements were complete."""
 from __future__ import annotations
 
 import contextlib

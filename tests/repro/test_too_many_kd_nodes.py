@@ -1,6 +1,7 @@
-"""The full figures used to fail for the scene Soda Hall. Its kd-tree has 24 million nodes, but
-float32 is exact only for integers up to 2^24. The smallest subtrees of a large kd-tree now become
-leaves, as in a BVH. The file tests/scene/test_large.py checks that the hits stay the same."""
+"""In the past, the full figures failed for the scene Soda Hall. Its kd-tree has 24 million nodes,
+but float32 is exact only for integers up to 2^24. The smallest subtrees of a large kd-tree now
+become leaves, as in a BVH. The file tests/scene/test_large.py checks that the hits stay the
+same."""
 from __future__ import annotations
 
 from conftest import random_soup

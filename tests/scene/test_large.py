@@ -110,8 +110,9 @@ def test_more_nodes_than_can_be_indexed(precise_renderer, method: str, options: 
 
 
 def test_a_lopsided_tree_shares_less(precise_renderer, monkeypatch) -> None:
-    """With shared subtrees, a lopsided tree may need more records than its node limit assumes. The
-    tracer then builds the tree again, with the node limit for eight whole copies."""
+    """The eight octant copies of a tree may share small subtrees. A lopsided tree has few small
+    subtrees, and so may need more records than its node limit assumes. The tracer then builds the
+    tree again, with the node limit for eight whole copies."""
     flat = np.float32([[0, 0, 0], [1, 0, 0], [0, 1, 0]])
     triangles = flat * np.float32(1.5) ** np.arange(-60, 60, dtype=np.float32)[:, None, None]
     options = {"octants": True, "shared_subtrees": 16}
@@ -156,7 +157,8 @@ def test_coarsened_kd_trees(most: int) -> None:
 
 
 def test_the_limit_is_asked_for_only_where_it_could_be_passed() -> None:
-    """`node_limit` sets a limit only if a tree of so many triangles could exceed it."""
+    """`node_limit` sets a limit only if a tree with this number of triangles could exceed the
+    limit."""
     assert node_limit(10**6) == node_limit(EXACT_INTEGER // 2) == {}
     assert node_limit(EXACT_INTEGER // 2 + 1) == {"most_nodes": EXACT_INTEGER}
     assert node_limit(10**6, 8) == {} and node_limit(1_048_577, 8) == {

@@ -229,7 +229,7 @@ def gltf(folder: Path, material: dict[str, Any], **images: tuple[int, int, int])
     """Writes a glTF file of a textured triangle with the given material, and returns the file's
     path.
 
-    images : the colour of each image by its name; the order gives the indices of textures
+    images : name of an image -> its colour; texture k uses the k-th image
     """
     box = trimesh.Trimesh([(0, 0, 0), (1, 0, 0), (0, 1, 0)], [(0, 1, 2)], process=False)
     box.visual = trimesh.visual.TextureVisuals(uv=[(0, 0), (1, 0), (0, 1)])
@@ -246,7 +246,7 @@ def gltf(folder: Path, material: dict[str, Any], **images: tuple[int, int, int])
 
 
 def test_textures_without_a_factor_are_taken_as_they_are(folder: Path) -> None:
-    """A texture without a factor has the factor 1, in glTF and in MTL files."""
+    """If a glTF or MTL file gives a texture but no factor for it, the factor is 1."""
     texture = {"baseColorTexture": {"index": 0}}
     for said, share in ((texture, 1), ({**texture, "baseColorFactor": [0.2, 0.2, 0.2, 1]}, 0.2),
                         ({}, 1)):

@@ -1,5 +1,5 @@
-"""`trace_all`: every method finds all hits that a test of all pairs of ray and triangle finds, in
-order of t."""
+"""With every method, `trace_all` finds the same hits as a test of each ray against each triangle,
+in order of t."""
 from __future__ import annotations
 
 import multiprocessing

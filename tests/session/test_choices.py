@@ -1,5 +1,5 @@
-"""The method "auto": for each call, the tracer picks the choice for coherent rays or the choice
-for incoherent rays, according to the rays of the call."""
+"""With the method "auto", a tracer has two choices: a method with options for coherent rays, and a
+method with options for incoherent rays. In each call, the rays decide between the choices."""
 from __future__ import annotations
 
 import pickle

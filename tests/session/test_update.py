@@ -1,4 +1,4 @@
-"""Moved triangles: an updated tracer and a new tracer find the same hits, to the bit."""
+"""After triangles move, an updated tracer finds the same hits as a new tracer, bit for bit."""
 from __future__ import annotations
 
 import numpy as np

@@ -35,8 +35,8 @@ def bundles(side: int, seed: int, aim: np.ndarray, spread: float) -> tuple[np.nd
 
 
 def scene_and_aim(seed: int, count: int) -> tuple[rt.Scene, np.ndarray]:
-    """Returns a soup, its corners and points on its edges. Rays aimed there graze the sides of a
-    frustum."""
+    """Returns a soup, and points at its corners and on its edges. If rays aim at such points, the
+    sides of a packet's frustum pass through corners and edges."""
     corners = random_soup(count, seed)
     return soup_scene(count, seed), np.concatenate([
         corners.reshape(-1, 3), (0.3 * corners[:, 0] + 0.7 * corners[:, 1])])
@@ -101,7 +101,7 @@ def test_a_packet_looks_into_cells_once_for_all(precise_renderer, seed: int) -> 
     for packet in ((1, 1), (4, 4)):
         with rt.Tracer(scene, "grid", packet=packet, statistics=True) as tracer:
             hits = tracer.trace(origins, directions)
-        # a packet fetches a cell once
+        # Each ray counts all cells of its packet, so divide by the packet's number of rays.
         cells.append(hits.nodes_visited.mean() / (packet[0] * packet[1]))
     assert cells[1] < 0.5 * cells[0]
 

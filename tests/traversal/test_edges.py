@@ -1,4 +1,4 @@
-"""Edge cases of a trace: interval ends, ties, invalid rays, degenerate scenes, step caps and
+"""Tests edge cases of a trace: interval ends, ties, invalid rays, degenerate scenes, step caps and
 counters."""
 from __future__ import annotations
 

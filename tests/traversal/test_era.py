@@ -1,5 +1,5 @@
-"""A method's era form, its kernels as a card of 2002-2006 could run them (docs/era.md), finds the
-same triangles as today's form. The text of an era form is in the cards' dialect of GLSL."""
+"""The era form of a method consists of kernels that a card of 2002-2006 could run (docs/era.md).
+It finds the same triangles as today's form, and its text is in the cards' dialect of GLSL."""
 from __future__ import annotations
 
 import re
@@ -76,8 +76,8 @@ def test_a_short_stack_may_be_shorter(scenes, more):
 
 @pytest.mark.parametrize("name", NAMES)
 def test_passes_can_be_watched(scenes, name):
-    """The merged states of all passes end with no live ray, and with the hits that `trace`
-    returns."""
+    """`travel` shows all rays after each pass. After the last pass, no ray is live, and the hits
+    are those that `trace` returns."""
     rays = scenes["cornell"].camera.rays((16, 16))
     seen = []
     with rt.Tracer(scenes["cornell"], name, era="nv40") as tracer:

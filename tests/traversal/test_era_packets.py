@@ -127,7 +127,8 @@ def _counting() -> str:
 @pytest.mark.parametrize("more", HORN, ids=str)
 @pytest.mark.parametrize("any_hit", [False, True])
 def test_the_loop_runs_the_kernels_of_the_trace(scenes, monkeypatch, more, any_hit):
-    """The predictions count the kernels that each packet really runs."""
+    """A trace of steps predicts how often each packet runs each kernel. The loop runs the kernels
+    this often, except in a few packets."""
     def counting(*given):
         found = packet_loop(*given)
         return replace(found, virtual={**found.virtual, "pass": _counting()})

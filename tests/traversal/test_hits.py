@@ -105,8 +105,8 @@ def test_soup_matches_brute_force(precise_renderer, method: str, options: dict, 
     assert_same_bits(trace(scene, method, chosen, **options), expected)
 
 
-# These schedules mask different rays at different times. The quick suite runs the schedules on
-# cases that have different programs.
+# These schedules exclude (mask) finished rays at different times. The quick suite runs the
+# schedules on cases that have different programs.
 @pytest.mark.parametrize("method, options, schedule", schedule_cases(
     ("step1", "step16", "step1-mask3", "kernels", "kernels-mask2"), ("step16", "kernels")))
 def test_schedules_agree(precise_renderer, method: str, options: dict, schedule: dict) -> None:
@@ -201,8 +201,8 @@ def test_real_scene_bars(precise_renderer, name: str, rays: str) -> None:
 
 @pytest.mark.parametrize("method", [row.name for row in rt.methods() if row.name != "brute-force"])
 def test_a_hit_ends_the_search(method: str) -> None:
-    """A wall in front of the soup at least halves the number of nodes that are visited by rays
-    that miss the soup, in at least one setting of each method."""
+    """Rays that miss the soup visit many nodes. A wall in front of the soup stops these rays
+    early, so in at least one setting of each method they visit less than half as many nodes."""
     wall = np.float32([[[-3, -3, 1.5], [3, -3, 1.5], [0, 4, 1.5]]])
     triangles = np.concatenate([wall, random_soup(1500, seed=6, size=0.03)])
     scene = rt.Scene.from_arrays(triangles.reshape(-1, 3),
@@ -227,8 +227,8 @@ def test_a_hit_ends_the_search(method: str) -> None:
     pytest.param(row.name, options, id="-".join([row.name, *map(str, options.values())]))
     for row in rt.methods() for options in variant_pairs(row.name)])
 def test_options_in_pairs(precise_renderer, method: str, options: dict) -> None:
-    """Pairs of options agree with brute force on boxes of zero thickness. Outward rounding gives
-    such boxes a thickness."""
+    """With every pair of options, hits agree with brute force. The scene's flat walls have boxes
+    of zero thickness, which outward rounding makes thicker."""
     scene = rt.load_scene("cornell")
     for rays in ("eye", "edges"):
         chosen = RAY_SETS[rays](scene, 1024, 6)

@@ -1,5 +1,5 @@
-"""Packets write their hits for the arrays of a caller, or into textures of single rays for later
-passes. The hits are the same either way."""
+"""A packet method writes its hits in one of two forms: for the arrays of a caller, or into
+textures of single rays for later passes. The hits are the same in both forms."""
 from __future__ import annotations
 
 import numpy as np

@@ -41,7 +41,7 @@ def whole(tracer: rt.Tracer, *rays: np.ndarray, **ends: object) -> rt.Hits:
 def test_bounds_of_tiles(monkeypatch: pytest.MonkeyPatch, broken: float, at_once: int,
                          size: tuple[int, int], t_min: float) -> None:
     """A tile's bounds are the bounds of the directions of all its live rays, whatever the size of
-    the blocks of rays. Rays have no tiles if a row of tiles is larger than a block."""
+    the blocks of rays. A batch has no tiles if a row of tiles has more rays than a block."""
     monkeypatch.setattr(ray_batch, "AT_ONCE", at_once)
     rng = np.random.default_rng(3)
     width, height = size
@@ -103,9 +103,9 @@ def test_no_hit_is_left_out(precise_renderer, method: str, packet: tuple[int, in
 @pytest.mark.parametrize("part", [0.0, 0.5, 1.0], ids="live-{}".format)
 def test_each_packet_is_drawn_once(part: float, size: tuple[int, int], packet: tuple[int, int],
                                    tile: int | None) -> None:
-    """Packets are drawn as points. The points cover each packet once, so the query finds no packet
-    missing, and no packet is drawn again. If every tile has live rays, one draw covers the
-    image."""
+    """Packets are drawn as points. The points cover each packet once, so the occlusion query
+    counts all packets, and no packet is drawn again. If every tile has live rays, one draw covers
+    the image."""
     scene, origins, directions = seen(size, 4)
     directions = directions * np.float32([0.02, 0.02, 1])  # aim at the middle of the triangles
     t_max = np.where(np.arange(size[0]) < part * size[0], np.inf, -1.0)
@@ -148,9 +148,9 @@ def test_no_aimed_ray_is_left_out(precise_renderer, tile: int, octants: bool, se
 
 @pytest.mark.parametrize("tile", ENTRIES)
 def test_what_is_left_out_counts_nothing(precise_renderer, tile: int | None) -> None:
-    """Each ray's counter equals its counter in a call that draws all packets, or is zero. At
-    most half as many fragments as in such a call run `packet.frag`. The other fragments run
-    `packet_none.frag`."""
+    """A call that skips tiles is compared with a call that draws all packets. Each ray's counter
+    is the same or zero. At most half as many fragments run `packet.frag`, and the other fragments
+    run `packet_none.frag`."""
     scene, origins, directions = seen((128, 128), 7)
     t_max = np.full(origins.shape[:2], np.inf)
     t_max[:, 64:] = -1

@@ -1,4 +1,5 @@
-"""Under `loop` the state of a ray stays in registers, unless a limit or an observer needs it."""
+"""Under `loop` the state of a ray stays in registers, unless rays reach a limit or an observer
+needs the state."""
 from __future__ import annotations
 
 import numpy as np

@@ -1,5 +1,5 @@
-"""The intersector for trimesh gives the same answers as trimesh's own engine that needs no Embree,
-in arrays of the same shapes as both of trimesh's engines."""
+"""The intersector for trimesh gives the same answers as trimesh's engine without Embree. Its
+arrays have the same shapes as the arrays of trimesh's two engines, without and with Embree."""
 from __future__ import annotations
 
 import copy

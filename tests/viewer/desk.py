@@ -35,7 +35,7 @@ class Desk:
     viewer, panels : as in the window
     widgets : label of a widget -> (x, y) of a point on it, for the last frame, in drawing order
     texts : the texts of the last frame
-    hints : label of a text field -> the text that it shows while it is empty
+    hints : label of a text field -> the text that the empty field shows
     choices : label of a list -> the words of its entries
     """
 

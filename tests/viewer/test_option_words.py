@@ -53,8 +53,8 @@ AUTOMATICS = [("kd-restart", "max_depth", {}), ("kd-stack", "stack_size", {}),
 @pytest.mark.parametrize("method, names, options", AUTOMATICS)
 def test_an_automatic_value_given_as_a_value_changes_nothing(soup: str, method: str, names: str,
                                                              options: dict) -> None:
-    """The shown automatic value is right: if it is given, tables, passes and memory are the
-    same."""
+    """The shown automatic value is right: if the user gives this value instead, tables, passes and
+    memory are the same."""
     scene = rt.load_scene(soup)
     rays = scene.camera.rays((24, 18))
     table = {o.name: o for o in TRACER_OPTIONS + find_method(method).options}

@@ -1,5 +1,5 @@
-"""The viewer's panels, without a window: their words, lists and headings, and the space that they
-leave for the picture."""
+"""Tests the viewer's panels without a window: their words, lists and headings, and the space that
+they leave for the picture."""
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator

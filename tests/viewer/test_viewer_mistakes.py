@@ -73,7 +73,7 @@ def test_an_error_while_drawing_is_not_tried_again_and_again(viewer: Viewer,
 
 
 def test_a_row_alone_makes_a_method_appear(viewer: Viewer) -> None:
-    """It is enough to register a method: the viewer can then choose and draw it."""
+    """After a method is registered, the viewer can choose and draw it. Nothing else is needed."""
     settle(viewer)
     register(replace(find_method("grid"), name="users-grid"))
     try:

@@ -1,4 +1,4 @@
-"""The viewer without a window: selections, the pace of drawing, and cameras."""
+"""Tests the viewer without a window: selections, the pace of drawing, and cameras."""
 from __future__ import annotations
 
 import shlex
@@ -197,7 +197,8 @@ def test_moving_is_coarse_and_rest_is_fine(viewer: Viewer, clock: Clock) -> None
 
 @pytest.mark.parametrize("seed", [1, 2])
 def test_moves(seed: int) -> None:
-    """Each move keeps what it should keep: the camera's distance, its target or its eye."""
+    """An orbit keeps the target and its distance from the eye. A look keeps the eye. A flight
+    there and back keeps the eye and the target."""
     rng = np.random.default_rng(seed)
     camera = Camera(tuple(rng.normal(size=3)), tuple(rng.normal(size=3)))
     distance = np.linalg.norm(np.subtract(camera.target, camera.eye))

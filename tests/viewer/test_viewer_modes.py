@@ -1,4 +1,4 @@
-"""The viewer without a window: each mode shows the right content, and saved files hold this
+"""Tests the viewer without a window: each mode shows the right content, and saved files hold this
 content."""
 from __future__ import annotations
 
@@ -95,8 +95,8 @@ def test_heat_of_two_methods_has_one_scale(viewer: Viewer) -> None:
 
 @pytest.mark.parametrize("what", KINDS)
 def test_a_scale_says_where_rays_lie_beyond(monkeypatch, what: str) -> None:
-    """The panel, a saved map and the `heat` command draw the same scale. It says whether any rays
-    cost more than its end."""
+    """The panel, a saved map and the `heat` command draw the same scale. The scale says whether
+    any ray costs more than the value at the scale's end."""
     bars, draw = [], colours.colour_bar
 
     def noted(highest, unit, width, lowest=0.0, beyond=False):

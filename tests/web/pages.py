@@ -1,5 +1,5 @@
-"""Pages for tests. Each page is written only once for all tests, and a test may change its
-copy."""
+"""Provides pages for tests. The text of each page is made only once for all tests, and a test may
+change a copy of this text."""
 from __future__ import annotations
 
 import functools

@@ -147,8 +147,8 @@ def test_programs_and_their_kernels(page: Browser) -> None:
 
 
 def test_the_fields_of_the_state_are_explained(page: Browser) -> None:
-    """The page names each field of the present schedule's state in code, and hides the texts under
-    a schedule without states."""
+    """The page explains each field of the chosen schedule's state, with the field's name in a
+    ``code`` element. If the schedule has no states, the page hides these texts."""
     words = page.run("[...document.querySelectorAll('#fields code')].map(one => one.textContent)")
     assert set(page.run("schedule().state.map(([name]) => name)")) <= set(words)
     assert page.run("element('fields').textContent").count("KD_STATE: ") == 1

@@ -29,7 +29,8 @@ def test_a_lost_context_is_restored(browser: Browser, tmp_path: Path) -> None:
     browser.run("globalThis.loser = gl.getExtension('WEBGL_lose_context'); loser.loseContext()")
     browser.wait("lost")
     assert "has stopped" in browser.run("element('message').textContent")
-    browser.run("show()")       # a choice without a context does no harm
+    # The page calls show() after each choice of the reader. Without a context, this does no harm.
+    browser.run("show()")
     browser.run("loser.restoreContext()")
     browser.wait("!lost && element('selftest').dataset.state === 'running'")
     browser.wait(TESTED)

@@ -1,5 +1,5 @@
-"""The page's path of a clicked ray equals the path in the host's states, and its boxes are those
-of the tables."""
+"""The page shows the path of a clicked ray. The path's states equal the states of the host's
+tracer, and its boxes agree with the boxes in a tree's tables."""
 from __future__ import annotations
 
 from collections.abc import Iterator
@@ -125,7 +125,8 @@ def test_a_box_is_cut_for_nodes_alone(exact_renderer, page: Browser) -> None:
 
 
 def test_a_path_is_not_traced_longer_than_it_is_kept(exact_renderer, page: Browser) -> None:
-    """A path is traced for only as many turns as the page keeps states."""
+    """The page stops tracing a path at the largest number of states that it keeps
+    (MOST_STATES)."""
     path(page, "kd-restart")
     turns, most = page.run("""(async () => {
         const whole = trace, found = [];

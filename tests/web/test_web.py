@@ -1,5 +1,5 @@
-"""The page that runs in a browser: it makes no request, and its rays have the bits of the host's
-hits."""
+"""The page that runs in a browser makes no request, and its hits equal the host's hits, bit for
+bit."""
 from __future__ import annotations
 
 import base64
@@ -139,8 +139,8 @@ def description(text: str) -> dict:
 
 
 def test_every_schedule_of_a_method_is_on_the_page() -> None:
-    """On the scene cornell, the page has all schedules of at least 18 methods. Some schedules draw
-    several passes or kernels per turn."""
+    """On the scene cornell, the page has all schedules of at least 18 methods. Some schedules
+    repeat several passes or several kernels."""
     told = {one["name"]: one["schedules"] for one in description(
         written(tuple(web_names())))["methods"]}
     assert len(told) >= 18
@@ -201,8 +201,9 @@ def _wrong_stack(told: dict) -> None:
     (_never_pushes, "kd-texture-stack"), (_wrong_stack, "kd-texture-stack")])
 def test_wrong_hits_are_reported(exact_renderer, tmp_path: Path,
                                  change: Callable[[dict], None], second: str) -> None:
-    """The page must not call itself exact if the second method traces other rays, or if one of its
-    passes writes nothing or to a wrong place. The first method left right hits in the targets."""
+    """The page must not call the second method exact if this method traces other rays, or if one
+    of its passes writes nothing or writes to a wrong place. In these cases, the render targets may
+    still hold the right hits of the first method."""
     page = tmp_path / "page.html"
     page.write_text(changed(written(("kd-restart", second)), change))
     dom = dumped(page)

@@ -109,8 +109,8 @@ def test_what_a_helper_started_stands_still_too() -> None:
         started = int(helper.stdout.readline())
 
         def stand_still(those: int) -> bool:
-            """Returns whether exactly ``those`` of the two processes are stopped. Waits up to 10 s
-            for this state, because a signal takes a moment to arrive."""
+            """Returns whether the number of stopped processes is ``those``. Waits up to 10 s for
+            this state, because a signal takes a moment to arrive."""
             until = time.monotonic() + 10
             while time.monotonic() < until:
                 states = [psutil.Process(pid).status() for pid in (helper.pid, started)]
@@ -142,7 +142,8 @@ def test_threads_of_a_process_hold_the_machine_in_turns() -> None:
 
 
 def test_who_waits_for_the_machine_says_so(tmp_path, monkeypatch) -> None:
-    """`machine.taken` calls its function if another process has the machine to itself."""
+    """`machine.taken` calls the given function if it must wait for another process, which holds
+    the machine's exclusive lock."""
     monkeypatch.setattr(own_folder.tempfile, "gettempdir", lambda: str(tmp_path))
     said: list[str] = []
     with machine.taken(lambda: said.append("nobody is alone")):

@@ -1,5 +1,5 @@
-"""Pictures by workers: tiles and frames equal those of a single process, also after a killed
-worker or an interrupt."""
+"""Workers draw the same tiles and frames as a single process, also after a worker was killed or
+the run was interrupted."""
 from __future__ import annotations
 
 import json
@@ -202,8 +202,8 @@ def test_ctrl_c_is_a_line(tmp_path) -> None:
 
 
 def test_a_lost_scheduler_is_a_line_and_the_last_one(tmp_path) -> None:
-    """The run ends with two lines, which say how to resume and that the scheduler ended. Dask used
-    to log a traceback after them."""
+    """The run ends with two lines, which say how to resume and that the scheduler ended. In the
+    past, Dask logged a traceback after these lines."""
     file, output = tmp_path / "scheduler.json", tmp_path / "out"
     begun: list[subprocess.Popen] = []
 

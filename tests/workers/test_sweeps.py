@@ -148,7 +148,7 @@ def test_meshes_come_along(tmp_path, monkeypatch) -> None:
 
 
 def test_the_machines_lock_goes_with_its_process(tmp_path, monkeypatch) -> None:
-    """If a process that holds the machine is killed, another process can take the machine."""
+    """If a process that holds the machine's lock is killed, another process can get the lock."""
     monkeypatch.setattr(own_folder.tempfile, "gettempdir", lambda: str(tmp_path))
     with machine.taken(), machine.alone():
         pass

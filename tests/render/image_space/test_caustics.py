@@ -53,7 +53,7 @@ def test_glass_of_air_casts_light_as_if_it_were_not_there(way: str, seed: int) -
         expected = direct(seen, light)
         lit = np.pad(found > 0, 2)
         inner = np.all([lit[y:y + SIZE[1], x:x + SIZE[0]] for y in range(5) for x in range(5)],
-                       axis=0)             # leave out the rim, which splats blur
+                       axis=0)     # leave out the rim, because splats blur it
         ratio = found[inner] / expected[inner]
         caustics.release()
     assert inner.sum() > 20

@@ -56,7 +56,7 @@ def test_a_furnace(albedo: float, bounces: int) -> None:
     scene = scene_of(boxes((-1, -1, -1), (1, 1, 1)), white, camera=INSIDE)
     with rt.Tracer(scene) as tracer:
         bundles = RayBundles(tracer, 0.25, 48, "bundles")
-        inside = bundles.solve(24, bounces)[:, 1]       # normals of a box look outwards
+        inside = bundles.solve(24, bounces)[:, 1]   # side 1: a box's normals look outwards
         expected = (1 - albedo ** (bounces + 2)) / (1 - albedo)    # emitted, direct, bounced
         off = np.abs(inside / (expected * np.array([1, 2, 4])) - 1).max(axis=1)
         assert np.median(off) < 1e-4 and off.max() < 0.02    # a pixel may miss at a seam
@@ -149,8 +149,8 @@ def test_layers_are_all_peeled(count: int) -> None:
 
 @pytest.mark.parametrize("seed", [1, 2], ids="seed{}".format)
 def test_gathered_light_is_that_of_traced_rays(seed: int) -> None:
-    """From a visible point, traced rays in the directions of the bundles gather almost the same
-    light as the layers of the bundles, except at a few pixels."""
+    """Light at visible points is gathered in two ways: from the layers of ray bundles, and by
+    traced rays in the same directions. The results are almost equal, except at a few pixels."""
     rng = np.random.default_rng(seed)
     things = boxes(*np.sort(rng.uniform(-0.8, 0.8, (2, 4, 3)), axis=0))
     scene = scene_of(np.concatenate([boxes((-1, -1, -1), (1, 1, 1)), things]),
@@ -188,7 +188,8 @@ def traced_gather(bundles: RayBundles, seen: Visible, count: int) -> np.ndarray:
 
 @pytest.mark.parametrize("seed", [1, 2], ids="seed{}".format)
 def test_light_straight_from_a_small_lamp(seed: int) -> None:
-    """A small lamp shines like a point light with a cosine, and a screen blocks its light."""
+    """A small lamp gives the light of a point that shines with the cosine of the angle to the
+    lamp's normal. A screen blocks this light."""
     rng = np.random.default_rng(seed)
     side, high = 0.02, 1.5
     lamp = quad((0, high, 0), (side, high, 0), (side, high, side), (0, high, side))

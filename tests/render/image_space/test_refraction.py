@@ -1,4 +1,5 @@
-"""Image-space refraction is compared with float64 rays: equal for a slab, close for a ball."""
+"""Image-space refraction leaves directions behind a slab unchanged, as Snell's law demands. For a
+ball, it comes close to refraction by float64 rays."""
 from __future__ import annotations
 
 import numpy as np
@@ -99,8 +100,8 @@ def test_what_is_no_refractive_index_is_refused(ior: object) -> None:
 
 
 def test_kinds(precise_renderer) -> None:
-    """A box seen at an edge has pixels of total reflection. A slab would let this light
-    through."""
+    """A box that is seen towards one of its edges has pixels of total reflection. A slab would let
+    this light through."""
     box = scene_of(boxes(np.array([[-1.0, -1.0, -1.0]]), np.array([[1.0, 1.0, 1.0]])))
     _, kind, right = errors(box, Camera((3.0, 0.4, 3.0), (0.0, 0.0, 0.0), fov=50), False)
     assert (right == TOTAL).any() and (kind == TOTAL).any()

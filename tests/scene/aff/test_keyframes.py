@@ -39,8 +39,8 @@ def test_zeros_give_a_catmull_rom_spline() -> None:
     ((0, 0, -1), (0, 1), (0, 1)),           # bias -1: tangents of the step after
     ((0.5, 0.25, -0.5), (0.15625, 0.28125), (0.09375, 0.46875))])
 def test_tension_continuity_and_bias(tcb, leave, arrive) -> None:
-    """Two tangents decide the curve: it leaves key 2 along one and arrives at key 3 along the
-    other.
+    """Two tangents decide the curve from key 2 to key 3. The curve leaves key 2 along the first
+    tangent and arrives at key 3 along the second tangent.
 
     Each tangent is a weighted sum of the step before its key and the step after its key. The
     weights are ``leave`` for key 2 and ``arrive`` for key 3.

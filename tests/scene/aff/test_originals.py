@@ -1,5 +1,5 @@
-"""BART's robots and kitchen give the same bits as the known PLY files made from them. Their parts
-keep their shape while they move."""
+"""The meshes of BART's robots and kitchen equal, bit for bit, known PLY files that another program
+made from BART's files. Parts keep their shape while they move."""
 from __future__ import annotations
 
 import hashlib

@@ -1,5 +1,5 @@
-"""Geometry images: built-in scenes and images that `remesh` makes of meshes. The image of a closed
-surface is closed."""
+"""Tests the geometry images of built-in scenes, and the images that `remesh` makes from meshes.
+The image of a closed surface is closed."""
 from __future__ import annotations
 
 import json

@@ -134,7 +134,7 @@ def test_nothing_to_draw() -> None:
 
 @pytest.mark.parametrize("options", [{"intersection": "moller-trumbore"}, {"precision": "fp16"}])
 def test_refused_where_it_proves_nothing(options: dict) -> None:
-    """Bounds are refused with a triangle test or a precision for which the bounds prove
-    nothing."""
+    """The option `rasterised_bounds` is refused with a triangle test or a precision for which it
+    is not proved that the bounds contain all hits."""
     with pytest.raises(rt.OptionError, match="woop-watertight"):
         rt.Tracer("cornell", rasterised_bounds=8, **options)

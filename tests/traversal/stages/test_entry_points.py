@@ -1,5 +1,6 @@
-"""Entry points: a beam bounds the rays of a tile, and the rays start at the nodes that the beam
-enters. In fp32, no hit is lost, whatever rays a tile has. Rays visit fewer nodes."""
+"""Entry points: a beam bounds the rays of a tile of the image. These rays start their search at
+the nodes that the beam enters, and so visit fewer nodes. In fp32, no hit is lost, whatever rays a
+tile has."""
 from __future__ import annotations
 
 import numpy as np
@@ -107,8 +108,8 @@ def test_from_other_nodes(precise_renderer, method: str) -> None:
 @pytest.mark.parametrize("method", SOME)
 def test_in_low_precision(precise_renderer, method: str, precision: str) -> None:
     """With entry points, a BVH gives at most one ray a wrong hit in low precision. A kd-tree gives
-    wrong hits with and without entry points. Without entry points it gives at least as many wrong
-    hits, because the way down from the root is longer."""
+    wrong hits with and without entry points. Entry points do not increase the number of wrong
+    hits, because the way down from an entry point is shorter than from the root."""
     scene = soup_scene(100, 3, size=0.05)
     rays = aimed_tiles(scene, method, 12, 12, 3)
     wrong = []

@@ -108,7 +108,8 @@ def test_every_method_traces_the_rest(precise_renderer, row: rt.Method) -> None:
 
 @pytest.mark.parametrize("shape", ["fans", "slivers", "soup"])
 def test_verified_ones_are_hits(precise_renderer, shape: str) -> None:
-    """A "verified" hit is a hit of its ray, and nearly all verified hits are the first hits."""
+    """With first_hits="verified", each reported hit is a true hit of its ray, and nearly all of
+    these hits are the first hits."""
     scene = scene_of(SHAPES[shape](200, 4))
     with rt.Tracer(scene, "brute-force") as tracer:
         expected = tracer.eye_hits(size=SIZE)
@@ -141,8 +142,8 @@ def test_sizes(precise_renderer, size: tuple[int, int]) -> None:
 @pytest.mark.parametrize("scale", [1e-12, 1e-3, 1e6], ids="x{:g}".format)
 @pytest.mark.parametrize("away", [0.0, 30.0], ids="away{:g}".format)
 def test_scales(precise_renderer, scale: float, away: float) -> None:
-    """Scenes are small, large or far from zero. All rays are traced at a scale for which no error
-    bound is known."""
+    """Scenes are small, large or far from zero. At the scale 1e-12, no error bound is known, so
+    all rays are traced."""
     scene = scene_of((fans(60, 3) + away) * scale)
     with rt.Tracer(scene, "brute-force") as tracer:
         assert_same_bits(tracer.eye_hits(size=SIZE, first_hits="rasterised"),

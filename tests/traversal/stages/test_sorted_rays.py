@@ -56,13 +56,13 @@ def test_hits_are_the_same(precise_renderer, way: str, method: str, settings: di
             assert (got.status == plain.status).all()
         assert 0 < tracer.statistics.sort_seconds < tracer.statistics.trace_seconds
         assert (tracer.occluded(origins, directions, 0.7, invalid="miss") == shadowed).all()
-    if not (find_method(method).packet or method in OF_NEIGHBOURS):   # costs of a single ray
+    if not (find_method(method).packet or method in OF_NEIGHBOURS):   # each ray has its own cost
         for name in ("steps", "nodes_visited", "leaves_visited", "triangles_tested"):
             assert (getattr(got, name) == getattr(plain, name)).all(), name
 
 
 def test_pictures_are_the_same(precise_renderer) -> None:
-    """Eye rays have a common origin, shadow rays do not. Both are made on the GPU."""
+    """Eye rays have a common origin, and shadow rays do not. The GPU makes both kinds of rays."""
     pictures = []
     for sort_rays in (False, True):
         with rt.Tracer(SCENE, "bvh-threaded", sort_rays=sort_rays) as tracer:
