@@ -21,7 +21,9 @@ PRECISIONS = ({"precision": "fp24"}, {"precision": "fp16"})
 STORED = tuple({"storage": "fp16", "rounding": rounding} for rounding in ("nearest", "chop", "up"))
 # The step cap in settings in which rays may loop forever. Most rays need far fewer steps.
 CAP = 10_000
-DETAIL = ("grid", "kd-restart", "bvh-threaded")   # at the quick size, with all settings
+# The methods that the quick size measures with all settings. The quick size measures all other
+# methods with their defaults only.
+DETAIL = ("grid", "kd-restart", "bvh-threaded")
 CATEGORIES = ("leak", "false hit", "wrong triangle", "wrong distance", "unfinished")
 
 
@@ -42,8 +44,8 @@ def settings_of(row: Any) -> list[dict[str, Any]]:
 def cells(full: bool) -> list[Cell]:
     """Every setting of every method.
 
-    The quick size has only methods with the schedule `loop`, and of these only the methods in
-    DETAIL with settings other than the defaults.
+    The quick size leaves out methods without the schedule `loop`. It measures the methods in
+    DETAIL with all settings, and the other methods with their defaults only.
     """
     return [Cell("extremes", row.name, tuple(options.items()), 128 if full else 24, "extremes", 1)
             for row in rt.methods() if full or "loop" in row.schedules
@@ -68,17 +70,18 @@ def draw(data: Path, out: Path, full: bool) -> None:
                for name in FAMILIES if name in result["cases"]])
     plain = {cell.method: result["cases"] for cell, result in results.items() if not cell.options}
     write_text(out / "extremes.md", "\n".join([
-        f"# The extremes\n\nRenderer: {renderer}. Cases and rows are those of docs/extremes.md. A "
-        "ray is wrong if its answer lies outside the error bound that is derived for float32 and "
-        "the watertight test. In fp24 and fp16 most distances lie outside this bound, so the "
-        "second table divides wrong rays by kind. The tables give the worst error of t in ulp, "
-        "which are units in the last place, and in multiples of the bound.\n",
+        f"# The extremes\n\nRenderer: {renderer}. The column `row` is the row of the case in the "
+        "catalogue of extreme cases (docs/extremes.md). A ray is wrong if its answer lies outside "
+        "the error bound that is derived for float32 and the watertight test. In fp24 and fp16 "
+        "most distances lie outside this bound, so the second table divides wrong rays by kind. "
+        "The tables give the worst error of t in ulp, which are units in the last place, and in "
+        "multiples of the bound.\n",
         "## float32, the defaults\n\nFor each method the table has the number of wrong rays and, "
         "after a semicolon, the largest number of steps of a ray. If the step cap stopped rays, "
         "their number follows.\n", _plain_table(plain),
         "## Every setting, over all cases\n\nThe table has the shares of wrong rays in percent. "
         "\"Through closed meshes\" is the share of misses among the rays that must hit a mesh. "
-        "`ended` is `no` if the step cap stopped rays; these rays are flagged.\n",
+        "`ended` is `no` if the step cap stopped rays. These rays count as `unfinished`.\n",
         _settings_table(results)]))
     _chart(results, out / "extremes.png", renderer)
 

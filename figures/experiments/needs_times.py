@@ -1,6 +1,7 @@
 """Needs times: measures the costs of two renderers on the same scene.
 
 The derived renderer has only the features that the scene needs. The other has all features on.
+The scenes form a series (growing.py), and a step is the number of a scene in this series.
 """
 from __future__ import annotations
 
@@ -22,7 +23,7 @@ LIGHT_SAMPLES, BOUNCES = 4, 4
 
 
 def digest(name: str, step: int) -> str:
-    """Return a digest of all fields of the scene of a step (growing.py)."""
+    """Return a digest of all fields of the step's scene."""
     found = hashlib.sha256()
     _add(found, scenes(name)[step])
     return found.hexdigest()

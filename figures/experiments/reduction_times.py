@@ -1,6 +1,7 @@
-"""Reduction times: times stream reduction by blocks and over the whole stream, and a scan alone.
+"""Reduction times: measures how long two stream reductions and a scan take.
 
-Stream reduction removes elements from a stream and closes the gaps.
+Stream reduction removes elements from a stream and closes the gaps. One reduction works by blocks,
+the other on the whole stream. The scan is the first part of the reduction of a whole stream.
 """
 from __future__ import annotations
 
@@ -59,7 +60,11 @@ def measure(length: int, kept: float, runs: int) -> dict[str, list[float]]:
 
 
 def rates(length: int, seconds: dict[str, list[float]]) -> dict[str, Any]:
-    """Median elements per second by name, and the rate of "blocks" divided by each other rate."""
+    """Return the elements per second of "scan", "blocks" and "whole", from median times.
+
+    "over scan" is the rate of "blocks" divided by the rate of "scan", and "over whole" is the rate
+    of "blocks" divided by the rate of "whole".
+    """
     median = {name: statistics.median(times) for name, times in seconds.items()}
     return {**{name: length / took for name, took in median.items()},
             "over scan": median["scan"] / median["blocks"],

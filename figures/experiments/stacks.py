@@ -39,7 +39,8 @@ def _bytes(fields: Iterable[Field], names: Iterable[str] | None = None) -> int:
 
 # A BVH's stack stores only nodes; a kd-tree's stack also stores where the interval ends.
 NODE, KD_ENTRY = _bytes(STACK_ENTRY.fields, ["node"]), _bytes(STACK_ENTRY.fields)
-LOCAL = ("node", "cursor", "stacked")    # the fields that a packet keeps within a pass
+# `state_bytes` counts only these fields of a packet's state. A packet keeps them within a pass.
+LOCAL = ("node", "cursor", "stacked")
 # Label -> method, its options, bytes of a stack entry, and number of entries. If this number is
 # None, the stack is as deep as the tree requires.
 METHODS: dict[str, tuple[str, tuple[tuple[str, Any], ...], int, int | None]] = {
@@ -96,8 +97,8 @@ class WarpWork:
 
     instructions : instructions of kernels
     fetches : fetches of texels of tables
-    levels : the length of a run's longest chain of dependent fetches (`LoopCost.levels`), summed
-        over the kernels' runs. In a chain, each fetch needs the result of the fetch before
+    levels : `LoopCost.levels`, summed over all runs of kernels: the length of a run's longest
+        chain in which each fetch needs the result of the fetch before
     """
 
     instructions: float
@@ -106,7 +107,13 @@ class WarpWork:
 
     @classmethod
     def of(cls, gap: Mapping[str, Any], costs: Mapping[str, LoopCost]) -> WarpWork:
-        """Return the work of the kernels of a `gap_work` result of the kind DONE."""
+        """Return the work of a ray.
+
+        Parameters
+        ----------
+        gap : a result of gap_work.py of the kind DONE; it counts the lanes that run each kernel
+        costs : kernel -> the cost of a run
+        """
         def a_ray(field: str) -> float:
             return sum(lanes * getattr(costs[kernel], field)
                        for kernel, lanes in gap["lanes"][str(WARP)].items()) / gap["count"]
@@ -121,8 +128,8 @@ class OnChip:
     stack: int
 
     def fitting(self, memory: int) -> int:
-        """The number of a multiprocessor's rays whose states fit the registers and whose stacks
-        fit ``memory`` bytes.
+        """The number of rays that fit on a multiprocessor: their states fit together into its
+        registers, and their stacks into ``memory`` bytes.
 
         Only whole warps count. The card's limit of resident rays applies as well.
         """
@@ -151,7 +158,7 @@ class Flight:
 
     @property
     def needed(self) -> float:
-        """The number of rays in flight that is needed to issue an instruction in every clock."""
+        """The number of rays in flight that keeps the lanes of a multiprocessor busy."""
         return WARP * self.clocks / (CLOCKS * self.work.instructions)
 
     def rate(self, memory: int) -> float:
@@ -242,8 +249,9 @@ def draw(data: Path, out: Path, full: bool) -> None:
     notes = [f"* {label} has no instructions, fetches and rates: the {CARD}'s compiler has no "
              f"kernels of {compiled(label)}, because {reason}."
              for label, reason in missing_kernels().items()]
-    notes += [f"* {label} runs the kernels of {other} and visits the same nodes. A pop reads "
-              "on-chip memory, so it fetches no texel." for label, other in KERNELS.items()]
+    notes += [f"* {label} runs the kernels of {other} and visits the same nodes. The stack of "
+              f"{other} lies in textures. The stack of {label} lies in on-chip memory, so its "
+              "pushes and pops fetch no texels." for label, other in KERNELS.items()]
     write_csv(out / "stacks.csv", HEADS, found)
     write_text(out / "stacks.md", "# Stack against stackless\n\n" + _paragraph(found) + "\n\n"
                + note + "\n\nInstructions and fetches include the idle lanes of a warp. The "
@@ -287,13 +295,14 @@ def _paragraph(found: list[list[Any]]) -> str:
     """Sentences on what the survey expects, and on what the measurements show."""
     card, by = machines()[CARD], {row[0]: row for row in found}
     parts = [
-        f"The survey computes that stacks of {SURVEYS} bytes a ray leave "
-        f"{card.on_chip // SURVEYS} rays in the {card.on_chip // 1024} KiB of the {CARD}, where "
-        f"{AT_ONCE} could run. The survey concludes that stacks gain nothing on this card. But "
-        f"each multiprocessor has its own {card.on_chip // 1024} KiB. {card.on_chip // SURVEYS} "
-        f"such stacks fit into a multiprocessor of {WARP // CLOCKS} lanes, and "
-        f"{card.multiprocessors * card.on_chip // SURVEYS} on the card. There are enough rays for "
-        "the lanes; the question is whether there are enough to hide the latency of fetches."]
+        f"The survey computes that the {card.on_chip // 1024} KiB of the {CARD} hold the stacks "
+        f"of only {card.on_chip // SURVEYS} rays, at {SURVEYS} bytes a ray, although the card "
+        f"could run {AT_ONCE} rays at once. The survey concludes that stacks gain nothing on this "
+        f"card. But each multiprocessor has its own {card.on_chip // 1024} KiB. "
+        f"{card.on_chip // SURVEYS} such stacks fit into a multiprocessor of {WARP // CLOCKS} "
+        f"lanes, and {card.multiprocessors * card.on_chip // SURVEYS} on the card. There are "
+        "enough rays for the lanes; the question is whether there are enough to hide the latency "
+        "of fetches."]
     for label in DEPTHS:
         if label in by:
             row = by[label]
@@ -311,8 +320,8 @@ def _paragraph(found: list[list[Any]]) -> str:
             f"{number(restart[10])} and {number(stack[10])}. {best[0]} is the fastest of the "
             "methods with a rate. With the card's memory, the survey's claim "
             + _holds(stack[9] < restart[9]) + " for kd-stack against kd-restart. "
-            + ("The reason is that too few rays fit to hide kd-stack's fetches, and not, as the "
-               "survey says, the number of rays for the lanes."
+            + ("The reason is that too few rays fit to hide the latency of kd-stack's fetches. "
+               "The survey gives another reason: that too few rays fit to fill the lanes."
                if stack[9] < restart[9] <= stack[10]
                else "More memory for stacks would not change this order.")
             + " With half of the compiled instructions the claim "

@@ -161,14 +161,14 @@ def draw(data: Path, out: Path, full: bool) -> None:
     ends = f"hits triangle {printed.hit}" if printed.hit >= 0 else "misses"
     hit = f"triangle {found.hits.triangle[0]} at t = {found.hits.t[0]:.3f}"
     slip = (f"The survey's Figure 10 tests `thit >= tmax or thit < 0` first, and then descends "
-            "into the near child. Its `order` chooses near by the direction's sign, so this test "
-            "is a mistake: t_split < 0 means that the plane lies behind the ray's origin, and "
-            "only the far child lies ahead. Under the printed rule this ray goes wrong at "
-            f"{' and '.join(map(small.name, printed.wrong))}, visits {names}, and {ends}. Under "
-            f"the corrected rule it hits {hit}. (The printed rule would be right if near were "
-            "the side of the plane that the origin is on.) If the plane lies exactly at t_min, "
-            "the ray also descends into far, so a ray that left a leaf through a plane never "
-            "returns to the leaf.")
+            "into the near child. The figure's function `order` chooses the near child by the "
+            "direction's sign. With this order, the test is a mistake. If t_split < 0, the plane "
+            "lies behind the ray's origin, so only the far child lies ahead. Under the printed "
+            f"rule this ray goes wrong at {' and '.join(map(small.name, printed.wrong))}, visits "
+            f"{names}, and {ends}. Under the corrected rule it hits {hit}. (The printed rule "
+            "would be right if near were the side of the plane that the origin is on.) If the "
+            "plane lies exactly at t_min, the corrected rule sends the ray into the far child "
+            "only. So a ray that left a leaf through a plane never returns to this leaf.")
     write_text(out / "fig10.md", "# Figure 10: the traversal of a kd-tree\n\n```\n" + CODE
                + f"```\n\nThe table follows one ray, which `{METHOD}` traces with one kernel per "
                "pass. It shows t_min, t_max and the stack that the textures hold after the "

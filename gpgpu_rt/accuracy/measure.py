@@ -65,7 +65,8 @@ class Yardstick:
 
         Parameters
         ----------
-        timing : returns a context manager; only the timed passes run within this context
+        timing : returns a context manager. The timed traces run within this context, and so does
+            an untimed trace before them
 
         Returns
         -------
@@ -156,8 +157,8 @@ def accuracy(scene: Scene, names: Sequence[str] | None = None,
     """
     candidates, given = [], dict(options or {})
     if "precision" in given:
-        raise OptionError("formats (--precisions) lists the precisions to measure; leave the "
-                          "option precision out")
+        raise OptionError("leave out the option precision; give the precisions to measure by the "
+                          "parameter formats (--precisions)")
     if names is None:
         names = [row.name for row in taking(given)]
         left = [row.name for row in methods() if row.name not in names]

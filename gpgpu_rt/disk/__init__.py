@@ -1,1 +1,2 @@
-"""Disk: safe reading and writing of files, the memory budget of files, and private folders."""
+"""Disk: reads and writes files safely, limits the memory that a file may require, and makes
+private folders."""

@@ -42,7 +42,7 @@ class Target:
     streams : name -> textures, a texture per texel of the record
     textures : all textures, in the order of the render targets
     framebuffer : draws into all textures at once
-    length : number of texels
+    length : number of positions, width * height
     """
 
     def __init__(self, gpu: Gpu, records: Record | Sequence[Record], size: tuple[int, int],
@@ -66,7 +66,8 @@ class Target:
         return next(iter(self.records.values()))
 
     def part(self, record: Record) -> Target:
-        """Return a target for a single record. This target still owns the record's textures."""
+        """Return a new target for a single record. The new target borrows the record's textures;
+        ``self`` still owns them."""
         return Target(self.gpu, record, self.size,
                       borrowed={record.name: self.streams[record.name]})
 

@@ -1,4 +1,4 @@
-"""Tiles of packets: a tile is traced only if one of its packets has a ray to trace."""
+"""Packet tiles: draws packets in squares, and leaves out squares without a ray to trace."""
 from __future__ import annotations
 
 import math
@@ -30,7 +30,8 @@ class Squares(NamedTuple):
     side: int
 
     def packets(self, size: tuple[int, int]) -> int:
-        """Return the number of packets to draw, given (width, height) of all packets."""
+        """Return the number of packets to draw. ``size`` is the number of packets (across, down)
+        of the whole image."""
         across, down = (np.minimum(self.side, n - np.arange(0, n, self.side)) for n in size)
         return int(down @ self.some[:len(down), :len(across)] @ across)
 
@@ -80,7 +81,10 @@ class TilePass(PrimitivePass):
 
 
 class PacketTiles:
-    """Decides which packets are drawn. The decision is made for whole tiles of rays.
+    """Decides which packets are drawn.
+
+    Tiles of rays tell where there are rays to trace. Packets are drawn in squares, and a square
+    may cover several tiles.
 
     Parameters
     ----------
@@ -99,7 +103,7 @@ class PacketTiles:
         With beams, a tile has rays to trace if its beam meets a leaf. Without beams, a tile has
         rays to trace if one of its rays is live.
 
-        The result is None if every square has rays to trace, because a full-screen draw is then
+        The result is None if every tile has rays to trace, because a full-screen draw is then
         faster than points. The result is also None if the live tiles are not known, or if a point
         cannot be as large as a square.
         """

@@ -63,7 +63,7 @@ def lit_floor() -> rt.Scene:
 
 
 def lit_floor_radiance(size: tuple[int, int], fine: int = 8) -> np.ndarray:
-    """Return (h, w, 3) radiance of the lit floor, averaged over the pixels.
+    """Return the radiance of the lit floor, (h, w, 3), averaged over the area of each pixel.
 
     Lambert's formula gives the irradiance from a polygonal light.
     """

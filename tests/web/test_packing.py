@@ -23,8 +23,12 @@ def bits(*words: int) -> np.ndarray:
 
 
 def records() -> np.ndarray:
-    """Returns records of two texels. They hold a class or a running number, an integer that
-    depends on the class, and floats of both signs."""
+    """Returns records of two texels.
+
+    The first channel is 0, 1, 2 or, in all other records, a running number from 3 on. Its value
+    divides the records into classes (packing.py). The second channel is an integer whose formula
+    depends on the class. The second texel holds floats of both signs.
+    """
     kind = RNG.integers(0, 5, 500)
     table = np.zeros((1000, 4), np.float32)
     table[::2, 0] = np.where(kind < 3, kind, 2 + np.cumsum(kind >= 3))

@@ -23,7 +23,8 @@ def _prepare(triangles: np.ndarray, options: Mapping[str, Any]) -> Accelerator:
              and options["arithmetic"] == "fp32" and options["fixed_point"] is None)
     if options["cpu_below"] > 1 and not plain:
         raise OptionError(f"cpu_below={options['cpu_below']}: the host has only the watertight "
-                          "test in fp32; leave cpu_below at 0 with other tests and numbers")
+                          "test in fp32; with another triangle test or number format, leave "
+                          "cpu_below at 0")
     grid = _cells(triangles, options)
     uniforms = {"scene_lo": tuple(grid.lo), "scene_hi": tuple(grid.hi),
                 **fixed_uniforms(options["fixed_point"], triangles)}
@@ -46,8 +47,8 @@ def _cells(triangles: np.ndarray, options: Mapping[str, Any]) -> Grid | Octree:
 FAMILY = "ray engine"
 ROWS = (Method(
     name="ray-engine",
-    summary="traverses a grid or an octree on the host, which queues rays by cell; a quad per "
-            "triangle intersects the rays of a cell",
+    summary="traverses a grid or an octree on the host, which queues rays by cell; draws each "
+            "triangle of a cell as a quad over the queued rays, and a fragment tests each ray",
     citation="Carr et al. 2002",
     glsl="methods/ray_engine/ray_engine.glsl",
     kernels=("intersect",),

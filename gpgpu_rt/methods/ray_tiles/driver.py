@@ -8,7 +8,8 @@ The passes, in this order:
 3. ``tile_ends`` computes the distance to which each tile's rays search.
 4. For each batch of triangles, ``tile_pairs`` draws all pairs of a triangle and a tile. The vertex
    stage drops a pair if the tile's cone cannot meet the triangle. MIN blending keeps each ray's
-   nearest t. Before the next batch, ``tile_ends`` shortens the distances to the nearest hits.
+   nearest t. Before the next batch, ``tile_ends`` computes the distances again (step 3), because
+   a ray with a hit searches only up to this hit.
 5. ``tile_pairs`` draws all pairs once more, and keeps the lowest index of the triangles at each
    ray's nearest t. With ``any_hit``, step 5 is left out, and step 4 keeps the index of a triangle
    instead of t.

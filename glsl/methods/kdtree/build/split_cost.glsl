@@ -1,13 +1,13 @@
 // The cost of a split of a kd-tree node by the surface area heuristic. Each operation equals the operation
-// of SplitCost in gpgpu_rt/methods/kdtree/sah.py.
+// of SplitCost in gpgpu_rt/methods/kdtree/sah.py. `left` and `right` count the triangles on the two sides.
 
 uniform float traversal_cost;
 uniform float intersection_cost;
 uniform float spared;           // the factor on the cost of a split that cuts off empty space
 uniform float worth_cutting;    // the factor applies if the empty space is at least this share of the node
 
-// Values of the current node, with one component for each split axis. `measure` sets these values. The cost
-// of a split is traversal_cost + cap * (left + right) + rim * (share * left + (1 - share) * right).
+// `measure` sets these values of a node, one per axis. With the left child's `share` of the extent, the
+// cost of a split is traversal_cost + cap * (left + right) + rim * (share * left + (1 - share) * right).
 vec3 node_lo, node_hi, cap, rim, per_unit;
 
 void measure(vec3 lo, vec3 hi) {
