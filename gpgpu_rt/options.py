@@ -219,7 +219,7 @@ TRACER_OPTIONS: tuple[Option, ...] = (
            choices=PRECISIONS, optional=True, label="number format"),
     Option("storage", None, "number format of geometric values in textures; default: the value "
            "of precision", choices=PRECISIONS, optional=True, label="format in textures"),
-    Option("arithmetic", None, "number format to which each result in a kernel is rounded; "
+    Option("arithmetic", None, "number format to which the result of each operation is rounded; "
            "default: the value of precision", choices=PRECISIONS, optional=True,
            label="format in kernels"),
     Option("rounding", "nearest", "rounding of fp24 and fp16: to nearest, towards zero, or "

@@ -61,8 +61,9 @@ PARTS = """The survey shows the papers' images only as small pictures and does n
 views. Cornell University's data and BART's files publish a view. Our images of cornell, kitchen
 and robots have these views; their lights are chosen here. The views of bunny and conference are
 chosen here, and our conference room is another edition. A published time of brute force is too
-short if it leaves fewer instructions for a test than three dot products take. Even a test whose
-triangle is prepared for the eye needs three dot products.
+short if the card can issue fewer instructions in it, for each test, than three dot products take.
+All eye rays start at the same point, so a part of the test can be computed once for each triangle.
+Even then a test needs three dot products.
 """
 BY_METHOD = """A median of 1 means that the predicted times are twice the published times, and a
 median of -1 that they are half the published times.
@@ -141,8 +142,8 @@ def by_method(found: Sequence[PredictedRow]) -> list[tuple[Any, ...]]:
 def far_off(found: Sequence[PredictedRow]) -> list[str]:
     """Return a sentence for each scored row that is off by more than FAR, the farthest first.
 
-    The sentence compares the instructions that the published time leaves for a run of a kernel
-    with the instructions that the run takes.
+    The sentence compares the instructions that the card could issue in the published time of a
+    kernel's run with the instructions that the run takes.
     """
     far = sorted((row for row in found if row.scored and abs(math.log2(row.ratio())) > FAR),
                  key=lambda row: -abs(math.log2(row.ratio())))
