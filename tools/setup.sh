@@ -41,4 +41,7 @@ echo "Installing the package and its dependencies in $venv; this takes one to th
 # Print errors only (-qq). setuptools warns about the folders in package_dir, which is harmless.
 "$venv/bin/python" -m pip install -qq --upgrade pip
 "$venv/bin/python" -m pip install -qq --editable '.[test,figures,report,docs,lint]'
+# setuptools' finder comes after the current folder. If this checkout's folder is named gpgpu_rt and
+# lies in the current folder, Python would import the folder itself. A path in sys.path prevents it.
+pwd > "$("$venv/bin/python" -c 'import sysconfig; print(sysconfig.get_path("purelib"))')/gpgpu_rt_checkout.pth"
 echo "Done. Next: . $venv/bin/activate"

@@ -26,6 +26,9 @@ from .workloads import Workload
 # hits any triangle, (n,) bool.
 Run = Callable[[], np.ndarray]
 CORES = cores()
+# trimesh's own engine gets blocks of this many rays. It tests all triangles near a ray's line,
+# tens of thousands in a room, and holds the tests of all its rays in memory at once.
+BLOCK = 32
 
 
 @dataclass(frozen=True)
@@ -111,7 +114,9 @@ def _trimesh(scene: Scene, rays: Workload) -> Run:
     mesh = trimesh.Trimesh(np.reshape(scene.triangles, (-1, 3)),
                            np.arange(3 * len(scene)).reshape(-1, 3), process=False)
     engine = RayMeshIntersector(mesh)
-    return lambda: engine.intersects_first(rays.origins, rays.directions)
+    blocks = range(0, len(rays.origins), BLOCK)
+    return lambda: np.concatenate([engine.intersects_first(
+        rays.origins[at:at + BLOCK], rays.directions[at:at + BLOCK]) for at in blocks])
 
 
 def _open3d(threads: int) -> Callable[[Scene, Workload], Run]:

@@ -39,6 +39,8 @@ class Entry:
         computed from ``seconds``. The baseline is embreex on one thread.
     over_wall : As ``over``, but with the entry's rate computed from ``wall_seconds``.
     bytes_a_triangle : Size of a method's tables, divided by the number of triangles.
+    work : Name of a counter -> its mean over the rays, as ``Statistics.counters`` holds it; empty
+        if the race counts no work.
     out_of : Number of all rays, if the entry traced only a part of them; else None.
     """
 
@@ -50,6 +52,7 @@ class Entry:
     over: list[float] = field(default_factory=list)
     over_wall: list[float] = field(default_factory=list)
     bytes_a_triangle: float | None = None
+    work: dict[str, float] = field(default_factory=dict)
     out_of: int | None = None
 
     @property
@@ -109,7 +112,7 @@ def ranked(entries: Sequence[Entry]) -> list[Entry]:
 
 def race(scene: str, kind: str, candidates: Sequence[tuple[str, dict[str, Any]]],
          size: int = 1024, runs: int = 5, engines: Sequence[Engine] = ENGINES,
-         report: Callable[[str], None] = lambda line: None) -> list[Entry]:
+         report: Callable[[str], None] = lambda line: None, count: bool = False) -> list[Entry]:
     """Time candidates and engines on the same rays, in several rounds.
 
     Parameters
@@ -123,6 +126,7 @@ def race(scene: str, kind: str, candidates: Sequence[tuple[str, dict[str, Any]]]
     engines : engines to time; missing engines, and engines that cannot trace the rays, are left
         out
     report : called with each line about progress
+    count : after the last round, trace once more with programs that count the candidates' work
 
     Returns
     -------
@@ -146,10 +150,11 @@ def race(scene: str, kind: str, candidates: Sequence[tuple[str, dict[str, Any]]]
         raise OptionError(f"{scene} has no {told(kind)} at {size} x {size} pixels; "
                           "choose other rays or a larger size")
     report(f"{what}: building for {counted(len(candidates), 'candidate')}")
-    entries, calls = [], []
+    entries, calls, ours = [], [], []
     with ExitStack() as tracers:
         for name, options in candidates:
             tracer = tracers.enter_context(Tracer(load(scene), name, **options))
+            ours.append(tracer)
             entries.append(Entry(name, options, rays.live, bytes_a_triangle=sum(
                 tracer.statistics.table_bytes.values()) / len(load(scene))))
             calls.append(_ours(tracer, rays))
@@ -168,6 +173,11 @@ def race(scene: str, kind: str, candidates: Sequence[tuple[str, dict[str, Any]]]
             times = [[call() for _ in range(2 if turn else 1)] for call in calls]
             if turn:
                 _note(entries, [last for *_, last in times])
+        for entry, tracer in zip(entries, ours if count else ()):
+            report(f"{what}: counting the work of {entry.label}")
+            with tracer.counting():
+                rays.trace(tracer)
+                entry.work = dict(tracer.statistics.counters)
     return entries
 
 

@@ -7,7 +7,7 @@ from dataclasses import asdict
 from typing import Any
 
 from ..bench import ENGINES, NOISY, RAY_SETS, Entry, load, race, ranked, told, too_noisy, uncertain
-from ..bench.engines import EMBREE
+from ..bench.engines import EMBREE, Engine
 from ..disk.files import check_writable
 from ..errors import Error, OptionError, how_to_install, nearest_names
 from ..gl.context import Gpu, open_gpu, threads_of
@@ -21,6 +21,7 @@ from .shared import (
 
 Races = list[tuple[str, str, list[Entry]]]
 
+NONE = "none"
 SIZE = 1024
 # Candidates with options that were fastest in measurements. The second candidate has the options
 # of the first and also shared subtrees, which halve the memory.
@@ -45,6 +46,9 @@ def add_commands(command: Command) -> None:
     sub.add_argument("--runs", type=int, default=5, help="timed rounds after a warm-up round. In "
                      "a round, all methods and engines run one after another, each once untimed "
                      "and then once timed; default %(default)s")
+    sub.add_argument("--engine", type=names, metavar="NAME,NAME,...",
+                     help="only engines whose name begins with one of these words, such as "
+                     "embreex; none for no engine; default: every installed engine")
     sub.add_argument("--plot", metavar="IMAGE.png", help="draw the rates as a chart, too")
     add_options(sub)
 
@@ -56,20 +60,29 @@ def _bench(chosen: argparse.Namespace) -> None:
             raise OptionError(f"--rays {kind!r}{nearest_names(kind, RAY_SETS)}")
     if chosen.plot is not None:
         _chart(chosen.plot)
-    candidates = _candidates(chosen)
+    candidates, engines = _candidates(chosen), _engines(chosen.engine)
+    count = bool(given_options(chosen).get("statistics"))
     for scene in chosen.scenes:      # report a wrong name now, not after hours of timing
         load(scene)
     gpu = open_gpu(given_options(chosen).get("context"))
-    found = []
-    for scene in chosen.scenes:
-        if not chosen.json:
-            print_stand_in(load(scene))
-        for kind in kinds:
-            entries = race(scene, RAY_SETS[kind], candidates, chosen.size, chosen.runs,
-                           report=say)
-            found.append((scene, kind, entries))
+    found: Races = []
+    try:
+        for scene in chosen.scenes:
             if not chosen.json:
-                _print(scene, kind, entries, chosen.size)
+                print_stand_in(load(scene))
+            for kind in kinds:
+                entries = race(scene, RAY_SETS[kind], candidates, chosen.size, chosen.runs,
+                               engines, say, count)
+                found.append((scene, kind, entries))
+                if not chosen.json:
+                    _print(scene, kind, entries, chosen.size)
+    finally:    # also after an error: the finished races may have taken hours
+        if found:
+            _end(chosen, gpu, found)
+
+
+def _end(chosen: argparse.Namespace, gpu: Gpu, found: Races) -> None:
+    """Print what follows the races, and draw the chart."""
     if chosen.json:
         print_json({"gpu": gpu.info(), "environment": asdict(environment(gpu)),
                     "size": chosen.size,
@@ -88,6 +101,18 @@ def _bench(chosen: argparse.Namespace) -> None:
              for scene, kind, entries in found], chosen.plot, _renderer(gpu))
 
 
+def _engines(words: list[str] | None) -> tuple[Engine, ...]:
+    """Return the engines whose names begin with one of ``words``; all engines for None."""
+    if words is None or words == [NONE]:
+        return () if words else ENGINES
+    known = dict.fromkeys(engine.name.split()[0].rstrip(",") for engine in ENGINES)
+    for word in words:
+        if not any(engine.name.lower().startswith(word.lower()) for engine in ENGINES):
+            raise OptionError(f"--engine {word!r}{nearest_names(word, known)}")
+    return tuple(engine for engine in ENGINES
+                 if engine.name.lower().startswith(tuple(word.lower() for word in words)))
+
+
 def _candidates(chosen: argparse.Namespace) -> list[tuple[str, dict[str, Any]]]:
     """Return the methods to time, with their options.
 
@@ -98,9 +123,11 @@ def _candidates(chosen: argparse.Namespace) -> list[tuple[str, dict[str, Any]]]:
         named = [(name, options_for(chosen, name)) for name in chosen.methods]
         for name, options in named:
             find_method(name).resolved(options)
+            options.pop("statistics", None)     # counted after the timed rounds
         return named
     given, quick = given_options(chosen), [row for row in methods() if _is_quick(row)]
     found = taking(given, quick)
+    given.pop("statistics", None)
     if len(found) < len(quick):
         left = ", ".join(row.name for row in quick if row not in found)
         say(f"left out: {left} (they do not have these options)")
@@ -133,6 +160,12 @@ def _print(scene: str, kind: str, entries: list[Entry], size: int) -> None:
         print(f"uncertain rates, because the slowest run took more than {NOISY:g} times the "
               f"fastest; measure again on an idle machine: {unsteady}")
     print()
+    if worked := [entry for entry in ranked(entries) if entry.work]:
+        counters = list(worked[0].work)
+        print_table(["work per ray", "options", *(name.replace("_", " ") for name in counters)],
+                    [[entry.title, entry.words or "-",
+                      *(number(entry.work[name]) for name in counters)] for entry in worked])
+        print("For packets: the work of a packet for all its rays together\n")
 
 
 def _rays(kind: str, size: int) -> str:
