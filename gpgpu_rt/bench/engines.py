@@ -191,7 +191,7 @@ ENGINES = (
              f"{_IN_C} in C, {counted(CORES, 'thread')}", (), embree_in_c.packets(width, CORES),
              threads=CORES, tile=tile, absent=embree_in_c.missing)
       for width, tile in _TILES.items()),
-    Engine(OWN, ("rtree",), _trimesh, most=1024, ends=False, robust=False),
+    Engine(OWN, ("rtree",), _trimesh, most=128, ends=False, robust=False),
     Engine(f"{_NAMES[2]}, one thread", ("open3d",), _open3d(1)),
     *(Engine(f"{_NAMES[2]}, {n} threads", ("open3d",), _open3d(n), threads=n) for n in _ALL),
     Engine(f"{_NAMES[3]}, {CORES} threads", ("mitsuba", "drjit"), _mitsuba(CORES), threads=CORES,
