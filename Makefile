@@ -12,7 +12,7 @@ help:  ## print this list
 
 setup: $(STAMP)  ## make the virtual environment, and install Mesa where it is missing
 
-$(STAMP): setup.cfg pyproject.toml
+$(STAMP): setup.cfg pyproject.toml tools/setup.sh
 	@PYTHON="$(PYTHON)" sh tools/setup.sh "$(VENV)"
 	@touch $(STAMP)
 

@@ -35,12 +35,13 @@ def _add(found: Any, value: Any) -> None:
         for part in fields(value):
             _add(found, getattr(value, part.name))
     elif isinstance(value, tuple):
+        found.update(f"{len(value)} parts;".encode())
         for part in value:
             _add(found, part)
     elif isinstance(value, np.ndarray):
         found.update(repr((value.shape, value.dtype.str)).encode() + value.tobytes())
     else:
-        found.update(repr(value).encode())
+        found.update(f"{value!r};".encode())
 
 
 def measure(step: int, method: str, size: int, runs: int, name: str = "bunny") -> dict[str, Any]:

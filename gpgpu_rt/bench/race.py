@@ -5,6 +5,7 @@ busy machine slows all entries of a round, so these ratios vary less than the ra
 """
 from __future__ import annotations
 
+import math
 import statistics
 import time
 from collections.abc import Callable, Sequence
@@ -13,6 +14,7 @@ from dataclasses import asdict, dataclass, field
 from typing import Any
 
 from ..errors import OptionError
+from ..methods import find_method
 from ..options import spell
 from ..text_format import counted
 from ..tracer import Tracer
@@ -22,6 +24,7 @@ from .workloads import Workload, load, told, workload
 # Times are uncertain if the slowest run took more than this many times as long as the fastest. If
 # embreex's times are uncertain, there is no verdict.
 NOISY = 1.5
+WORK = ("nodes_visited", "leaves_visited", "triangles_tested")      # the counters of `Entry.work`
 
 
 @dataclass
@@ -39,8 +42,8 @@ class Entry:
         computed from ``seconds``. The baseline is embreex on one thread.
     over_wall : As ``over``, but with the entry's rate computed from ``wall_seconds``.
     bytes_a_triangle : Size of a method's tables, divided by the number of triangles.
-    work : Name of a counter -> its mean over the rays, as ``Statistics.counters`` holds it; empty
-        if the race counts no work.
+    work : Name of a counter -> its number per ray; empty if the race counts no work. The number of
+        a packet is divided by the number of its rays.
     out_of : Number of all rays, if the entry traced only a part of them; else None.
     """
 
@@ -126,7 +129,7 @@ def race(scene: str, kind: str, candidates: Sequence[tuple[str, dict[str, Any]]]
     engines : engines to time; missing engines, and engines that cannot trace the rays, are left
         out
     report : called with each line about progress
-    count : after the last round, trace once more with programs that count the candidates' work
+    count : before the warm-up, trace once with programs that count the candidates' work
 
     Returns
     -------
@@ -150,13 +153,14 @@ def race(scene: str, kind: str, candidates: Sequence[tuple[str, dict[str, Any]]]
         raise OptionError(f"{scene} has no {told(kind)} at {size} x {size} pixels; "
                           "choose other rays or a larger size")
     report(f"{what}: building for {counted(len(candidates), 'candidate')}")
-    entries, calls, ours = [], [], []
+    entries, calls = [], []
     with ExitStack() as tracers:
         for name, options in candidates:
             tracer = tracers.enter_context(Tracer(load(scene), name, **options))
-            ours.append(tracer)
             entries.append(Entry(name, options, rays.live, bytes_a_triangle=sum(
                 tracer.statistics.table_bytes.values()) / len(load(scene))))
+            if count:
+                entries[-1].work = _work(tracer, rays, options)
             calls.append(_ours(tracer, rays))
         for engine in engines:
             if engine.missing:
@@ -173,12 +177,19 @@ def race(scene: str, kind: str, candidates: Sequence[tuple[str, dict[str, Any]]]
             times = [[call() for _ in range(2 if turn else 1)] for call in calls]
             if turn:
                 _note(entries, [last for *_, last in times])
-        for entry, tracer in zip(entries, ours if count else ()):
-            report(f"{what}: counting the work of {entry.label}")
-            with tracer.counting():
-                rays.trace(tracer)
-                entry.work = dict(tracer.statistics.counters)
     return entries
+
+
+def _work(tracer: Tracer, rays: Workload, options: dict[str, Any]) -> dict[str, float]:
+    """Return `Entry.work`."""
+    with tracer.counting():
+        rays.trace(tracer)
+        means = tracer.statistics.counters
+    # The means are over all pixels, also over pixels without a ray. Each ray of a packet has the
+    # counts of the whole packet (drivers/packet_hits.frag).
+    shared = math.prod(find_method(tracer.method.name).resolved(options)["packet"]) \
+        if tracer.method.packet else 1
+    return {name: means[name] * len(rays.origins) / (rays.live * shared) for name in WORK}
 
 
 def _ours(tracer: Tracer, rays: Workload) -> Callable[[], tuple[float, float]]:

@@ -2,9 +2,9 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import asdict
-from typing import Any
+from typing import Any, NamedTuple
 
 from ..bench import ENGINES, NOISY, RAY_SETS, Entry, load, race, ranked, told, too_noisy, uncertain
 from ..bench.engines import EMBREE, Engine
@@ -15,13 +15,22 @@ from ..gl.environment import environment
 from ..methods import Method, find_method, methods, taking
 from ..text_format import counted, number
 from .shared import (
-    Command, add_methods, add_options, given_options, names, options_for, print_json,
-    print_stand_in, print_table, say, side_word
+    NONE, Collect, Command, add_methods, add_options, given_options, names, options_for,
+    print_json, print_stand_in, print_table, say, side_word
 )
 
-Races = list[tuple[str, str, list[Entry]]]
 
-NONE = "none"
+class Race(NamedTuple):
+    """A finished race: the facts and the title of its scene, the kind of rays, and the entries."""
+
+    facts: dict[str, Any]
+    title: str
+    kind: str
+    entries: list[Entry]
+
+
+Races = list[Race]
+
 SIZE = 1024
 # Candidates with options that were fastest in measurements. The second candidate has the options
 # of the first and also shared subtrees, which halve the memory.
@@ -46,9 +55,9 @@ def add_commands(command: Command) -> None:
     sub.add_argument("--runs", type=int, default=5, help="timed rounds after a warm-up round. In "
                      "a round, all methods and engines run one after another, each once untimed "
                      "and then once timed; default %(default)s")
-    sub.add_argument("--engine", type=names, metavar="NAME,NAME,...",
-                     help="only engines whose name begins with one of these words, such as "
-                     "embreex; none for no engine; default: every installed engine")
+    sub.add_argument("--engine", type=names, action=Collect, metavar="NAME,NAME,...",
+                     help=f"time only these engines: {', '.join(_first_words())}; or none for no "
+                     "engine; default: every installed engine")
     sub.add_argument("--plot", metavar="IMAGE.png", help="draw the rates as a chart, too")
     add_options(sub)
 
@@ -73,44 +82,60 @@ def _bench(chosen: argparse.Namespace) -> None:
             for kind in kinds:
                 entries = race(scene, RAY_SETS[kind], candidates, chosen.size, chosen.runs,
                                engines, say, count)
-                found.append((scene, kind, entries))
+                found.append(Race(load(scene).facts(), load(scene).title, kind, entries))
                 if not chosen.json:
                     _print(scene, kind, entries, chosen.size)
     finally:    # also after an error: the finished races may have taken hours
         if found:
-            _end(chosen, gpu, found)
+            _end(chosen, gpu, found, engines)
 
 
-def _end(chosen: argparse.Namespace, gpu: Gpu, found: Races) -> None:
+def _end(chosen: argparse.Namespace, gpu: Gpu, found: Races, engines: Sequence[Engine]) -> None:
     """Print what follows the races, and draw the chart."""
     if chosen.json:
         print_json({"gpu": gpu.info(), "environment": asdict(environment(gpu)),
                     "size": chosen.size,
-                    "threads": threads_of(gpu.renderer), "missing": _missing(),
-                    "robust": {one.name: one.robust for one in ENGINES},
-                    "races": [{**load(scene).facts(), "rays": kind,
-                               "too_noisy": too_noisy(entries),
-                               "uncertain": [entry.label for entry in uncertain(entries)],
-                               "entries": [entry.to_dict() for entry in entries]}
-                              for scene, kind, entries in found]})
+                    "threads": threads_of(gpu.renderer), "missing": _missing(engines),
+                    "robust": {one.name: one.robust for one in engines},
+                    "races": [{**one.facts, "rays": one.kind,
+                               "too_noisy": too_noisy(one.entries),
+                               "uncertain": [entry.label for entry in uncertain(one.entries)],
+                               "entries": [entry.to_dict() for entry in one.entries]}
+                              for one in found]})
     else:
-        _print_notes(gpu, found)
+        _print_notes(gpu, found, engines)
     if chosen.plot is not None:
-        _chart(chosen.plot)(
-            [(load(scene).title, _rays(kind, chosen.size), entries)
-             for scene, kind, entries in found], chosen.plot, _renderer(gpu))
+        _chart(chosen.plot)([(one.title, _rays(one.kind, chosen.size), one.entries)
+                             for one in found], chosen.plot, _renderer(gpu))
 
 
-def _engines(words: list[str] | None) -> tuple[Engine, ...]:
-    """Return the engines whose names begin with one of ``words``; all engines for None."""
-    if words is None or words == [NONE]:
-        return () if words else ENGINES
-    known = dict.fromkeys(engine.name.split()[0].rstrip(",") for engine in ENGINES)
+def _first_words() -> list[str]:
+    """Return the first words of the engines' names, such as embreex."""
+    return list(dict.fromkeys(engine.name.split()[0].rstrip(",") for engine in ENGINES))
+
+
+def _engines(words: Sequence[str] | None) -> Sequence[Engine]:
+    """Return the engines whose names begin with one of ``words``, in upper or lower case; all
+    engines for None, and no engine for "none".
+
+    Raises
+    ------
+    OptionError
+        for a word that begins no name, or only names of engines that cannot run
+    """
+    if words is None:
+        return ENGINES
+    if words == [NONE]:
+        return ()
+    chosen: list[Engine] = []
     for word in words:
-        if not any(engine.name.lower().startswith(word.lower()) for engine in ENGINES):
-            raise OptionError(f"--engine {word!r}{nearest_names(word, known)}")
-    return tuple(engine for engine in ENGINES
-                 if engine.name.lower().startswith(tuple(word.lower() for word in words)))
+        named = [one for one in ENGINES if one.name.lower().startswith(word.lower())]
+        if not named:
+            raise OptionError(f"--engine {word!r}{nearest_names(word, [*_first_words(), NONE])}")
+        if all(one.missing for one in named):
+            raise OptionError(f"--engine {word}: {named[0].missing}; install it or leave it out")
+        chosen += named
+    return [one for one in ENGINES if one in chosen]
 
 
 def _candidates(chosen: argparse.Namespace) -> list[tuple[str, dict[str, Any]]]:
@@ -141,18 +166,19 @@ def _print(scene: str, kind: str, entries: list[Entry], size: int) -> None:
     noise = too_noisy(entries)
     print(f"{load(scene).name}, {len(load(scene)):,} triangles, "
           f"{entries[0].rays:,} {_rays(kind, size)}")
-    heads = ["method", "options", "Mrays/s", "over embreex", "arrays in to out", "spread",
-             "bytes per triangle", "against embreex"]
+    compared = any(entry.over for entry in entries)
+    heads = ["method", "options", "Mrays/s", *(["over embreex", "arrays in to out"] * compared),
+             "spread", "bytes per triangle", *(["against embreex"] * compared)]
     rows = []
     for entry in ranked(entries):
         told = entry.to_dict()
         rows.append([
             entry.title, entry.words or "-", number(entry.rays_per_second / 1e6),
             *(number(told.get(name))
-              for name in ("over_embree", "over_embree_wall")),
+              for name in ("over_embree", "over_embree_wall") * compared),
             number(entry.spread),
             "-" if entry.bytes_a_triangle is None else f"{entry.bytes_a_triangle:.0f}",
-            "-" if noise else entry.verdict() or "-"])
+            *(["-" if noise else entry.verdict() or "-"] * compared)])
     print_table(heads, rows)
     if noise:
         print(f"no verdict: {noise}")
@@ -165,7 +191,7 @@ def _print(scene: str, kind: str, entries: list[Entry], size: int) -> None:
         print_table(["work per ray", "options", *(name.replace("_", " ") for name in counters)],
                     [[entry.title, entry.words or "-",
                       *(number(entry.work[name]) for name in counters)] for entry in worked])
-        print("For packets: the work of a packet for all its rays together\n")
+        print("A packet's work is divided by the number of its rays\n")
 
 
 def _rays(kind: str, size: int) -> str:
@@ -178,10 +204,10 @@ def _renderer(gpu: Gpu) -> str:
     return gpu.renderer + ("" if threads is None else f", on {counted(threads, 'thread')}")
 
 
-def _print_notes(gpu: Gpu, found: Races) -> None:
+def _print_notes(gpu: Gpu, found: Races, engines: Sequence[Engine]) -> None:
     """Print the meaning of the tables' columns, and which engines are robust and which are
     missing."""
-    if any(entry.over for *_, entries in found for entry in entries):
+    if any(entry.over for one in found for entry in one.entries):
         print(f"over embreex: our rate divided by the rate of {EMBREE}, as the median "
               "of all rounds. Our time\n"
               f"is the time of the passes on {_renderer(gpu)},\n"
@@ -193,19 +219,20 @@ def _print_notes(gpu: Gpu, found: Races) -> None:
     print("spread: time of the slowest round divided by the time of the fastest\n"
           "bytes per triangle: size of the method's tables divided by the number of triangles; "
           "without rays and hits")
-    names = {entry.name for *_, entries in found for entry in entries}
+    names = {entry.name for one in found for entry in one.entries}
     for promise, words in ((True, "robust (promise that no ray leaks at an edge or a vertex)"),
                            (False, "not robust")):
         if told := [one.name for one in ENGINES if one.name in names and one.robust == promise]:
             print(f"{words}: {'; '.join(told)}")
-    for why in dict.fromkeys(_missing().values()):
+    missing = _missing(engines)
+    for why in dict.fromkeys(missing.values()):
         print(f"left out because {why}: "
-              + "; ".join(name for name, reason in _missing().items() if reason == why))
+              + "; ".join(name for name, reason in missing.items() if reason == why))
 
 
-def _missing() -> dict[str, str]:
+def _missing(engines: Sequence[Engine]) -> dict[str, str]:
     """Return engine -> the reason why it cannot run, for each missing engine."""
-    return {engine.name: engine.missing for engine in ENGINES if engine.missing}
+    return {engine.name: engine.missing for engine in engines if engine.missing}
 
 
 def _chart(path: str) -> Callable[[Races, str, str], None]:

@@ -19,9 +19,7 @@ from ..errors import Error, OptionError, how_to_install
 from ..methods import find_method, methods
 from ..text_format import counted, number
 from .progress import show_progress, tenths
-from .shared import Command, add_methods, names, print_json, print_table, say
-
-NONE = "none"
+from .shared import NONE, Command, add_methods, names, print_json, print_table, say
 
 
 def add_commands(command: Command) -> None:

@@ -20,6 +20,7 @@ from .parser import Parser
 Command = Callable[[str, Callable[[argparse.Namespace], None], str], Parser]
 
 
+NONE = "none"       # the word for no method or no engine
 _WORD = re.compile(r"--[a-z-]+")
 _PLACE = re.compile(r"-[\d.][^,]*,.*")     # a list of numbers that begins with a minus sign
 
@@ -53,8 +54,9 @@ def names(text: str) -> list[str]:
     return found
 
 
-class _Collect(argparse.Action):
-    """Appends the names to the names that earlier ``-m`` options gave. Keeps each name once."""
+class Collect(argparse.Action):
+    """Appends the names to the names that an earlier option of the same name gave. Keeps each name
+    once."""
 
     def __call__(self, parser: argparse.ArgumentParser, chosen: argparse.Namespace, values: Any,
                  word: str | None = None) -> None:
@@ -85,7 +87,7 @@ def add_methods(sub: argparse.ArgumentParser, default: str | None = None) -> Non
     ``default`` is a text for the help. If ``default`` is given, ``-m`` is optional. Without
     ``-m``, ``chosen.methods`` is None.
     """
-    sub.add_argument("-m", "--method", "--methods", required=default is None, action=_Collect,
+    sub.add_argument("-m", "--method", "--methods", required=default is None, action=Collect,
                      dest="methods", metavar="NAME,NAME,...", type=names,
                      help="the methods, as a list or with an -m for each"
                      + (f"; default: {default}" if default else ""))

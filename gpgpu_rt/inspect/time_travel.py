@@ -129,8 +129,9 @@ def decode(batch: RayBatch, one: Pass) -> Hits:
 
 def phase_names(tracer: Tracer) -> dict[int, str]:
     """Return the meaning of each value of the state's ``phase``."""
+    # Only a stack of entries in a texture can be full. The short stacks overwrite an entry.
     ends = {phase: name for phase, name in ENDS.items()
-            if phase != OVERFLOWN or tracer.method.stack}
+            if phase != OVERFLOWN or tracer.method.stack_entry is not None}
     return {**ends, **dict(enumerate(kernels_of(tracer), 1))}
 
 

@@ -15,13 +15,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 from PIL import Image
-from trimesh.ray.ray_triangle import RayMeshIntersector
 
 import gpgpu_rt as rt
 from gpgpu_rt import cli
 from gpgpu_rt.bench import (
-    ENGINES, RAY_SETS, Entry, Workload, embree_in_c, engines, load, race, ranked, too_noisy,
-    uncertain, workload
+    ENGINES, RAY_SETS, Entry, Workload, embree_in_c, engines, race, ranked, too_noisy, uncertain,
+    workload
 )
 from gpgpu_rt.bench.engines import EMBREE, OWN
 from gpgpu_rt.cli import benching
@@ -127,67 +126,6 @@ def test_an_engine_of_few_rays_says_of_how_many(capsys) -> None:
     assert "building for 1 candidate" in [line.partition(": ")[2] for line in lines]
     benching._print("cornell", "eye", [ours, theirs], SIZE)
     assert f"{OWN}, 100 of 576 rays" in capsys.readouterr().out
-
-
-def test_trimeshs_engine_gets_its_rays_in_blocks(monkeypatch) -> None:
-    """The hits do not depend on the size of the blocks. Whole images in one block took more than
-    20 GB in a room."""
-    own = next(one for one in ENGINES if one.name == OWN)
-    if own.missing:
-        pytest.skip(own.missing)
-    scene, rays = load("cornell"), workload("cornell", RAY_SETS["eye"], SIZE).compact()
-    given: list[int] = []
-    whole = RayMeshIntersector.intersects_first
-    monkeypatch.setattr(RayMeshIntersector, "intersects_first", lambda self, origins, directions: (
-        given.append(len(origins)), whole(self, origins, directions))[1])
-    found = own.prepare(scene, rays)()
-    assert max(given) <= engines.BLOCK and sum(given) == len(found) == rays.live
-    with rt.Tracer(scene, "grid") as tracer:
-        assert (found == rays.trace(tracer).triangle).mean() > 0.99
-
-
-def test_statistics_count_the_work_after_the_timed_rounds(capsys) -> None:
-    arguments = ["bench", "cornell", "--size", "16", "-m", "grid,bvh-packet", "--runs", "1",
-                 "--engine", "none", "--statistics"]
-    assert cli.main([*arguments, "--json"]) == 0
-    entries = json.loads(capsys.readouterr().out)["races"][0]["entries"]
-    scene = load("cornell")
-    for entry in entries:
-        assert entry["options"] == {}
-        with rt.Tracer(scene, entry["name"], statistics=True) as tracer:
-            workload("cornell", RAY_SETS["eye"], 16).trace(tracer)
-            assert entry["work"] == tracer.statistics.counters
-    assert cli.main(arguments) == 0
-    assert "triangles tested" in capsys.readouterr().out
-
-
-@pytest.mark.parametrize("words, names", [
-    ("none", []), ("embreex", [one.name for one in ENGINES if one.name.startswith("embreex")]),
-    ("Trimesh,open3d", [one.name for one in ENGINES if one.name[:5] in ("trime", "open3")])],
-    ids=str)
-def test_engines_are_chosen_by_the_first_word(words: str, names: list[str]) -> None:
-    assert [one.name for one in benching._engines(words.split(","))] == names
-
-
-def test_an_unknown_engine_is_one_line(capsys) -> None:
-    assert cli.main(["bench", "cornell", "--engine", "embrex"]) == 1
-    assert "did you mean embreex or Embree?" in capsys.readouterr().err
-
-
-def test_finished_races_survive_a_failure(monkeypatch, capsys) -> None:
-    """If a race fails, the results of the finished races are printed before the error."""
-    timed = benching.race
-
-    def fails(scene: str, *rest) -> list:
-        if scene == "bunny":
-            raise MemoryError
-        return timed(scene, *rest)
-    monkeypatch.setattr(benching, "race", fails)
-    assert cli.main(["bench", "cornell", "bunny", "--size", "8", "-m", "grid", "--runs", "1",
-                     "--engine", "none", "--json"]) == 1
-    out, err = capsys.readouterr()
-    assert [race["scene"] for race in json.loads(out)["races"]] == ["cornell"]
-    assert err.splitlines()[-1].startswith("gpgpu-rt: ")
 
 
 def test_a_race_takes_ratios_turn_by_turn() -> None:

@@ -46,11 +46,14 @@ def test_every_part_of_a_scene_is_in_its_digest(monkeypatch) -> None:
     scene = scenes("tenk")[-1]
     *rest, glass = scene.materials
     checks = scene.materials[FLOOR].texture
+    around = scene.environment.image
+    darker = replace(scene.environment, image=rt.Texture(around.name, around.texels / 2))
     changed = [scene, replace(scene, environment=BACKDROP), replace(scene, uv=scene.uv / 2),
+               replace(scene, environment=darker), replace(scene, lights=scene.lights[1:]),
                replace(scene, materials=(*rest, replace(glass, ior=1.4))),
                replace(scene, colours=scene.colours / 2),
                replace(scene, materials=tuple(
-                   replace(one, texture=rt.Texture("other", checks.texels / 2))
+                   replace(one, texture=rt.Texture(checks.name, checks.texels / 2))
                    if one.texture is checks else one for one in scene.materials))]
     monkeypatch.setattr(needs_times, "scenes", lambda name: changed)
     assert len({needs_times.digest("tenk", at) for at in range(len(changed))}) == len(changed)

@@ -1,0 +1,96 @@
+"""`gpgpu-rt bench`: the choice of engines, the counted work, and what remains after a failure."""
+from __future__ import annotations
+
+import json
+
+import pytest
+from trimesh.ray.ray_triangle import RayMeshIntersector
+
+import gpgpu_rt as rt
+from gpgpu_rt import cli
+from gpgpu_rt.bench import ENGINES, RAY_SETS, Workload, engines, load, workload
+from gpgpu_rt.bench.engines import OWN
+from gpgpu_rt.cli import benching
+
+SIZE = 24
+
+
+def test_trimeshs_engine_gets_its_rays_in_blocks(monkeypatch) -> None:
+    """The hits do not depend on the size of the blocks. Whole images in one block took more than
+    20 GB in a room."""
+    own = next(one for one in ENGINES if one.name == OWN)
+    if own.missing:
+        pytest.skip(own.missing)
+    scene, rays = load("cornell"), workload("cornell", RAY_SETS["eye"], SIZE).compact()
+    given: list[int] = []
+    whole = RayMeshIntersector.intersects_first
+    monkeypatch.setattr(RayMeshIntersector, "intersects_first", lambda self, origins, directions: (
+        given.append(len(origins)), whole(self, origins, directions))[1])
+    found = own.prepare(scene, rays)()
+    assert max(given) <= engines.BLOCK and sum(given) == len(found) == rays.live
+    with rt.Tracer(scene, "grid") as tracer:
+        assert (found == rays.trace(tracer).triangle).mean() > 0.99
+
+
+@pytest.mark.parametrize("kind", ["eye", "mirror", "shadow"])
+def test_statistics_count_the_work_per_ray(kind: str, capsys) -> None:
+    """The work is per ray that an image has, although the tracer's means are over all pixels. The
+    work of a packet is divided by the number of its rays."""
+    arguments = ["bench", "bunny", "--size", "16", "-m", "grid,bvh-packet", "--runs", "1",
+                 "--rays", kind, "--engine", "none", "--statistics"]
+    assert cli.main([*arguments, "--json"]) == 0
+    grid, packet = json.loads(capsys.readouterr().out)["races"][0]["entries"]
+    rays = workload("bunny", RAY_SETS[kind], 16)
+    assert grid["options"] == packet["options"] == {}
+    assert rays.live < 16 * 16 or kind == "eye"
+    alone = Workload(rays.origins[rays.has_ray], rays.directions[rays.has_ray], 16,
+                     None if rays.t_max is None else rays.t_max[rays.has_ray], rays.any_hit,
+                     (1, rays.live))
+    with rt.Tracer(load("bunny"), "grid", statistics=True) as tracer:
+        alone.trace(tracer)
+        counters = tracer.statistics.counters
+    assert grid["work"] == pytest.approx({name: counters[name] for name in grid["work"]})
+    with rt.Tracer(load("bunny"), "bvh-packet", statistics=True) as tracer:
+        rays.trace(tracer)
+        counters = tracer.statistics.counters
+    assert packet["work"]["triangles_tested"] * 4 * rays.live == pytest.approx(
+        counters["triangles_tested"] * 16 * 16)
+    assert cli.main(arguments) == 0
+    assert "triangles tested" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("words, names", [
+    ("none", []), ("embreex", [one.name for one in ENGINES if one.name.startswith("embreex")]),
+    ("Trimesh,embreex", [one.name for one in ENGINES if one.name[:7] in ("trimesh", "embreex")])],
+    ids=str)
+def test_engines_are_chosen_by_the_first_word(words: str, names: list[str]) -> None:
+    if any(one.missing for one in ENGINES if one.name in names):
+        pytest.skip("embreex or rtree is not installed")
+    assert [one.name for one in benching._engines(words.split(","))] == names
+
+
+def test_an_engine_that_cannot_run_is_one_line(capsys, monkeypatch) -> None:
+    assert cli.main(["bench", "cornell", "--engine", "embrex"]) == 1
+    assert "did you mean embreex or Embree?" in capsys.readouterr().err
+    monkeypatch.setattr(engines, "_absent", lambda module: f"{module} is not installed")
+    assert cli.main(["bench", "cornell", "--engine", "open3d"]) == 1
+    assert "--engine open3d: open3d is not installed; install it" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("failure, status", [(MemoryError, 1), (KeyboardInterrupt, 130)])
+def test_finished_races_survive_a_failure(monkeypatch, capsys, failure, status: int) -> None:
+    """If a race fails, the results of the finished races are printed before the error. No scene is
+    loaded for this again."""
+    timed, loaded = benching.race, []
+
+    def fails(scene: str, *rest) -> list:
+        if scene == "tenk":
+            monkeypatch.setattr(benching, "load", loaded.append)
+            raise failure
+        return timed(scene, *rest)
+    monkeypatch.setattr(benching, "race", fails)
+    assert cli.main(["bench", "cornell", "bunny", "tenk", "--size", "8", "-m", "grid", "--runs",
+                     "1", "--engine", "none", "--json"]) == status
+    out, err = capsys.readouterr()
+    assert [race["scene"] for race in json.loads(out)["races"]] == ["cornell", "bunny"]
+    assert not loaded
