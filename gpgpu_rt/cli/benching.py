@@ -180,7 +180,8 @@ def _print(scene: str, kind: str, entries: list[Entry], size: int) -> None:
             "-" if entry.bytes_a_triangle is None else f"{entry.bytes_a_triangle:.0f}",
             *(["-" if noise else entry.verdict() or "-"] * compared)])
     print_table(heads, rows)
-    if noise:
+    ours_alone = all(entry.bytes_a_triangle is not None for entry in entries)
+    if noise and not ours_alone:
         print(f"no verdict: {noise}")
     if unsteady := "; ".join(entry.label for entry in uncertain(entries)):
         print(f"uncertain rates, because the slowest run took more than {NOISY:g} times the "
