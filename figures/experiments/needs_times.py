@@ -53,8 +53,8 @@ def measure(step: int, method: str, size: int, runs: int, name: str = "bunny") -
         "derived" and "all" hold the costs of the two renderers: the median ``seconds``, each of
         COUNTS, and ``passes_by_name``. ``ratio`` is the median, over the pairs, of the derived
         renderer's seconds divided by the other renderer's. ``differing`` is the number of pixels
-        that differ.
-        ``present`` has the names of the properties that the derived renderer supports.
+        that differ. ``present`` has the names of the properties that the derived renderer
+        supports.
     """
     scene = scenes(name)[step]
     kinds = {"derived": False, "all": True}

@@ -14,7 +14,6 @@ from dataclasses import asdict, dataclass, field
 from typing import Any
 
 from ..errors import OptionError
-from ..methods import find_method
 from ..options import spell
 from ..text_format import counted
 from ..tracer import Tracer
@@ -181,14 +180,13 @@ def race(scene: str, kind: str, candidates: Sequence[tuple[str, dict[str, Any]]]
 
 
 def _work(tracer: Tracer, rays: Workload, options: dict[str, Any]) -> dict[str, float]:
-    """Return `Entry.work`."""
+    """Trace the rays with programs that count their work, and return `Entry.work`."""
     with tracer.counting():
         rays.trace(tracer)
         means = tracer.statistics.counters
     # The means are over all pixels, also over pixels without a ray. Each ray of a packet has the
     # counts of the whole packet (drivers/packet_hits.frag).
-    shared = math.prod(find_method(tracer.method.name).resolved(options)["packet"]) \
-        if tracer.method.packet else 1
+    shared = math.prod(tracer.method.resolved(options)["packet"]) if tracer.method.packet else 1
     return {name: means[name] * len(rays.origins) / (rays.live * shared) for name in WORK}
 
 

@@ -148,7 +148,7 @@ def _candidates(chosen: argparse.Namespace) -> list[tuple[str, dict[str, Any]]]:
         named = [(name, options_for(chosen, name)) for name in chosen.methods]
         for name, options in named:
             find_method(name).resolved(options)
-            options.pop("statistics", None)     # counted after the timed rounds
+            options.pop("statistics", None)     # `race` counts apart from the timed rounds
         return named
     given, quick = given_options(chosen), [row for row in methods() if _is_quick(row)]
     found = taking(given, quick)
@@ -236,7 +236,7 @@ def _missing(engines: Sequence[Engine]) -> dict[str, str]:
     return {engine.name: engine.missing for engine in engines if engine.missing}
 
 
-def _chart(path: str) -> Callable[[Races, str, str], None]:
+def _chart(path: str) -> Callable[[list[tuple[str, str, list[Entry]]], str, str], None]:
     """Check the name of the chart's file, and return the function that draws the chart.
 
     Raises

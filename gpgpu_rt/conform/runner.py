@@ -3,10 +3,12 @@ from __future__ import annotations
 
 import multiprocessing
 import os
+import tempfile
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from multiprocessing.connection import Connection
+from typing import Any
 
 from ..errors import Error
 from ..interrupts import left_to_this_process
@@ -16,8 +18,7 @@ from .spec import Spec
 
 START_SECONDS = 120
 SECONDS = 300       # an engine that needs more time for one case is recorded as crashed
-
-
+MOST_WORDS = 300    # at most this many bytes of an engine's last words are shown
 NO_ANSWER = "no answer"
 
 
@@ -33,6 +34,7 @@ class Runner:
         self.seconds = seconds
         self._process: multiprocessing.process.BaseProcess | None = None
         self._ours: Connection | None = None
+        self._errors: Any = None    # a file: what the engine last wrote to stderr
 
     def load(self, spec: Spec) -> None:
         """Load the engine without a case.
@@ -66,9 +68,10 @@ class Runner:
             answers, seconds, failure = self._ours.recv()
         except (EOFError, OSError):
             self._process.join(5)
-            status = self._process.exitcode
+            reason = f"the process ended with status {self._process.exitcode}"
+            last = self._last_words()
             self.close()
-            raise Crash(f"the process ended with status {status}") from None
+            raise Crash(f"{reason}: {last}" if last else reason) from None
         if failure:
             raise Crash(failure)
         return answers, seconds
@@ -76,7 +79,8 @@ class Runner:
     def _start(self) -> None:
         context = multiprocessing.get_context("spawn")
         self._ours, theirs = context.Pipe()
-        self._process = context.Process(target=_serve, args=(theirs,))
+        self._errors = tempfile.NamedTemporaryFile(prefix="gpgpu_rt-errors-")
+        self._process = context.Process(target=_serve, args=(theirs, self._errors.name))
         with left_to_this_process():
             self._process.start()
         theirs.close()
@@ -90,6 +94,13 @@ class Runner:
         raise Error("another process of Python did not start; a script needs the line `if "
                     "__name__ == \"__main__\":` above the lines that call the suite")
 
+    def _last_words(self) -> str:
+        """Return the last line that the engine wrote to stderr, such as an error of the C
+        library."""
+        self._errors.seek(max(0, os.stat(self._errors.name).st_size - MOST_WORDS))
+        lines = self._errors.read().decode(errors="replace").splitlines()
+        return next((line.strip() for line in reversed(lines) if line.strip()), "")
+
     def close(self) -> None:
         """End the process."""
         if self._process is not None:
@@ -97,7 +108,9 @@ class Runner:
             self._process.join()
         if self._ours is not None:
             self._ours.close()
-        self._process = self._ours = None
+        if self._errors is not None:
+            self._errors.close()
+        self._process = self._ours = self._errors = None
 
     def __enter__(self) -> Runner:
         return self
@@ -106,8 +119,9 @@ class Runner:
         self.close()
 
 
-def _serve(theirs: Connection) -> None:
-    """Answer cases until the other process closes its end of the pipe."""
+def _serve(theirs: Connection, errors: str) -> None:
+    """Answer cases until the other process closes its end of the pipe. ``errors`` is the file for
+    what engines write to stderr."""
     loaded: dict[Spec, Trace] = {}
     theirs.send("ready")
     while True:
@@ -117,7 +131,7 @@ def _serve(theirs: Connection) -> None:
             return
         answers, failure, began = None, "", time.perf_counter()
         try:
-            with _silent():
+            with _silent(errors):
                 if case is None:
                     spec.load()
                 else:
@@ -135,15 +149,18 @@ def _serve(theirs: Connection) -> None:
 
 
 @contextmanager
-def _silent() -> Iterator[None]:
-    """Discard all output of engines, including the output of C code."""
-    kept, nowhere = [os.dup(1), os.dup(2)], os.open(os.devnull, os.O_WRONLY)
+def _silent(errors: str) -> Iterator[None]:
+    """Discard the output of engines, including the output of C code. The file ``errors`` gets what
+    this call writes to stderr."""
+    kept = [os.dup(1), os.dup(2)]
+    files = [os.open(os.devnull, os.O_WRONLY), os.open(errors, os.O_WRONLY | os.O_TRUNC)]
     try:
-        for stream in (1, 2):
-            os.dup2(nowhere, stream)
+        for stream, file in zip((1, 2), files):
+            os.dup2(file, stream)
         yield
     finally:
         for stream, old in zip((1, 2), kept):
             os.dup2(old, stream)
             os.close(old)
-        os.close(nowhere)
+        for file in files:
+            os.close(file)

@@ -123,6 +123,8 @@ def engine(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     ("raise ValueError('not\\ntoday')", "ValueError: not today"),
     ("import os; os._exit(3)", "the process ended with status 3"),
     ("import os, signal; os.kill(os.getpid(), signal.SIGSEGV)", "status -11"),
+    ("import os; os.write(2, b'well\\nfree(): bad chunk\\n'); os.abort()",
+     "status -6: free(): bad chunk"),
     ("import time; time.sleep(60)", "no answer within 2 s"),
     ("return None", "must return (t, triangle)")])
 def test_a_crash_is_counted(engine, body: str, reason: str) -> None:
