@@ -7,7 +7,6 @@ import os
 import re
 import sys
 import threading
-from collections import deque
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -17,6 +16,7 @@ import moderngl
 
 from ..errors import ContextError, LimitError, OptionError, did_you_mean
 from .angle import ES_VERSION, MOST_TARGETS, AngleLoader
+from .kept_fences import KeptFences
 from .observation import HostQuery, Observer, Observers
 from .occlusion_query import OcclusionQuery
 from .osmesa import HINT, OsMesaLoader
@@ -113,7 +113,8 @@ class Gpu:
         self.observers = Observers()
         self.whole = False    # whether passes also draw texels that they know to be empty
         self.keeps_own_arrays: bool | None = None   # set by traversal/own_arrays.py
-        self._queries: deque[moderngl.Query] = deque()
+        self.fences = KeptFences(context, self.renderer)
+        self._queries: list[moderngl.Query] = []
         self._rest: moderngl.Framebuffer | None = None
         self._entered = 0
         self._turn = threading.RLock()
@@ -160,8 +161,13 @@ class Gpu:
 
     def query(self) -> Any:
         """Return a new occlusion query: draw in a ``with`` block, then read ``samples``."""
-        query = OcclusionQuery(self.context, self._queries)
+        query = OcclusionQuery(self.context, self._queries, self.fences)
         return HostQuery(self.observers, query) if self.observers else query
+
+    def clear(self, framebuffer: moderngl.Framebuffer, *colour: float, **more: Any) -> None:
+        """Fill a framebuffer, with the parameters of ``moderngl.Framebuffer.clear``."""
+        framebuffer.clear(*colour, **more)
+        self.fences.keep()
 
     def check_size(self, width: int, height: int, what: str) -> None:
         """Raise LimitError for a texture that GL cannot hold, because GL would fail silently."""

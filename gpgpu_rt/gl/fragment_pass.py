@@ -84,12 +84,13 @@ class FragmentPass:
                 raise Error(f"{self.name} samples {name} while drawing into it")
             textures[name].use(unit)
         framebuffer.use()
-        if not self.gpu.observers:
+        if self.gpu.observers:
+            self.gpu.observers.draw(self, target, framebuffer,
+                                    {name: textures[name] for name in self.samplers},
+                                    lambda: self._render(geometry, mode, vertices, instances))
+        else:
             self._render(geometry, mode, vertices, instances)
-            return
-        self.gpu.observers.draw(self, target, framebuffer,
-                                {name: textures[name] for name in self.samplers},
-                                lambda: self._render(geometry, mode, vertices, instances))
+        self.gpu.fences.keep()
 
     def _take_program(self) -> None:
         """Set this pass's uniforms, unless the program has them already. Passes with the same

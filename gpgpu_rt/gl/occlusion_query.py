@@ -1,22 +1,16 @@
 """Occlusion query: counts the fragments that pass the depth test, in one or more draws."""
 from __future__ import annotations
 
-from collections import deque
-
 import moderngl
 
-# A query of OpenGL rests for this number of other queries before it is used again. When a query
-# begins again, Mesa frees the fence of its last use. When queries did not rest, two of three runs
-# of 3.3 million passes on a loaded machine ended with a corrupted heap. The cause is not proven;
-# a thread of Mesa may still use the fence for a moment after the result is known.
-REST = 256
+from .kept_fences import KeptFences
 
 
 class OcclusionQuery:
     """An occlusion query for one use: draw in a ``with`` block, then read ``samples``.
 
     moderngl cannot delete a query of OpenGL. A schedule with millions of passes would therefore
-    fill the memory, so queries of OpenGL are used again, the longest unused query first.
+    fill the memory, so queries of OpenGL are used again.
 
     Parameters
     ----------
@@ -24,14 +18,16 @@ class OcclusionQuery:
         queries when its result is read
     """
 
-    def __init__(self, context: moderngl.Context, free: deque[moderngl.Query]) -> None:
+    def __init__(self, context: moderngl.Context, free: list[moderngl.Query],
+                 fences: KeptFences) -> None:
         self._query: moderngl.Query | None = (
-            free.popleft() if len(free) > REST else context.query(samples=True))
-        self._free, self._samples = free, 0
+            free.pop() if free else context.query(samples=True))
+        self._free, self._fences, self._samples = free, fences, 0
 
     def __enter__(self) -> OcclusionQuery:
         assert self._query is not None      # an `OcclusionQuery` can be used once
         self._query.__enter__()
+        self._fences.keep()
         return self
 
     def __exit__(self, *exception: object) -> None:

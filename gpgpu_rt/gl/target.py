@@ -109,7 +109,7 @@ class Target:
 
     def clear(self, *colour: float, **more: Any) -> None:
         """Fill every texture, with the parameters of ``moderngl.Framebuffer.clear``."""
-        self.framebuffer.clear(*colour, **more)
+        self.gpu.clear(self.framebuffer, *colour, **more)
 
     def bytes(self) -> int:
         """Return the bytes of the textures, without borrowed textures."""

@@ -96,7 +96,7 @@ class PathTextures:
     def start(self, rays: RayTextures) -> None:
         """Start paths that continue along these rays, and unmask all texels."""
         self.now, self.then, self.walk = rays, self.room.rays["next rays"], ("walk 0", "walk 1")
-        self.mask.clear(depth=1.0)
+        self.gpu.clear(self.mask, depth=1.0)
 
     def turn(self) -> None:
         """Swap the streams, so that the next vertex reads what the last vertex wrote."""

@@ -47,7 +47,7 @@ class Tiles:
         """
         context = self._gpu.context
         context.enable_only(moderngl.NOTHING)
-        self._target.clear()
+        self._gpu.clear(self._target)
         self._program.set(size=self.size)
         self._program.draw(self._target, samplers, rectangles=self.rectangles, unit=TILE)
         self._counts = read_texture(self._texture)

@@ -240,7 +240,7 @@ class Traversal(MethodDriver):
 
     def _clear_depth(self, buffers: StateBuffers) -> None:
         self.gpu.context.depth_func = "<"
-        buffers.mask.clear(depth=1.0)
+        self.gpu.clear(buffers.mask, depth=1.0)
 
     def _tiles_for(self, buffers: StateBuffers) -> Tiles:
         tiles = self.keep(

@@ -177,7 +177,7 @@ class Caustics:
         self.mesh.draw("caustic_photons", self._targets["front"], narrow, read=self._textures,
                        defines={"BORDERS": self.borders})
         target = self._targets["receivers"]
-        target.clear(0.0, 0.0, 0.0, 0.0, depth=1.0)
+        self.gpu.clear(target, depth=1.0)
         context.enable_only(moderngl.DEPTH_TEST)
         self._receive.set(**wide)
         self._receive.draw(target, self._tables, moderngl.TRIANGLES, self._corners)
@@ -186,7 +186,7 @@ class Caustics:
     def _drop(self, words: tuple[str, ...], target: str) -> None:
         """Draw the photons as points with additive blending."""
         context = self.gpu.context
-        self._targets[target].clear()
+        self.gpu.clear(self._targets[target])
         context.blend_func = moderngl.ONE, moderngl.ONE
         context.enable_only(moderngl.BLEND | moderngl.PROGRAM_POINT_SIZE)
         self._splats[words].set(**self.uniforms(True))

@@ -170,7 +170,7 @@ class RayBundles:
         patches."""
         target = self._arriving
         with self.gpu:
-            target.clear()
+            self.gpu.clear(target)
             for uniforms in self._bundles(directions):
                 self._exchange.set(**uniforms, target_rows=target.height)
                 for nearer, layer in self._peeled(uniforms):
@@ -199,7 +199,7 @@ class RayBundles:
         """
         directions = in_range("directions", directions, 1, EXACT_INTEGER, int)
         with self.gpu, placed(self.gpu, places, normals, 4) as (target, given):
-            target.clear()
+            self.gpu.clear(target)
             for uniforms in self._bundles(directions):
                 self._gather.set(**uniforms, lift=LIFTED * self.pixel_size)
                 for nearer, layer in self._peeled(uniforms):
@@ -252,10 +252,10 @@ class RayBundles:
         context = self.gpu.context
         context.blend_func = moderngl.ONE, moderngl.ONE
         self._peel.set(**uniforms)
-        self._targets[1].clear(-FAR, 0.0, 0.0, -1.0)
+        self.gpu.clear(self._targets[1], -FAR, 0.0, 0.0, -1.0)
         for count in range(MOST_LAYERS + 1):    # the last layer found is empty
             target, nearer = self._targets[count % 2], self._layers[1 - count % 2]
-            target.clear(FAR, 0.0, 0.0, -1.0, depth=1.0)
+            self.gpu.clear(target, FAR, 0.0, 0.0, -1.0, depth=1.0)
             context.enable_only(moderngl.DEPTH_TEST)
             query = self.gpu.query()
             with query:

@@ -77,7 +77,7 @@ class Refractor:
         try:
             context.enable_only(moderngl.DEPTH_TEST)
             context.depth_func = ">" if farthest else "<"
-            target.clear(0.0, 0.0, 0.0, 0.0, depth=0.0 if farthest else 1.0)
+            self.gpu.clear(target, depth=0.0 if farthest else 1.0)
             self._passes[key].set(**uniforms)
             self._passes[key].draw(target, read or {}, moderngl.TRIANGLES)
         finally:

@@ -201,7 +201,7 @@ class FirstHits(DriverBase):
         context = self.gpu.context
         context.enable_only(moderngl.DEPTH_TEST)
         context.depth_func = "<"
-        image.drawn.clear(-1.0, depth=1.0)
+        self.gpu.clear(image.drawn, -1.0, depth=1.0)
         self._row_pass("first_drawn", "row", 3).draw(image.drawn, self._tables, drawn, view)
 
     def _verify(self, image: FirstImage, rays: RayTextures, view: dict[str, object]) -> None:
