@@ -1,18 +1,14 @@
 """``gpgpu-rt program METHOD --card CARD``: the kernels as a card's compiler translated them."""
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
 from typing import Any
 
 from ..errors import OptionError
 from ..hardware.cards import Card, cards
-from ..hardware.era_time import EraTime, era_timed
 from ..hardware.published_kernels import published_kernel
 from ..hardware.static_costs import (
     StaticCost, compiled_costs, era_programs, packet_methods, static_cost
 )
-from ..tracer import Tracer
 
 # Each row: an attribute of StaticCost, its label, and the attribute of Card that limits it. ""
 # means that the table of cards has no limit for it.
@@ -72,49 +68,6 @@ def _counts(cost: StaticCost, chip: Card | None) -> list[str]:
     published = published_kernel(cost.method, cost.kernel)
     if published:
         lines.append(f"  {'instructions in the paper':32}{published.text:>6}")
-    return lines
-
-
-@contextmanager
-def watched_for_card(tracer: Tracer) -> Iterator[Callable[[], dict[str, Any]]]:
-    """Yield a function to call after the block. It returns the time that the card of the option
-    ``era`` would have taken for the block's traversal.
-
-    The function's result has ``card``, ``seconds`` and ``parts`` (seconds by name), or the reason
-    ``no_prediction``. It is empty without the option ``era``.
-    """
-    if not tracer.options["era"]:
-        yield dict
-        return
-    with era_timed(tracer) as seen:
-        yield lambda: _time_on_card(seen)
-
-
-def _time_on_card(seen: EraTime) -> dict[str, Any]:
-    try:
-        card, time = seen.on_card()
-    except OptionError as reason:
-        return {"no_prediction": str(reason)}
-    return {"card": card.name, "seconds": time.seconds,
-            "parts": {name: seconds for name, seconds in time.parts.items() if seconds}}
-
-
-def card_time_lines(found: Mapping[str, Any], tracer: Tracer) -> list[str]:
-    """Return the result of `watched_for_card` as lines, and a warning where fp24 loses hits."""
-    lines = []
-    if found.get("parts"):
-        shares = sorted(found["parts"].items(), key=lambda part: -part[1])
-        lines.append(
-            f"the {found['card']} would have taken about {found['seconds'] * 1e3:,.0f} ms for the "
-            "traversal's passes, without shading ("
-            + ", ".join(f"{name} {part / found['seconds']:.0%}" for name, part in shares)
-            + "); `python -m gpgpu_rt.figures --only era_machine` says how well such predictions "
-            "fit")
-    elif found:
-        lines.append(f"no prediction: {found['no_prediction']}")
-    if found and "interval" in tracer.options and tracer.options["arithmetic"] == "fp24":
-        lines.append("in fp24 a kd-tree loses hits on triangles that are perpendicular to an "
-                     "axis; docs/era.md says how many")
     return lines
 
 

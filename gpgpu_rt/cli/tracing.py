@@ -3,6 +3,8 @@ from __future__ import annotations
 
 import argparse
 import os
+from collections.abc import Callable
+from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +21,6 @@ from ..text_format import counted
 from ..tracer import AUTO, DEFAULT_METHOD, Tracer
 from ..traversal.stages.first_hits import FIRST_HITS
 from .camera import add_camera
-from .card_programs import card_time_lines, watched_for_card
 from .distributed import add_scheduler, render_shared, trace_shared
 from .floor import add_floor, scene_of
 from .frames import IMAGES, add_frames, check_frames, render_frames
@@ -109,7 +110,7 @@ def _render(chosen: argparse.Namespace) -> None:
         plan = explain(chosen, tracer)
         interrupted = False
         try:
-            with timings.part("other drawing"), watched_for_card(tracer) as card_time, (
+            with timings.part("other drawing"), _watched_for_card(tracer) as card_time, (
                     progress_shown()) as progress:
                 image = tracer.render(progress=progress, **drawing_of(chosen, tracer.scene))
         except KeyboardInterrupt:
@@ -124,6 +125,16 @@ def _render(chosen: argparse.Namespace) -> None:
             card_time(), timings if chosen.timings else None)
         if interrupted:
             raise KeyboardInterrupt
+
+
+def _watched_for_card(tracer: Tracer) -> AbstractContextManager[
+        Callable[[], tuple[dict[str, Any], list[str]]]]:
+    """Return `watched_for_card` for the option ``era``, and no time and no lines without it."""
+    if not tracer.options["era"]:
+        return nullcontext(lambda: ({}, []))
+    # Most pictures do not need the model of the cards, and its import takes 10 ms.
+    from .card_time import watched_for_card
+    return watched_for_card(tracer)
 
 
 def _check_picture(chosen: argparse.Namespace) -> None:
@@ -183,16 +194,17 @@ def _bounds(tracer: Tracer) -> str:
 
 
 def _report(chosen: argparse.Namespace, tracer: Tracer, line: str,
-            plan: Plan | None = None, on_card: dict[str, Any] | None = None,
+            plan: Plan | None = None, on_card: tuple[dict[str, Any], list[str]] = ({}, []),
             timings: Timings | None = None) -> None:
     statistics = tracer.statistics
+    card_time, card_lines = on_card
     if chosen.json:
         print_json({**tracer.scene.facts(), "method": tracer.method.name,
                     "gpu": tracer.gpu.info(),
                     "options": {k: v for k, v in tracer.options.items() if k != "context"},
                     "statistics": statistics.to_dict(),
                     **({} if plan is None else {"plan": plan.to_dict()}),
-                    **({"on_card": on_card} if on_card else {}),
+                    **({"on_card": card_time} if card_time else {}),
                     **({} if timings is None else {"timings": timings.parts})})
         return
     print_stand_in(tracer.scene)
@@ -224,7 +236,7 @@ def _report(chosen: argparse.Namespace, tracer: Tracer, line: str,
             f"{name.replace('_seconds', '').replace('_', ' ')} "
             + (f"{1e3 * value:.0f} ms" if name.endswith("seconds") else f"{value:,}")
             for name, value in statistics.split.items()))
-    for line in card_time_lines(on_card or {}, tracer):
+    for line in card_lines:
         print(line)
     if timings is not None:
         timings.print()

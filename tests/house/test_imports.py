@@ -13,8 +13,9 @@ PACKAGE = Path(rt.__file__).parent
 MOST_MODULES = 12  # modules directly in gpgpu_rt, which newcomers see first
 # Files whose functions may import modules of the package. The entry of the command line does this
 # so that an interrupt during the import prints no traceback. Commands do this for modules that
-# need optional dependencies: charts and the window.
-LATE = {"__main__.py", "cli/benching.py", "cli/conforming.py", "cli/view.py"}
+# need optional dependencies (charts and the window), and `render` for the model of the cards, so
+# that pictures without --era do not wait for its import.
+LATE = {"__main__.py", "cli/benching.py", "cli/conforming.py", "cli/tracing.py", "cli/view.py"}
 
 
 def sources() -> Iterator[tuple[Path, tuple[str, ...]]]:

@@ -161,7 +161,7 @@ def divide(triangles: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
     thirds, halves = order[:extra // 2], order[extra // 2:extra // 2 + extra % 2]
     a, b, c = triangles[thirds].transpose(1, 0, 2)
     middle = (a + b + c) / 3
-    whole = np.setdiff1d(np.arange(len(triangles)), order[:extra // 2 + extra % 2])
+    whole = np.sort(order[extra // 2 + extra % 2:])
     long = np.argmax(np.linalg.norm(np.roll(triangles[halves], -1, 1) - triangles[halves],
                                     axis=2), axis=1)
     k = np.arange(len(halves))

@@ -1,0 +1,52 @@
+"""``gpgpu-rt render --era``: the time that a card of 2002-2006 would have taken."""
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Any
+
+from ..errors import OptionError
+from ..hardware.era_time import EraTime, era_timed
+from ..tracer import Tracer
+
+CardTime = tuple[dict[str, Any], list[str]]
+
+
+@contextmanager
+def watched_for_card(tracer: Tracer) -> Iterator[Callable[[], CardTime]]:
+    """Yield a function to call after the block. It returns the time that the card of the option
+    ``era`` would have taken for the block's traversal, for JSON and as lines.
+
+    The result for JSON has ``card``, ``seconds`` and ``parts`` (seconds by name), or the reason
+    ``no_prediction``.
+    """
+    with era_timed(tracer) as seen:
+        yield lambda: _with_lines(_time_on_card(seen), tracer)
+
+
+def _time_on_card(seen: EraTime) -> dict[str, Any]:
+    try:
+        card, time = seen.on_card()
+    except OptionError as reason:
+        return {"no_prediction": str(reason)}
+    return {"card": card.name, "seconds": time.seconds,
+            "parts": {name: seconds for name, seconds in time.parts.items() if seconds}}
+
+
+def _with_lines(found: dict[str, Any], tracer: Tracer) -> CardTime:
+    """Return ``found`` and its lines. The last line warns where fp24 loses hits."""
+    lines = []
+    if found.get("parts"):
+        shares = sorted(found["parts"].items(), key=lambda part: -part[1])
+        lines.append(
+            f"the {found['card']} would have taken about {found['seconds'] * 1e3:,.0f} ms for the "
+            "traversal's passes, without shading ("
+            + ", ".join(f"{name} {part / found['seconds']:.0%}" for name, part in shares)
+            + "); `python -m gpgpu_rt.figures --only era_machine` says how well such predictions "
+            "fit")
+    else:
+        lines.append(f"no prediction: {found['no_prediction']}")
+    if "interval" in tracer.options and tracer.options["arithmetic"] == "fp24":
+        lines.append("in fp24 a kd-tree loses hits on triangles that are perpendicular to an "
+                     "axis; docs/era.md says how many")
+    return found, lines
