@@ -22,6 +22,7 @@ from ..errors import LimitError
 # Tables are 4096 texels wide, so addresses need shifts and masks, not divisions.
 TABLE_WIDTH_LOG2 = 12
 EXACT_INTEGER = 1 << 24   # float32 holds every integer up to this number
+SMALL_INTEGER = 1 << 22   # core/fetch.glsl converts integers up to this number by their bits
 FIELD_TYPES = {"float": 1, "int": 1, "vec2": 2, "vec3": 3, "vec4": 4, "ivec3": 3,
                "ivec4": 4}    # type -> number of channels
 
@@ -249,8 +250,10 @@ class Record:
         for f in self.fields:
             plane = self.plane_of(f.texel)
             place = f"i * {plane.texels} + {f.texel - plane.first}"
-            fetch = f"TABLE_FETCH({self.name}{plane.suffix}, {place})"
-            lines.append(f"{f.type} {self.name}_{f.name}(int i) {{ return {f.decode(fetch)}; }}")
+            value = f.decode(f"TABLE_FETCH({self.name}{plane.suffix}, {place})")
+            if f.type == "int":
+                value = "TABLE_INTEGER" + value.removeprefix("int")
+            lines.append(f"{f.type} {self.name}_{f.name}(int i) {{ return {value}; }}")
         return "\n".join(lines)
 
     def stream_glsl(self, writes: bool, first_target: int = 0, reads: bool = True) -> str:

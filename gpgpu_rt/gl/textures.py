@@ -85,6 +85,15 @@ def table_textures(gpu: Gpu, record: Record | PackedRecord,
     return textures
 
 
+def largest_integer(record: Record | PackedRecord, arrays: Mapping[str, np.ndarray | Column]
+                    ) -> int:
+    """Return the largest absolute value of the integers in a table's float textures."""
+    fields = record.fields if isinstance(record, Record) else ()
+    return max((int(np.abs(arrays[field.name][start:start + RECORDS_AT_ONCE]).max())
+                for field in fields if field.is_integer and field.name in arrays
+                for start in range(0, len(arrays[field.name]), RECORDS_AT_ONCE)), default=0)
+
+
 def check_table(gpu: Gpu, record: Record | PackedRecord,
                 arrays: Mapping[str, np.ndarray | Column]) -> int:
     """Return the number of records of a table. Raise LimitError as `table_textures` does."""

@@ -8,7 +8,8 @@ from typing import Any
 
 from ..errors import OptionError, nearest_names
 from ..options import TRACER_OPTIONS
-from ..traversal.method import Accelerator, Method
+from ..traversal.accelerator import Accelerator
+from ..traversal.method import Method
 from . import plugins
 from .bih import rows as bih
 from .brute_force import rows as brute_force

@@ -25,8 +25,9 @@ from ..gl.record import FIELD_TYPES, Record
 from ..gl.shader import ROOT
 from ..options import Option
 from ..traversal import triangle_table
+from ..traversal.accelerator import Accelerator
 from ..traversal.assembly import driver_class
-from ..traversal.method import SCHEDULES, Accelerator, Method
+from ..traversal.method import SCHEDULES, Method
 
 VARIABLE = "GPGPU_RT_METHODS"
 _NAME = re.compile(r"[a-z][a-z0-9]*(-[a-z0-9]+)*")

@@ -7,8 +7,10 @@ import moderngl
 
 from ..gl.context import Gpu
 from ..gl.precision import Precision
-from ..gl.textures import check_table, release, table_textures, texture_bytes
-from ..traversal.method import Accelerator, Tables
+from ..gl.record import SMALL_INTEGER
+from ..gl.textures import check_table, largest_integer, release, table_textures, texture_bytes
+from ..traversal.accelerator import Accelerator
+from ..traversal.method import Tables
 
 
 class SceneTables(dict[str, dict[str, moderngl.Texture]]):
@@ -17,12 +19,14 @@ class SceneTables(dict[str, dict[str, moderngl.Texture]]):
     Attributes
     ----------
     written : record name -> the accelerator's arrays that its textures hold
+    integers : record name -> the largest integer that its textures hold
     """
 
     def __init__(self, gpu: Gpu, precision: Precision) -> None:
         super().__init__()
         self.gpu, self.precision = gpu, precision
         self.written: dict[str, Mapping[str, object]] = {}
+        self.integers: dict[str, int] = {}
 
     def write(self, records: Tables, accelerator: Accelerator) -> None:
         """Write an accelerator's tables into textures, then run the accelerator's finisher.
@@ -37,9 +41,15 @@ class SceneTables(dict[str, dict[str, moderngl.Texture]]):
                     self.gpu, self.precision.layout(record), arrays, self.precision,
                     self.get(record.name))
                 self.written[record.name] = arrays
+                self.integers[record.name] = largest_integer(record, arrays)
         if accelerator.finisher is not None:
             accelerator.finisher.run(self.gpu, self.samplers())
             self.gpu.finish()
+
+    @property
+    def small_integers(self) -> bool:
+        """Whether every integer is small enough for SMALL_INTEGERS (core/fetch.glsl)."""
+        return max(self.integers.values(), default=0) <= SMALL_INTEGER
 
     def check(self, records: Tables, accelerator: Accelerator) -> None:
         """Raise LimitError if a table of an accelerator exceeds the limits of textures."""
@@ -57,5 +67,5 @@ class SceneTables(dict[str, dict[str, moderngl.Texture]]):
     def keep(self, records: Tables) -> None:
         """Free every table except the tables of these records."""
         for name in self.keys() - {record.name for record in records}:
-            del self.written[name]
+            del self.written[name], self.integers[name]
             release(self.pop(name))

@@ -85,6 +85,7 @@ class Structure:
     def write(self, records: Tables, accelerator: Accelerator) -> None:
         """Write the accelerator's tables of these records into textures."""
         self.tables.write(records, accelerator)
+        accelerator.small_integers = self.tables.small_integers
         self.table_bytes.clear()
         self.table_bytes.update(self.tables.bytes())
 
@@ -124,8 +125,8 @@ class Structure:
         self.tables.keep(own)       # other methods' tables are remade by `adopt` when needed
         self.write(own, accelerator)
         return Moved(refitted is None, tried, (
-            (before.defines, before.stack_levels) == (accelerator.defines,
-                                                      accelerator.stack_levels)))
+            (before.defines, before.stack_levels, before.small_integers)
+            == (accelerator.defines, accelerator.stack_levels, accelerator.small_integers)))
 
     def moved_by_passes(self, accelerator: Accelerator, bounds: tuple[np.ndarray, np.ndarray],
                         read_back: tuple[Scene, np.ndarray] | None = None) -> None:
@@ -139,6 +140,7 @@ class Structure:
             does not know them
         """
         self.accelerator, self.bounds = accelerator, bounds
+        accelerator.small_integers = self.tables.small_integers
         if read_back is not None:
             self.scene, self.triangles = read_back
         if any(accelerator.tables[name] is not arrays

@@ -20,7 +20,8 @@ from ..gl.target import Drawable, Target
 from ..gl.textures import bytes_of, release
 from ..rays.textures import RayTextures, StateBuffers
 from ..statistics import Statistics
-from .method import Accelerator, Method
+from .accelerator import Accelerator
+from .method import Method
 from .packet_hits import PacketHits
 
 Samplers = dict[str, moderngl.Texture]

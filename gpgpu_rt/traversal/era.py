@@ -25,9 +25,10 @@ from ..options import word_define
 from ..rays.records import HIT, RAY_TEXELS
 from ..rays.textures import RayTextures, StateBuffers
 from ..statistics import Statistics
+from .accelerator import Accelerator
 from .driver import MethodDriver, Samplers, Setup
 from .live_tiles import Tiles
-from .method import Accelerator, Method
+from .method import Method
 from .schedules import DRAWN, ProgramKey, Traversal, kernel_defines
 
 INIT = "init"     # the kernel that sets up the rays' states

@@ -16,8 +16,9 @@ from ..options import TRACER_OPTIONS, resolve_options
 from ..rays.records import COUNTERS, HIT
 from ..rays.textures import RayTextures, StateBuffers
 from ..statistics import Statistics
+from .accelerator import Accelerator
 from .driver import UNFINISHED, MethodDriver, Samplers, Setup
-from .method import Accelerator, Method
+from .method import Method
 from .packet_hits import PacketHits, PacketTargets
 from .packet_tiles import PacketTiles, TilePass
 from .schedules import Traversal, method_defines, method_texts

@@ -26,9 +26,10 @@ from ..options import word_define
 from ..rays.records import COUNTERS, HIT
 from ..rays.textures import RayTextures, StateBuffers
 from ..statistics import Statistics
+from .accelerator import Accelerator
 from .driver import DONE, DRAWN, OVERFLOWN, UNFINISHED, MethodDriver, Samplers
 from .live_tiles import Tiles
-from .method import Accelerator, Method
+from .method import Method
 from .records import ENTRIES, ENTRY_LIST, ENTRY_TILE, PACKET_ENTRY
 from .stack_atlas import StackAtlas
 
@@ -297,7 +298,7 @@ def method_defines(method: Method, accelerator: Accelerator, options: Mapping[st
     """Return the defines of every program of a method."""
     return {**method.defines(options), **accelerator.defines, **Precision.of(options).defines(),
             "ANY_HIT": any_hit, "STATISTICS": bool(options["statistics"]),
-            "TABLE_WIDTH_LOG2": TABLE_WIDTH_LOG2,
+            "TABLE_WIDTH_LOG2": TABLE_WIDTH_LOG2, "SMALL_INTEGERS": accelerator.small_integers,
             word_define("INTERSECTION", options["intersection"]): True}
 
 

@@ -10,8 +10,9 @@ from conftest import assert_same_bits, soup_scene
 import gpgpu_rt as rt
 from gpgpu_rt.gl.context import Gpu
 from gpgpu_rt.gl.full_screen import FullScreenPass
-from gpgpu_rt.gl.record import EXACT_INTEGER, TABLE_WIDTH_LOG2, Record
-from gpgpu_rt.gl.textures import read_texture, stream_textures, table_textures
+from gpgpu_rt.gl.record import EXACT_INTEGER, SMALL_INTEGER, TABLE_WIDTH_LOG2, Record
+from gpgpu_rt.gl.textures import largest_integer, read_texture, stream_textures, table_textures
+from gpgpu_rt.session import scene_tables
 
 NUMBER = Record("number", "own:int twice:int")
 PROBE, ANSWER = Record("probe", "index:int"), Record("answer", "index:int own:int twice:int")
@@ -30,23 +31,33 @@ def indices(exponent: int) -> list[int]:
     return [2**exponent + offset for offset in (-1, 0, 1)]
 
 
-@pytest.mark.parametrize("exponent", [11, 17, pytest.param(23, marks=pytest.mark.full)])
-def test_row_35_indices_round_trip(gpu: Gpu, exponent: int, tmp_path) -> None:
+@pytest.mark.parametrize("exponent, small", [
+    (11, False), (11, True), (17, False), (17, True),
+    pytest.param(21, True, marks=pytest.mark.full),
+    pytest.param(23, False, marks=pytest.mark.full)])
+def test_row_35_indices_round_trip(gpu: Gpu, exponent: int, small: bool, tmp_path) -> None:
     """Every index up to the largest fetches its own entry. A shader that computed the texture row
     with a rounded reciprocal would fail at row ends. An entry also holds twice its index. With
-    exponent 23, the entries of the table therefore reach 2^24."""
+    exponent 23, the entries of the table therefore reach 2^24. ``small`` converts small integers
+    by their bits; the table then also holds negative numbers, and ends with -2^22 and 2^22."""
     count = indices(exponent)[-1] + 1
     size = (1024, -(-count // 1024))
     asked = np.minimum(np.arange(size[0] * size[1]), count - 1)
     numbers = np.arange(count)
+    twice = np.minimum(2 * numbers, SMALL_INTEGER if small else EXACT_INTEGER)
+    if small:
+        twice[::2] *= -1
+        twice[-2:] = -SMALL_INTEGER, SMALL_INTEGER
     (tmp_path / "fetch.frag").write_text(FETCH)
-    tables = table_textures(gpu, NUMBER, {"own": numbers,
-                                          "twice": np.minimum(2 * numbers, EXACT_INTEGER)})
+    arrays = {"own": numbers, "twice": twice}
+    assert largest_integer(NUMBER, arrays) == np.abs(twice).max()
+    tables = table_textures(gpu, NUMBER, arrays)
     streams = [stream_textures(gpu, record, size) for record in (PROBE, ANSWER)]
     streams[0][0].write(PROBE.pack(index=asked))
     target = gpu.context.framebuffer(streams[1])
     program = FullScreenPass(
-        gpu, str(tmp_path / "fetch.frag"), {"TABLE_WIDTH_LOG2": TABLE_WIDTH_LOG2},
+        gpu, str(tmp_path / "fetch.frag"),
+        {"TABLE_WIDTH_LOG2": TABLE_WIDTH_LOG2, "SMALL_INTEGERS": small},
         {"tables": NUMBER.table_glsl(),
          "streams": PROBE.stream_glsl(False) + "\n" + ANSWER.stream_glsl(True)})
     program.draw(target, {**tables, "probe_texel_0": streams[0][0]})
@@ -56,7 +67,22 @@ def test_row_35_indices_round_trip(gpu: Gpu, exponent: int, tmp_path) -> None:
     for texture in (*tables.values(), *streams[0], *streams[1]):
         texture.release()
     assert np.array_equal(answer["index"], asked) and np.array_equal(answer["own"], asked)
-    assert np.array_equal(answer["twice"], np.minimum(2 * asked, EXACT_INTEGER))
+    assert np.array_equal(answer["twice"], twice[asked])
+
+
+@pytest.mark.parametrize("method", ["kd-restart", "bvh-threaded", "grid", "bih"])
+def test_row_35_larger_integers_are_converted_exactly(monkeypatch: pytest.MonkeyPatch,
+                                                      method: str) -> None:
+    """If a table holds an integer above the limit, programs do not use its bits."""
+    scene = soup_scene(60, 2)
+    rays = np.random.default_rng(3).random((2, 300, 3)).astype(np.float32)
+    with rt.Tracer(scene, method) as tracer:
+        expected = tracer.trace(*rays)
+        assert tracer.accelerator.small_integers
+    monkeypatch.setattr(scene_tables, "SMALL_INTEGER", 10)
+    with rt.Tracer(scene, method) as tracer:
+        assert_same_bits(tracer.trace(*rays), expected)
+        assert not tracer.accelerator.small_integers
 
 
 def test_row_35_two_to_the_24() -> None:

@@ -8,7 +8,8 @@ import numpy as np
 
 from ...accel.cache import cached
 from ...options import Option
-from ...traversal.method import Accelerator, Method
+from ...traversal.accelerator import Accelerator
+from ...traversal.method import Method
 from ...traversal.triangle_table import TRIANGLE, triangle_table
 from ..bvh.tables import last_of_leaves
 from .records import BIH_BOUNDS, BIH_NODE, BIH_STATE

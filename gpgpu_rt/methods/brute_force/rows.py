@@ -6,7 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from ...traversal.method import Accelerator, Method
+from ...traversal.accelerator import Accelerator
+from ...traversal.method import Method
 from ...traversal.records import LIST_STATE
 from ...traversal.triangle_table import TRIANGLE, box_uniforms, triangle_table
 

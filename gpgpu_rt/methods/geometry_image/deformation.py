@@ -13,7 +13,7 @@ from ...gl.full_screen import FullScreenPass
 from ...gl.record import TABLE_WIDTH_LOG2
 from ...gl.textures import make_texture, read_texture, release
 from ...scene.scene import Scene
-from ...traversal.method import Accelerator
+from ...traversal.accelerator import Accelerator
 from .records import POSITION
 from .tree import ImageTree
 

@@ -11,7 +11,8 @@ from ...accel.bounds import shrink_flat
 from ...errors import OptionError
 from ...gl.precision import Precision
 from ...options import Option
-from ...traversal.method import Accelerator, Method
+from ...traversal.accelerator import Accelerator
+from ...traversal.method import Method
 from ...traversal.records import TREE_STATE
 from .boxes import image_boxes, octant_links
 from .pyramid import Pyramid

@@ -11,7 +11,8 @@ import numpy as np
 
 from ...accel.cache import cached
 from ...options import Option
-from ...traversal.method import CULLING, PACKET, Accelerator, Method
+from ...traversal.accelerator import Accelerator
+from ...traversal.method import CULLING, PACKET, Method
 from ...traversal.packets import PacketTraversal
 from ...traversal.records import STATE
 from ...traversal.triangle_table import REFERENCE, TRIANGLE, triangle_table

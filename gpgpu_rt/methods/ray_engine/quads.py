@@ -14,8 +14,8 @@ from ...gl.record import TABLE_WIDTH_LOG2, Record
 from ...gl.target import Target
 from ...gl.textures import note_moved, release, write_texture
 from ...rays.records import HIT, NO_RAY, NO_TRIANGLE
+from ...traversal.accelerator import Accelerator
 from ...traversal.driver import Samplers, Setup
-from ...traversal.method import Accelerator
 from ...traversal.records import FOUND, NEAREST
 from ...traversal.schedules import method_defines, method_texts
 from ...traversal.triangle_table import TRIANGLE

@@ -12,7 +12,7 @@ from ...gl.record import Record
 from ...gl.target import Target
 from ...numerics.watertight import intersect_pairs
 from ...rays.records import COUNTERS, HIT, NO_TRIANGLE
-from ...traversal.method import Accelerator
+from ...traversal.accelerator import Accelerator
 from ...traversal.schedules import DONE, UNFINISHED
 from ...traversal.triangle_table import TRIANGLE
 from .octree_walk import cell_walk

@@ -9,7 +9,8 @@ import numpy as np
 from ...accel.cache import cached
 from ...errors import OptionError
 from ...options import OFF, Option
-from ...traversal.method import Accelerator, Method, Part
+from ...traversal.accelerator import Accelerator
+from ...traversal.method import Method, Part
 from ...traversal.records import STATE
 from ...traversal.triangle_table import TRIANGLE, triangle_table
 from ..grid.cells import Grid, build_grid

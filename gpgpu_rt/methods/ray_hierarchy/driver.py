@@ -15,8 +15,8 @@ from ...gl.target import Target
 from ...rays.records import COUNTERS, HIT, NO_TRIANGLE
 from ...rays.textures import RayTextures, StateBuffers
 from ...statistics import Statistics
+from ...traversal.accelerator import Accelerator
 from ...traversal.driver import MethodDriver, Samplers, Setup
-from ...traversal.method import Accelerator
 from ...traversal.records import LEAST, LOWEST, TESTED
 from ...traversal.schedules import kernel_defines, method_defines, method_texts
 from .cones import RayCones

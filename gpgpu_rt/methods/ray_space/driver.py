@@ -14,8 +14,8 @@ from ...gl.target import Target
 from ...gl.textures import release, table_textures, texture_bytes
 from ...rays.textures import RayTextures, StateBuffers
 from ...statistics import Statistics
+from ...traversal.accelerator import Accelerator
 from ...traversal.driver import Samplers, Setup
-from ...traversal.method import Accelerator
 from ...traversal.schedules import Traversal
 from .ray_boxes import RayBoxes
 from .records import CANDIDATE, RAY_BOX, RAY_CLASS

@@ -11,7 +11,8 @@ import numpy as np
 
 from ...accel.cache import cached
 from ...options import Option
-from ...traversal.method import SCHEDULES, Accelerator, Method
+from ...traversal.accelerator import Accelerator
+from ...traversal.method import SCHEDULES, Method
 from ...traversal.records import LIST_STATE
 from ...traversal.triangle_table import TRIANGLE, triangle_table
 from ..bvh.build import build_bvh

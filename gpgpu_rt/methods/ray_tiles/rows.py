@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 
 from ...options import Option
-from ...traversal.method import Accelerator, Method, nothing_kept
+from ...traversal.accelerator import Accelerator
+from ...traversal.method import Method, nothing_kept
 from ...traversal.records import STATE
 from ...traversal.triangle_table import TRIANGLE, box_uniforms, triangle_table
 from .driver import RayTiles

@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 
 from ...options import Option
-from ...traversal.method import Accelerator, Method, Part
+from ...traversal.accelerator import Accelerator
+from ...traversal.method import Method, Part
 from ...traversal.triangle_table import REFERENCE, TRIANGLE, box_uniforms, triangle_table
 from ..bvh.build import node_limit
 from ..bvh.builders import BUILD_OPTIONS as BVH_BUILD

@@ -19,8 +19,8 @@ from ...gl.target import Target
 from ...gl.textures import release
 from ...rays.textures import RayTextures, StateBuffers
 from ...statistics import Statistics
+from ..accelerator import Accelerator
 from ..driver import Driver, MethodDriver, Samplers, Setup
-from ..method import Accelerator
 from ..packet_hits import PacketHits
 from ..records import ENTRIES, ENTRY_LIST, ENTRY_TILE
 from ..schedules import method_defines, method_texts

@@ -17,8 +17,8 @@ from ...gl.record import Record, streams_glsl
 from ...gl.target import Target
 from ...rays.textures import RayTextures, StateBuffers
 from ...statistics import Statistics
+from ..accelerator import Accelerator
 from ..driver import Driver, MethodDriver, Samplers, Setup
-from ..method import Accelerator
 from ..packet_hits import PacketHits
 from ..records import PACKET_ENTRY
 from ..schedules import method_defines, method_texts

@@ -24,8 +24,8 @@ from ...rays.order import SQUARE, squares
 from ...rays.records import COUNTERS, HIT
 from ...rays.textures import RayTextures, StateBuffers
 from ...statistics import Statistics
+from ..accelerator import Accelerator
 from ..driver import MethodDriver, Samplers
-from ..method import Accelerator
 
 # LEVELS: bits per axis of a key's cells. The key interleaves the bits of both cells, coarse levels
 # first. FREE_LEVELS: number of levels of the origin's cell that precede the first level of the

@@ -1,0 +1,62 @@
+"""Accelerator: the arrays over a scene's triangles that a method's programs read."""
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any, Protocol
+
+import moderngl
+import numpy as np
+
+from ..gl.context import Gpu
+from ..gl.lazy_field import Column
+
+
+class Finisher(Protocol):
+    """Runs passes that complete tables on the GPU."""
+
+    def run(self, gpu: Gpu, samplers: Mapping[str, moderngl.Texture]) -> None:
+        """Complete the tables, which ``samplers`` gives by sampler name.
+
+        After every write to a table, the passes must run again.
+        """
+
+    def release(self) -> None:
+        """Free the programs and textures of the passes."""
+
+
+@dataclass
+class Accelerator:
+    """The tables, uniforms and defines that a method's programs read.
+
+    Attributes
+    ----------
+    tables : Record name -> field name -> array (or Column). The fields are packed into textures.
+    uniforms : Uniform name -> value.
+    step_bound : Upper bound on the kernel runs of a ray. Computed from the structure's size.
+    structure : The builder's result, or None.
+    defines : GLSL defines that follow from the structure.
+    stack_levels : Largest number of levels in the stack of a ray or packet. 0 without a stack.
+    finisher : Passes that complete the tables after their upload.
+    small_integers : Whether no integer of the tables is above 2^22 (``glsl/core/fetch.glsl``). Set
+        when the tables are written into textures.
+    shown : The triangles that hits lie on, (n, 3, 3) float32, if the method traces a coarser level
+        of the scene. None if hits lie on the scene's own triangles.
+    kept : Data that the builder keeps for the row's ``refit``.
+    boxes : Returns the lower and the upper corners, (k, 3) each, of the nodes' boxes. The state's
+        field ``node`` is an index into these arrays.
+    automatic : Option -> value. The values that the builder uses for options that are None.
+    """
+
+    tables: dict[str, dict[str, np.ndarray | Column]]
+    uniforms: dict[str, Any]
+    step_bound: int
+    structure: Any = None
+    defines: Mapping[str, object] = field(default_factory=dict)
+    stack_levels: int = 0
+    finisher: Finisher | None = None
+    small_integers: bool = False
+    shown: np.ndarray | None = None
+    kept: Any = None
+    boxes: Callable[[], tuple[np.ndarray, np.ndarray]] | None = None
+    automatic: Mapping[str, Any] = field(default_factory=dict)
