@@ -82,7 +82,7 @@ def _heat(chosen: argparse.Namespace) -> None:
         raise OptionError(f"{chosen.output} names no image format; end the name in .png")
     if chosen.highest is not None and not chosen.highest > 0:
         raise OptionError(f"--max {chosen.highest:g} must be above 0")
-    scene, maps = load_scene(chosen.scene), []
+    scene, maps, packets = load_scene(chosen.scene), [], []
     for method in chosen.methods:
         options = options_for(chosen, method)
         if options.get("era") and chosen.what != "passes":
@@ -92,10 +92,11 @@ def _heat(chosen: argparse.Namespace) -> None:
                    else {**options, "statistics": True})
         with Tracer(scene, method, **options) as tracer:
             maps.append(heat(tracer, chosen.what, chosen.size, camera_of(chosen, scene.camera)))
+            packets.append(tracer.options.get("packet"))
     with replacing(chosen.output) as path:
         draw_heat(maps, chosen.what, scene.title, chosen.highest).save(path)
-    rows = [{"method": method, "map": one.title, **one.summary()}
-            for method, one in zip(chosen.methods, maps)]
+    rows = [{"method": method, "map": one.title, "packet": packet, **one.summary()}
+            for method, one, packet in zip(chosen.methods, maps, packets)]
     if chosen.json:
         return print_json({**scene.facts(), "what": chosen.what, "size": chosen.size,
                            "output": chosen.output, "methods": rows})
@@ -104,6 +105,10 @@ def _heat(chosen: argparse.Namespace) -> None:
     print_table(("method", "mean", "median", "99 %", "maximum"),
                 [(row["map"], f"{row['mean']:.2f}", f"{row['median']:g}",
                   f"{row['quantile_99']:g}", f"{row['max']:g}") for row in rows])
+    for row in rows:
+        if row["packet"] not in (None, (1, 1)):
+            print(f"{row['map']}: each pixel shows the work of its packet of "
+                  f"{row['packet'][0]}x{row['packet'][1]} rays")
 
 
 def _in_passes(method: str, options: dict) -> dict:

@@ -251,3 +251,16 @@ def test_heat_is_what_rays_cost() -> None:
         tested.values.max())))
     right = page[40:120, 300:500].reshape(-1, 3)    # every pixel is at the top of the scale
     assert (right == right[0]).all() and right[0].tolist() == [252, 242, 160]
+
+
+@pytest.mark.parametrize("method", [row.name for row in rt.methods() if row.packet])
+def test_the_rays_of_a_packet_share_their_heat(tmp_path, capsys, method: str) -> None:
+    """The command says so."""
+    with rt.Tracer("cornell", method, packet=(4, 2), statistics=True) as tracer:
+        blocks = heat(tracer, "nodes", (16, 8)).values.reshape(4, 2, 4, 4)
+    assert (blocks == blocks[:, :1, :, :1]).all() and len(np.unique(blocks)) > 1
+    for packet in ("4x2", "1x1"):
+        assert main(["heat", "cornell", "-m", method, "--packet", packet, "--what", "nodes", "-o",
+                     str(tmp_path / "heat.png"), "--size", "16x8"]) == 0
+        said = capsys.readouterr().out
+        assert ("its packet of 4x2 rays" in said) is (packet == "4x2")
