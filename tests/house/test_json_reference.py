@@ -1,4 +1,4 @@
-"""docs/reference/json.md has the fields that `bench` and `accuracy` print as JSON, and no others."""
+"""docs/reference/json.md has the fields that `bench` and `accuracy` print, and no others."""
 from __future__ import annotations
 
 import json
