@@ -13,7 +13,9 @@ from ..conform.page import write_page
 from ..conform.runner import SECONDS, Runner
 from ..conform.shrink import minimal_cases
 from ..conform.spec import COMMAND, METHOD, Spec
-from ..conform.suite import CRASH, KINDS, RAYS, SEED, Known, Row, family_names, installed, run
+from ..conform.suite import (
+    CRASH, KINDS, RAYS, SEED, Known, Row, family_names, installed, notes_of, run
+)
 from ..disk.files import check_writable, replacing
 from ..errors import Error, OptionError, how_to_install
 from ..methods import find_method, methods
@@ -149,7 +151,7 @@ def _print(rows: list[Row], missing: dict[str, str]) -> None:
     cells = {(row.engine, row.family): row for row in rows}
     none = Row("", "", "", 0, 0, {}, 0.0)       # for results that are missing after an interrupt
     print("Wrong rays out of rays cast. A dash: the engine does not support the t_min or t_max of "
-          "the family's rays, or it gave no answer in an earlier family.")
+          "the family's rays, it gave no answer in an earlier family, or it cannot be loaded.")
     print_table(["family", *engines],
                 [[name, *(_cell(cells.get((engine, name), none)) for engine in engines)]
                  for name in dict.fromkeys(row.family for row in rows)])
@@ -157,9 +159,7 @@ def _print(rows: list[Row], missing: dict[str, str]) -> None:
     print_table(["engine", "version", "rays", "undecidable", "wrong", *KINDS, "wrapper's own",
                  "seconds"],
                 [_sum([row for row in rows if row.engine == engine]) for engine in engines])
-    notes = dict.fromkeys(f"{row.engine}, {row.family}: {row.note}" for row in rows
-                          if row.note and row.rays)
-    for line in [*notes, *(f"{name} was not run: {why}" for name, why in missing.items())]:
+    for line in notes_of(rows, missing):
         print(line)
     print("The rays are chosen to be difficult, so counts say nothing about ordinary rays. "
           "docs/conformance.md explains when an answer is wrong.")

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..disk.files import replacing
 from .families import FAMILIES
-from .suite import KINDS, Row
+from .suite import KINDS, Row, notes_of
 
 _STYLE = """
 body { font: 15px/1.5 system-ui, sans-serif; margin: 2em auto; max-width: 75em; padding: 0 1em }
@@ -38,15 +38,14 @@ def page(rows: Sequence[Row], missing: Mapping[str, str]) -> str:
     cells = {(row.engine, row.family): row for row in rows}
     versions = {row.engine: row.version for row in rows}
     body = [_table("Wrong rays out of rays cast. A dash means that the engine does not accept "
-                   "the family's intervals of t, or that it gave no answer in an earlier family.",
+                   "the family's intervals of t, that it gave no answer in an earlier family, or "
+                   "that it cannot be loaded.",
                    ["family", *(f"{one} {versions[one]}".strip() for one in engines)],
                    [[f'<td title="{escape(FAMILIES[name].what)}">{escape(name)}</td>',
                      *(_cell(cells[one, name]) for one in engines)] for name in families]),
             _table("All families together, by kind.", ["engine", "rays", *KINDS, "wrapper's own"],
                    [_sums([row for row in rows if row.engine == one]) for one in engines])]
-    notes = [f"{row.engine}, {row.family}: {row.note}" for row in rows if row.note and row.rays]
-    notes += [f"{name} was not run: {why}" for name, why in missing.items()]
-    listed = "".join(f"<li>{escape(note)}</li>" for note in notes)
+    listed = "".join(f"<li>{escape(note)}</li>" for note in notes_of(rows, missing))
     return ("<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">"
             "<meta name=\"viewport\" content=\"width=device-width\">"
             f"<title>Conformance of ray tracers</title><style>{_STYLE}</style></head><body>"

@@ -21,6 +21,7 @@ from .spec import ENGINE, FUNCTION, METHOD, Spec
 
 RAYS, SEED = 300, 1     # default largest number of rays of a family, and default seed
 CRASH = "crash"
+UNLOADED = "it cannot be loaded"
 KINDS = (*WRONG_KINDS, CRASH)
 
 
@@ -129,22 +130,34 @@ def run(specs: Sequence[Spec], names: Iterable[str], rays: int = RAYS, seed: int
     ordered = sorted(dict.fromkeys(specs), key=lambda spec: bool(spec.engine.wraps))
     with ExitStack() as stack:
         runners = {key: stack.enter_context(Runner(seconds)) for key in map(_process_of, ordered)}
+        idle: dict[str, str] = {}
         for spec in ordered:
-            if spec.kind == FUNCTION:
-                try:
-                    runners[_process_of(spec)].load(spec)
-                except Crash as failure:
+            if spec.kind == METHOD:
+                continue
+            try:
+                runners[_process_of(spec)].load(spec)
+            except Crash as failure:
+                if spec.kind == FUNCTION:
                     raise OptionError(f"--engine {spec.name!r} cannot be loaded ({failure}); give "
                                       "MODULE:FUNCTION") from None
-        hung: dict[str, str] = {}
+                idle[spec.title] = f"{UNLOADED}: {failure}"
         for name in dict.fromkeys(names):
             known = Known.of(name, rays, seed)
             wrong: dict[str, np.ndarray] = {}
             for spec in ordered:
-                row = _row(runners[_process_of(spec)], spec, known, wrong, hung)
-                if row.note.startswith(NO_ANSWER):
-                    hung[spec.title] = name     # do not wait for this engine again
+                row = _row(runners[_process_of(spec)], spec, known, wrong, idle)
+                if row.note.startswith(NO_ANSWER):      # do not wait for this engine again
+                    idle[spec.title] = f"it gave no answer in {name}"
                 yield row
+
+
+def notes_of(rows: Sequence[Row], missing: Mapping[str, str]) -> list[str]:
+    """Return lines on crashes, and on engines that did not run. ``missing`` holds the engines that
+    are not installed, and why they did not run."""
+    return list(dict.fromkeys([
+        *(f"{row.engine}, {row.family}: {row.note}" for row in rows if row.note and row.rays),
+        *(f"{row.engine} was {row.note}" for row in rows if UNLOADED in row.note),
+        *(f"{name} was not run: {why}" for name, why in missing.items())]))
 
 
 def _process_of(spec: Spec) -> str:
@@ -152,21 +165,21 @@ def _process_of(spec: Spec) -> str:
 
 
 def _row(runner: Runner, spec: Spec, known: Known, wrong: dict[str, np.ndarray],
-         hung: Mapping[str, str]) -> Row:
+         idle: Mapping[str, str]) -> Row:
     """Return the `Row` of an engine and a family.
 
     Parameters
     ----------
     wrong : the wrong rays of the engines that answered before
-    hung : engine -> the family in which the engine gave no answer
+    idle : engine -> the reason why the engine does not run any more
     """
     engine, none = spec.engine, dict.fromkeys(KINDS, 0)
     row = Row(spec.title, engine.version, known.name, 0, 0, none, 0.0)
     if not engine.traces(known.case):
         row.note = "the engine does not accept the t_min or t_max of these rays"
         return row
-    if spec.title in hung:
-        row.note = f"not run, because it gave no answer in {hung[spec.title]}"
+    if spec.title in idle:
+        row.note = f"not run, because {idle[spec.title]}"
         return row
     part = slice(0, engine.most)
     case = known.case.part(part)

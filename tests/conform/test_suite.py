@@ -15,9 +15,10 @@ from gpgpu_rt import reference
 from gpgpu_rt.conform.answers import EngineAnswers
 from gpgpu_rt.conform.case import FAMILIES
 from gpgpu_rt.conform.engines import ENGINES
+from gpgpu_rt.conform.page import page as page_of
 from gpgpu_rt.conform.runner import Crash, Runner
 from gpgpu_rt.conform.spec import COMMAND, ENGINE, FUNCTION, METHOD, Spec
-from gpgpu_rt.conform.suite import CRASH, Known, run
+from gpgpu_rt.conform.suite import CRASH, Known, notes_of, run
 from gpgpu_rt.reference.verdicts import (
     ANY_HIT_DISAGREES, FALSE_HIT, LEAK, NOT_FINITE, RIGHT, UNDECIDABLE, WRONG_NEAREST, WRONG_T
 )
@@ -167,6 +168,27 @@ def test_an_engine_that_hangs_is_not_run_again(engine) -> None:
     first, second = run([spec], ["one-triangle", "sphere-random"], 5, seconds=2)
     assert first.wrong[CRASH] == 5 and first.note == "no answer within 2 s"
     assert second.rays == 0 and "no answer in one-triangle" in second.note
+
+
+@pytest.mark.parametrize("body, reason", [
+    ("import no_such_library", "ModuleNotFoundError: No module named 'no_such_library'"),
+    ("import os; os._exit(3)", "the process ended with status 3")])
+def test_an_engine_that_cannot_be_loaded_has_no_wrong_rays(
+        body: str, reason: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """An installed package may lack a library of the system. Then its rays do not count as
+    crashes."""
+    (tmp_path / "embreex").mkdir()
+    (tmp_path / "embreex" / "__init__.py").write_text(body)
+    (tmp_path / "embreex" / "mesh_construction.py").touch()
+    (tmp_path / "embreex" / "rtcore_scene.py").touch()
+    monkeypatch.syspath_prepend(str(tmp_path))
+    rows = list(run([Spec(ENGINE, "embreex")], ["one-triangle", "sphere-random"], 5))
+    assert all((row.rays, row.wrong_rays) == (0, 0) for row in rows)
+    assert notes_of(rows, {"vtk": "not installed"}) == [
+        f"embreex was not run, because it cannot be loaded: {reason}",
+        "vtk was not run: not installed"]
+    page = page_of(rows, {})
+    assert page.count("it cannot be loaded: ") == 1 and ">crash</td>" not in page
 
 
 def test_a_function_is_judged(engine) -> None:
