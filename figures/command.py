@@ -35,8 +35,7 @@ def main(arguments: list[str] | None = None) -> int:
     """Run the command, and return its exit status.
 
     The status is 0 on success, 1 after an `Error` (one line on stderr) or if `--check` finds a
-    difference, and 130 after an interrupt. A mistake in the arguments ends the process with
-    status 2.
+    difference, and 130 after an interrupt. Wrong arguments end the process with status 2.
     """
     return printed(lambda: _main(arguments))
 

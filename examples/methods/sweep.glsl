@@ -1,8 +1,8 @@
 // sweep, an example: triangles are sorted along an axis and cut into runs (see sweep.py beside this file).
 //
 // A ray visits the runs in the order of its direction along the axis. Each box is widened
-// (core/slack.glsl). rest_begins uses the same expression as the slab test of a box, so a ray exits early
-// only if the slab test would reject every remaining box.
+// (core/slack.glsl). rest_begins uses the same expression as the slab test, so a ray exits early only if
+// the slab test would reject every remaining box.
 
 uniform int run_count;
 

@@ -1,9 +1,8 @@
 """sweep, an example: sorts triangles along an axis and cuts them into runs, each with a box.
 
 Boxes around parts of a scene go back to Rubin and Whitted (1980). A ray visits the runs in the
-order of its direction along the axis. This order allows an early exit: a ray with a hit stops as
-soon as no remaining run can begin before the hit. ../../docs/how-to/add-a-method.md explains this
-file step by step.
+order of its direction along the axis, and stops as soon as no remaining run can begin before its
+hit. ../../docs/how-to/add-a-method.md explains this file step by step.
 """
 from __future__ import annotations
 
@@ -19,8 +18,7 @@ from gpgpu_rt.options import Option
 from gpgpu_rt.traversal.triangle_table import TRIANGLE, box_uniforms, triangle_table
 
 # A run has a box (lo, hi) and a first triangle. `least` and `most` are coordinates along the axis
-# `axis`: the lowest coordinate of this run and all later runs, and the highest coordinate of this
-# run and all earlier runs.
+# `axis`: the lowest of this run and all later runs, and the highest of this and all earlier runs.
 RUN = Record("sweep_run", "lo:vec3 first:int | hi:vec3 | least most")
 
 

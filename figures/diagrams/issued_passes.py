@@ -12,8 +12,7 @@ from gpgpu_rt.inspect.observe import ObservedPass
 class Issued:
     """A draw: its kernel, and the records that it reads and writes.
 
-    ``kernel`` is the name that `kernel_of` returns. For a draw without a kernel, `kernel_of`
-    returns the name of the fragment program.
+    ``kernel`` is the name that `kernel_of` returns.
     """
 
     kernel: str
@@ -39,7 +38,7 @@ def record_of(sampler: str) -> str:
 
 
 def kernel_of(one: ObservedPass) -> str:
-    """The name of a pass in a diagram."""
+    """The name of a pass in a diagram: its kernel or, without a kernel, its fragment program."""
     if one.uniforms.get("equal"):
         return "tile_pairs, again"    # second draw: the lowest index at the nearest t
     return one.kernel or one.name.split("/")[-1].removesuffix(".frag")
@@ -53,9 +52,9 @@ def issued(passes: Iterable[ObservedPass], left_out: tuple[str, ...] = ()) -> li
     left_out : names of passes that are not returned, such as passes that only count rays
     """
     kept = [one for one in passes if kernel_of(one) not in left_out]
-    # A program needs a texture at each sampler. At a sampler that the program does not read, the
-    # texture may belong to another record. So name a texture after the record of the target that
-    # wrote it. Only textures that no pass wrote are named after their samplers.
+    # At a sampler that a program does not read, any texture may be bound. So name a texture after
+    # the record of the target that wrote it. Name only textures that no pass wrote after their
+    # samplers.
     names: dict[int, str] = {}
     for one in kept:
         for record in one.target.records if isinstance(one.target, Target) else ():

@@ -1,6 +1,6 @@
 """Small BVH: the diagrams' bounding volume hierarchy, as bvh-threaded builds and walks it.
 
-The hierarchy is built over the triangles of the small world, and the small world's ray walks it.
+It is built over the small world's triangles, and the small world's ray walks it.
 """
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ class Hierarchy:
     def hit_link(self, node: int) -> int | None:
         """The next node of the array, at which a ray that meets this node's box continues.
 
-        None ends the walk. At a leaf, the hit link and the miss link lead to the same node.
+        None ends the walk. At a leaf, the miss link is the same.
         """
         return node + 1 if node + 1 < len(self) else None
 
@@ -83,8 +83,7 @@ def node_colour(found: Hierarchy, node: int) -> str:
 def draw_boxes(axis: Any, found: Hierarchy, shaded: Mapping[int, str] | None = None) -> None:
     """Draw boxes and triangles, seen from above.
 
-    Each box is a little widened, and a parent's box more than its children's boxes. This separates
-    the boxes of parents and children that share a side.
+    A parent's box is widened more than its children's boxes, so that shared sides stay apart.
 
     shaded : node -> colour
     """

@@ -1,7 +1,4 @@
-"""Small rays: mirrored rays in a plane, and a few triangles across the plane.
-
-`ray-hierarchy` traces the rays.
-"""
+"""Small rays: mirrored rays in a plane and triangles across it, traced by `ray-hierarchy`."""
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -45,7 +42,7 @@ class ConeLevel:
 class Round:
     """A round of the traversal, which tests the pairs of a level of the hierarchy.
 
-    pairs : (n, 2), the triangle and the node of each pair that the round reads
+    pairs : (n, 2), the triangle and the node of each pair
     slots : (n, 4, 2), the triangle and the child node in each of a pair's four slots; -1 if empty
     """
 
@@ -93,7 +90,7 @@ def tested(one: ObservedPass) -> tuple[np.ndarray, np.ndarray]:
 def traversal() -> tuple[list[ConeLevel], list[Round], rt.Hits]:
     """The levels of the hierarchy and the rounds, as read from their textures, and the hits."""
     rounds: list[Round] = []
-    # Size of a level's texture -> the level's fields. A new hierarchy replaces the old fields.
+    # Size of a level's texture -> the level's fields in the newest hierarchy.
     levels: dict[tuple[int, int], dict[str, np.ndarray]] = {}
 
     def look(one: ObservedPass) -> None:

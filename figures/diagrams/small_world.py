@@ -1,7 +1,7 @@
 """Small world: a few triangles that stand on a plane, their kd-tree, and one ray.
 
 `walk` traces the ray by the passes of a given method and reads the ray's state after each pass.
-The triangles are low, so no split across z lowers the cost. The ray runs parallel to the plane.
+The triangles are low, so no split across z lowers the cost, and the ray is parallel to the plane.
 Seen from above, tree and ray are therefore two-dimensional, as the survey draws them.
 """
 from __future__ import annotations
@@ -30,8 +30,8 @@ class World:
     triangles : (n, 3, 3) float32.
     lo, hi : (nodes, 3) float32, the boxes of the tree's nodes.
     origin, direction : (3,) float32. The size of the direction's largest component lies in
-        [0.5, 1). A tracer scales each direction by a power of two to this size. This direction has
-        the size already, so the t of the kernels is the caller's t.
+        [0.5, 1). A tracer scales directions by a power of two to this size, so here the t of the
+        kernels is the caller's t.
     """
 
     scene: rt.Scene
@@ -101,7 +101,7 @@ def world(seed: int = SEED, origin: tuple[float, float] = ORIGIN,
 
 @dataclass(frozen=True)
 class Step:
-    """The effect of a pass on the ray: its kernel, and the ray's state before and after it."""
+    """A pass's kernel, and the ray's state before and after the pass."""
 
     kernel: str
     before: dict[str, Any]
@@ -110,13 +110,14 @@ class Step:
 
     @property
     def visited(self) -> int | None:
-        """The node whose record the kernel read to choose the next node, if it read one."""
+        """The node that the kernel read to choose the next node, or None."""
         return {"down": self.before["node"], "traverse": self.before["node"],
                 "climb": self.after["node"]}.get(self.kernel)
 
 
 @dataclass(frozen=True)
 class Walk:
+    """The walk of the ray by one method, and the tracer's hit with its counters."""
     """The walk of the ray by one method: each step, and the tracer's hit with its counters."""
 
     method: str
@@ -129,7 +130,7 @@ class Walk:
 
 
 def walk(method: str, small: World | None = None) -> Walk:
-    """Trace the ray of ``small`` (by default of ``world()``) by single steps, one per pass."""
+    """Trace the ray of ``small`` (by default of ``world()``), one step per pass."""
     return _own_walk(method) if small is None else _walk(method, small)
 
 

@@ -1,7 +1,7 @@
 """Bundle errors: compares ray bundles with traced bundles and with the path tracer.
 
-A ray bundle gathers light along parallel rays. Ray bundles are rasterised, as parallel projections
-of the scene. In a traced bundle, each ray is traced.
+A ray bundle is a set of parallel rays, rasterised as a parallel projection of the scene. In a
+traced bundle, each ray is traced.
 """
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ FINER = 2       # light is gathered at FINER x FINER places in a pixel
 def scene_of(name: str) -> rt.Scene:
     """The scene of this name.
 
-    HUNG is `cornell-light`, but its lamp hangs half a millimetre under a closed ceiling, as in
+    HUNG is `cornell-light` with a lamp that hangs half a millimetre under a closed ceiling, as in
     `cornell`.
     """
     if name != HUNG:
@@ -75,7 +75,7 @@ def measure(name: str, method: str, options: dict[str, Any], size: int, runs: in
         scene's extent; ``directions``, the number of directions for gathering; ``between``, the
         number of directions along which patches exchange light; and ``resolutions``, in pixels per
         side of a projection. ``samples`` is the path tracer's number of samples per pixel. All
-        other options are options of the tracer
+        other options belong to the tracer
     """
     mine = {word: options.pop(word) for word in ("patch", "directions", "between", "resolutions",
                                                  "samples")}
@@ -124,8 +124,8 @@ def measure(name: str, method: str, options: dict[str, Any], size: int, runs: in
     for row in result["by_resolution"]:
         row.update(_errors(row["picture"], path, out))
         row["picture"] = row["picture"].round(4).tolist()
-    # Each half of the samples gives a picture, and ``path`` is the mean of the two pictures. Half
-    # of their difference is as large as the noise of the mean.
+    # ``path`` is the mean of the pictures of both halves of the samples. Half of their difference
+    # is as large as the noise of the mean.
     noise = _errors(halves[0], path, out)["rmse"]
     return {**result, **mine, "path_noise": noise, "path": path.round(4).tolist(),
             "out": out.tolist()}
@@ -134,9 +134,8 @@ def measure(name: str, method: str, options: dict[str, Any], size: int, runs: in
 def left_out(scene: rt.Scene, seen: Visible, size: int) -> np.ndarray:
     """(size, size) bool: pixels that the comparison leaves out.
 
-    They are the pixels of lamps, of the background and of edges, and the neighbours of these
-    pixels. There the path tracer averages over the whole pixel, while bundles gather at a few
-    places in the pixel.
+    They are the pixels of lamps, of the background and of edges, and their neighbours. There the
+    path tracer averages over the whole pixel, while bundles gather at a few places in it.
     """
     emits = np.array([m.emits for m in scene.materials])[scene.material_of]
     rest = (emits[seen.hits.triangle] | ~seen.hits.hit).reshape(FINER * size, -1, 1)

@@ -58,13 +58,11 @@ def measure(name: str, method: str, options: dict[str, Any], size: int, runs: in
             ) -> dict[str, Any]:
     """Compare caustics mapping with traced photons.
 
-    The passes of the mapping and the traced photons run alternately. ``seconds`` of the result has
-    the time of each run. The mapping estimates a photon's distance to its receiver several times.
-    The comparison varies the number of estimates: ``guesses`` has the numbers. For each number,
-    ``apart`` has the median and the 90 % quantile of the distances between mapped and traced
-    landings, and ``lost`` has the share of light whose mapped photons do not land. ``rasterised``
-    and ``traced`` are pictures of the two maps, (size, size), seen as if the refractor were not
-    there.
+    ``seconds`` of the result has the times of alternating runs. The mapping estimates a photon's
+    distance to its receiver several times. For each number of estimates in ``guesses``, ``apart``
+    has the median and the 90 % quantile of the distances between mapped and traced landings, and
+    ``lost`` has the share of light whose mapped photons do not land. ``rasterised`` and ``traced``
+    are pictures of the two maps, (size, size), seen as if the refractor were not there.
     """
     scene = scene_of(name)
     seconds: dict[str, list[float]] = {"rasterised": [], "traced": []}

@@ -18,7 +18,7 @@ TILE = 64    # rays in a tile
 
 def needed_nodes(bvh: Bvh, origins: np.ndarray, directions: np.ndarray,
                  t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Find the nodes whose boxes rays meet before their hits. A traversal must visit these nodes.
+    """Find the nodes whose boxes rays meet before their hits, which every traversal must visit.
 
     Parameters
     ----------
@@ -51,7 +51,7 @@ def needed_nodes(bvh: Bvh, origins: np.ndarray, directions: np.ndarray,
 def distinct_nodes(rays: np.ndarray, nodes: np.ndarray, tile_of: np.ndarray) -> float:
     """The mean number of different nodes that the rays of a tile must visit.
 
-    The mean is over the tiles whose rays must visit at least one node.
+    Tiles whose rays visit no node do not count.
 
     Parameters
     ----------
@@ -90,8 +90,7 @@ def divergence(steps: np.ndarray, tile_of: np.ndarray) -> float:
 def observe_order(tracer: rt.Tracer) -> Iterator[list[np.ndarray]]:
     """Collect the order of rays of each trace within the context, for a tracer that sorts rays.
 
-    An order is (n,) int32, the indices of the rays in sorted order. Every 64 consecutive rays form
-    a tile.
+    An order is (n,) int32, the indices of the rays in sorted order.
     """
     orders: list[np.ndarray] = []
 

@@ -19,8 +19,8 @@ WORK = "conformance"
 def measure(rays: int) -> dict[str, Any]:
     """Return the results of one method of this project and of every engine that is installed.
 
-    The suite starts a process for each engine with multiprocessing. Python does not allow this in
-    a worker process. Therefore this function runs `gpgpu-rt conform` with subprocess.
+    The suite starts a process for each engine with multiprocessing, which Python forbids in a
+    worker process. Therefore this function runs `gpgpu-rt conform` as a subprocess.
     """
     done = subprocess.run([sys.executable, "-m", "gpgpu_rt", "conform", "--json", "--rays",
                            str(rays)], capture_output=True, text=True)
