@@ -1,7 +1,7 @@
 """Era numbers: the rays that the number formats of the papers' cards lose (`lost_rays`).
 
-The Ray Engine computes in the fixed point of R200 and NV25. Methods in the era form, whose kernels
-run as on the papers' cards (docs/era.md), compute in fp24 and fp32.
+The Ray Engine computes in the fixed point of R200 and NV25. Other methods run in the era form
+(docs/era.md), in fp24 and fp32.
 """
 from __future__ import annotations
 

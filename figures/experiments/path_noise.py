@@ -16,7 +16,7 @@ from .path_errors import cornell_truth
 
 SCENE, METHOD, SIZE, ROULETTE = "cornell-light", "bvh-threaded", 64, 16
 SAMPLERS = {"random": COLOURS[1], "sobol": COLOURS[0]}
-# Targets: the mean relative error should not exceed these values.
+# Targets: upper limits of the mean relative error.
 BARS = {"scene": 0.01, "furnace_mean": 0.005}
 HEADS = ("sampler", "samples", "Cornell box, mean relative error", "furnace, pixels",
          "furnace, mean")

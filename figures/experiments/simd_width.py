@@ -1,6 +1,6 @@
 """SIMD width (survey, section 4.3): how long rays that branch together wait for each other.
 
-The waiting is measured for each width, with and without packets, and with and without sorting.
+Measured for each width, with and without packets and sorting.
 """
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def cells(full: bool) -> list[Cell]:
 
 
 def lanes(one: dict[str, Any], width: int) -> int:
-    """Return the lanes' runs of kernels that visit nodes or test triangles, busy or waiting."""
+    """Return the lanes' runs, busy or waiting, of kernels that visit nodes or test triangles."""
     return sum(count for kernel, count in one["lanes"][str(width)].items() if kernel not in WITHIN)
 
 
@@ -120,7 +120,7 @@ def draw(data: Path, out: Path, full: bool) -> None:
 
 
 def _paragraph(found: list[tuple[Any, ...]]) -> str:
-    """Sentences on what the survey expects, and on what the measurements show."""
+    """Sentences on what the survey expects, and on the measurements."""
     at = {row[:4]: row for row in found}
     widest = WIDTHS[-1]
     plain, ordered = ORDERS
