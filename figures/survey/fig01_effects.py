@@ -10,7 +10,7 @@ from . import lit_pictures
 from .lit_pictures import HEADS, cell, picture
 
 METHOD = "bvh-threaded"
-QUICK = 288     # pixels a side at the quick size, so that the effects can be seen
+QUICK = 288     # pixels a side at the quick size, so that the effects show
 PANELS = {"statue": "reflections", "soft-shadows": "soft shadows", "glass-teapot": "refraction"}
 
 

@@ -18,7 +18,7 @@ WORDS = {"eye_rays": "generate eye rays", "init": "a ray enters the grid, or mis
          "intersect": "one triangle of the cell's list",
          "surfaces": "shade hits, make shadow rays",
          "picture": "light that shadow rays found"}
-# Programs that only count rays, or mask rays from later passes.
+# Programs that only count rays or mask them.
 COUNTING = ("classify", "mask", "tile_counts", "everywhere")
 
 

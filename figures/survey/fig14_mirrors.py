@@ -19,8 +19,7 @@ SCENES = ("cornell", "robots", "kitchen", "conference")
 SINGLE, PACKET = METHODS = ("kd-short-stack", "kd-packet")
 LOOKS = dict(zip(METHODS, zip(COLOURS, MARKERS)))      # method -> colour and marker
 BOUNCES = range(6)
-# A scene can show the claim only if `parted` is at least this number. `parted` is 1 if a packet's
-# rays share all nodes.
+# A scene can show the claim only if `parted` is at least this number.
 PARTED = 1.2
 
 
@@ -36,9 +35,9 @@ def cells(full: bool) -> list[Cell]:
 def judge(data: Path, full: bool) -> verdicts.Verdict:
     """The verdict on packets after mirrors, from all scenes whose packets the mirrors scatter.
 
-    The tendency is that packets gain less at the last bounce than at the first. The claim is that
-    packets become slower than single rays. If the rays of a packet stay together, the mirrors have
-    not scattered them, so the scene cannot test the claim. Such a scene is named as an exception.
+    The tendency is that packets gain less at the last bounce than at the first; the claim is that
+    they become slower than single rays. A scene whose packets stay together cannot test the claim
+    and is named as an exception.
     """
     claims, exceptions = [], []
     for scene in SCENES:
@@ -61,22 +60,22 @@ def judge(data: Path, full: bool) -> verdicts.Verdict:
 
 
 def parted(rows: list[list[float]]) -> float:
-    """The nodes that a packet visits after the last bounce, divided by the nodes of one ray.
+    """The nodes that a packet visits after the last bounce, divided by those of one ray.
 
-    The ratio is 1 where the rays of a packet stay together, and 4 where the rays share no node.
+    1 if a packet's rays share all nodes, 4 if they share none.
     """
     return rows[-1][10]
 
 
 def exception(scene: str, triangles: int, rows: list[list[float]]) -> str:
-    """A sentence that names a scene which cannot show the claim, and says why."""
+    """A sentence on why a scene cannot show the claim."""
     return (f"The scene {scene}, of {triangles:,} triangles, is an exception and is not judged: "
             f"after {BOUNCES[-1]} mirrors a packet visits {number(parted(rows))} times the nodes "
             "of one ray, so its rays have stayed together.")
 
 
 def _results(scene: str, data: Path, full: bool) -> list[list[Any]]:
-    """The results of single rays and of packets, by bounce. A result is None if not measured."""
+    """The results of single rays and of packets, by bounce; None if not measured."""
     return [[read(cell(scene, method, bounces, full), data) for method in METHODS]
             for bounces in BOUNCES]
 
