@@ -60,7 +60,6 @@ def row(scene: str, label: str, plain: dict[str, Any], treated: dict[str, Any]
 
 
 def draw(data: Path, out: Path, full: bool) -> None:
-    """Write out/entry_points.csv, .md and .png."""
     parts: dict[str, list[dict[str, Any]]] = {}
     notes = []
     for name, methods, treatment in (("entry points", METHODS, ENTRIES),

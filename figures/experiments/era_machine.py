@@ -77,7 +77,6 @@ def orders(found: Sequence[PredictedRow], assumed: Assumptions = ASSUMED) -> dic
 
 
 def draw(data: Path, out: Path, full: bool) -> None:
-    """Write out/era_machine.csv, .md and .png."""
     found = rows(data, full)
     misses = {"as stated": median_miss(found)}
     for name, (half, double) in ASSUMED.varied().items():

@@ -58,7 +58,6 @@ def cells(full: bool) -> list[Cell]:
 
 
 def rows(data: Path, full: bool) -> list[tuple[Any, ...]]:
-    """The rows of the table whose columns are HEADS."""
     return [(scene, label, *(result["numbers"][key]
                              for key in ("hit", "lost", "other", "false", "t_error")))
             for scene in SCENES for label in FORMATS
@@ -66,7 +65,6 @@ def rows(data: Path, full: bool) -> list[tuple[Any, ...]]:
 
 
 def draw(data: Path, out: Path, full: bool) -> None:
-    """Write out/era_numbers.csv, .md and .png."""
     found = rows(data, full)
     if not found:
         return

@@ -56,7 +56,6 @@ def label(cell: Cell) -> str:
 
 
 def draw(data: Path, out: Path, full: bool) -> None:
-    """Write out/extremes.csv, .md and .png."""
     results = dict(finished(cells(full), data))
     if not results:
         return

@@ -65,7 +65,6 @@ def is_there(scene: str) -> bool:
 
 
 def draw(data: Path, out: Path, full: bool) -> None:
-    """Write out/frames.csv, .md and .png."""
     rows, notes = [], []
     for scene in filter(is_there, SCENES):
         for label, method, options in columns():

@@ -76,7 +76,6 @@ def leasts(method: str, work: dict[str, Any]) -> dict[str, Least]:
 
 
 def rows(data: Path, full: bool) -> list[list[Any]]:
-    """The rows of the table whose columns are HEADS."""
     found = []
     for scene in SCENES:
         for method in METHODS:
@@ -93,7 +92,6 @@ def rows(data: Path, full: bool) -> list[list[Any]]:
 
 
 def draw(data: Path, out: Path, full: bool) -> None:
-    """Write out/ideal_hardware.csv, .md and .png."""
     found = rows(data, full)
     if not found:
         return

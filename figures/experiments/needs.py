@@ -49,7 +49,6 @@ def _agreement(rows: list[list[Any]]) -> str:
 
 
 def draw(data: Path, out: Path, full: bool) -> None:
-    """Write out/needs.csv, .md and .png."""
     results = finished(cells(full), data)
     rows = [row_of(dict(cell.options)["step"], r["needs"]) for cell, r in results]
     if not rows:

@@ -29,7 +29,6 @@ def cells(full: bool) -> list[Cell]:
 
 
 def rows(data: Path, full: bool) -> list[list[Any]]:
-    """The rows of the table whose columns are HEADS."""
     found = []
     for cell, result in finished(cells(full), data):
         errors = result["errors"]
@@ -39,7 +38,6 @@ def rows(data: Path, full: bool) -> list[list[Any]]:
 
 
 def draw(data: Path, out: Path, full: bool) -> None:
-    """Write out/path_noise.csv, .md and .png."""
     found = rows(data, full)
     if not found:
         return

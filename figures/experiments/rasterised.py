@@ -42,7 +42,6 @@ def rows(data: Path, full: bool) -> list[list[Any]]:
 
 
 def draw(data: Path, out: Path, full: bool) -> None:
-    """Write out/rasterised.csv, .md and .png."""
     found = rows(data, full)
     if not found:
         return

@@ -33,7 +33,6 @@ def cells(full: bool) -> list[Cell]:
 
 
 def draw(data: Path, out: Path, full: bool) -> None:
-    """Write out/ray_bundles.csv, .md and .png."""
     results = finished(cells(full), data)
     if not results:
         return

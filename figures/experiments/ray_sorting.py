@@ -48,7 +48,6 @@ def cells(full: bool) -> list[Cell]:
 
 
 def draw(data: Path, out: Path, full: bool) -> None:
-    """Write out/ray_sorting.csv, .md and .png."""
     times, alike, heading = [], [], None
     for work in WORK:
         for method in METHODS:

@@ -42,7 +42,6 @@ def cells(full: bool) -> list[Cell]:
 
 
 def draw(data: Path, out: Path, full: bool) -> None:
-    """Write out/ray_space.csv, .md and .png."""
     rows, notes = [], []
     for scene in _scenes(full):
         for work in WORK:

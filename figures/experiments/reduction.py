@@ -34,7 +34,6 @@ def rows(data: Path, full: bool) -> list[list[Any]]:
 
 
 def draw(data: Path, out: Path, full: bool) -> None:
-    """Write out/reduction.csv, .md and .png."""
     found = rows(data, full)
     write_csv(out / "reduction.csv", HEADS, found)
     shown = [[f"{row[0]:,}", *map(number, row[1:])] for row in found]

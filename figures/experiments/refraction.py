@@ -23,7 +23,6 @@ def cells(full: bool) -> list[Cell]:
 
 
 def draw(data: Path, out: Path, full: bool) -> None:
-    """Write out/refraction.csv, .md and .png."""
     results = finished(cells(full), data)
     if not results:
         return

@@ -68,7 +68,6 @@ def _bytes(one: dict[str, Any]) -> int:
 
 
 def draw(data: Path, out: Path, full: bool) -> None:
-    """Write out/retention.csv, .md and .png."""
     found = rows(data, full)
     if not found:
         return

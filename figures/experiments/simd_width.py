@@ -48,7 +48,6 @@ def lanes(one: dict[str, Any], width: int) -> int:
 
 
 def rows(data: Path, full: bool) -> list[tuple[Any, ...]]:
-    """The rows of the table whose columns are HEADS."""
     found = []
     for rays in RAYS:
         for label in METHODS:
@@ -63,7 +62,6 @@ def rows(data: Path, full: bool) -> list[tuple[Any, ...]]:
 
 
 def draw(data: Path, out: Path, full: bool) -> None:
-    """Write out/simd_width.csv, .md and .png."""
     found = rows(data, full)
     if not found:
         return

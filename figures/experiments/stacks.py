@@ -233,7 +233,6 @@ def rows(data: Path, full: bool) -> list[list[Any]]:
 
 
 def draw(data: Path, out: Path, full: bool) -> None:
-    """Write out/stacks.csv, .md and .png."""
     measured = finished(cells(full), data)
     if not measured:
         return

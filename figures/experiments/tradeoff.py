@@ -88,7 +88,6 @@ def pareto(points: Sequence[tuple[float, float]]) -> list[int]:
 
 
 def draw(data: Path, out: Path, full: bool) -> None:
-    """Write out/tradeoff.csv, .md and .png."""
     rows, renderer, stand_ins, on_front = [], "?", [], []
     fronts: dict[str, list[dict[str, Any]]] = {}
     for scene in scenes(full):

@@ -65,7 +65,8 @@ FIGURES = {
 def figure_of(name: str) -> Any:
     """Return the module's FIGURE (a `Comparison`), or else the module itself.
 
-    Both have ``cells(full)`` and ``draw(data, out, full)``.
+    Both have ``cells(full)`` and ``draw(data, out, full)``, which writes out/NAME.csv, .md and
+    .png.
     """
     folder = survey if of_survey(name) else experiments
     found = next(module.name for module in iter_modules(folder.__path__)

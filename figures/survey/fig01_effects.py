@@ -19,7 +19,6 @@ def cells(full: bool) -> list[Cell]:
 
 
 def draw(data: Path, out: Path, full: bool) -> None:
-    """Write out/fig01.csv, .md and .png."""
     rows = [row for c in cells(full) if (row := lit_pictures.row_of(c, data)) is not None]
     if not rows:
         return

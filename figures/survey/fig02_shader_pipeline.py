@@ -114,7 +114,6 @@ def cells(full: bool) -> list[Cell]:
 
 
 def draw(data: Path, out: Path, full: bool) -> None:
-    """Write out/fig02.csv, .md and .png."""
     lines = [[one.method, *words(one).values()] for one in shown()]
     write_csv(out / "fig02.csv", HEADS, lines)
     write_text(out / "fig02.md", (

@@ -116,7 +116,6 @@ def cells(full: bool) -> list[Cell]:
 
 
 def draw(data: Path, out: Path, full: bool) -> None:
-    """Write out/fig03.csv, .md and .png."""
     row, every = find_method(METHOD), passes()
     write_csv(out / "fig03.csv", ("pass", "kernel", "from", "to", "rays"),
               [[at, one.kernel, one.source, one.target, one.rays]

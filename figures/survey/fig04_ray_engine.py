@@ -80,7 +80,6 @@ def cells(full: bool) -> list[Cell]:
 
 
 def draw(data: Path, out: Path, full: bool) -> None:
-    """Write out/fig04.csv, .md and .png."""
     every, split, hits = passes()
     write_csv(out / "fig04.csv", ("batch", "pass", "samples", "writes", "quads"),
               [[one.batch, one.name, " ".join(one.samples), " ".join(one.targets), one.quads]

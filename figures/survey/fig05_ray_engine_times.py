@@ -119,7 +119,6 @@ TESTS_ON_CPU = published_range("text", "", "cpu", quantity="ray-triangle interse
 
 
 def draw(data: Path, out: Path, full: bool) -> None:
-    """Write out/fig05.csv, .md and .png."""
     rows, lines, bars, renderer = [], [], [], "?"
     for scene in SCENES:
         for setting in _settings(scene):

@@ -36,7 +36,6 @@ def cells(full: bool) -> list[Cell]:
 
 
 def draw(data: Path, out: Path, full: bool) -> None:
-    """Write out/fig06.csv, .md and .png."""
     log = passes()
     write_csv(out / "fig06.csv", ("pass", "kernel"),
               [[at, one.kernel] for at, one in enumerate(log, 1)])

@@ -53,7 +53,6 @@ def spread(result: dict[str, Any]) -> float:
 
 
 def draw(data: Path, out: Path, full: bool) -> None:
-    """Write out/fig07.csv, .md and .png."""
     rows = {c.method: row for c in cells(full)
             if (row := lit_pictures.row_of(c, data)) is not None}
     if METHOD not in rows:

@@ -31,7 +31,6 @@ def rows(small: World) -> list[list[str]]:
 
 
 def draw(data: Path, out: Path, full: bool) -> None:
-    """Write out/fig09.csv, .md and .png."""
     small = world()
     leaves = sum(map(small.is_leaf, range(len(small.tree.axis))))
     text = ("# Figure 9: a kd-tree\n\n"

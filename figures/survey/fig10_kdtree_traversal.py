@@ -150,7 +150,6 @@ def judge(data: Path, full: bool) -> verdicts.Verdict:
 
 
 def draw(data: Path, out: Path, full: bool) -> None:
-    """Write out/fig10.csv, .md and .png."""
     small, found = world(), walk(METHOD)
     table, start = rows(small, found), found.steps[0].before
     printed = printed_rule(small, start["t_min"], start["t_max"])

@@ -39,7 +39,6 @@ def intervals(found: Walk) -> list[float]:
 
 
 def draw(data: Path, out: Path, full: bool) -> None:
-    """Write out/fig11.csv, .md and .png."""
     small = world()
     walks = [walk(method) for method in METHODS]
     table = [row for found in walks for row in rows(small, found)]

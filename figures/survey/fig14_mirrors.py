@@ -81,7 +81,6 @@ def _results(scene: str, data: Path, full: bool) -> list[list[Any]]:
 
 
 def draw(data: Path, out: Path, full: bool) -> None:
-    """Write out/fig14.csv, .md and .png."""
     parts, rows, renderer, stand_ins = [], [], "?", []
     figure, axes = plt.subplots(-(-len(SCENES) // 2), 2, figsize=(9, 7.6), squeeze=False)
     for axis, scene in zip(axes.flat, SCENES):

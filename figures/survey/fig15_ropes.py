@@ -48,7 +48,6 @@ def followed(found: Walk) -> list[Followed]:
 
 
 def draw(data: Path, out: Path, full: bool) -> None:
-    """Write out/fig15.csv, .md and .png."""
     small, found = world(), walk(METHOD)
     ropes, taken = ropes_of(small), followed(found)
     leaves = [node for node in range(len(small.tree.axis)) if small.is_leaf(node)]

@@ -69,7 +69,6 @@ def _within(overhead: float) -> bool:
 
 
 def draw(data: Path, out: Path, full: bool) -> None:
-    """Write out/fig17.csv, .md and .png."""
     results, rows, lines = {}, [], []
     for scene, options in _trees(full):
         result = read(cell(scene, **options), data)

@@ -27,7 +27,6 @@ def rows(found: Hierarchy) -> list[list[str]]:
 
 
 def draw(data: Path, out: Path, full: bool) -> None:
-    """Write out/fig18.csv, .md and .png."""
     found = hierarchy()
     leaves = sum(map(found.is_leaf, range(len(found))))
     text = ("# Figure 18: a bounding volume hierarchy\n\n"

@@ -59,7 +59,6 @@ def rows(found: Hierarchy, seen: list[Visit]) -> list[list[str]]:
 
 
 def draw(data: Path, out: Path, full: bool) -> None:
-    """Write out/fig19.csv, .md and .png."""
     found, ray = hierarchy(), walk(METHOD)
     seen = visits(found, ray)
     table = rows(found, seen)

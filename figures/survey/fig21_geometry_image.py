@@ -91,7 +91,6 @@ def picture(scene: rt.Scene, method: str, **options: Any) -> np.ndarray:
 
 
 def draw(data: Path, out: Path, full: bool) -> None:
-    """Write out/fig21.csv, .md and .png."""
     write_csv(out / "fig21.csv", HEADS, rows())
     write_text(out / "fig21.md", (
         "# Figure 21: a geometry image, and the pyramids over it\n\n"

@@ -48,7 +48,6 @@ def cells(full: bool) -> list[Cell]:
 
 
 def draw(data: Path, out: Path, full: bool) -> None:
-    """Write out/fig23.csv, .md and .png."""
     log, batches = passes()
     write_csv(out / "fig23.csv", ("batch", "pairs", "through"),
               [[at, *pair] for at, pair in enumerate(batches, 1)])

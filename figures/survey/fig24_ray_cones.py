@@ -31,7 +31,6 @@ def point(at: np.ndarray) -> str:
 
 
 def draw(data: Path, out: Path, full: bool) -> None:
-    """Write out/fig24.csv, .md and .png."""
     levels, _, _ = traversal()
     write_csv(out / "fig24.csv", HEADS, rows())
     sizes = [[height, len(level.radius), number(float(level.radius.mean())),

@@ -54,7 +54,6 @@ def counted(scene: rt.Scene, side: int) -> list[list[Any]]:
 
 
 def draw(data: Path, out: Path, full: bool) -> None:
-    """Write out/fig25.csv, .md and .png."""
     _, rounds, hits = traversal()
     scene = rt.load_scene(SCENE)
     write_csv(out / "fig25.csv", HEADS, rows())

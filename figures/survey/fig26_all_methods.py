@@ -190,7 +190,6 @@ def _agreed(found: list[MethodSpeed], one: str, other: str) -> str:
 
 
 def draw(data: Path, out: Path, full: bool) -> None:
-    """Write out/fig26.csv, .md and .png."""
     found = rows(data, full)
     heads = ("source", "method", "measured_ns", "predicted_ns", "bound", "measured", "predicted",
              "scaled_by_arithmetic", "scaled_by_bandwidth", "published")

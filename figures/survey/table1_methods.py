@@ -114,7 +114,6 @@ def judge(data: Path, full: bool) -> verdicts.Verdict:
 
 
 def draw(data: Path, out: Path, full: bool) -> None:
-    """Write out/table1.csv, .md and .png."""
     found = list(lines(data, full))
     speeds = {row.entry.source: row for row in fig26.rows(data, full)}
     heads = ("source", "method", *(f"{who}_{column}" for column in COLUMNS
