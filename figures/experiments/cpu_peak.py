@@ -16,9 +16,9 @@ from gpgpu_rt.gl.environment import processors
 from gpgpu_rt.gl.full_screen import FullScreenPass
 from gpgpu_rt.gl.textures import make_texture
 
-# Flag of the processor, and its single precision operations per core and clock. The first flag
-# that the processor has counts. A core is assumed to have two vector units. With fused
-# instructions both units multiply and add; without, one multiplies and the other adds.
+# Flag of a processor -> single precision operations per core and clock. The processor's first flag
+# in this list decides. A core is assumed to have two vector units. With fused instructions both
+# units multiply and add; without, one multiplies and the other adds.
 A_CLOCK = (("avx512f", 64), ("fma", 32), ("avx", 16), ("sse2", 8))
 BASE = Path("/sys/devices/system/cpu/cpu0/cpufreq/base_frequency")   # kHz
 MATRIX = 768   # rows of the matrices whose product is timed

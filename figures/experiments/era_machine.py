@@ -24,8 +24,6 @@ REPEATED = ("fig22", "kd-ropes-packet")
 
 
 def cells(full: bool) -> list[Cell]:
-    """Return the cells that count how often a card issues each kernel, for all figures whose paper
-    measured on a card."""
     return list(dict.fromkeys(cell for figure in ON_CARDS
                               for cell in predicted_times.cells(figure, full)))
 

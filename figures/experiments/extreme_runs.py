@@ -48,9 +48,7 @@ def _measure_one(name: str, method: str, options: dict[str, Any], rays: int) -> 
 
 @functools.cache
 def digest() -> str:
-    """Return a digest of all cases with 16 rays each. It changes with the cases' triangles and
-    rays.
-    """
+    """Return a digest of the triangles and rays of all cases, with 16 rays each."""
     total = hashlib.sha256()
     for name in FAMILIES:
         case = make_case(name, 16, SEED)

@@ -29,8 +29,7 @@ FRAMES, FULL_FRAMES = 3, 12
 
 
 def columns() -> list[tuple[str, str, tuple[tuple[str, Any], ...]]]:
-    """Label, method and options of each column. Every method that can refit has a column.
-    """
+    """Label, method and options of each column. Every method that can refit has a column."""
     found = []
     for row in rt.methods():
         own = {option.name: option for option in row.options}

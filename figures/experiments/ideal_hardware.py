@@ -164,7 +164,6 @@ def _draw_machines(axis: Any, mine: list[list[Any]]) -> list[Series]:
 
 
 def _paragraph(found: list[list[Any]], data: Path, full: bool) -> str:
-    """Sentences on what the survey expects, and on the measurements."""
     times = {(row[0], row[1], row[2]): row for row in found}
     scene = next((s for s in reversed(SCENES) if (s, TREE, f"{CARD} and both") in times), None)
     if scene is None:

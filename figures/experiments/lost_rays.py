@@ -18,11 +18,11 @@ EXACT = "bvh-packet"    # any method does: in fp32 all have the same hits
 def measure(scene: rt.Scene, method: str, options: dict[str, Any], size: int) -> dict[str, Any]:
     """Return the numbers of wrong eye rays, a map of them, and the error of t.
 
-    ``hit`` is the number of rays that should hit; ``lost`` of these have no hit and ``other`` hit
-    another triangle. ``false`` rays hit although they should miss. ``t_error`` is the median
-    relative error of t over the rays with the right triangle, or None without such rays. ``map``
-    has two bit maps of the image in base64, row by row: the lost rays, then the rays with a wrong
-    hit.
+    ``hit`` is the number of rays that should hit; ``lost`` of these rays have no hit, and
+    ``other`` hit another triangle. ``false`` rays hit although they should miss. ``t_error`` is
+    the median relative error of t over the rays with the right triangle, or None without such
+    rays. ``map`` has two bit maps of the image in base64, row by row: the lost rays, then the rays
+    with a wrong hit.
     """
     rays = scene.camera.rays((size, size))
     with rt.Tracer(scene, EXACT) as tracer:
@@ -40,7 +40,7 @@ def measure(scene: rt.Scene, method: str, options: dict[str, Any], size: int) ->
 
 
 def wrong_pixels(result: dict[str, Any], size: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return the lost rays' and the wrong hits' pixels, (size, size) bool each."""
+    """Return the pixels of lost rays and of wrong hits, (size, size) bool each."""
     bits = np.unpackbits(np.frombuffer(base64.b64decode(result["map"]), np.uint8))
     lost, wrong = bits[:2 * size * size].reshape(2, size, size).astype(bool)
     return lost, wrong

@@ -1,7 +1,7 @@
 """Path errors: the errors of path traced pictures, by number of samples.
 
-A furnace, a closed box whose walls emit and reflect evenly, is compared with a formula, and the
-Cornell box with an independent renderer (measured/README.md).
+A furnace (a closed box whose walls emit and reflect evenly) is compared with a formula. The
+Cornell box is compared with an independent renderer (measured/README.md).
 """
 from __future__ import annotations
 

@@ -1,5 +1,4 @@
-"""Refraction errors: compares image-space refraction with rays in float64 and with traced rays.
-"""
+"""Refraction errors: compares image-space refraction with rays in float64 and with traced rays."""
 from __future__ import annotations
 
 import time
@@ -30,9 +29,9 @@ def measure(name: str, method: str, options: dict[str, Any], size: int,
 
     ``seconds`` has the times of the rasterised passes and of the two sets of traced rays, which
     run alternately. ``triangles`` is the number of triangles. All other entries have a value for
-    each pixel, row by row: ``found`` and ``truth`` are the directions of the refracted light by
-    passes and by float64 rays, ``off`` the angle between them in degrees, and ``kind`` and
-    ``right`` what the pixel shows by passes and by float64 rays (kinds of refraction.py).
+    each pixel, row by row. ``found`` and ``truth`` are the directions of the refracted light by
+    passes and by float64 rays; ``off`` is the angle between them in degrees. ``kind`` and
+    ``right`` say what the pixel shows by passes and by float64 rays (the kinds of refraction.py).
     """
     scene = scene_of(name)
     origins, directions = (r.reshape(-1, 3) for r in scene.camera.rays((size, size)))

@@ -115,7 +115,6 @@ def _published() -> tuple[float, float]:
 
 
 def _paragraph(found: list[list[Any]]) -> str:
-    """Sentences on what the survey expects, and on the measurements."""
     worst = max(found, key=lambda row: row[10])
     shares = [row[6] / row[9] for row in found if row[1] == "kernels"]
     sixteen = [row[10] for row in found if row[1] == "step, K = 16"]

@@ -45,7 +45,6 @@ def measure(gap: float, nearest: str, count: int = 500, seed: int = 1) -> tuple[
 
 
 def rows() -> list[list[Any]]:
-    """The table with the columns HEADS and a row for each gap."""
     found = []
     for exponent in GAPS:
         gap = FAR * 2.0 ** exponent

@@ -118,7 +118,6 @@ def draw(data: Path, out: Path, full: bool) -> None:
 
 
 def _paragraph(found: list[tuple[Any, ...]]) -> str:
-    """Sentences on what the survey expects, and on the measurements."""
     at = {row[:4]: row for row in found}
     widest = WIDTHS[-1]
     plain, ordered = ORDERS

@@ -289,7 +289,6 @@ def _rate(row: list[Any], share: float) -> float:
 
 
 def _paragraph(found: list[list[Any]]) -> str:
-    """Sentences on what the survey expects, and on the measurements."""
     card, by = machines()[CARD], {row[0]: row for row in found}
     parts = [
         f"The survey computes that the {card.on_chip // 1024} KiB of the {CARD} hold the stacks "

@@ -94,7 +94,6 @@ class Comparison:
                 if full or panel.scene not in self.full_only]
 
     def _columns_of(self, panel: Panel) -> list[MethodColumn]:
-        """The columns that are measured on a panel."""
         return [column for column in self.columns
                 if column.only in (None, panel.rays) and panel.scene not in column.skips]
 
@@ -170,7 +169,6 @@ class Comparison:
                 for row in predicted_times.rows(self, data, full) if row.judged}
 
     def _judge_renderer(self, data: Path, full: bool) -> verdicts.Verdict:
-        """The verdict on the times that were measured here."""
         results = self._results(data, full)
         groups = []
         for panel in dict.fromkeys(panel for panel, _ in results):

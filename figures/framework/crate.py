@@ -137,7 +137,6 @@ def _list(value: Any) -> list[Any]:
 
 
 def _entities(out: Path) -> dict[str, dict[str, Any]]:
-    """The entities of the description, by id."""
     path = out / NAME
     again = "run `python -m gpgpu_rt.figures` to write it again"
     try:
@@ -155,7 +154,6 @@ def _entities(out: Path) -> dict[str, dict[str, Any]]:
 
 
 def _file_faults(name: str, entity: dict[str, Any], out: Path) -> list[str]:
-    """What is wrong with a listed file."""
     path = out / name
     if not path.resolve().is_relative_to(out.resolve()):
         return [f"{name}: the file is outside of the folder"]

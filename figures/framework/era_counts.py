@@ -50,7 +50,7 @@ SAME_WALK = {"kd-stack": "kd-texture-stack"}
 SINGLE_RAYS = {"kd-packet": "kd-push-down", "kd-ropes-packet": "kd-ropes",
                "bvh-packet": "bvh-threaded"}
 WARPS = "G80"    # the chip whose warps run packets
-# The largest packet here. A warp's packet consists of two (warp_packets.py).
+# The largest packet here. Two of them make a warp's packet (warp_packets.py).
 WARP_PACKET = (4, 4)
 # Kernel -> the packet counter that says how often each lane runs the kernel, and the runs per
 # count. A bvh-packet counts a node once but tests the boxes of its two children: two runs of

@@ -33,10 +33,10 @@ def measure(cells: Iterable[Cell], data: Path, again: bool = False,
             workers: Workers | None = None) -> None:
     """Measure every unfinished cell, and write each result at once.
 
-    An interrupt loses only the cells in progress. Given ``workers`` measure all cells. Otherwise
-    this process measures the timed cells, and a further process for each other core the untimed
-    cells; this process helps while it times nothing. If there are few untimed cells, this process
-    measures all cells.
+    An interrupt loses only the cells in progress. If ``workers`` are given, they measure all
+    cells. Otherwise this process measures the timed cells. Another process for each other core
+    measures the untimed cells, and this process helps while it times nothing. If there are few
+    untimed cells, this process measures all cells.
     """
     data.mkdir(parents=True, exist_ok=True)
     todo = [cell for cell in dict.fromkeys(cells) if again or read(cell, data) is None]

@@ -126,7 +126,6 @@ class PredictedRow:
         return self.figure.name, self.panel.label
 
     def time(self, assumed: Assumptions = ASSUMED) -> CardTime:
-        """Return the predicted time per ray, or per pixel of a picture."""
         card, method = self.paper_card.card, self.column.method
         whole = [time_of_image(card, method, self.form, counts, kind == SHADOW, assumed,
                                self._options)

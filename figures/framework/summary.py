@@ -81,7 +81,7 @@ def _list(some: Sequence[Judged], one: str, many: str) -> str:
 def _order(judged: Sequence[Judged]) -> str:
     """A sentence on the order of methods in all tables of times, even in tables too small to
     judge; "" if no pair of methods was compared."""
-    # Leave out figures that make claims, such as Table 1: Figure 26 counts its pairs.
+    # Leave out figures that make claims. One is Table 1, whose pairs are counted in Figure 26.
     tables = [one.verdict for one in judged if not one.verdict.claims]
     here = [one.renderer or one for one in tables]
     (agreed, pairs), (ours, all_ours), (others, rest) = (

@@ -94,7 +94,6 @@ def _timing(samples: Sequence[float], walls: Sequence[float], rays: int) -> dict
 
 
 def embree(threads: int = 1) -> Engine:
-    """The engine that runs Embree on ``threads`` threads."""
     modules = next(one.modules for one in ENGINES if one.name == EMBREE)
     mine = {one.threads: one for one in reversed(ENGINES) if one.modules == modules}
     if threads not in mine:

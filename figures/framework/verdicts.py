@@ -2,8 +2,8 @@
 
 A group is a scene and a kind of rays, with the times of several methods.
 
-* reproduced: order and ratios agree: tau-b of every group is at least HIGH, and the median over
-  the groups of `off_by` is less than FACTOR.
+* reproduced: the order agrees (tau-b of every group is at least HIGH), and the ratios agree (the
+  median over the groups of `off_by` is less than FACTOR).
 * reproduced in order, not in ratio: only the order agrees.
 * contradicted: the order differs.
 * refuted by a counterexample: at most half of the judged claims hold, and none of them depends on
@@ -148,7 +148,7 @@ def of_claims(claims: Iterable[Claim], exceptions: Sequence[str] = ()) -> Verdic
 
 
 def word_of_claims(held: int, claims: int) -> str:
-    """The word of a verdict by which ``held`` of enough ``claims`` hold."""
+    """The word for ``held`` of ``claims`` claims that hold, with enough scenes and pairs."""
     return REPRODUCED if held == claims else MOSTLY if 2 * held > claims else CONTRADICTED
 
 

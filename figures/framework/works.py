@@ -1,7 +1,7 @@
 """Works: the table of the kinds of measurement, with a row for each kind.
 
 The string `work` of a cell (cell.py) begins with the name of a row, and the rest names a workload
-or a variant. Without a row's name it names a workload, whose rays are traced and timed.
+or a variant. Otherwise `work` is the name of a workload, whose rays are traced and timed.
 """
 from __future__ import annotations
 

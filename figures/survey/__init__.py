@@ -1,2 +1,1 @@
-"""The survey's figures and tables, in modules named after number and content, and shared modules.
-"""
+"""The survey's figures and tables, and the modules that they share."""

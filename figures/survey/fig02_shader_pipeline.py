@@ -62,7 +62,6 @@ class PipelineDraw:
 
 
 def stages_of(method: str, one: ObservedPass) -> PipelineDraw:
-    """The stages of the pipeline for a pass."""
     members = {key: one.program[key] for key in one.program}
     attributes = {key: member.dimension * member.array_length for key, member in members.items()
                   if isinstance(member, moderngl.Attribute) and not key.startswith("gl_")}

@@ -16,7 +16,6 @@ def cells(full: bool) -> list[Cell]:
 
 
 def rows(small: World) -> list[list[str]]:
-    """The table under the figure, with a row for each node."""
     found = []
     for node in range(len(small.tree.axis)):
         left, inside = int(small.tree.left[node]), small.inside(node)

@@ -19,7 +19,6 @@ def _cell(panel: Panel, column: MethodColumn, full: bool) -> Cell:
 
 
 def _remarks(results: Results) -> list[str]:
-    """Sentences on the two kd methods: their nodes, their times and the published times."""
     lines = []
     for panel in FIGURE.panels:
         restart, backtrack = (results.get((panel, f"kd-{name}")) for name in ("restart",

@@ -17,7 +17,7 @@ SETTINGS: tuple[tuple[tuple[str, object], ...], ...] = (
     (("push_down", False), ("stack_size", 0)), (("push_down", True), ("stack_size", 0)),
     (("push_down", True), ("stack_size", 3)))
 # kd-restart, which the paper improves, visits empty leaves, so packets in the published rows visit
-# them too. SKIPPING is our own row: SHORT_STACK's packets that skip empty leaves (the default).
+# them too. SKIPPING is our own row: SHORT_STACK with this program's default, to skip empty leaves.
 VISITED = (("skip_empty_leaves", False),)
 SKIPPING = "+ empty leaves skipped"
 
@@ -39,7 +39,6 @@ def _published(settings: tuple[tuple[str, object], ...]) -> str:
 
 
 def _remarks(results: Results) -> list[str]:
-    """Sentences on the nodes that each improvement saves, and on the rates."""
     lines = []
     for panel in FIGURE.panels:
         found = [results.get((panel, label)) for label in LABELS]

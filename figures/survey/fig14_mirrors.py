@@ -62,7 +62,7 @@ def judge(data: Path, full: bool) -> verdicts.Verdict:
 def parted(rows: list[list[float]]) -> float:
     """The nodes that a packet visits after the last bounce, divided by those of one ray.
 
-    1 if a packet's rays share all nodes, 4 if they share none.
+    The ratio is 1 if a packet's rays share all nodes, and 4 if they share none.
     """
     return rows[-1][10]
 
@@ -131,7 +131,6 @@ HEADS = ("bounce", "rays", "single: ns a ray", "packets: ns a ray", "rate of pac
 
 
 def _table(results: list[list[dict[str, Any]]]) -> list[list[float]]:
-    """The table with the columns HEADS and a row for each bounce."""
     sums = list(zip(*(accumulate(r["median_ms"] for r in column) for column in zip(*results))))
     rows = []
     for bounces, ((single, packet), (so_far, packets_so_far)) in enumerate(zip(results, sums)):

@@ -27,8 +27,6 @@ def _cell(panel: Panel, column: MethodColumn, full: bool) -> Cell:
 
 
 def _remarks(results: Results) -> list[str]:
-    """Sentences that compare packets with single rays, and both with the CPU, with the published
-    ratios."""
     lines = []
     for panel in FIGURE.panels:
         single, packet = (results.get((panel, label)) for label in (SINGLE, PACKET))

@@ -23,7 +23,7 @@ QUANTITIES = (("leaves", "leaves", 1, "leaves"),
               ("bytes", "kd-tree size", 2 ** 20, "MiB"),
               ("bytes_ropes", "kd-tree size with ropes", 2 ** 20, "MiB with ropes"),
               ("overhead", "rope overhead", 1, "overhead"))
-# Depths at which a tree has about as many leaves as in the paper, where the default depth has not.
+# The depth at which a scene's tree has about as many leaves as in the paper, if not the default.
 DEPTH = {"conference": 34}
 # The lowest and highest published overhead, and the relative tolerance for ours.
 LOWEST, HIGHEST, SLACK = 3.06, 3.30, 0.1

@@ -15,7 +15,6 @@ def cells(full: bool) -> list[Cell]:
 
 
 def rows(found: Hierarchy) -> list[list[str]]:
-    """The table under the figure, with a row for each node."""
     table = []
     for node in range(len(found)):
         holds = (f"triangles {', '.join(map(str, found.inside(node)))}" if found.is_leaf(node)

@@ -24,7 +24,6 @@ def _cell(panel: Panel, column: MethodColumn, full: bool) -> Cell:
 
 
 def _remarks(results: Results) -> list[str]:
-    """Sentences that compare the two kinds of packets and their nodes."""
     lines = []
     for panel in FIGURE.panels:
         bvh, ropes, fast, cpu = (results.get((panel, label)) for label in (BVH, ROPES, FAST, CPU))

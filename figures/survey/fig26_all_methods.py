@@ -70,7 +70,6 @@ class MethodSpeed:
 
 
 def cells(full: bool) -> list[Cell]:
-    """The cells (cell.py) that time the methods here, and those that count the card's work."""
     return [cell for entry in entries() for cell in (entry.measured(full), entry.counted())
             if cell is not None]
 

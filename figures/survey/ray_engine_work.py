@@ -20,9 +20,9 @@ from gpgpu_rt.hardware.static_costs import static_cost
 from gpgpu_rt.statistics import Statistics
 
 METHOD, WORK = "ray-engine", "ray engine's work for "
-# The Ray Engine has no era form (docs/era.md), so the costs of brute force's kernel stand in: both
-# test one triangle. But the Ray Engine's kernel writes one target and fetches only the ray's two
-# texels, because the paper's quad carries the triangle's corners.
+# The Ray Engine has no era form (docs/era.md). Its costs are those of brute force's kernel, which
+# also tests one triangle. But the Ray Engine's kernel writes one target and fetches only the ray's
+# two texels, because the paper's quad carries the triangle's corners.
 KERNEL, FETCHES, TARGETS = ("brute-force", "intersect"), 2, 1
 
 

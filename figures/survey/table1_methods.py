@@ -1,5 +1,6 @@
-"""Table 1: properties of our methods, from the method table and from measurements, beside the
-survey's.
+"""Table 1: properties of our methods, beside the properties that the survey prints.
+
+Our properties come from the method table and from measurements.
 """
 from __future__ import annotations
 

@@ -1,6 +1,7 @@
 #version 330 core
 // Copy the kept elements of a block to the texels that segments.vert covers with one or two lines. A
-// fragment's position in them is the rank of its element, which a binary search in the block's ranks finds.
+// fragment's position among these texels is the rank of its element in the block. A binary search in the
+// block's ranks finds the element.
 //
 // Departure: Roger et al. interpolate the position along the line. The fragment's own coordinates give the
 // position without rounding.

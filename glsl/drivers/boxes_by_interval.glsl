@@ -158,7 +158,7 @@ vec3 ends_by_sign(vec3 a, vec3 positive, vec3 negative) {
 vec2 searched(int r, vec3 lo, vec3 hi) {
     vec3 a = R(met_first(lo, hi) - first_origin);
     vec3 b = R(met_last(lo, hi) - last_origin);
-    // The signs of `a` and `b` decide which inverse direction bounds each product.
+    // The signs of `a` and `b` decide which end of the range of inverse directions bounds each product.
     vec3 least = R(a * ends_by_sign(a, inv_lo, inv_hi));
     vec3 most = R(b * ends_by_sign(b, inv_hi, inv_lo));
     return vec2(larger(max_component(least), t_first), smaller(min_component(most), t_last));
