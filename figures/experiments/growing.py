@@ -1,7 +1,6 @@
-"""Growing: ten scenes; each needs more features of the renderer than the scene before.
+"""Growing: ten scenes. Each needs more features of the renderer than the scene before.
 
-All have the same triangles: a bunny, a floor, a square above them and two balls. In the first
-scene all are grey.
+All have the same triangles: a bunny, a floor, a square above them and two balls.
 """
 from __future__ import annotations
 

@@ -152,7 +152,6 @@ LOOKS = tuple(zip(COLOURS, MARKERS))
 
 
 def _draw_machines(axis: Any, mine: list[list[Any]]) -> list[Series]:
-    """Draw each machine's time by part, its total and the published time."""
     series = [Series(name, [row[3 + part] for row in mine], LOOKS[part])
               for part, name in enumerate(PARTS)]
     series.append(Series("total", [row[8] for row in mine], LOOKS[6], texts=[

@@ -1,7 +1,4 @@
-"""SIMD width (survey, section 4.3): how long rays that branch together wait for each other.
-
-Measured for each width, with and without packets and sorting.
-"""
+"""SIMD width (survey, section 4.3): how long rays that branch together wait for each other."""
 from __future__ import annotations
 
 from pathlib import Path

@@ -24,7 +24,7 @@ from .gap_work import COMPILED, DONE, SIDE, STACKS
 SCENE, CARD = "kitchen", "G80"
 WARP, CLOCKS = 32, 4      # rays of a warp; clocks of a warp's instruction
 MEMORIES = range(512, 128 * 1024 + 1, 512)    # on-chip bytes of a multiprocessor
-CHANNEL = 4               # bytes of a channel
+CHANNEL = 4               # bytes
 INVERSE = 3 * CHANNEL     # bytes of a direction's inverse, which a loop computes once
 # The survey's numbers: stack bytes a ray, and rays that could run at once.
 SURVEYS = int(published("text", "", "bvh stack", quantity="local stack per ray") or 0)

@@ -1,7 +1,4 @@
-"""Tradeoff: compares speed with accuracy, for each precision and each option that changes hits.
-
-These options are the triangle test, and options with values that may lose hits.
-"""
+"""Tradeoff: compares speed with accuracy, for each precision and each option that changes hits."""
 from __future__ import annotations
 
 from collections.abc import Sequence
@@ -24,7 +21,7 @@ SCENES = ("bunny", "cornell")
 # programs take seconds to compile.
 DETAIL = ("kd-restart", "bvh-threaded")
 # These methods get a quarter of the rays, like methods without the schedule `loop`. On the bunny
-# they are measured in full precision only, because every other precision takes minutes.
+# they are measured with their defaults only, because every other precision takes minutes.
 SLOW = ("ray-classification", "visibility-field")
 LOOKS = dict(zip(("fp32", "fp24", "fp16"), zip(COLOURS, MARKERS)))   # colour and marker
 
@@ -35,10 +32,10 @@ def scenes(full: bool) -> tuple[str, ...]:
 
 
 def _options(row: rt.Method, scene: str, full: bool) -> list[dict[str, Any]]:
-    """Return the measured settings: every precision, and every option value that may lose hits.
+    """Return the settings: each precision, each triangle test, each option value that may lose hits.
 
-    Options vary only in full precision. Methods in SLOW vary no precision on the first scene. At
-    the quick size, methods outside DETAIL vary only the precision.
+    Options vary only in full precision. On the first scene, methods in SLOW have their defaults
+    only. At the quick size, methods outside DETAIL vary only the precision.
     """
     table = option_table(row.name)
     found: list[dict[str, Any]] = [{}]

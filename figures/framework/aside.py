@@ -76,7 +76,6 @@ class Aside:
                 yield found
 
     def _keep_busy(self) -> None:
-        """Give a worker cell after cell, until none is left."""
         end = None
         try:
             while (cell := self.take()) is not None:

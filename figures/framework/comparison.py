@@ -237,7 +237,6 @@ class Comparison:
                 for theirs, ratio, one, other, ours, others in sorted(pairs, key=lambda p: p[0])]
 
     def _differences(self, results: Results) -> list[str]:
-        """Sentences on the differences between our conditions and the published ones."""
         first = next(iter(results.values()), None)
         lines = [] if first is None else [
             f"Renderer: {first['gpu']['renderer']} ({first['gpu']['backend']}), measured "
@@ -329,7 +328,6 @@ class Comparison:
 
 def _draw_panel(axis: Any, panel: Panel, chosen: list[dict[str, Any]],
                 taus: tuple[float, float]) -> list[Series]:
-    """Draw the published, the predicted and the measured time of each method as dots."""
     series = [Series(name, [row[key] for row in chosen], look) for name, key, look in (
         ("published", "published_ns_per_ray", PUBLISHED),
         ("predicted for the paper's card", "predicted_ns_per_ray", PREDICTED),

@@ -103,7 +103,6 @@ def _file(path: Path, out: Path) -> dict[str, Any]:
 
 
 def _made_with(found: RunEnvironment) -> list[dict[str, Any]]:
-    """The entities of a run: the action, and its instruments."""
     libraries = [_software(f"#{name}", name, version) for name, version in found.libraries.items()]
     kept = {"@id": "#commit", "@type": "PropertyValue", "name": "commit",
             "value": found.commit or "unknown: not in a repository"}

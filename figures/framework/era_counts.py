@@ -70,7 +70,7 @@ def kernels_from(method: str, form: str) -> str:
 
 
 def counted_as(form: str) -> str:
-    """Return the form whose issues are counted for ``form``, because they are the same."""
+    """Return the form whose issues are counted for ``form``: both forms have the same issues."""
     return WHILE_WHILE if form == UNCOALESCED else form
 
 

@@ -42,7 +42,7 @@ def pair_counts(ours: Sequence[float], published: Sequence[float],
     Parameters
     ----------
     ours, published : times of the same methods
-    tie : published times that differ by less, relative to the larger, count as equal
+    tie : published times that differ by no more, relative to the larger, count as equal
     """
     concordant = discordant = only_ours = only_published = 0
     for i, j in combinations(range(len(ours)), 2):

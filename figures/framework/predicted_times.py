@@ -144,7 +144,6 @@ class PredictedRow:
 
     @property
     def _number(self) -> float:
-        """The number of rays or pixels."""
         counts = next(iter(self.counts.values()))
         return max(counts["rays" if list(self.counts) == [SHADOW] else "pixels"], 1)
 

@@ -1,8 +1,4 @@
-"""Figure 4: the organisation of the Ray Engine, drawn from the passes of an observed trace.
-
-A pass's inputs and outputs come from its linked program, the bytes between host and graphics
-hardware from the tracer's statistics.
-"""
+"""Figure 4: the organisation of the Ray Engine, drawn from the passes of an observed trace."""
 from __future__ import annotations
 
 from dataclasses import dataclass

@@ -91,7 +91,7 @@ def judge(data: Path, full: bool) -> verdicts.Verdict:
     """The verdict on the survey's claim that transfers cost more than the intersections.
 
     Both costs are computed for the paper's hardware, from counted bytes and ray-triangle pairs,
-    because the present renderer may have no bus. The claim compares no methods.
+    because the present renderer may have no bus.
     """
     found = [(scene, result) for scene in SCENES
              if (result := read(cell(scene, AS_IT_IS, full), data)) is not None]
@@ -182,7 +182,6 @@ def picture(full: bool) -> np.ndarray:
 
 
 def _draw_bars(axis: Any, bars: list[tuple[str, dict[str, Any], int]]) -> None:
-    """Draw the microseconds per ray of each setting, divided into PARTS."""
     for at, (_, cost, rays) in enumerate(bars):
         begin = 0.0
         for key, name, colour in PARTS:

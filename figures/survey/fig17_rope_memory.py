@@ -45,10 +45,7 @@ def cells(full: bool) -> list[Cell]:
 
 
 def judge(data: Path, full: bool) -> verdicts.Verdict:
-    """The verdict on whether ropes enlarge the trees as much as published.
-
-    No claim compares methods.
-    """
+    """The verdict on whether ropes enlarge the trees as much as published."""
     claims = []
     for scene, options in _trees(full):
         result = read(cell(scene, **options), data)

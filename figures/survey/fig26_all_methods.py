@@ -165,10 +165,7 @@ def packet_pairs(found: list[MethodSpeed]) -> list[str]:
 
 
 def judge(data: Path, full: bool) -> verdicts.Verdict:
-    """The verdict on the predicted column, with the verdict on the measured column beside it.
-
-    The reason also says how well the scaled column agrees.
-    """
+    """The verdict on the predicted column, with the verdict on the measured column beside it."""
     found = rows(data, full)
     said, here = (_judge(found, column) for column in ("predicted", "measured"))
     said = verdicts.on_card(find_card(CHIP).name, said, here)

@@ -89,7 +89,6 @@ def measured_size(full: bool) -> int:
 
 
 def rays_of_columns(full: bool) -> str:
-    """A sentence on the number of rays in the measured and in the predicted column."""
     timed, counted = (f"{size ** 2:,} eye rays ({size}x{size})"
                       for size in (measured_size(full), PREDICTED_SIZE))
     return (f"All methods of a column trace the same rays of `{SCENE}`: {timed} for the measured "

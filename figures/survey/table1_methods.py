@@ -91,8 +91,7 @@ def lines(data: Path, full: bool) -> Iterator[MethodProperties]:
 def judge(data: Path, full: bool) -> verdicts.Verdict:
     """The worse of two verdicts: on the properties, and Figure 26's on relative performance.
 
-    The properties depend on no scene. Figure 26's verdict counts only if it rests on enough scenes
-    and pairs.
+    Figure 26's verdict counts only if it rests on enough scenes and pairs.
     """
     found = list(lines(data, full))
     if not found:
@@ -161,7 +160,6 @@ def _cell(line: MethodProperties, column: str) -> str:
 
 
 def _chart(found: list[MethodProperties], out: Path) -> None:
-    """Draw which properties agree, with a field for each source and property."""
     # Colour-blind readers can tell blue from orange, and "not" repeats what orange says.
     colours = {True: "#cfe2f3", False: "#f8d3b0", None: "#eeeeee"}
     figure, axis = plt.subplots(figsize=(12, 0.42 * len(found) + 1.6))

@@ -124,7 +124,7 @@ void bound_t_hit(int r) {
     t_last = rays[r].t_min < NEVER ? max(t_last, hits[r].t) : t_last;
 }
 
-// Update t_last, the end of the search: the rays' nearest hits so far. Call this after each leaf.
+// Update t_last, the latest end of the rays' searches. Call this after each leaf.
 void bound_hits() {
     t_last = -NEVER;
     EACH(bound_t_hit)
