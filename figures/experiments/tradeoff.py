@@ -32,7 +32,7 @@ def scenes(full: bool) -> tuple[str, ...]:
 
 
 def _options(row: rt.Method, scene: str, full: bool) -> list[dict[str, Any]]:
-    """Return the settings: each precision, each triangle test, each option value that may lose hits.
+    """Return the settings: each precision, triangle test, and option value that may lose hits.
 
     Options vary only in full precision. On the first scene, methods in SLOW have their defaults
     only. At the quick size, methods outside DETAIL vary only the precision.
