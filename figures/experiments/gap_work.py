@@ -23,8 +23,8 @@ from ..framework.era_counts import STEPWISE, tile_pixels
 from .coherence import observe_order
 
 # A kind is the prefix of ``Cell.work``, before the name of a workload. MOVED measures the bytes
-# that passes move, DONE the runs of kernels at each SIMD width (the number of pixels that branch
-# together), STACKS the depth of the rays' stacks.
+# that passes move. DONE measures the runs of kernels at each SIMD width (the number of pixels that
+# branch together). STACKS measures the depth of the rays' stacks.
 MOVED, DONE, STACKS = "moved by ", "run by ", "stacks of "
 KINDS = (MOVED, DONE, STACKS)
 # SIMD width -> (h, w) of the pixels' rectangle, as square as possible.

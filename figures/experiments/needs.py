@@ -1,6 +1,6 @@
 """Needs: compares two renderers on ten scenes, by time, memory and passes.
 
-The first renderer has only the features that a scene needs, the second all features.
+The first renderer has only the features that a scene needs. The second has all features.
 """
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """Needs times: measures the costs of two renderers on the same scene.
 
-The derived renderer has only the features that the scene needs, the other all features. A step is
-the number of a scene in growing.py.
+The derived renderer has only the features that the scene needs; the other has all features. A step
+is the number of a scene in growing.py.
 """
 from __future__ import annotations
 

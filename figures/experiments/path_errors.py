@@ -54,7 +54,7 @@ def measure(scene: rt.Scene, method: str, options: dict[str, Any], size: int) ->
     """Return mean relative errors by number of samples.
 
     ``scene`` is the error of the scene's pixels less the truth's own noise. ``furnace`` is the
-    error of the furnace's pixels, ``furnace_mean`` that of their mean.
+    error of the furnace's pixels, and ``furnace_mean`` is the error of their mean.
 
     Parameters
     ----------

@@ -25,8 +25,8 @@ WARM_UPS = 1
 def measure(length: int, kept: float, runs: int) -> dict[str, list[float]]:
     """Return the seconds of each run of "scan", "blocks" and "whole". The three alternate.
 
-    "scan" is a scan of the flags alone, "blocks" reduces by blocks, "whole" the whole stream at
-    once.
+    "scan" is a scan of the flags alone, "blocks" reduces by blocks, and "whole" reduces the whole
+    stream at once.
 
     Parameters
     ----------

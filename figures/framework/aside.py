@@ -29,7 +29,8 @@ def worth_workers(parts: int) -> bool:
 
 
 class Aside:
-    """Cells that worker processes measure, one at a time each. The caller may ``take`` cells too.
+    """Cells for worker processes, which measure one cell at a time. The caller may ``take`` cells
+    too.
 
     Parameters
     ----------

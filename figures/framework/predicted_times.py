@@ -219,7 +219,7 @@ def time_of_image(card: Card, method: str, form: str, counts: Mapping[str, Any],
 @functools.cache
 def _compiled(chip: str, method: str, kernels: tuple[str, ...], any_hit: bool,
               in_loop: bool, options: Options) -> tuple[dict[str, StaticCost], dict[str, int]]:
-    """Return the static cost of each kernel, and the fetches from streams of each."""
+    """Return the static cost of each kernel, and the number of its fetches from streams."""
     own = dict(options)
     return ({name: static_cost(chip, method, name, any_hit, in_loop, **own) for name in kernels},
             {name: stream_fetches(method, name, any_hit, in_loop, **own) for name in kernels})

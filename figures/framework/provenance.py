@@ -2,7 +2,7 @@
 
 ``out/NAME.json`` is written with the page. It holds the figure's table, the verdict, and the file,
 settings, renderer, commit and date of each measurement. For a diagram, which has no measurements,
-it names the renderer of the passes that the diagram shows.
+the file names the renderer of the passes that the diagram shows.
 """
 from __future__ import annotations
 

@@ -45,7 +45,7 @@ def _of_catalogue(cell: Cell) -> str:
 def _of_made(made: Any) -> Callable[[Cell], str]:
     """Return a function that gives the digest of a cell's scene.
 
-    The module `made` makes the scene, or it is in the catalogue.
+    The scene belongs to the module `made` or to the catalogue.
     """
     return lambda cell: (_digest_of_made(made, cell.scene) if cell.scene in made.MADE
                          else _digest_of(cell.scene))

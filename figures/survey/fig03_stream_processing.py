@@ -1,8 +1,8 @@
 """Figure 3: the graphics pipeline as a stream processor, drawn from the passes of a real trace.
 
 Streams and tables come from records: rays and hits from shared records, states and tables from the
-method's row of the method table. Inputs and outputs come from linked programs, the list of passes
-from an observed trace.
+method's row of the method table. Inputs and outputs come from linked programs, and the list of
+passes comes from an observed trace.
 """
 from __future__ import annotations
 

@@ -35,9 +35,9 @@ def cells(full: bool) -> list[Cell]:
 def judge(data: Path, full: bool) -> verdicts.Verdict:
     """The verdict on packets after mirrors, from all scenes whose packets the mirrors scatter.
 
-    The tendency is that packets gain less at the last bounce than at the first; the claim is that
-    they become slower than single rays. A scene whose packets stay together cannot test the claim
-    and is named as an exception.
+    The tendency is that packets gain less at the last bounce than at the first. The claim is that
+    packets become slower than single rays. A scene whose packets stay together cannot test the
+    claim and is named as an exception.
     """
     claims, exceptions = [], []
     for scene in SCENES:

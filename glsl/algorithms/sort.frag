@@ -1,7 +1,7 @@
 #version 330 core
 // Two steps of bitonic merge sort (Batcher 1968), as fragment passes (Purcell et al. 2003; P. Kipfer, R.
 // Westermann, "Improved GPU Sorting", GPU Gems 2, 2005). In a step every position compares its element with
-// a partner position's and keeps the smaller or the larger.
+// the element of a partner position and keeps the smaller or the larger.
 //
 // Departures: in the first step of each merge, a position's partner is its mirror image in the merged
 // block, so that all steps put the smaller element first. Elements past the end count as largest and do not

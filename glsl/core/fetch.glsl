@@ -12,7 +12,7 @@ ivec2 table_texel(int i) {
 
 const float TABLE_COLUMN = 1.0 / float(1 << TABLE_WIDTH_LOG2);
 
-// Read texel i of a table. `name_table_row` is the distance of rows in texture coordinates.
+// Read texel i of a table. `name_table_row` is the distance between two rows in texture coordinates.
 #define TABLE_FETCH(name, i) TEXEL(name##_table, vec2(TABLE_COLUMN, name##_table_row), table_texel(i))
 
 #ifdef SMALL_INTEGERS

@@ -1,6 +1,7 @@
 // Emulation of the number formats of the cards of 2002-2006. STORAGE_FORMAT is the format of textures.
 // Every result of a kernel is rounded to ARITHMETIC_FORMAT, as in R(a * b). Without these formats R and
-// `stored` return their argument and cost nothing. gpgpu_rt/gl/precision.py rounds alike on the host.
+// `stored` return their argument and cost nothing. gpgpu_rt/gl/precision.py rounds in the same way on the
+// host.
 //
 // A float32 result is rounded a second time, so at most a few tenths of a percent of products and quotients
 // differ from an arithmetic unit that rounds once.

@@ -18,8 +18,8 @@
 //
 // The sum, 11 u M + (14 + 16 k) u M / c, is below BOX_SLACK M if (14 + 16 k) / c is below 53. In a plane
 // perpendicular to an axis the normal has one component, so k and c count as 1. Oblique needles have a
-// larger k, and oblique planes almost parallel to the ray a smaller c. The t of such a hit may lie outside
-// the triangle's box, and a search that begins or ends between t and the box loses the hit
+// larger k, and oblique planes almost parallel to the ray have a smaller c. The t of such a hit may lie
+// outside the triangle's box, and a search that begins or ends between t and the box loses the hit
 // (docs/extremes.md says how often).
 //
 // The slack also includes SPACING times each coordinate of the origin, at least the distance to the next

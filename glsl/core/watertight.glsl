@@ -10,8 +10,8 @@
 // - The paper interpolates t from the depths of the sheared corners, a sum whose terms cancel near a long
 //   thin triangle. Here t is the distance of the triangle's plane, clamped to the range of the depths.
 
-// Return a corner sheared so that the ray is the z axis: x and y are the offset from the ray, z the depth.
-// The corner p is relative to the ray's origin and has permuted axes.
+// Return a corner sheared so that the ray is the z axis: x and y are the offset from the ray, and z is the
+// depth. The corner p is relative to the ray's origin and has permuted axes.
 vec3 sheared(Ray ray, vec3 p) {
     PRECISE vec2 xy = R(p.xy - R(ray.shear.xy * p.z));
     return vec3(xy, p.z);
