@@ -16,10 +16,9 @@ from gpgpu_rt.gl.environment import processors
 from gpgpu_rt.gl.full_screen import FullScreenPass
 from gpgpu_rt.gl.textures import make_texture
 
-# A flag of the processor, and its single precision operations per core and clock. If a processor
-# has several of these flags, the first flag in this list is used. A core is assumed to have two
-# vector units. Each unit multiplies and adds in one instruction; without fused instructions, one
-# unit multiplies and the other adds.
+# Flag of a processor -> single precision operations per core and clock. The processor's first flag
+# in this list decides. A core is assumed to have two vector units. With fused instructions both
+# units multiply and add; without, one multiplies and the other adds.
 A_CLOCK = (("avx512f", 64), ("fma", 32), ("avx", 16), ("sse2", 8))
 BASE = Path("/sys/devices/system/cpu/cpu0/cpufreq/base_frequency")   # kHz
 MATRIX = 768   # rows of the matrices whose product is timed
@@ -35,14 +34,12 @@ def peak(count: int) -> dict[str, Any]:
 
     Returns
     -------
-    nominal : clock times operations per clock times cores, or None if the clock or the number of
-        operations per clock is not known.
+    nominal : clock times operations per clock times cores, or None if a factor is unknown.
     attained : the rate of numpy's matrix product on all threads, the fastest of several runs.
     fragments : the rate of multiply-adds in fragment programs of the current renderer.
-    clock, a_clock, cores : the factors of nominal. ``cores`` is the number of cores that the
-        threads can use.
+    clock, a_clock, cores : the factors of nominal; ``cores`` are those that the threads can use.
     model, threads : the processor's model, and ``count``.
-    clock_is : words that say what ``clock`` is: the base clock or the current clock.
+    clock_is : words that say whether ``clock`` is the base clock or the current clock.
     """
     listed = processors()
     facts = listed[0] if listed else {}
@@ -59,8 +56,8 @@ def peak(count: int) -> dict[str, Any]:
 def clock_of(facts: Mapping[str, str], base: Path) -> tuple[float | None, str]:
     """The clock in Hz, and words that say which clock it is.
 
-    Return the base clock, from the file ``base`` or from the model's name. If neither source has
-    the base clock, return the current clock, or None if that is not known either.
+    The base clock comes from the file ``base`` or the model's name. Without either, the clock is
+    the current one, or None if unknown.
     """
     try:
         return 1e3 * float(base.read_text()), "the base clock, as cpufreq says"

@@ -1,7 +1,7 @@
 """Entry points and rasterised bounds: passes at low resolution that shorten the search of rays.
 
-Multi-level entry points come from Reshetov et al. 2005, a method for CPUs that the survey names.
-The survey's section 5 proposes bounds by rasterisation, but measures none.
+Multi-level entry points: Reshetov et al. 2005, for CPUs. Bounds by rasterisation: proposed but not
+measured in the survey's section 5.
 """
 from __future__ import annotations
 
@@ -43,10 +43,10 @@ def cells(full: bool) -> list[Cell]:
 
 def row(scene: str, label: str, plain: dict[str, Any], treated: dict[str, Any]
         ) -> dict[str, Any]:
-    """The row of the page for two measurements, without and with entry points or bounds.
+    """The page's row for two measurements, without and with entry points or bounds.
 
-    ``nodes_of_beams`` is the number of nodes that all beams visit, divided by the number of rays.
-    For bounds, which have no beams, ``nodes_of_beams`` is 0.
+    ``nodes_of_beams`` is the number of nodes that all beams visit per ray; 0 for bounds, which
+    have no beams.
     """
     nodes, left = (each["counters"]["nodes_visited"] for each in (plain, treated))
     driver = treated["driver"]
@@ -60,7 +60,6 @@ def row(scene: str, label: str, plain: dict[str, Any], treated: dict[str, Any]
 
 
 def draw(data: Path, out: Path, full: bool) -> None:
-    """Write out/entry_points.csv, .md and .png."""
     parts: dict[str, list[dict[str, Any]]] = {}
     notes = []
     for name, methods, treatment in (("entry points", METHODS, ENTRIES),

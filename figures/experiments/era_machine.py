@@ -1,6 +1,6 @@
 """Era machine: how well the machine model predicts the published times of the papers' cards.
 
-Figures 12, 13, 16, 20 and 22 hold the predictions. This page sums them up and varies the model's
+This page sums up the predictions of Figures 12, 13, 16, 20 and 22, and varies the model's
 assumptions.
 """
 from __future__ import annotations
@@ -19,20 +19,18 @@ from ..framework.predicted_times import PredictedRow
 from ..survey.on_cards import ON_CARDS
 from .era_machine_page import write_page
 
-# Figure 22 repeats Popov's numbers of Figure 16. The median leaves out these repeated numbers.
+# Figure 22 repeats these numbers of Figure 16. The median leaves them out.
 REPEATED = ("fig22", "kd-ropes-packet")
 
 
 def cells(full: bool) -> list[Cell]:
-    """Return the measurements (`Cell`, cell.py) that count how often a card issues each kernel,
-    for all figures whose paper measured on a card."""
     return list(dict.fromkeys(cell for figure in ON_CARDS
                               for cell in predicted_times.cells(figure, full)))
 
 
 def rows(data: Path, full: bool) -> list[PredictedRow]:
-    """Return a row for each pair of a published number and a form of the card's program
-    (`era_counts`), if the counts of the pair are measured."""
+    """Return a row for each published number and form of the card's program (`era_counts`) whose
+    counts are measured."""
     return [row for figure in ON_CARDS for row in predicted_times.rows(figure, data, full)]
 
 
@@ -61,10 +59,10 @@ def parts(found: Sequence[PredictedRow]) -> dict[str, tuple[int, float]]:
 
 def orders(found: Sequence[PredictedRow], assumed: Assumptions = ASSUMED) -> dict[
         tuple[str, str], float]:
-    """Return tau-b (kendall.py) between predicted and published times of each figure and panel,
-    over the scored rows.
+    """Return tau-b (kendall.py) between predicted and published times, over the scored rows of
+    each figure and panel.
 
-    A panel is left out if the published times give no order of its methods.
+    A panel whose published times give no order is left out.
     """
     groups: dict[tuple[str, str], list[PredictedRow]] = {}
     for row in found:
@@ -72,12 +70,11 @@ def orders(found: Sequence[PredictedRow], assumed: Assumptions = ASSUMED) -> dic
             groups.setdefault(row.group, []).append(row)
     taus = {group: tau_b([row.nanoseconds(assumed) for row in some],
                          [row.published for row in some]) for group, some in groups.items()}
-    # Tau-b is not a number if all published times tie, or if there is a single method.
+    # Tau-b is NaN if all published times tie, or if there is a single method.
     return {group: tau for group, tau in taus.items() if not math.isnan(tau)}
 
 
 def draw(data: Path, out: Path, full: bool) -> None:
-    """Write out/era_machine.csv, .md and .png."""
     found = rows(data, full)
     misses = {"as stated": median_miss(found)}
     for name, (half, double) in ASSUMED.varied().items():

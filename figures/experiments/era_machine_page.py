@@ -16,9 +16,9 @@ from ..framework.output import markdown_table, number, plt, save_chart, write_cs
 if TYPE_CHECKING:
     from ..framework.predicted_times import PredictedRow
 
-# The bars, which are targets. The median of |log2(predicted / published)| should be at most
-# MEDIAN, and at most VARIED if one assumption is changed. tau-b should be at least TAU in every
-# scene, and at least HIGH_TAU in the share MANY of the scenes.
+# The bars (targets). The median of |log2(predicted / published)| should be at most MEDIAN, and at
+# most VARIED with one assumption changed. tau-b should be at least TAU in every scene, and at
+# least HIGH_TAU in the share MANY of the scenes.
 MEDIAN, VARIED, TAU, HIGH_TAU, MANY = 0.32, 0.6, 0.6, 0.8, 0.8
 FAR = 1.0     # |log2 ratio| of a prediction that is off by a factor of two
 HEADS = ("figure", "card", "scene", "method", "form", "scored", "published_ns", "predicted_ns",
@@ -77,8 +77,7 @@ def write_page(found: Sequence[PredictedRow], misses: Mapping[str, float],
 
     Parameters
     ----------
-    misses : the median of |log2 ratio| by assumption; for the first entry, no assumption is
-        changed
+    misses : the median of |log2 ratio| by assumption; the first entry changes no assumption
     taus : tau-b by figure and panel
     parts : the number of predictions and their median of |log2 ratio|, for parts of the rows
     """
@@ -128,8 +127,7 @@ def bars(misses: Mapping[str, float], taus: Mapping[tuple[str, str], float]) -> 
 
 
 def by_method(found: Sequence[PredictedRow]) -> list[tuple[Any, ...]]:
-    """Return the median, the lowest and the highest log2 ratio of each figure and method, over the
-    scored rows."""
+    """Return the median, lowest and highest log2 ratio of the scored rows by figure and method."""
     groups: dict[tuple[str, ...], list[float]] = {}
     for row in found:
         if row.scored:
@@ -142,8 +140,8 @@ def by_method(found: Sequence[PredictedRow]) -> list[tuple[Any, ...]]:
 def far_off(found: Sequence[PredictedRow]) -> list[str]:
     """Return a sentence for each scored row that is off by more than FAR, the farthest first.
 
-    The sentence compares the instructions that the card could issue in the published time of a
-    kernel's run with the instructions that the run takes.
+    The sentence compares the instructions that the card can issue in a run's published time with
+    the instructions that the run takes.
     """
     far = sorted((row for row in found if row.scored and abs(math.log2(row.ratio())) > FAR),
                  key=lambda row: -abs(math.log2(row.ratio())))
@@ -169,8 +167,8 @@ def _words(row: PredictedRow) -> tuple[str, ...]:
 
 
 def _chart(found: Sequence[PredictedRow], out: Path) -> None:
-    """Draw a chart for each card. A method's bar shows the share of each resource in a ray's
-    predicted time, as the mean over the scenes."""
+    """Draw a chart for each card: the mean share of each resource in a ray's predicted time, by
+    method."""
     cards: dict[str, dict[str, list[PredictedRow]]] = {}
     for row in found:
         label = f"{row.column.label}, {row.form}"

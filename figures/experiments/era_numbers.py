@@ -1,7 +1,7 @@
 """Era numbers: the rays that the number formats of the papers' cards lose (`lost_rays`).
 
-The Ray Engine computes in the fixed point of R200 and NV25. Methods in the era form, whose kernels
-run as on the papers' cards (docs/era.md), compute in fp24 and fp32.
+The Ray Engine computes in the fixed point of R200 and NV25. Other methods run in the era form
+(docs/era.md), in fp24 and fp32.
 """
 from __future__ import annotations
 
@@ -58,7 +58,6 @@ def cells(full: bool) -> list[Cell]:
 
 
 def rows(data: Path, full: bool) -> list[tuple[Any, ...]]:
-    """The rows of the table whose columns are HEADS."""
     return [(scene, label, *(result["numbers"][key]
                              for key in ("hit", "lost", "other", "false", "t_error")))
             for scene in SCENES for label in FORMATS
@@ -66,7 +65,6 @@ def rows(data: Path, full: bool) -> list[tuple[Any, ...]]:
 
 
 def draw(data: Path, out: Path, full: bool) -> None:
-    """Write out/era_numbers.csv, .md and .png."""
     found = rows(data, full)
     if not found:
         return

@@ -11,8 +11,8 @@ from gpgpu_rt.conform.case import FAMILIES, Case
 from gpgpu_rt.conform.families import make_case
 
 SEED = 1
-# Cases whose rays need more steps than the step cap of some measurements allows. They are traced
-# without this cap.
+# Cases whose rays need more steps than some measurements' step cap. They are traced without this
+# cap.
 LONG = ("coincident", "long-way")
 
 
@@ -24,7 +24,7 @@ def measure(method: str, options: dict[str, Any], rays: int) -> dict[str, dict[s
 
 @functools.cache
 def _known(name: str, rays: int) -> tuple[Case, rt.Hits]:
-    """A case and the reference's hits. They are kept for all settings that a process measures."""
+    """Return a case and the reference's hits, cached for all settings that a process measures."""
     case = make_case(name, rays, SEED)
     return case, rt.reference.trace(case.triangles, *case.rays, accelerated=True)
 
@@ -48,10 +48,7 @@ def _measure_one(name: str, method: str, options: dict[str, Any], rays: int) -> 
 
 @functools.cache
 def digest() -> str:
-    """A digest of all cases, made with 16 rays each.
-
-    It changes if the triangles or the rays of a case change.
-    """
+    """Return a digest of the triangles and rays of all cases, with 16 rays each."""
     total = hashlib.sha256()
     for name in FAMILIES:
         case = make_case(name, 16, SEED)

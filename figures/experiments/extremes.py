@@ -1,4 +1,4 @@
-"""The extremes: measures every method on every extreme case, in default and in relaxed settings.
+"""The extremes: measures every method on every extreme case, in default and relaxed settings.
 
 A relaxed setting may lose hits.
 """
@@ -21,14 +21,13 @@ PRECISIONS = ({"precision": "fp24"}, {"precision": "fp16"})
 STORED = tuple({"storage": "fp16", "rounding": rounding} for rounding in ("nearest", "chop", "up"))
 # The step cap in settings in which rays may loop forever. Most rays need far fewer steps.
 CAP = 10_000
-# The methods that the quick size measures with all settings. The quick size measures all other
-# methods with their defaults only.
+# The quick size measures these methods with all settings, all others with their defaults only.
 DETAIL = ("grid", "kd-restart", "bvh-threaded")
 CATEGORIES = ("leak", "false hit", "wrong triangle", "wrong distance", "unfinished")
 
 
 def settings_of(row: Any) -> list[dict[str, Any]]:
-    """The settings that are measured: the defaults, and every setting that may lose hits."""
+    """The measured settings: the defaults, and every setting that may lose hits."""
     kd = row.name.startswith("kd-")
     capped = {"step_cap": CAP} if kd else {}
     found: list[dict[str, Any]] = [{}, *({**p, **capped} for p in PRECISIONS)]
@@ -42,10 +41,10 @@ def settings_of(row: Any) -> list[dict[str, Any]]:
 
 
 def cells(full: bool) -> list[Cell]:
-    """Every setting of every method.
+    """Return the cells of every setting of every method.
 
-    The quick size leaves out methods without the schedule `loop`. It measures the methods in
-    DETAIL with all settings, and the other methods with their defaults only.
+    The quick size leaves out methods without the schedule `loop`, and relaxed settings outside
+    DETAIL.
     """
     return [Cell("extremes", row.name, tuple(options.items()), 128 if full else 24, "extremes", 1)
             for row in rt.methods() if full or "loop" in row.schedules
@@ -57,7 +56,6 @@ def label(cell: Cell) -> str:
 
 
 def draw(data: Path, out: Path, full: bool) -> None:
-    """Write out/extremes.csv, .md and .png."""
     results = dict(finished(cells(full), data))
     if not results:
         return

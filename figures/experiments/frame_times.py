@@ -20,8 +20,7 @@ CAMERAS = {"cloth": rt.Camera((-1.9, 1.7, 2.6), (0.0, -0.1, 0.1), fov=40),
            "walker": rt.Camera((-5.4, 5.0, 8.6), (0.0, 0.8, 0.2), fov=40)}
 FIRST = {"kitchen-moving": 250}     # the frame at which a scene begins to show motion; default 0
 STRIDE = 4   # number of animation frames from one measured frame to the next
-# The option of a measurement (framework/cell.py) in which another process builds the structure of
-# the next frame (`Tracer.updates`).
+# The cell option with which another process builds the next frame's structure (`Tracer.updates`).
 AHEAD = ("build_ahead", True)
 
 
@@ -29,18 +28,17 @@ def measure(scene: str, method: str, options: Mapping[str, Any], size: int,
             frames: int) -> dict[str, Any]:
     """Measure the times of each frame, in seconds, for size x size eye rays.
 
-    A scene without an animation stands still. Its triangles are updated all the same, as by a
-    program that does not know that nothing moved. With AHEAD in the options, another process
-    builds each frame's structure while the frame before it is traced. The time of an update is
-    then the wait for this build and the writing of its tables. The frame that starts the process
-    is not counted.
+    Without an animation, unchanged triangles are updated, as by a program that does not know that
+    nothing moves. With AHEAD, another process builds each frame's structure while the frame before
+    is traced; the time of an update is then the wait for this build and the writing of its tables.
+    The frame that starts the process is not counted.
 
     Returns
     -------
     update, trace : lists with the times of each measured frame
     rebuilt : number of frames whose structure was rebuilt
-    differing : number of rays, summed over all frames, whose hit distance differs from the
-        distance that a tree built for that frame gives
+    differing : number of rays, over all frames, whose hit distance differs from that of a tree
+        built for the frame
     """
     start = _start(scene)
     rays = start.camera.rays((size, size))
@@ -74,7 +72,8 @@ def _animation(scene: str) -> rt.Animation:
 
 def _moves(tracer: rt.Tracer, first: np.ndarray, vertices: list[np.ndarray],
            ahead: bool) -> Generator[None, None, None]:
-    """Move the tracer's triangles at each ``next``, to ``first`` and then to each of ``vertices``.
+    """At each ``next``, move the tracer's triangles, to ``first`` and then to each of
+    ``vertices``.
 
     Unless ``ahead``, the triangles must already be at ``first``.
     """
@@ -89,10 +88,10 @@ def _moves(tracer: rt.Tracer, first: np.ndarray, vertices: list[np.ndarray],
 
 @functools.lru_cache(maxsize=4)
 def _start(scene: str) -> rt.Scene:
-    """The scene before the measured frames, with the camera from which they are seen.
+    """The scene before the measured frames, with their camera.
 
-    An animated scene is returned without normals: hits do not need normals, and each frame would
-    compute them anew.
+    An animated scene has no normals: hits do not need normals, and each frame would compute them
+    anew.
     """
     if scene not in animation_names():
         return rt.load_scene(scene)
@@ -111,7 +110,7 @@ def _vertices(scene: str, frame: int) -> np.ndarray:
 
 @functools.lru_cache(maxsize=64)
 def _distances(scene: str, frame: int, size: int) -> np.ndarray:
-    """(rays,) float32 distances, from a tree that is built for the frame."""
+    """(rays,) float32 distances from a tree built for the frame."""
     still = _start(scene).moved(_vertices(scene, frame))
     with rt.Tracer(still, "bvh-threaded") as tracer:
         return tracer.trace(*still.camera.rays((size, size))).t

@@ -17,22 +17,19 @@ from .frame_times import AHEAD
 SCENES = {"cloth": "a cloth waves", "walker": "an animal walks", "explosion": "a mesh flies apart",
           "robots-moving": "ten robots walk through a city",
           "kitchen-moving": "a toy car drives through a kitchen", "bunny": "nothing moves"}
-# The builds that are fast enough for frames, and the devices that run them. (The other builds by
-# passes are for graphics hardware; on a software renderer they need seconds for a frame.)
+# Builds that are fast enough for frames, and their devices. Other builds by passes need seconds a
+# frame on a software renderer.
 BUILDS = {"sah": ("cpu",), "lbvh": ("cpu", "gpu"), "hybrid": ("cpu",)}
-REBUILT = ("bih", "kd-short-stack", "kd-stack")    # cannot refit, so each frame rebuilds them
-BUDGE = "kd-stack"    # Budge et al. 2008: traced with a stack while the CPU builds the next tree
+REBUILT = ("bih", "kd-short-stack", "kd-stack")    # cannot refit: rebuilt each frame
+BUDGE = "kd-stack"    # Budge et al. 2008: stack traversal while the CPU builds the next tree
 IN_TURN, OVERLAPPED = f"{BUDGE} rebuilt", f"{BUDGE} rebuilt, a frame ahead"
-# These scenes are measured at full size only. At the quick size, cloth and walker are enough.
+# Measured at full size only.
 FULL_ONLY = ("explosion", "robots-moving", "kitchen-moving", "bunny")
 FRAMES, FULL_FRAMES = 3, 12
 
 
 def columns() -> list[tuple[str, str, tuple[tuple[str, Any], ...]]]:
-    """Label, method and options of each column, read from the method table.
-
-    A new method that can refit is therefore compared as soon as the table contains it.
-    """
+    """Label, method and options of each column. Every method that can refit has a column."""
     found = []
     for row in rt.methods():
         own = {option.name: option for option in row.options}
@@ -62,12 +59,11 @@ def cells(full: bool) -> list[Cell]:
 
 
 def is_there(scene: str) -> bool:
-    """Whether the scene can be loaded, because it is built in or because its file is found."""
+    """Whether the scene is built in or its file is found."""
     return catalogue.ROWS[scene].file is None or catalogue.mesh_path(scene) is not None
 
 
 def draw(data: Path, out: Path, full: bool) -> None:
-    """Write out/frames.csv, .md and .png."""
     rows, notes = [], []
     for scene in filter(is_there, SCENES):
         for label, method, options in columns():

@@ -1,8 +1,6 @@
-"""Gap work: measurements that several experiments share (survey, sections 4.3 to 5).
+"""Gap work: measurements shared by several experiments (survey, sections 4.3 to 5).
 
-The experiments are retention, simd_width, stacks and ideal_hardware. They need three kinds
-of measurement: the bytes that passes move, the runs of kernels at every SIMD width, and the depth
-of stacks.
+retention, simd_width, stacks and ideal_hardware use them.
 """
 from __future__ import annotations
 
@@ -24,19 +22,17 @@ from gpgpu_rt.statistics import Statistics
 from ..framework.era_counts import STEPWISE, tile_pixels
 from .coherence import observe_order
 
-# A kind is the prefix of ``Cell.work``; the name of a workload follows the prefix. MOVED measures
-# the bytes that the passes of the workload move. DONE measures the runs of kernels at each width,
-# which is a number of pixels that branch together. STACKS measures the stacks of the workload's
-# rays.
+# A kind is the prefix of ``Cell.work``, before the name of a workload. MOVED measures the bytes
+# that passes move. DONE measures the runs of kernels at each SIMD width (the number of pixels that
+# branch together). STACKS measures the depth of the rays' stacks.
 MOVED, DONE, STACKS = "moved by ", "run by ", "stacks of "
 KINDS = (MOVED, DONE, STACKS)
-# Number of pixels that branch together -> (h, w) of their rectangle, as square as possible.
+# SIMD width -> (h, w) of the pixels' rectangle, as square as possible.
 GROUPS = {1: (1, 1), 2: (1, 2), 4: (2, 2), 8: (2, 4), 16: (4, 4), 32: (4, 8), 48: (6, 8),
           64: (8, 8)}
 WIDTHS = tuple(GROUPS)
-# The side of a traced square of rays, and the number of squares across and down the image. Groups
-# of every width tile a square exactly. This holds for groups of rays, and for groups of packets of
-# 2x2 rays.
+# Side of a traced square of rays, and number of squares across and down the image. Groups of every
+# width, of rays or of packets of 2x2 rays, tile a square exactly.
 SIDE, SPREAD = 48, 2
 # The known errors of the static costs. Pages that use static costs print this text.
 COMPILED = ("Each kernel was compiled as a separate program. Two errors are known. First, the "
@@ -44,14 +40,14 @@ COMPILED = ("Each kernel was compiled as a separate program. Two errors are know
             "although a loop would keep the state in registers. This error makes the predicted "
             "times too long. Second, the counts leave out the set-up of rays and the branches of "
             "loops. This error makes the predicted times too short.")
-# The variants of the cache: its bytes, the bytes of a line, and how many rays fetch together.
+# The variants of the cache: bytes, bytes of a line, and how many rays fetch together.
 STORES, LINES, TOGETHER = (8192, 16384, 131072), (16, 128), (4, 32)
 MISSES = ("kd-restart", "kd-texture-stack", "bvh-threaded")     # methods whose misses are counted
 
 
 def measure(kind: str, scene: rt.Scene, rays: Workload, method: str,
             options: dict[str, Any]) -> dict[str, Any]:
-    """Make a measurement of a kind, and return the result."""
+    """Make a measurement of a kind."""
     return {MOVED: _moved, DONE: _done, STACKS: _stacks}[kind](scene, rays, method, options)
 
 
@@ -80,11 +76,10 @@ def _moved(scene: rt.Scene, rays: Workload, method: str,
 
 def _done(scene: rt.Scene, rays: Workload, method: str,
           options: dict[str, Any]) -> dict[str, Any]:
-    """Return each kernel's runs, the lanes that the runs occupy at each width, and the misses of
-    caches.
+    """Return each kernel's runs, the lanes that they occupy at each width, and the cache misses.
 
-    Squares of rays are traced. With ``sort_rays`` the squares are filled with rays in their sorted
-    order. A packet counts as one fragment.
+    Squares of rays are traced; with ``sort_rays`` they are filled in the rays' sorted order. A
+    packet counts as one fragment.
     """
     ordered = options.pop("sort_rays", False)
     part = rays.part(_sorted_squares(scene, rays) if ordered
@@ -107,8 +102,8 @@ def _lanes(issued: KernelIssues) -> dict[str, int]:
 
 
 def _missed(trace: KernelTrace, tracer: rt.Tracer) -> dict[str, int]:
-    """Return the misses of each cache. A key holds the bytes of the cache, the bytes of a line,
-    and the number of rays that fetch together."""
+    """Return the misses of each cache, by bytes of the cache, bytes of a line, and rays that fetch
+    together."""
     found = {}
     for together in TOGETHER:
         places = table_reads(trace, tracer.accelerator.tables, GROUPS[together])
@@ -122,8 +117,8 @@ def _missed(trace: KernelTrace, tracer: rt.Tracer) -> dict[str, int]:
 def _sorted_squares(scene: rt.Scene, rays: Workload) -> np.ndarray:
     """Return squares side by side, (SIDE, SPREAD * SPREAD * SIDE), of rays in their sorted order.
 
-    Consecutive rays of the order fill a square along a Morton curve, so rays that are close in the
-    order are close in the square.
+    Consecutive rays fill a square along a Morton curve, so rays close in the order are close in
+    the square.
     """
     with rt.Tracer(scene, "bvh-threaded", sort_rays=True) as tracer:
         with observe_order(tracer) as orders:
@@ -143,7 +138,7 @@ def _sorted_squares(scene: rt.Scene, rays: Workload) -> np.ndarray:
 
 def _stacks(scene: rt.Scene, rays: Workload, method: str,
             options: dict[str, Any]) -> dict[str, Any]:
-    """Return a histogram of the rays' deepest stacks, and the entries that a stack can hold."""
+    """Return a histogram of the rays' deepest stacks, and the capacity of a stack."""
     deepest = np.zeros(len(rays.origins), np.int64)
 
     def look(one: Pass) -> None:

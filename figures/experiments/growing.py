@@ -1,7 +1,6 @@
-"""Growing: ten scenes. Each scene needs more features of the renderer than the scene before.
+"""Growing: ten scenes. Each needs more features of the renderer than the scene before.
 
-All scenes have the same triangles: a bunny, a floor, a square above them and two balls. In the
-first scene all triangles have the same grey material.
+All have the same triangles: a bunny, a floor, a square above them and two balls.
 """
 from __future__ import annotations
 
@@ -23,7 +22,7 @@ BUNNY, FLOOR, LAMP, BALL, GLASS = range(5)
 
 @cache
 def scenes(name: str = "bunny") -> tuple[rt.Scene, ...]:
-    """Return the scene of each step. ``name`` is the scene whose mesh stands in the middle."""
+    """Return the scene of each step, with the mesh of the scene ``name`` in the middle."""
     base = rt.load_scene(name)
     lo, hi = (side.astype(np.float64) for side in base.bounds)
     middle, size = (lo + hi) / 2, float((hi - lo).max())

@@ -1,8 +1,8 @@
 """Ideal hardware: a cost model of hardware for rays (survey, sections 4.4 and 5).
 
-The model computes the time that machines would need for counted work. The machines are a graphics
-card, alone and with triangle or traversal units, the prototypes RPU and SaarCOR with traversal
-units, and the Cell with explicit transfers.
+It computes the time of counted work on a graphics card, alone and with triangle or traversal
+units, on the prototypes RPU and SaarCOR with traversal units, and on the Cell with explicit
+transfers.
 """
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ from ..framework.results import finished, read
 from .gap_work import COMPILED, DONE, SIDE
 
 SCENES = ("kitchen", "conference")
-# kd-texture-stack stands for kd-stack, which has the same walk. The costs of kernels come from the
-# compilers of the papers' cards, which cannot compile kernels of kd-stack (docs/era.md).
+# kd-texture-stack stands for kd-stack, whose walk it shares: the compilers of the papers' cards,
+# which give the costs, cannot compile kernels of kd-stack (docs/era.md).
 METHODS = ("kd-restart", "kd-texture-stack", "bvh-threaded")
 CARD, TREE = "G80", "kd-texture-stack"     # TREE: the method of the prototypes, which have a stack
 BVH = "bvh-threaded"     # Benthin et al. used a BVH on the Cell; here its traversal has no stack
@@ -51,8 +51,8 @@ def cells(full: bool) -> list[Cell]:
 
 
 def leasts(method: str, work: dict[str, Any]) -> dict[str, Least]:
-    """Return for each machine the time that it needs at its peak rates for ``work``, a result of
-    `gap_work.measure`."""
+    """Return each machine's time at its peak rates for ``work``, a result of `gap_work.measure`.
+    """
     card, made = find_card(CARD), machines()
     costs = {name: loop_costs(name, method, **dict(_options(method)))
              for name in (CARD.lower(), made["RPU"].compiler, made["Cell"].compiler)}
@@ -63,7 +63,7 @@ def leasts(method: str, work: dict[str, Any]) -> dict[str, Least]:
         f"{CARD} and triangle units": on_card(card, work, own, ideal, "tests"),
         f"{CARD} and traversal units": on_card(card, work, own, ideal, "steps"),
         f"{CARD} and both": on_card(card, work, own, ideal, "both")}
-    # SaarCOR's units also test triangles, so `on_prototype` does not use the costs for SaarCOR.
+    # SaarCOR's units also test triangles, so `on_prototype` ignores the costs for SaarCOR.
     if method == TREE:
         found |= {name: on_prototype(made[name], work, costs[made["RPU"].compiler])
                   for name in ("RPU", "SaarCOR 2002", "SaarCOR")}
@@ -76,7 +76,6 @@ def leasts(method: str, work: dict[str, Any]) -> dict[str, Least]:
 
 
 def rows(data: Path, full: bool) -> list[list[Any]]:
-    """The rows of the table whose columns are HEADS."""
     found = []
     for scene in SCENES:
         for method in METHODS:
@@ -93,7 +92,6 @@ def rows(data: Path, full: bool) -> list[list[Any]]:
 
 
 def draw(data: Path, out: Path, full: bool) -> None:
-    """Write out/ideal_hardware.csv, .md and .png."""
     found = rows(data, full)
     if not found:
         return
@@ -154,7 +152,6 @@ LOOKS = tuple(zip(COLOURS, MARKERS))
 
 
 def _draw_machines(axis: Any, mine: list[list[Any]]) -> list[Series]:
-    """Draw for each machine the time of each part by itself, the total and the published time."""
     series = [Series(name, [row[3 + part] for row in mine], LOOKS[part])
               for part, name in enumerate(PARTS)]
     series.append(Series("total", [row[8] for row in mine], LOOKS[6], texts=[
@@ -166,7 +163,6 @@ def _draw_machines(axis: Any, mine: list[list[Any]]) -> list[Series]:
 
 
 def _paragraph(found: list[list[Any]], data: Path, full: bool) -> str:
-    """Sentences on what the survey expects, and on what the measurements show."""
     times = {(row[0], row[1], row[2]): row for row in found}
     scene = next((s for s in reversed(SCENES) if (s, TREE, f"{CARD} and both") in times), None)
     if scene is None:
@@ -212,7 +208,7 @@ def _paragraph(found: list[list[Any]], data: Path, full: bool) -> str:
 
 
 def _cell_sentence(times: dict[tuple[str, str, str], list[Any]], scene: str) -> str:
-    """The Cell's rate with a BVH, as Benthin et al. built it, and the share of shading."""
+    """The Cell's rate with a BVH, as in Benthin et al., and the share of shading."""
     if (scene, BVH, "Cell, transfers hidden") not in times:
         return ""
     row, cell = times[scene, BVH, "Cell, transfers hidden"], machines()["Cell"]

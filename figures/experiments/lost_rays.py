@@ -1,7 +1,6 @@
 """Lost rays: the eye rays whose hits a method's number format loses or changes.
 
-An exact method is the reference. A measurement (framework/cell.py) whose ``work`` is "lost rays"
-counts these rays.
+Cells whose ``work`` is "lost rays" count them against an exact method.
 """
 from __future__ import annotations
 
@@ -13,17 +12,17 @@ import numpy as np
 import gpgpu_rt as rt
 
 WORK = "lost rays"
-EXACT = "bvh-packet"    # the choice does not matter: in fp32 all methods have the same hits
+EXACT = "bvh-packet"    # any method does: in fp32 all have the same hits
 
 
 def measure(scene: rt.Scene, method: str, options: dict[str, Any], size: int) -> dict[str, Any]:
-    """Return the numbers of eye rays that are wrong, a map of these rays, and the error of t.
+    """Return the numbers of wrong eye rays, a map of them, and the error of t.
 
-    ``hit`` is the number of rays that should hit. ``lost`` is the number of these rays that have
-    no hit, and ``other`` the number of these rays that hit another triangle. ``false`` is the
-    number of rays that hit although they should miss. ``t_error`` is the median relative error of
-    t over the rays that hit the right triangle, or None without such rays. ``map`` has two bit
-    maps of the image in base64: first the lost rays, row by row, then the rays with a wrong hit.
+    ``hit`` is the number of rays that should hit; ``lost`` of these rays have no hit, and
+    ``other`` hit another triangle. ``false`` rays hit although they should miss. ``t_error`` is
+    the median relative error of t over the rays with the right triangle, or None without such
+    rays. ``map`` has two bit maps of the image in base64, row by row: the lost rays, then the rays
+    with a wrong hit.
     """
     rays = scene.camera.rays((size, size))
     with rt.Tracer(scene, EXACT) as tracer:
@@ -41,7 +40,7 @@ def measure(scene: rt.Scene, method: str, options: dict[str, Any], size: int) ->
 
 
 def wrong_pixels(result: dict[str, Any], size: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return the pixels of lost rays and of rays with a wrong hit, (size, size) bool each."""
+    """Return the pixels of lost rays and of wrong hits, (size, size) bool each."""
     bits = np.unpackbits(np.frombuffer(base64.b64decode(result["map"]), np.uint8))
     lost, wrong = bits[:2 * size * size].reshape(2, size, size).astype(bool)
     return lost, wrong

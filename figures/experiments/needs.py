@@ -33,7 +33,6 @@ def cells(full: bool) -> list[Cell]:
 
 
 def row_of(step: int, found: dict[str, Any]) -> list[Any]:
-    """The values of a row, in the columns HEADS."""
     one, other = found["derived"], found["all"]
     return [STEPS[step], 1e3 * one["seconds"], 1e3 * other["seconds"], found["ratio"],
             one["texture_bytes"] / 2**20, other["texture_bytes"] / 2**20, one["texel_fetches"],
@@ -49,7 +48,6 @@ def _agreement(rows: list[list[Any]]) -> str:
 
 
 def draw(data: Path, out: Path, full: bool) -> None:
-    """Write out/needs.csv, .md and .png."""
     results = finished(cells(full), data)
     rows = [row_of(dict(cell.options)["step"], r["needs"]) for cell, r in results]
     if not rows:

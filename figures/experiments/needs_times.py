@@ -1,7 +1,7 @@
 """Needs times: measures the costs of two renderers on the same scene.
 
-The derived renderer has only the features that the scene needs. The other has all features on.
-The scenes form a series (growing.py), and a step is the number of a scene in this series.
+The derived renderer has only the features that the scene needs; the other has all features. A step
+is the number of a scene in growing.py.
 """
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def digest(name: str, step: int) -> str:
 
 
 def _add(found: Any, value: Any) -> None:
-    """Add a value to a digest; for a dataclass or a tuple, add each of its parts."""
+    """Add a value, or each part of a dataclass or tuple, to a digest."""
     if is_dataclass(value):
         for part in fields(value):
             _add(found, getattr(value, part.name))
@@ -45,16 +45,15 @@ def _add(found: Any, value: Any) -> None:
 
 
 def measure(step: int, method: str, size: int, runs: int, name: str = "bunny") -> dict[str, Any]:
-    """Draw ``runs`` pairs of pictures of a step's scene. The two kinds of renderer alternate.
+    """Draw ``runs`` pairs of pictures of a step's scene, alternating the two renderers.
 
     Returns
     -------
     dict
         "derived" and "all" hold the costs of the two renderers: the median ``seconds``, each of
-        COUNTS, and ``passes_by_name``. ``ratio`` is the median, over the pairs, of the derived
-        renderer's seconds divided by the other renderer's. ``differing`` is the number of pixels
-        that differ. ``present`` has the names of the properties that the derived renderer
-        supports.
+        COUNTS, and ``passes_by_name``. ``ratio`` is the median over the pairs of the derived
+        renderer's seconds divided by the other's. ``differing`` is the number of differing pixels.
+        ``present`` names the properties that the derived renderer supports.
     """
     scene = scenes(name)[step]
     kinds = {"derived": False, "all": True}

@@ -1,8 +1,7 @@
 """Path errors: the errors of path traced pictures, by number of samples.
 
-A furnace is a closed box whose walls emit and reflect evenly. Its picture is compared with the
-radiance that a formula gives. The Cornell box is compared with an independent renderer's picture
-(see measured/README.md).
+A furnace (a closed box whose walls emit and reflect evenly) is compared with a formula. The
+Cornell box is compared with an independent renderer (measured/README.md).
 """
 from __future__ import annotations
 
@@ -21,7 +20,7 @@ EMITTED, REFLECTED = np.array((0.5, 0.4, 0.3)), 0.6
 
 
 def furnace() -> tuple[rt.Scene, np.ndarray]:
-    """A closed box whose walls emit and reflect evenly, and the radiance inside it."""
+    """The furnace and the radiance inside it."""
     box = trimesh.creation.box((2, 2, 2))
     walls = rt.Material(diffuse=(REFLECTED,) * 3, emission=tuple(EMITTED))
     return rt.Scene.from_arrays(
@@ -30,7 +29,7 @@ def furnace() -> tuple[rt.Scene, np.ndarray]:
 
 
 def cornell_truth() -> tuple[np.ndarray, np.ndarray]:
-    """The scene ``cornell-light`` as rendered by Mitsuba 3, and the picture's standard error.
+    """Return Mitsuba 3's picture of ``cornell-light`` and its standard error.
 
     Both are (64, 64, 3) float64, linear.
     """
@@ -54,9 +53,8 @@ def relative_error(found: np.ndarray, truth: np.ndarray) -> float:
 def measure(scene: rt.Scene, method: str, options: dict[str, Any], size: int) -> dict[str, Any]:
     """Return mean relative errors by number of samples.
 
-    ``scene`` is the error of the scene's pixels, after the truth's own noise is subtracted.
-    ``furnace`` is the error of the furnace's pixels, and ``furnace_mean`` the error of the mean
-    over these pixels.
+    ``scene`` is the error of the scene's pixels less the truth's own noise. ``furnace`` is the
+    error of the furnace's pixels, and ``furnace_mean`` is the error of their mean.
 
     Parameters
     ----------

@@ -16,7 +16,7 @@ from .path_errors import cornell_truth
 
 SCENE, METHOD, SIZE, ROULETTE = "cornell-light", "bvh-threaded", 64, 16
 SAMPLERS = {"random": COLOURS[1], "sobol": COLOURS[0]}
-# Targets: the mean relative error should not exceed these values.
+# Targets: upper limits of the mean relative error.
 BARS = {"scene": 0.01, "furnace_mean": 0.005}
 HEADS = ("sampler", "samples", "Cornell box, mean relative error", "furnace, pixels",
          "furnace, mean")
@@ -29,7 +29,6 @@ def cells(full: bool) -> list[Cell]:
 
 
 def rows(data: Path, full: bool) -> list[list[Any]]:
-    """The rows of the table whose columns are HEADS."""
     found = []
     for cell, result in finished(cells(full), data):
         errors = result["errors"]
@@ -39,7 +38,6 @@ def rows(data: Path, full: bool) -> list[list[Any]]:
 
 
 def draw(data: Path, out: Path, full: bool) -> None:
-    """Write out/path_noise.csv, .md and .png."""
     found = rows(data, full)
     if not found:
         return

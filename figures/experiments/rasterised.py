@@ -1,7 +1,7 @@
 """First hits from the rasteriser (survey, section 5), beside traced hits.
 
-"rasterised" hits are proved to be the traced hits. A "verified" hit is a hit of its ray, but the
-ray may have an earlier hit. The figure shows the cost of the proof, and the errors without it.
+"rasterised" hits are proved to be the traced hits. A "verified" hit is a hit of its ray, but
+perhaps not the first. The figure shows the cost of the proof, and the errors without it.
 """
 from __future__ import annotations
 
@@ -42,7 +42,6 @@ def rows(data: Path, full: bool) -> list[list[Any]]:
 
 
 def draw(data: Path, out: Path, full: bool) -> None:
-    """Write out/rasterised.csv, .md and .png."""
     found = rows(data, full)
     if not found:
         return

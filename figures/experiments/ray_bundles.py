@@ -1,7 +1,7 @@
-"""Ray bundles (survey, section 5): compares them with traced bundles and with path tracing.
+"""Ray bundles (survey, section 5), beside traced bundles and path tracing.
 
-Ray bundles gather light by parallel projections of the scene. Depth peeling separates the layers
-of a projection.
+Ray bundles gather light by parallel projections of the scene, in layers separated by depth
+peeling.
 """
 from __future__ import annotations
 
@@ -33,7 +33,6 @@ def cells(full: bool) -> list[Cell]:
 
 
 def draw(data: Path, out: Path, full: bool) -> None:
-    """Write out/ray_bundles.csv, .md and .png."""
     results = finished(cells(full), data)
     if not results:
         return

@@ -1,6 +1,6 @@
 """Ray sorting (survey, section 4.3): times with and without sorting, and the rays' coherence.
 
-The survey proposes to sort rays on the GPU before they are traced, but measures nothing.
+The survey proposes to sort rays on the GPU, but measures nothing.
 """
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ SCENE = "kitchen"
 METHODS = ("bvh-threaded", "bvh-packet")
 ALIKE_WORK = (EYE, SHADOW, mirror(1), diffuse(1), diffuse(2))
 WORK = (*ALIKE_WORK, RANDOM)
-SORTERS = {"passes": "sort_rays", "host": "presort"}    # who sorts the rays -> tracer's option
+SORTERS = {"passes": "sort_rays", "host": "presort"}    # sorter -> option
 HEADS = ("rays", "method", "sorted by", "unsorted ms", "sorted ms", "ms of the sort",
          "trace alone, times as fast", "sort and trace, times as fast")
 ALIKE = ("rays", "nodes a ray", "nodes a tile", "nodes a tile, sorted",
@@ -48,7 +48,6 @@ def cells(full: bool) -> list[Cell]:
 
 
 def draw(data: Path, out: Path, full: bool) -> None:
-    """Write out/ray_sorting.csv, .md and .png."""
     times, alike, heading = [], [], None
     for work in WORK:
         for method in METHODS:

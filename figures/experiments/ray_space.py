@@ -1,7 +1,7 @@
 """Ray space: whether tables over rays suit graphics hardware (survey, Table 1).
 
-The experiment compares ray classification and the visibility field with a kd-tree and a BVH. It
-compares memory, candidates and rates. Candidates are the triangles that a ray tests.
+Compares ray classification and the visibility field with a kd-tree and a BVH, by memory, rates and
+candidates: the triangles that a ray tests.
 """
 from __future__ import annotations
 
@@ -42,7 +42,6 @@ def cells(full: bool) -> list[Cell]:
 
 
 def draw(data: Path, out: Path, full: bool) -> None:
-    """Write out/ray_space.csv, .md and .png."""
     rows, notes = [], []
     for scene in _scenes(full):
         for work in WORK:
@@ -82,7 +81,7 @@ def _row(scene: str, work: str, label: str, result: dict[str, Any]) -> dict[str,
 
 
 def findings(rows: list[dict[str, Any]]) -> list[str]:
-    """Sentences that compare each table over rays with the faster tree, for the same rays."""
+    """Sentences that compare each table over rays with the faster tree."""
     found = []
     for row in rows:
         trees = [r for r in rows if r["method"] in TREES

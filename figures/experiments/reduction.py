@@ -1,4 +1,4 @@
-"""Reduction: compares the rates of stream reduction by blocks and over the whole stream.
+"""Reduction: compares stream reduction by blocks and over the whole stream.
 
 Stream reduction removes elements from a stream and closes the gaps. A scan of the flags, the first
 part of the reduction of a whole stream, is also measured alone.
@@ -34,7 +34,6 @@ def rows(data: Path, full: bool) -> list[list[Any]]:
 
 
 def draw(data: Path, out: Path, full: bool) -> None:
-    """Write out/reduction.csv, .md and .png."""
     found = rows(data, full)
     write_csv(out / "reduction.csv", HEADS, found)
     shown = [[f"{row[0]:,}", *map(number, row[1:])] for row in found]

@@ -1,7 +1,6 @@
 """Reduction times: measures how long two stream reductions and a scan take.
 
-Stream reduction removes elements from a stream and closes the gaps. One reduction works by blocks,
-the other on the whole stream. The scan is the first part of the reduction of a whole stream.
+Stream reduction removes elements from a stream and closes the gaps.
 """
 from __future__ import annotations
 
@@ -26,8 +25,8 @@ WARM_UPS = 1
 def measure(length: int, kept: float, runs: int) -> dict[str, list[float]]:
     """Return the seconds of each run of "scan", "blocks" and "whole". The three alternate.
 
-    "scan" is a scan of the flags alone, "blocks" a reduction by blocks, and "whole" a reduction of
-    the whole stream at once.
+    "scan" is a scan of the flags alone, "blocks" reduces by blocks, and "whole" reduces the whole
+    stream at once.
 
     Parameters
     ----------
@@ -62,8 +61,7 @@ def measure(length: int, kept: float, runs: int) -> dict[str, list[float]]:
 def rates(length: int, seconds: dict[str, list[float]]) -> dict[str, Any]:
     """Return the elements per second of "scan", "blocks" and "whole", from median times.
 
-    "over scan" is the rate of "blocks" divided by the rate of "scan", and "over whole" is the rate
-    of "blocks" divided by the rate of "whole".
+    "over scan" and "over whole" are the rate of "blocks" divided by that of "scan" and "whole".
     """
     median = {name: statistics.median(times) for name, times in seconds.items()}
     return {**{name: length / took for name, took in median.items()},

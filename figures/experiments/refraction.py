@@ -14,7 +14,7 @@ SCENES = ("ball", "bunny")
 HEADS = ("scene", "triangles", "rasterised, ms", "two rays traced, ms",
          "light through both borders", "of these, also when rasterised", "error, median, degrees",
          "error, 90 % quantile, degrees")
-LEFT = 1      # the kind of a pixel whose light leaves the mesh (render/image_space/refraction.py)
+LEFT = 1      # a pixel whose light leaves the mesh (render/image_space/refraction.py)
 
 
 def cells(full: bool) -> list[Cell]:
@@ -23,7 +23,6 @@ def cells(full: bool) -> list[Cell]:
 
 
 def draw(data: Path, out: Path, full: bool) -> None:
-    """Write out/refraction.csv, .md and .png."""
     results = finished(cells(full), data)
     if not results:
         return
@@ -87,7 +86,7 @@ def _pictures(line: Any, cell: Cell, result: dict[str, Any]) -> None:
 
 
 def _chequers(directions: np.ndarray) -> np.ndarray:
-    """(h, w, 3) colours of the surroundings in each direction, in squares of 15 degrees."""
+    """(h, w, 3) colours of the surroundings, in squares of 15 degrees."""
     x, y, z = np.moveaxis(directions, 2, 0)
     squares = (np.floor(np.degrees(np.arctan2(x, -z)) / 15)
                + np.floor(np.degrees(np.arcsin(np.clip(y, -1, 1))) / 15)) % 2

@@ -1,7 +1,4 @@
-"""Refraction errors: compares image-space refraction with rays in float64.
-
-The times are those of the rasterised passes and of rays that a tracer traces.
-"""
+"""Refraction errors: compares image-space refraction with rays in float64 and with traced rays."""
 from __future__ import annotations
 
 import time
@@ -19,7 +16,7 @@ IOR = 1.5
 
 
 def scene_of(name: str) -> rt.Scene:
-    """The scene of the catalogue with this name, or a sphere if the name is "ball"."""
+    """The catalogue's scene of this name, or a sphere for "ball"."""
     if name != "ball":
         return rt.load_scene(name)
     corners = np.asarray(ball(20000), np.float32).reshape(-1, 3)
@@ -30,12 +27,11 @@ def measure(name: str, method: str, options: dict[str, Any], size: int,
             runs: int) -> dict[str, Any]:
     """Compare image-space refraction with traced rays and with the truth.
 
-    ``seconds`` of the result has the time of each run of the rasterised passes, and of the two
-    sets of traced rays; passes and rays run alternately. ``triangles`` is the number of triangles.
-    All other entries have a value for each pixel, row by row. ``found`` and ``truth`` are the
-    directions of the refracted light by rasterised passes and by float64 rays. ``kind`` and
-    ``right`` say by passes and by float64 rays what a pixel shows (the kinds of refraction.py).
-    ``off`` is the angle between the two directions in degrees.
+    ``seconds`` has the times of the rasterised passes and of the two sets of traced rays, which
+    run alternately. ``triangles`` is the number of triangles. All other entries have a value for
+    each pixel, row by row. ``found`` and ``truth`` are the directions of the refracted light by
+    passes and by float64 rays; ``off`` is the angle between them in degrees. ``kind`` and
+    ``right`` say what the pixel shows by passes and by float64 rays (the kinds of refraction.py).
     """
     scene = scene_of(name)
     origins, directions = (r.reshape(-1, 3) for r in scene.camera.rays((size, size)))

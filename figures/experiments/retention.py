@@ -1,6 +1,6 @@
 """Data retention (survey, section 4.3): the bytes that passes move.
 
-A pass keeps no ray for the next pass, so each pass moves its rays and their states again.
+A pass keeps no ray on the chip for the next, so each pass moves rays and states again.
 """
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def cells(full: bool) -> list[Cell]:
 
 
 def rows(data: Path, full: bool) -> list[list[Any]]:
-    """The rows of the table with the columns HEADS, for methods measured under ``loop``."""
+    """The table's rows, for methods measured under ``loop``."""
     card, found = find_card(CARD), []
     for method in METHODS:
         results = {s: read(_cell(method, s, full), data) for s in SCHEDULES}
@@ -68,7 +68,6 @@ def _bytes(one: dict[str, Any]) -> int:
 
 
 def draw(data: Path, out: Path, full: bool) -> None:
-    """Write out/retention.csv, .md and .png."""
     found = rows(data, full)
     if not found:
         return
@@ -106,8 +105,8 @@ def draw(data: Path, out: Path, full: bool) -> None:
 
 
 def _published() -> tuple[float, float]:
-    """The smallest and the largest nanoseconds of an eye or a shadow ray on a card, as Figures 13,
-    16 and 22 print them."""
+    """Return the smallest and largest nanoseconds of an eye or shadow ray on a card, from Figures
+    13, 16 and 22."""
     on_cards = {card.name for card in cards()}
     times = [nanoseconds(row) for name in ("fig13", "fig16", "fig22") for row in rows_of(name)
              if row["rays"] in ("primary", "shadow") and row["unit"] in TIMES
@@ -116,7 +115,6 @@ def _published() -> tuple[float, float]:
 
 
 def _paragraph(found: list[list[Any]]) -> str:
-    """Sentences on what the survey expects, and on what the measurements show."""
     worst = max(found, key=lambda row: row[10])
     shares = [row[6] / row[9] for row in found if row[1] == "kernels"]
     sixteen = [row[10] for row in found if row[1] == "step, K = 16"]

@@ -34,7 +34,6 @@ def cells(full: bool) -> list[Cell]:
 
 
 def draw(data: Path, out: Path, full: bool) -> None:
-    """Write out/schedules.csv, .md and .png."""
     rows, renderer = [], "?"
     times: dict[str, dict[str, float]] = {}
     for method in METHODS:

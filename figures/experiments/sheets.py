@@ -1,7 +1,6 @@
 """Sheets: tests whether the Ray Engine finds the topmost of several squares with tiny gaps.
 
-The squares lie one above another, and rays hit them from above. A depth buffer confuses hits at
-nearly equal distances.
+Rays hit the squares from above. A depth buffer confuses hits at nearly equal distances.
 """
 from __future__ import annotations
 
@@ -11,16 +10,16 @@ import numpy as np
 
 import gpgpu_rt as rt
 
-# number of sheets; height of the floor below the sheets, where the range of depth ends
+# number of sheets; height of the floor below, where the range of depth ends
 COUNT, FLOOR = 9, -7.0
-FAR = 1.0 - FLOOR         # range of depth: from the highest origin of a ray to the floor
-GAPS = tuple(range(-27, -20))       # the measured gaps are 2 to these exponents, times FAR
+FAR = 1.0 - FLOOR         # range of depth: from a ray's highest origin to the floor
+GAPS = tuple(range(-27, -20))       # measured gaps: 2 to these exponents, times FAR
 HEADS = ("gap / length", "wrong with MIN blending", "wrong with a depth buffer",
          "error of t / length, with a depth buffer")
 
 
 def sheets(gap: float) -> rt.Scene:
-    """A scene of COUNT squares, from height 0 upwards and ``gap`` apart, and then the floor."""
+    """A scene of COUNT squares, from height 0 upwards and ``gap`` apart, and the floor."""
     square = np.float32([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])[[0, 1, 2, 0, 2, 3]]
     height = (gap * np.arange(COUNT)).astype(np.float32)
     up = height[:, None, None] * np.float32([0, 0, 1])
@@ -46,7 +45,6 @@ def measure(gap: float, nearest: str, count: int = 500, seed: int = 1) -> tuple[
 
 
 def rows() -> list[list[Any]]:
-    """The table with the columns HEADS and a row for each gap."""
     found = []
     for exponent in GAPS:
         gap = FAR * 2.0 ** exponent

@@ -1,7 +1,4 @@
-"""SIMD width (survey, section 4.3): how long rays that branch together wait for each other.
-
-The waiting is measured for each width, with and without packets, and with and without sorting.
-"""
+"""SIMD width (survey, section 4.3): how long rays that branch together wait for each other."""
 from __future__ import annotations
 
 from pathlib import Path
@@ -43,12 +40,11 @@ def cells(full: bool) -> list[Cell]:
 
 
 def lanes(one: dict[str, Any], width: int) -> int:
-    """Return the lanes' runs of kernels that visit nodes or test triangles, busy or waiting."""
+    """Return the lanes' runs, busy or waiting, of kernels that visit nodes or test triangles."""
     return sum(count for kernel, count in one["lanes"][str(width)].items() if kernel not in WITHIN)
 
 
 def rows(data: Path, full: bool) -> list[tuple[Any, ...]]:
-    """The rows of the table whose columns are HEADS."""
     found = []
     for rays in RAYS:
         for label in METHODS:
@@ -63,7 +59,6 @@ def rows(data: Path, full: bool) -> list[tuple[Any, ...]]:
 
 
 def draw(data: Path, out: Path, full: bool) -> None:
-    """Write out/simd_width.csv, .md and .png."""
     found = rows(data, full)
     if not found:
         return
@@ -120,7 +115,6 @@ def draw(data: Path, out: Path, full: bool) -> None:
 
 
 def _paragraph(found: list[tuple[Any, ...]]) -> str:
-    """Sentences on what the survey expects, and on what the measurements show."""
     at = {row[:4]: row for row in found}
     widest = WIDTHS[-1]
     plain, ordered = ORDERS

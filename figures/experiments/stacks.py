@@ -22,17 +22,17 @@ from ..framework.results import finished, read
 from .gap_work import COMPILED, DONE, SIDE, STACKS
 
 SCENE, CARD = "kitchen", "G80"
-WARP, CLOCKS = 32, 4      # rays of a warp, and clocks that an instruction of a warp takes
+WARP, CLOCKS = 32, 4      # rays of a warp; clocks of a warp's instruction
 MEMORIES = range(512, 128 * 1024 + 1, 512)    # on-chip bytes of a multiprocessor
-CHANNEL = 4               # bytes of a channel
-INVERSE = 3 * CHANNEL     # bytes of the inverse of a direction, which a loop computes once
-# The survey's numbers: bytes of stack per ray, and the rays that could run at once.
+CHANNEL = 4               # bytes
+INVERSE = 3 * CHANNEL     # bytes of a direction's inverse, which a loop computes once
+# The survey's numbers: stack bytes a ray, and rays that could run at once.
 SURVEYS = int(published("text", "", "bvh stack", quantity="local stack per ray") or 0)
 AT_ONCE = int(published("text", "", "", quantity="processes in parallel") or 0)
 
 
 def _bytes(fields: Iterable[Field], names: Iterable[str] | None = None) -> int:
-    """Bytes of a record's fields, or only of the named fields, which the record must have."""
+    """Bytes of a record's fields, or of the named fields, which the record must have."""
     widths = {field.name: CHANNEL * field.width for field in fields}
     return sum(widths.values() if names is None else map(widths.__getitem__, names))
 
@@ -41,8 +41,8 @@ def _bytes(fields: Iterable[Field], names: Iterable[str] | None = None) -> int:
 NODE, KD_ENTRY = _bytes(STACK_ENTRY.fields, ["node"]), _bytes(STACK_ENTRY.fields)
 # `state_bytes` counts only these fields of a packet's state. A packet keeps them within a pass.
 LOCAL = ("node", "cursor", "stacked")
-# Label -> method, its options, bytes of a stack entry, and number of entries. If this number is
-# None, the stack is as deep as the tree requires.
+# Label -> method, options, bytes of a stack entry, and number of entries (None: as many as the
+# tree requires).
 METHODS: dict[str, tuple[str, tuple[tuple[str, Any], ...], int, int | None]] = {
     "kd-restart": ("kd-restart", (), 0, 0),
     "kd-push-down": ("kd-push-down", (), 0, 0),
@@ -51,8 +51,8 @@ METHODS: dict[str, tuple[str, tuple[tuple[str, Any], ...], int, int | None]] = {
     "kd-stack": ("kd-stack", (), KD_ENTRY, None),
     "bvh-threaded octants": ("bvh-threaded", (("octants", True),), 0, 0),
     "bvh-stack": ("bvh-stack", (), NODE, None)}
-# Label -> the method whose kernels are compiled and traced, if not the label's own method.
-# kd-texture-stack has kd-stack's walk, but its stack lies in textures.
+# Label -> the method to compile and trace, if not the label's own. kd-texture-stack has kd-stack's
+# walk, with its stack in textures.
 KERNELS = {"kd-stack": "kd-texture-stack"}
 # Label -> the method whose states show how deep the stack is.
 DEPTHS = {"kd-stack": "kd-texture-stack", "bvh-stack": "bvh-stack"}
@@ -97,8 +97,8 @@ class WarpWork:
 
     instructions : instructions of kernels
     fetches : fetches of texels of tables
-    levels : `LoopCost.levels`, summed over all runs of kernels: the length of a run's longest
-        chain in which each fetch needs the result of the fetch before
+    levels : `LoopCost.levels`, summed over all runs of kernels: the longest chain of dependent
+        fetches of a run
     """
 
     instructions: float
@@ -111,7 +111,7 @@ class WarpWork:
 
         Parameters
         ----------
-        gap : a result of gap_work.py of the kind DONE; it counts the lanes that run each kernel
+        gap : a result of gap_work.py of the kind DONE: the lanes that run each kernel
         costs : kernel -> the cost of a run
         """
         def a_ray(field: str) -> float:
@@ -128,10 +128,10 @@ class OnChip:
     stack: int
 
     def fitting(self, memory: int) -> int:
-        """The number of rays that fit on a multiprocessor: their states fit together into its
-        registers, and their stacks into ``memory`` bytes.
+        """Return how many rays fit on a multiprocessor, in whole warps.
 
-        Only whole warps count. The card's limit of resident rays applies as well.
+        Their states must fit into its registers, their stacks into ``memory`` bytes, and their
+        number within the card's limit of resident rays.
         """
         card = machines()[CARD]
         states = card.registers // (self.registers * WARP) * WARP
@@ -141,7 +141,7 @@ class OnChip:
 
 @dataclass(frozen=True)
 class Flight:
-    """The rays that are in flight on the card at the same time, and the rate of the card.
+    """The rays in flight on the card, and the card's rate.
 
     kept : the bytes that a ray keeps on the chip
     work : the work of a ray
@@ -152,13 +152,13 @@ class Flight:
 
     @property
     def clocks(self) -> float:
-        """Clocks that a warp takes for its rays if no other warp runs on the multiprocessor."""
+        """Clocks that a warp takes for its rays if it is alone on the multiprocessor."""
         return (CLOCKS * self.work.instructions
                 + machines()[CARD].fetch_latency * self.work.levels)
 
     @property
     def needed(self) -> float:
-        """The number of rays in flight that keeps the lanes of a multiprocessor busy."""
+        """The number of rays in flight that keeps a multiprocessor's lanes busy."""
         return WARP * self.clocks / (CLOCKS * self.work.instructions)
 
     def rate(self, memory: int) -> float:
@@ -180,8 +180,7 @@ class Flight:
 
 
 def state_bytes(label: str) -> int:
-    """Bytes that a ray carries besides a stack: the ray, its direction's inverse, its hit and the
-    method's state.
+    """Bytes that a ray carries besides its stack: ray, inverse direction, hit and state.
 
     Stacks inside the state are left out.
     """
@@ -194,8 +193,7 @@ def state_bytes(label: str) -> int:
 
 
 def kept(data: Path, full: bool) -> dict[str, tuple[OnChip, int | None]]:
-    """Return for each method what a ray keeps, and the deepest stack of a ray (None for methods
-    that are not in DEPTHS)."""
+    """Return for each method what a ray keeps, and a ray's deepest stack (None outside DEPTHS)."""
     found: dict[str, tuple[OnChip, int | None]] = {}
     for label, (_, _, entry, entries) in METHODS.items():
         if label not in DEPTHS:     # no stack, or a short stack, whose entries fit into registers
@@ -207,7 +205,7 @@ def kept(data: Path, full: bool) -> dict[str, tuple[OnChip, int | None]]:
 
 
 def flights(data: Path, full: bool) -> dict[str, Flight]:
-    """Return the flight of each method whose kernels are compiled and whose work is measured."""
+    """Return the flight of each method with compiled kernels and measured work."""
     found = {}
     for label, (one, _) in kept(data, full).items():
         if label in missing_kernels() or not (result := read(_cell(label, full), data)):
@@ -235,7 +233,6 @@ def rows(data: Path, full: bool) -> list[list[Any]]:
 
 
 def draw(data: Path, out: Path, full: bool) -> None:
-    """Write out/stacks.csv, .md and .png."""
     measured = finished(cells(full), data)
     if not measured:
         return
@@ -284,7 +281,7 @@ def _holds(claim: bool) -> str:
 
 
 def _rate(row: list[Any], share: float) -> float:
-    """Mrays/s of a table row if the kernels had only this share of their instructions."""
+    """A table row's Mrays/s if the kernels had only this share of their instructions."""
     card = machines()[CARD]
     peak = 1e-6 * card.multiprocessors * card.clock * WARP / (CLOCKS * share * row[4])
     needed = WARP + (row[6] - WARP) / share
@@ -292,7 +289,6 @@ def _rate(row: list[Any], share: float) -> float:
 
 
 def _paragraph(found: list[list[Any]]) -> str:
-    """Sentences on what the survey expects, and on what the measurements show."""
     card, by = machines()[CARD], {row[0]: row for row in found}
     parts = [
         f"The survey computes that the {card.on_chip // 1024} KiB of the {CARD} hold the stacks "

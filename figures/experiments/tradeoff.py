@@ -1,7 +1,4 @@
-"""Tradeoff: compares speed with accuracy, for each precision and each option that changes hits.
-
-These options are the triangle test, and options with values that may lose hits.
-"""
+"""Tradeoff: compares speed with accuracy, for each precision and each option that changes hits."""
 from __future__ import annotations
 
 from collections.abc import Sequence
@@ -19,26 +16,26 @@ from ..framework.results import finished
 from ..framework.works import picture_size
 
 SCENES = ("bunny", "cornell")
-# At the quick size, all options are measured for these methods only. Most other methods are
-# measured in fp32 and in fp16. Methods with packets are measured only in fp32: their results equal
-# the results of single rays, and their programs take seconds to compile.
+# At the quick size, only these methods are measured with all options, and most others in fp32 and
+# fp16. Packets are measured in fp32 only: their results equal those of single rays, and their
+# programs take seconds to compile.
 DETAIL = ("kd-restart", "bvh-threaded")
 # These methods get a quarter of the rays, like methods without the schedule `loop`. On the bunny
-# they are measured only in full precision, because every other precision takes minutes.
+# they are measured with their defaults only, because every other precision takes minutes.
 SLOW = ("ray-classification", "visibility-field")
 LOOKS = dict(zip(("fp32", "fp24", "fp16"), zip(COLOURS, MARKERS)))   # colour and marker
 
 
 def scenes(full: bool) -> tuple[str, ...]:
-    """The scenes of the figure; the quick size has one scene."""
+    """The figure's scenes; the quick size has one."""
     return SCENES if full else SCENES[:1]
 
 
 def _options(row: rt.Method, scene: str, full: bool) -> list[dict[str, Any]]:
-    """The settings that are measured: every precision, and every option value that may lose hits.
+    """Return the settings: each precision, triangle test, and option value that may lose hits.
 
-    Options vary only in full precision. On the first scene, the methods in SLOW are measured only
-    in full precision. At the quick size, methods outside DETAIL vary only the precision.
+    Options vary only in full precision. On the first scene, methods in SLOW have their defaults
+    only. At the quick size, methods outside DETAIL vary only the precision.
     """
     table = option_table(row.name)
     found: list[dict[str, Any]] = [{}]
@@ -56,11 +53,10 @@ def _options(row: rt.Method, scene: str, full: bool) -> list[dict[str, Any]]:
 
 
 def cells_of(scene: str, full: bool) -> list[Cell]:
-    """The measurements (framework/cell.py) of a scene.
+    """Return the cells of a scene.
 
-    ``brute-force`` is left out, because it would take minutes and finds the hits that the grid
-    finds. On the bunny, methods without the schedule `loop` are left out, because they would also
-    take minutes.
+    ``brute-force``, and on the bunny methods without the schedule `loop`, are left out because
+    they take minutes. ``brute-force`` finds the same hits as the grid.
     """
     found = []
     for row in rt.methods():
@@ -89,7 +85,6 @@ def pareto(points: Sequence[tuple[float, float]]) -> list[int]:
 
 
 def draw(data: Path, out: Path, full: bool) -> None:
-    """Write out/tradeoff.csv, .md and .png."""
     rows, renderer, stand_ins, on_front = [], "?", [], []
     fronts: dict[str, list[dict[str, Any]]] = {}
     for scene in scenes(full):
@@ -134,7 +129,7 @@ def _label(row: dict[str, Any]) -> str:
 
 def _chart(rows: list[dict[str, Any]], fronts: dict[str, list[dict[str, Any]]], path: Path,
            footnote: str) -> None:
-    """Draw both errors against the rate, in a column of charts for each scene."""
+    """Draw both errors against the rate, with a column of charts a scene."""
     figure, axes = plt.subplots(2, len(fronts), squeeze=False,
                                 figsize=(2.5 + 7.5 * len(fronts), 12))
     named = []
@@ -165,8 +160,7 @@ def _plot(axis: Any, rows: list[dict[str, Any]], key: str, unit: float,
     """Draw an error against the rate. Return the marks with their labels, the front's first.
 
     ``front`` are the rows that no other row beats in both rate and error. A label is the method's
-    name, followed by the values of options that are not the default. The colour of a mark says the
-    precision.
+    name and the options that are not the default. The colour of a mark says the precision.
     """
     def place(row: dict[str, Any]) -> tuple[float, float]:
         return row["rays_per_second"] / 1e6, unit * max(row[key], 1e-9)

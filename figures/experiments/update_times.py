@@ -12,7 +12,7 @@ import gpgpu_rt as rt
 from gpgpu_rt.accel.cache import uncached
 from gpgpu_rt.workers.machine import alone
 
-SWAY = 0.01    # the longest move of a corner, as a share of the scene's diagonal
+SWAY = 0.01    # longest move of a corner, as a share of the scene's diagonal
 
 
 def measure(scene: rt.Scene, method: str, options: Mapping[str, Any], runs: int) -> dict[str, Any]:
@@ -31,7 +31,7 @@ def measure(scene: rt.Scene, method: str, options: Mapping[str, Any], runs: int)
     with alone(), uncached(), rt.Tracer(scene, method, **options) as tracer:
         build = tracer.statistics.build_seconds
         for turn in range(1, runs + 1):
-            # Move corners by a wave through space, so that coincident corners move alike.
+            # A wave through space moves coincident corners alike.
             wave = np.sin(turn + 9 * still[..., ::-1] / diagonal)
             moved = still + np.float32(SWAY * diagonal / np.sqrt(3)) * wave
             began = time.perf_counter()

@@ -1,7 +1,7 @@
 """Aside: worker processes measure untimed cells while this process measures other cells.
 
-A cell is one measurement that a figure needs. Some cells measure times; these are the timed cells.
-While a cell is timed, the workers pause, so the timed cell has the machine to itself.
+A cell is one measurement that a figure needs. The workers pause while a timed cell is measured, so
+the timed cell has the machine to itself.
 """
 from __future__ import annotations
 
@@ -19,8 +19,7 @@ from .cell import Cell
 
 Result = dict[str, Any]
 
-# Start worker processes only if there are at least this many cells to measure, or pages of figures
-# to draw. For fewer, starting the processes costs more time than they save.
+# For fewer cells or pages, starting worker processes costs more time than it saves.
 WORTH = 8
 
 
@@ -30,9 +29,8 @@ def worth_workers(parts: int) -> bool:
 
 
 class Aside:
-    """Cells that worker processes measure. A worker measures one cell at a time.
-
-    The caller may measure some of the cells as well: ``take`` returns the next cell.
+    """Cells for worker processes, which measure one cell at a time. The caller may ``take`` cells
+    too.
 
     Parameters
     ----------
@@ -45,8 +43,8 @@ class Aside:
                  measured: Callable[[Cell], Result]) -> None:
         self._waiting = deque(cells)
         self._workers, self._measured = workers, measured
-        # The results, as they arrive. When a worker stops, its thread adds the exception that
-        # stopped the worker, or None if no cell was left.
+        # Results as they arrive. A worker that stops adds the exception that stopped it, or None
+        # if no cell was left.
         self._found: queue.SimpleQueue[tuple[Cell, Result] | BaseException | None]
         self._found = queue.SimpleQueue()
         self._busy = len(workers)
@@ -54,7 +52,7 @@ class Aside:
             threading.Thread(target=self._keep_busy, daemon=True).start()
 
     def take(self) -> Cell | None:
-        """Return the next cell that nobody has begun, or None. The caller measures this cell."""
+        """Return the next cell, for the caller to measure, or None if all cells are begun."""
         with contextlib.suppress(IndexError):
             return self._waiting.popleft()
         return None
@@ -67,7 +65,7 @@ class Aside:
         Raises
         ------
         Error
-            if workers died repeatedly. Any other error that ended a measurement is raised too.
+            if workers died repeatedly; other errors of measurements are raised too
         """
         while self._busy and (wait or not self._found.empty()):
             found = self._found.get()
@@ -79,7 +77,6 @@ class Aside:
                 yield found
 
     def _keep_busy(self) -> None:
-        """Give a worker one cell after another, until no cell is left."""
         end = None
         try:
             while (cell := self.take()) is not None:

@@ -7,9 +7,8 @@ from typing import Any
 
 from .. import experiments, survey
 
-# The title of each figure, by the figure's name. The module of a survey's figure lies in
-# ``survey/``, and the module's name begins with the figure's name. The module of an experiment
-# lies in ``experiments/`` and has the figure's name.
+# Name of a figure -> its title. A survey's figure is a module in ``survey/`` whose name begins
+# with the figure's name. An experiment is the module of that name in ``experiments/``.
 FIGURES = {
     "fig01": "Figure 1: reflections, soft shadows, refraction",
     "fig02": "Figure 2: the shader pipeline, as a pass of this program goes through it",
@@ -64,9 +63,10 @@ FIGURES = {
 
 
 def figure_of(name: str) -> Any:
-    """Return the `Comparison` that a figure's module holds as FIGURE, or else the module itself.
+    """Return the module's FIGURE (a `Comparison`), or else the module itself.
 
-    Both have ``cells(full)`` and ``draw(data, out, full)``.
+    Both have ``cells(full)`` and ``draw(data, out, full)``, which writes out/NAME.csv, .md and
+    .png.
     """
     folder = survey if of_survey(name) else experiments
     found = next(module.name for module in iter_modules(folder.__path__)

@@ -6,11 +6,11 @@ from typing import Any
 
 from gpgpu_rt.bench.workloads import EYE
 
-# The method of cells whose rays embreex traces on the CPU. The option `threads` of such a cell is
-# the number of threads.
+# The method of cells that embreex traces on the CPU. Their option `threads` is the number of
+# threads.
 ON_CPU = "embreex"
-# The triangle test of measurements that are compared with the papers: it was usual when the papers
-# were written. The default of this program, the watertight test, was published later, in 2013.
+# The triangle test of comparisons with the papers, which was usual in their time. The default
+# watertight test dates from 2013.
 PERIOD_TEST = ("intersection", "moller-trumbore")
 
 
@@ -37,5 +37,5 @@ class Cell:
 
 
 def timed_runs(full: bool) -> int:
-    """The number of timed runs of a cell. The median of their times is the result."""
+    """The number of timed runs of a cell. Their median is the result."""
     return 5 if full else 3

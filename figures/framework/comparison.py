@@ -1,7 +1,6 @@
-"""Comparison: a table with three times for each scene and method: the published time, the time
-predicted for the paper's card, and the time measured here.
+"""Comparison: a table of the published, the predicted and the measured time of each method.
 
-Figures 12, 13, 16, 20 and 22 have this form.
+The predicted time is for the paper's card. Figures 12, 13, 16, 20 and 22 have this form.
 """
 from __future__ import annotations
 
@@ -23,7 +22,7 @@ from .published_numbers import nanoseconds, published_row, published_triangles
 from .results import read
 
 LOW = 0.8    # the page explains the order of our times if their tau-b (kendall.py) is lower
-ACROSS = 2   # panels of a chart side by side, so that the chart is readable in a page
+ACROSS = 2   # panels of a chart side by side
 TIE = 1.05   # published numbers within this factor count as equal
 TESTED_BY = ("Our methods test triangles as Möller and Trumbore 1997 do, because this test was in "
              "use when the compared papers were written. "
@@ -39,10 +38,7 @@ HOW_PREDICTED = (
 
 @dataclass(frozen=True)
 class Panel:
-    """A scene and a kind of rays. Each panel is a column of the survey's table, and has a table on
-    our page.
-
-    The scene and the rays are named as in ``published.csv``.
+    """A scene and a kind of rays, named as in ``published.csv``: a column of the survey's table.
     """
 
     scene: str
@@ -61,7 +57,7 @@ class MethodColumn:
     method: str
     options: tuple[tuple[str, Any], ...] = ()
     published_options: str = ""
-    # Set if the paper measured a different method: its name. Tau-b then skips this column.
+    # The paper's method, if it differs from ours. Tau-b then skips this column.
     published_method: str | None = None
     only: str | None = None               # the only kind of rays that is measured, if not None
     skips: tuple[str, ...] = ()           # scenes on which the method is not measured
@@ -74,11 +70,11 @@ Taus = dict[Panel, tuple[float, float]]   # tau-b of the predicted and of the me
 
 @dataclass(frozen=True)
 class Comparison:
-    """A figure: its panels, its columns, and the cell (cell.py) of each panel and column.
+    """A figure: its panels, its columns, and the cell (cell.py) of each pair of them.
 
-    ``asked(panel, column, full)`` returns this cell without the triangle test; `cell` adds the
-    test. ``source`` names the paper and the hardware of the published times. ``remarks`` returns
-    sentences on the measured results.
+    ``asked(panel, column, full)`` returns this cell without the triangle test. ``source`` names
+    the paper and the hardware of the published times. ``remarks`` returns sentences on the
+    results.
     """
 
     name: str
@@ -98,20 +94,18 @@ class Comparison:
                 if full or panel.scene not in self.full_only]
 
     def _columns_of(self, panel: Panel) -> list[MethodColumn]:
-        """The columns that are measured on a panel."""
         return [column for column in self.columns
                 if column.only in (None, panel.rays) and panel.scene not in column.skips]
 
     def cell(self, panel: Panel, column: MethodColumn, full: bool) -> Cell:
-        """The cell of a panel and a column, with the triangle test of the papers' time."""
+        """The cell of a panel and a column, with PERIOD_TEST."""
         cell = self.asked(panel, column, full)
         if cell.method == ON_CPU:
             return cell
         return replace(cell, options=(*cell.options, PERIOD_TEST))
 
     def cells(self, full: bool) -> list[Cell]:
-        """The cells that time methods here, and the cells that count the kernels that the card
-        would issue."""
+        """The cells that time methods here, and those that count kernels for the paper's card."""
         return [*(self.cell(panel, column, full) for panel, column in self.pairs(full)),
                 *predicted_times.cells(self, full)]
 
@@ -141,9 +135,9 @@ class Comparison:
     def judge(self, data: Path, full: bool) -> verdicts.Verdict:
         """The verdict on the order of the methods and on the ratios between them.
 
-        If the figure has a ``paper_card``, the verdict uses the times that are predicted for this
-        card, and its ``renderer`` is the verdict on the times of the present renderer. Otherwise
-        the verdict itself uses the times of the present renderer.
+        With a ``paper_card`` the verdict is on the times predicted for this card, and its
+        ``renderer`` is the verdict on the times of the present renderer. Otherwise the verdict is
+        on the present renderer's times.
         """
         here = self._judge_renderer(data, full)
         if self.paper_card is None:
@@ -159,7 +153,7 @@ class Comparison:
         return replace(said, why=said.why + self._not_predicted())
 
     def _not_predicted(self) -> str:
-        """A sentence on the methods of the paper whose times are not predicted, or ""."""
+        """A sentence on the paper's methods without predicted times, or ""."""
         assert self.paper_card is not None
         names = list(dict.fromkeys(
             column.label for column in self.columns
@@ -175,7 +169,6 @@ class Comparison:
                 for row in predicted_times.rows(self, data, full) if row.judged}
 
     def _judge_renderer(self, data: Path, full: bool) -> verdicts.Verdict:
-        """The verdict on the times that were measured here."""
         results = self._results(data, full)
         groups = []
         for panel in dict.fromkeys(panel for panel, _ in results):
@@ -228,8 +221,7 @@ class Comparison:
     def _explained(self, panel: Panel, results: Results) -> list[str]:
         """A sentence for each pair of methods whose order differs from the published order.
 
-        Each sentence gives the counters of both methods. The pair with the largest published ratio
-        comes first.
+        A sentence gives both methods' counters. The largest published ratio comes first.
         """
         pairs = []
         ordered = self._ordered(panel, results)
@@ -245,7 +237,6 @@ class Comparison:
                 for theirs, ratio, one, other, ours, others in sorted(pairs, key=lambda p: p[0])]
 
     def _differences(self, results: Results) -> list[str]:
-        """Sentences on the differences between our conditions and the published ones."""
         first = next(iter(results.values()), None)
         lines = [] if first is None else [
             f"Renderer: {first['gpu']['renderer']} ({first['gpu']['backend']}), measured "
@@ -337,7 +328,6 @@ class Comparison:
 
 def _draw_panel(axis: Any, panel: Panel, chosen: list[dict[str, Any]],
                 taus: tuple[float, float]) -> list[Series]:
-    """Draw the published, the predicted and the measured time of each method as dots."""
     series = [Series(name, [row[key] for row in chosen], look) for name, key, look in (
         ("published", "published_ns_per_ray", PUBLISHED),
         ("predicted for the paper's card", "predicted_ns_per_ray", PREDICTED),
@@ -372,7 +362,7 @@ def _says(taus: tuple[float, float]) -> str:
 
 
 def _work(label: str, result: dict[str, Any]) -> str:
-    """A clause: how many nodes a method visits and how many triangles it tests for a ray."""
+    """A clause: the nodes that a method visits and the triangles that it tests per ray."""
     counters = result["counters"]
     return (f"{label} visits {number(counters['nodes_visited'])} nodes and tests "
             f"{number(counters['triangles_tested'])} triangles a ray")

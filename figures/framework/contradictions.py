@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Contradiction:
-    """Sentences on a contradiction, and the names of the figures whose pages show them."""
+    """Sentences on a contradiction, and the figures whose pages show them."""
 
     pages: tuple[str, ...]
     says: str

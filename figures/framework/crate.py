@@ -1,9 +1,8 @@
 """Crate: ``out/ro-crate-metadata.json`` describes the folder of drawn pages as an RO-Crate 1.1.
 
 An RO-Crate (https://w3id.org/ro/crate/1.1) is a folder with a description in JSON-LD. This
-description lists every file with its size and SHA-256 digest, the program with its version and
-commit, and the environment in which the pages were drawn. `faults` checks a folder against its
-description.
+description lists every file with its size and SHA-256 digest, the program's version and commit,
+and the environment of the run. `faults` checks a folder against its description.
 """
 from __future__ import annotations
 
@@ -25,13 +24,13 @@ from . import provenance
 from .output import write_text
 
 NAME = "ro-crate-metadata.json"
-# The context of RO-Crate 1.1 has no term for a digest, so the description adds schema.org's term.
+# RO-Crate 1.1 has no term for a digest, so the description adds schema.org's term.
 CONTEXT = ["https://w3id.org/ro/crate/1.1/context", {"sha256": "http://schema.org/sha256"}]
 PROFILE = "https://w3id.org/ro/crate/1.1"
 ROOT, RUN, PROGRAM, RENDERER, PROCESSOR = "./", "#run", "#gpgpu_rt", "#renderer", "#processor"
 LICENCE = "https://spdx.org/licenses/MIT"
 _TYPES = {".md": "text/markdown", ".csv": "text/csv", ".json": "application/json"}
-# The properties that each entity must have; the keys are ids.
+# Id of an entity -> the properties that it must have.
 _NEEDED = {
     ROOT: ("name", "description", "datePublished", "license", "hasPart"),
     RUN: ("endTime", "instrument", "result"),
@@ -44,10 +43,7 @@ _NEEDED = {
 
 
 def write(out: Path) -> None:
-    """Write the description of all files in the folder ``out``.
-
-    The description is written completely or not at all.
-    """
+    """Write the description of all files in the folder ``out``, completely or not at all."""
     listed = [_file(path, out) for path in _files(out)]
     graph = [{"@id": NAME, "@type": "CreativeWork", "conformsTo": {"@id": PROFILE},
               "about": {"@id": ROOT}},
@@ -87,7 +83,7 @@ def count(out: Path) -> int:
 
 
 def _files(out: Path) -> Iterator[Path]:
-    """The regular files of the folder in the order of their names, without the description."""
+    """The folder's regular files, sorted by name, without the description."""
     for path in sorted(out.rglob("*")):
         if (stat.S_ISREG(path.lstat().st_mode) and path != out / NAME
                 and not path.name.startswith(WRITING)):
@@ -95,7 +91,7 @@ def _files(out: Path) -> Iterator[Path]:
 
 
 def _file(path: Path, out: Path) -> dict[str, Any]:
-    """The entity of a file. A page also says from which measurements it was drawn."""
+    """The entity of a file; for a page, with the measurements that it was drawn from."""
     entry = {"@id": quote(path.relative_to(out).as_posix()), "@type": "File", "name": path.name,
              "contentSize": str(path.stat().st_size), "sha256": _digest(path),
              "encodingFormat": _TYPES.get(path.suffix) or mimetypes.guess_type(path.name)[0]
@@ -107,7 +103,6 @@ def _file(path: Path, out: Path) -> dict[str, Any]:
 
 
 def _made_with(found: RunEnvironment) -> list[dict[str, Any]]:
-    """The entities of a run: the action, and its instruments."""
     libraries = [_software(f"#{name}", name, version) for name, version in found.libraries.items()]
     kept = {"@id": "#commit", "@type": "PropertyValue", "name": "commit",
             "value": found.commit or "unknown: not in a repository"}
@@ -136,12 +131,11 @@ def _digest(path: Path) -> str:
 
 
 def _list(value: Any) -> list[Any]:
-    """A property of JSON-LD as a list; a single value stands for a list of one value."""
+    """A property of JSON-LD as a list; a single value makes a list of one."""
     return value if isinstance(value, list) else [] if value is None else [value]
 
 
 def _entities(out: Path) -> dict[str, dict[str, Any]]:
-    """The entities of the description, by id."""
     path = out / NAME
     again = "run `python -m gpgpu_rt.figures` to write it again"
     try:
@@ -159,7 +153,6 @@ def _entities(out: Path) -> dict[str, dict[str, Any]]:
 
 
 def _file_faults(name: str, entity: dict[str, Any], out: Path) -> list[str]:
-    """What is wrong with a listed file."""
     path = out / name
     if not path.resolve().is_relative_to(out.resolve()):
         return [f"{name}: the file is outside of the folder"]

@@ -1,7 +1,7 @@
 """Era counts: how often a card issues a method's kernels, from traces of an image's rays.
 
 A cell (cell.py) with the ``work`` "issues of WORKLOAD on CHIP" counts these issues. A method's era
-form is the form in which cards of the papers' time can run its kernels (docs/era.md).
+form is the form in which the papers' cards can run its kernels (docs/era.md).
 """
 from __future__ import annotations
 
@@ -25,40 +25,41 @@ from gpgpu_rt.methods import find_method
 from gpgpu_rt.traversal.packets import packet_of
 
 WORK, ON = "issues of ", " on "
-# TILE: side of a tile in pixels. The groups (pixels that branch together) of every card divide a
-# tile without remainder, and neighbours in a tile are neighbours in the image.
+# TILE: side of a tile in pixels. Every card's groups (pixels that branch together) tile it
+# exactly. Neighbours in a tile are neighbours in the image.
 TILE, TILES = 96, 2
 SPARSE = 128     # the image is also sampled at SPARSE x SPARSE pixels, evenly spread
 PASSES, BLOCKS, PACKETS = "passes", "passes, blocks", "packets"
-# The form WHILE_WHILE on WARPS, if each lane loads nodes and triangles from memory by itself.
+# The form WHILE_WHILE on WARPS, with each lane loading its own nodes and triangles.
 UNCOALESCED = "while-while, uncoalesced"
-# The form STEP, if only as many pixels branch together as on the 7800 GTX, the next card of NV40's
+# The form STEP with as many pixels branching together as on the 7800 GTX, the next card of NV40's
 # family: about 256 (AnandTech's G80 article, p. 7). More than four registers slow a program down
-# (GPU Gems 2, chapter 30), probably because fewer pixels are in flight. No source says how many
-# pixels of such a program branch together.
+# (GPU Gems 2, chapter 30), probably because fewer pixels are in flight. No source says how many of
+# these pixels branch together.
 SMALLER = "step, 256 pixels"
 SMALLER_GROUPS = {"NV40": (16, 16)}
-BLOCK = (8, 8)   # the (h, w) of the pixels that early depth rejects together under BLOCKS
-# For a trace, a pass must run one step of every ray, with the triangle test of the era form.
+BLOCK = (8, 8)   # (h, w) of the pixels that early depth rejects together under BLOCKS
+# Options for a trace in which a pass runs one step of every ray, with the era form's triangle
+# test.
 STEPWISE = {"schedule": "step", "steps_per_pass": 1, "intersection": "moller-trumbore"}
-# A method without an era form -> the method whose kernels it runs. kd-stack has the kernels of
-# kd-texture-stack, in a loop. On WARPS the 32 rays of a packet are the lanes of a warp: each lane
-# runs the kernels of a single ray at the node that the packet visits. Voting and kd-packet's short
-# stack are left out there. On other cards a fragment traces a packet.
+# A method without an era form -> the method whose kernels it runs. kd-stack runs the kernels of
+# kd-texture-stack in a loop. On WARPS the 32 rays of a packet are the lanes of a warp, and each
+# lane runs a single ray's kernels at the node of the packet; voting and kd-packet's short stack
+# are left out. On other cards a fragment traces a packet.
 SAME_WALK = {"kd-stack": "kd-texture-stack"}
 SINGLE_RAYS = {"kd-packet": "kd-push-down", "kd-ropes-packet": "kd-ropes",
                "bvh-packet": "bvh-threaded"}
 WARPS = "G80"    # the chip whose warps run packets
-# The largest packet here. Two of these packets make the packet of a warp (warp_packets.py).
+# The largest packet here. Two of them make a warp's packet (warp_packets.py).
 WARP_PACKET = (4, 4)
-# Kernel -> the counter of packets that says how often each lane runs the kernel, and the number of
-# runs per count. A bvh-packet counts a node once but tests the boxes of its two children, so
-# `traverse` has two runs. The counter of triangle tests is the sum over the rays of a packet.
+# Kernel -> the packet counter that says how often each lane runs the kernel, and the runs per
+# count. A bvh-packet counts a node once but tests the boxes of its two children: two runs of
+# `traverse`. The counter of triangle tests sums over a packet's rays.
 RUNS = {"down": ("nodes_visited", 1.0), "traverse": ("nodes_visited", 2.0),
         "follow_rope": ("leaves_visited", 1.0),
         "intersect": ("triangles_tested", 1 / math.prod(WARP_PACKET))}
-# Kernel -> the kernel of a packet's step that visits the same nodes or triangles, and the field of
-# the state that holds the node or the cursor.
+# Kernel -> the packet's kernel that visits the same nodes or triangles, and the state's field with
+# the node or the cursor.
 PLACES = {"down": ("traverse", "node"), "traverse": ("traverse", "node"),
           "follow_rope": ("leave", "node"), "intersect": ("intersect", "cursor")}
 
@@ -69,12 +70,12 @@ def kernels_from(method: str, form: str) -> str:
 
 
 def counted_as(form: str) -> str:
-    """Return the form whose issues are counted for ``form``; both forms have the same issues."""
+    """Return the form whose issues are counted for ``form``: both forms have the same issues."""
     return WHILE_WHILE if form == UNCOALESCED else form
 
 
 def packets_in_loop(method: str, chip: str) -> bool:
-    """Return whether a fragment of the chip traces a packet of the method, in a loop."""
+    """Return whether a fragment of the chip traces a packet of the method in a loop."""
     return chip != WARPS and GROUPS.get(chip) is not None and method in packet_methods()
 
 
@@ -82,7 +83,7 @@ def forms_of(method: str, chip: str, forms: Sequence[str]) -> tuple[str, ...]:
     """Return the forms in which a method runs on a card's chip, or () if there is none.
 
     ``forms`` are the forms of the card's programs. Warps of packets and brute force have a single
-    form, whatever ``forms`` are.
+    form in any case.
     """
     if packets_in_loop(method, chip):
         return tuple(form for form in forms if form in ORDERS)
@@ -97,9 +98,9 @@ def measure(scene: rt.Scene, rays: Workload, method: str, options: dict[str, Any
             chip: str) -> dict[str, Any]:
     """Trace an even sample and tiles of the image. Return how often each form issues its kernels.
 
-    The even sample gives the runs of each kernel and the numbers of passes and queries. The tiles
-    give the lanes of each run, because only neighbouring pixels branch together. Issues are scaled
-    to the whole image.
+    The sample gives each kernel's runs and the numbers of passes and queries. The tiles give the
+    lanes of each run, because only neighbours branch together. Issues are scaled to the whole
+    image.
     """
     size, packets = rays.size, packets_in_loop(method, chip)
     sparse = rays.part(_sparse(size, 2 if packets else 1))
@@ -137,10 +138,10 @@ def measure(scene: rt.Scene, rays: Workload, method: str, options: dict[str, Any
 
 def _issued_of_packets(scene: rt.Scene, rays: Workload, method: str,
                        options: dict[str, Any]) -> KernelIssues:
-    """Return how often packets issue each kernel, if a packet's rays are the lanes of a warp.
+    """Return how often packets issue each kernel, with a packet's rays as the lanes of a warp.
 
-    The counters of all rays of the image give the runs of each kernel for packets of WARP_PACKET.
-    The tiles give the factor by which the larger packet of a warp occupies more lanes.
+    The counters of all rays give each kernel's runs for packets of WARP_PACKET. The tiles give the
+    factor by which a warp's larger packet occupies more lanes.
     """
     chosen = {**options, "intersection": "moller-trumbore", "packet": WARP_PACKET}
     with rt.Tracer(scene, method, **chosen) as tracer, tracer.counting():
@@ -170,10 +171,8 @@ def _recorded(tracer: rt.Tracer, part: Workload, packets: bool) -> KernelTrace:
 
 
 def _sparse(size: int, side: int) -> np.ndarray:
-    """Return the numbers of SPARSE x SPARSE pixels of the image, evenly spread.
-
-    The pixels form squares of ``side`` x ``side`` neighbours.
-    """
+    """Return the numbers of SPARSE x SPARSE evenly spread pixels, in squares of ``side`` x
+    ``side``."""
     count = SPARSE // side
     starts = (np.arange(count) * size + size // 2) // count // side * side
     places = (starts[:, None] + np.arange(side)).reshape(-1)
@@ -183,7 +182,7 @@ def _sparse(size: int, side: int) -> np.ndarray:
 def tile_pixels(size: int, tile: int = TILE, tiles: int = TILES) -> np.ndarray:
     """Return the numbers of the pixels of ``tiles`` x ``tiles`` tiles, as a square array.
 
-    The image has as many equal parts as tiles, and each tile lies in the middle of a part.
+    The image is divided into as many equal parts, and a tile lies in the middle of each.
 
     Parameters
     ----------
@@ -200,12 +199,12 @@ def _scaled(issued: KernelIssues, image: KernelTrace, pixels: int,
             host: KernelIssues | None = None) -> KernelIssues:
     """Return the issues of the tiles, scaled to the whole image kernel by kernel.
 
-    ``host`` gives the passes and queries of the whole image.
+    ``host`` gives the image's passes and queries.
     """
     factor = pixels / math.prod(image.steps.shape[1:])
     runs = [factor * image.totals()[name] for name in issued.kernels]
     grown = [new / max(old, 1) for new, old in zip(runs, issued.runs)]
-    # If no ray of the tiles runs a kernel, the kernel's lanes are unknown: assume no idle lane.
+    # A kernel that no ray of the tiles runs has unknown lanes: assume no idle lane.
     lanes = [max(count * more, new) for count, more, new in zip(issued.lanes, grown, runs)]
     overall = sum(runs) / max(sum(issued.runs), 1)
     return KernelIssues(issued.kernels, tuple(map(round, runs)), tuple(map(round, lanes)),

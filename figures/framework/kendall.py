@@ -11,10 +11,10 @@ from itertools import combinations
 class PairCounts:
     """How the pairs of methods in a table compare.
 
-    concordant : pairs that have the same order in our times and in the published times
-    discordant : pairs that have the reverse order
-    only_ours : pairs whose published times tie, but whose times here differ
-    only_published : pairs whose times here tie, but whose published times differ
+    concordant : pairs in the same order in our times and in the published times
+    discordant : pairs in reverse order
+    only_ours : pairs that tie in the published times only
+    only_published : pairs that tie in our times only
     """
 
     concordant: int
@@ -24,7 +24,7 @@ class PairCounts:
 
     @property
     def ordered(self) -> int:
-        """The number of pairs that the published numbers order."""
+        """The number of pairs whose published times do not tie."""
         return self.concordant + self.discordant + self.only_published
 
     @property
@@ -42,7 +42,7 @@ def pair_counts(ours: Sequence[float], published: Sequence[float],
     Parameters
     ----------
     ours, published : times of the same methods
-    tie : published times this close, relative to the larger one, count as equal
+    tie : published times that differ by no more, relative to the larger, count as equal
     """
     concordant = discordant = only_ours = only_published = 0
     for i, j in combinations(range(len(ours)), 2):

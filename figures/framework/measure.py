@@ -1,7 +1,6 @@
-"""Measuring: measures cells and writes each result to a JSON file. Figures read only these files.
+"""Measuring: measures cells (cell.py) and writes each result to a JSON file, which figures read.
 
-A cell is a measurement (cell.py). A cell that was finished with the same settings on the same
-renderer is not measured again.
+A finished cell with the same settings and renderer is not measured again.
 """
 from __future__ import annotations
 
@@ -32,12 +31,12 @@ from .works import work_of
 
 def measure(cells: Iterable[Cell], data: Path, again: bool = False,
             workers: Workers | None = None) -> None:
-    """Measure every cell that is not finished, and write each result as soon as it is known.
+    """Measure every unfinished cell, and write each result at once.
 
     An interrupt loses only the cells in progress. If ``workers`` are given, they measure all
-    cells. Otherwise this process measures the timed cells. One further process for each other core
+    cells. Otherwise this process measures the timed cells. Another process for each other core
     measures the untimed cells, and this process helps while it times nothing. If there are few
-    untimed cells, this process measures all cells alone.
+    untimed cells, this process measures all cells.
     """
     data.mkdir(parents=True, exist_ok=True)
     todo = [cell for cell in dict.fromkeys(cells) if again or read(cell, data) is None]
@@ -68,7 +67,7 @@ def _results(todo: list[Cell], workers: Workers | None,
 
 def _beside(aside: Aside, timed: list[Cell],
             progress: tqdm) -> Iterator[tuple[Cell, Result]]:
-    """Yield the results of the cells that are timed here and of the cells of ``aside``."""
+    """Yield the results of the cells timed here and of ``aside``."""
     others = iter(aside.take, None)
     order = (timed, others) if is_software(open_gpu().renderer) else (others, timed)
     for cells in order:
@@ -90,7 +89,7 @@ def _here(cells: Iterable[Cell], progress: tqdm) -> Iterator[tuple[Cell, Result]
 
 
 def measured(cell: Cell) -> Result:
-    """The result of `run`, with the processor seconds that this process spent on it."""
+    """The result of `run`, with the processor seconds that this process spent."""
     began = time.process_time()
     result = run(cell)
     result["processor_seconds"] = time.process_time() - began
@@ -109,8 +108,7 @@ def _words(cell: Cell) -> str:
 def run(cell: Cell) -> dict[str, Any]:
     """Measure a cell.
 
-    Besides the measurement, the result holds the settings, the renderer, the commit, the date and
-    the scene.
+    The result also holds the settings, the renderer, the commit, the date and the scene.
     """
     work = work_of(cell)
     found = work.measure(cell, cell.work.removeprefix(work.name))

@@ -1,4 +1,4 @@
-"""Pages: draws the pages of figures, with a process per core if there are many pages."""
+"""Pages: draws the pages of figures, in parallel if there are many."""
 from __future__ import annotations
 
 from collections.abc import Sequence
@@ -18,7 +18,7 @@ from .output import write_text
 
 
 def draw(names: Sequence[str], data: Path, out: Path, full: bool) -> None:
-    """Draw the pages of these figures from measured cells, and record the source of each page."""
+    """Draw these figures' pages from measured cells, and record the source of each page."""
     with tqdm(total=len(names), unit="page", dynamic_ncols=True) as progress:
         if not worth_workers(len(names)):
             for name in names:
@@ -47,7 +47,7 @@ def _draw(name: str, data: Path, out: Path, full: bool) -> None:
 
 
 def _add_verdict(page: Path, judged: verdicts.Verdict) -> None:
-    """Write the verdict and what it rests on below the title of a page."""
+    """Write the verdict and its basis below the title of a page."""
     if page.exists():
         title, _, rest = page.read_text().partition("\n")
         says = (f"**{judged.word}**: {judged.why}",
@@ -57,7 +57,7 @@ def _add_verdict(page: Path, judged: verdicts.Verdict) -> None:
 
 
 def _add_notes(name: str, out: Path) -> None:
-    """Append to a page the sentences on contradictions of the survey that concern this page."""
+    """Append to a page the survey's contradictions that concern it."""
     page, notes = out / f"{name}.md", of_page(name)
     if notes and page.exists():
         lines = "\n".join(f"* {says}" for says in notes)
@@ -66,7 +66,7 @@ def _add_notes(name: str, out: Path) -> None:
 
 
 def _add_works(page: Path) -> None:
-    """Append to a page the full citations of the works that its text cites."""
+    """Append to a page the full citations of the works that it cites."""
     text = page.read_text() if page.exists() else ""
     works = cited(text)
     if works:

@@ -1,7 +1,7 @@
 """Predicted times: the times that the machine model predicts for the card of a figure's paper.
 
-Mesa's compiler for the card compiles the kernels, and traces of rays show how often the card
-issues each kernel. No constant is fitted.
+Mesa's compiler for the card compiles the kernels, and traces count how often the card issues each
+kernel. No constant is fitted.
 """
 from __future__ import annotations
 
@@ -36,9 +36,9 @@ if TYPE_CHECKING:
     from .comparison import Comparison, MethodColumn, Panel
 
 BUILT_IN = ("cornell", "tenk")     # scenes that need no mesh
-# The least number of instructions of a triangle test. Each of t, u and v needs a dot product, even
-# if everything else is computed in advance per triangle (as for rays with a common origin). A pipe
-# issues one instruction per clock.
+# The fewest instructions of a triangle test: a dot product each for t, u and v, with all else
+# computed in advance per triangle (as for rays with a common origin). A pipe issues one
+# instruction per clock.
 LEAST_TEST = 3
 Options = tuple[tuple[str, Any], ...]
 
@@ -65,8 +65,8 @@ class PaperCard:
     def forms_of(self, method: str) -> tuple[str, ...]:
         """Return the forms in which a method runs on this card; the first is judged.
 
-        The result is () for a method without an era form (docs/era.md), and for packets whose
-        kernels are not compiled.
+        The result is () for a method without an era form (docs/era.md), and for packets without
+        compiled kernels.
         """
         return forms_of(method, self.chip, self.forms)
 
@@ -80,8 +80,8 @@ class PredictedRow:
     figure : the figure, which has a ``paper_card``
     form : the form of the programs
     published : nanoseconds per ray, or per pixel of a picture
-    counts : results of `era_counts.measure`, an entry for each kind of rays
-    stand_in : whether the scene's mesh is missing, so that the prediction is not scored
+    counts : kind of rays -> result of `era_counts.measure`
+    stand_in : whether the scene's mesh is missing; the prediction is then not scored
     """
 
     figure: Comparison
@@ -109,14 +109,14 @@ class PredictedRow:
 
     @property
     def published_view(self) -> bool:
-        """Whether the rays are the eye rays of a view that the scene's data set publishes."""
+        """Whether the rays are the eye rays of a view published with the scene."""
         return self.panel.scene in VIEWS and list(self.counts) == [EYE]
 
     @property
     def ruled_out(self) -> bool:
-        """Whether a published time of brute force is too short for the method's triangle tests.
+        """Whether a published time of brute force is too short for its triangle tests.
 
-        Always False for other methods.
+        False for other methods.
         """
         return self.column.method == "brute-force" and self.allowed < LEAST_TEST
 
@@ -126,7 +126,6 @@ class PredictedRow:
         return self.figure.name, self.panel.label
 
     def time(self, assumed: Assumptions = ASSUMED) -> CardTime:
-        """Return the predicted time per ray, or per pixel of a picture."""
         card, method = self.paper_card.card, self.column.method
         whole = [time_of_image(card, method, self.form, counts, kind == SHADOW, assumed,
                                self._options)
@@ -145,33 +144,32 @@ class PredictedRow:
 
     @property
     def _number(self) -> float:
-        """The number of rays or pixels."""
         counts = next(iter(self.counts.values()))
         return max(counts["rays" if list(self.counts) == [SHADOW] else "pixels"], 1)
 
     @property
     def runs(self) -> float:
-        """Runs of kernels per ray or pixel, not counting lanes that wait."""
+        """Runs of kernels per ray or pixel, without waiting lanes."""
         return self._sum("runs", lambda cost: 1) / self._number
 
     @property
     def instructions(self) -> float:
-        """The instructions of a run, as the mean over all runs."""
+        """The mean number of instructions of a run."""
         return self._sum("runs", issue_slots) / max(self._sum("runs", lambda cost: 1), 1)
 
     @property
     def issued_instructions(self) -> float:
-        """The instructions of a run, including the instructions of lanes that wait meanwhile."""
+        """The instructions of a run and of the lanes that wait meanwhile."""
         return self._sum("lanes", issue_slots) / max(self._sum("runs", lambda cost: 1), 1)
 
     @property
     def allowed(self) -> float:
-        """The number of instructions that the published time leaves for one run of a kernel."""
+        """The instructions that the published time leaves for a run of a kernel."""
         seconds = 1e-9 * self.published / max(self.runs, 1e-9)
         return float(seconds * self.paper_card.card.issue_rate)
 
     def _sum(self, field: str, weight: Callable[[StaticCost], float]) -> float:
-        """Return the sum of runs or lanes over the kernels, weighted by each kernel's cost."""
+        """Return the sum of runs or lanes over the kernels, each weighted by its cost."""
         total = 0.0
         for kind, counts in self.counts.items():
             issued = counts["issued"][counted_as(self.form)]
@@ -210,8 +208,8 @@ def time_of_image(card: Card, method: str, form: str, counts: Mapping[str, Any],
                                any_hit, form not in (PASSES, BLOCKS), options)
     if form in (PASSES, BLOCKS):
         return time_of_passes(card, issued, costs, streams, counts["pixels"], assumed)
-    # A warp loads a node or a triangle of its packet once, into memory that its lanes share
-    # (Günther et al. 2007; section 4.1 of the survey).
+    # A warp loads a packet's node or triangle once, into memory that its lanes share (Günther et
+    # al. 2007; section 4.1 of the survey).
     sharing = LANES if form == PACKETS else 1
     setup = setup_slots(card.chip.lower(), kernels_from(method, form), any_hit, **dict(options))
     return time_of_loop(card, issued, costs, streams, counts["pixels"], assumed, sharing,
@@ -244,7 +242,7 @@ def counted_cell(scene: str, method: str, options: tuple[tuple[str, Any], ...], 
 def cells(figure: Comparison, full: bool) -> list[Cell]:
     """Return the cells that count how often a figure's card would have issued each kernel.
 
-    Stand-ins are left out, because they are never scored and may have very long rays.
+    Stand-ins are left out: they are never scored and may have very long rays.
     """
     return list(dict.fromkeys(
         cell for panel, _, some in pairs(figure, full) for cell in some.values()
@@ -270,8 +268,8 @@ def rows(figure: Comparison, data: Path, full: bool) -> list[PredictedRow]:
 
 def pairs(figure: Comparison,
           full: bool) -> Iterator[tuple[Panel, MethodColumn, dict[str, Cell]]]:
-    """Yield each panel and column whose time is published and can be predicted, with a cell
-    (cell.py) for each kind of rays."""
+    """Yield each panel and column with a published and predictable time, and a cell (cell.py) for
+    each kind of rays."""
     paper = figure.paper_card
     for panel, column in figure.pairs(full) if paper is not None else ():
         if (paper is None or not paper.forms_of(column.method)

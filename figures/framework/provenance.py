@@ -1,9 +1,8 @@
 """Provenance: where a figure's numbers come from, in a JSON file beside its page.
 
-``out/NAME.json`` is written when the page is drawn. It holds the figure's table, the verdict, and
-the file, settings, renderer, commit and date of each measurement. Diagrams have no
-measurements: they show passes that run while the page is drawn. For a diagram the file names the
-renderer of these passes.
+``out/NAME.json`` is written with the page. It holds the figure's table, the verdict, and the file,
+settings, renderer, commit and date of each measurement. For a diagram, which has no measurements,
+the file names the renderer of the passes that the diagram shows.
 """
 from __future__ import annotations
 
@@ -71,10 +70,9 @@ def held(name: str, out: Path) -> dict[str, Any] | None:
 
 
 def spent(pages: Iterable[dict[str, Any]]) -> tuple[float, int]:
-    """Return the processor seconds that the cells of pages took, and the number of unknown times.
+    """Return the processor seconds that the pages' cells took, and the number of unknown times.
 
-    A cell of several pages counts once. The time of a cell is unknown if an older version measured
-    the cell.
+    A cell of several pages counts once. Older versions did not record the time.
     """
     said = {cell["file"]: cell["processor_seconds"] for page in pages for cell in page["cells"]}
     return (sum(seconds for seconds in said.values() if seconds is not None),
@@ -82,8 +80,7 @@ def spent(pages: Iterable[dict[str, Any]]) -> tuple[float, int]:
 
 
 def summary(held: dict[str, Any]) -> str:
-    """Return one line: the number of a page's measurements, their renderers, commits and dates.
-    """
+    """Return one line: the number of a page's measurements, their renderers, commits and dates."""
     cells = held["cells"] or [held["drawn"]]
     words = [", ".join(sorted({str(cell[key]) for cell in cells}))
              for key in ("renderer", "commit", "date")]

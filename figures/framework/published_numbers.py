@@ -17,13 +17,13 @@ def _rows() -> tuple[dict[str, str], ...]:
 def published_row(figure: str, scene: str, method: str, options: str = "",
                   rays: str | None = None, quantity: str | None = None,
                   hardware: str | None = None) -> dict[str, str] | None:
-    """The row of a published number, or None if the survey did not print the number.
+    """The row of a published number, or None if the survey prints none.
 
     Parameters
     ----------
-    rays : the kind of rays, such as "primary"; needed if the figure has several kinds
-    quantity : the quantity, such as "leaves"; needed if the figure has several quantities
-    hardware : the survey's name of the hardware; needed if the figure has several such names
+    rays : the kind of rays, such as "primary"; needed if the figure has several
+    quantity : such as "leaves"; needed if the figure has several
+    hardware : the survey's name of the hardware; needed if the figure has several
     """
     asked = {"figure": figure, "scene": scene, "method": method, "options": options,
              "rays": rays, "quantity": quantity, "hardware": hardware}
@@ -32,7 +32,7 @@ def published_row(figure: str, scene: str, method: str, options: str = "",
 
 
 def published(*names: str, **more: str | None) -> float | None:
-    """A published number in the survey's unit, or None if the survey did not print the number.
+    """A published number in the survey's unit, or None if the survey prints none.
 
     The parameters are those of `published_row`.
 
@@ -52,8 +52,8 @@ def published(*names: str, **more: str | None) -> float | None:
 def published_range(*names: str, **more: str | None) -> tuple[float, float]:
     """The lower and the upper end of a range that the survey prints, in the survey's unit.
 
-    The parameters are those of `published_row`. The number must exist. If the survey prints a
-    single number, both ends are this number.
+    The parameters are those of `published_row`. The number must exist. For a single number both
+    ends are equal.
     """
     row = published_row(*names, **more)
     assert row is not None, (names, more)
@@ -70,7 +70,7 @@ def rows_of(figure: str) -> list[dict[str, str]]:
 
 
 def nanoseconds(row: dict[str, str] | None) -> float | None:
-    """The nanoseconds per ray of a published time or rate; for a whole image, per pixel."""
+    """Nanoseconds per ray of a published time or rate; per pixel for a whole image."""
     if row is None:
         return None
     value, pixels = float(row["value"]), math.prod(map(int, row["resolution"].split("x")))

@@ -28,9 +28,7 @@ def as_kept(found: dict[str, Any]) -> dict[str, Any]:
 
 
 def read(cell: Cell, data: Path) -> dict[str, Any] | None:
-    """The result of a finished cell, or None.
-
-    It is None if the file is missing or damaged, or has other settings.
+    """The result of a finished cell. None if the file is missing, damaged, or has other settings.
     """
     try:
         result = read_json(data / cell.name)

@@ -1,7 +1,7 @@
 """Summary: sentences on which results of the survey are confirmed, contradicted or not tried.
 
-At most ten sentences open the index. Every number in them comes from the pages' verdicts and
-measurements. A sentence that would count nothing is left out.
+At most ten sentences open the index. Their numbers come from the pages' verdicts and measurements.
+A sentence that would count nothing is left out.
 """
 from __future__ import annotations
 
@@ -72,18 +72,16 @@ def _made(own: dict[str, dict[str, Any]], redrawn: int) -> str:
 
 
 def _list(some: Sequence[Judged], one: str, many: str) -> str:
-    """A sentence that lists the figures with a verdict, and the counts behind each verdict; ""
-    for no figures."""
+    """A sentence on the figures with a verdict, with each verdict's counts; "" for no figures."""
     says = f"{counted(len(some), 'figure')} {one if len(some) == 1 else many}"
     named = [f'{each.figure}, "{each.topic}" ({score(vars(each.verdict))})' for each in some]
     return f"{says}: {'; '.join(named)}." if some else ""
 
 
 def _order(judged: Sequence[Judged]) -> str:
-    """A sentence on the order of methods in all tables of times, even in tables that are too small
-    to judge; "" if no pair of methods was compared."""
-    # Leave out figures that make claims. Table 1 is one of these figures; its pairs of methods are
-    # counted in Figure 26.
+    """A sentence on the order of methods in all tables of times, even in tables too small to
+    judge; "" if no pair of methods was compared."""
+    # Leave out figures that make claims. One is Table 1, whose pairs are counted in Figure 26.
     tables = [one.verdict for one in judged if not one.verdict.claims]
     here = [one.renderer or one for one in tables]
     (agreed, pairs), (ours, all_ours), (others, rest) = (
@@ -101,7 +99,7 @@ def _order(judged: Sequence[Judged]) -> str:
 
 
 def _too_little(some: Sequence[Judged]) -> list[str]:
-    """At most four sentences on figures that rest on too little to judge, and on what is missing.
+    """At most four sentences on figures with too little to judge, and on what is missing.
 
     A sentence that would count nothing is left out.
     """
@@ -127,7 +125,7 @@ def _too_little(some: Sequence[Judged]) -> list[str]:
 
 
 def _enough_with_meshes(verdict: Verdict) -> bool:
-    """Whether the figure could be judged if each stand-in were a scored scene."""
+    """Whether the figure could be judged if each stand-in were scored."""
     aside = verdict.stand_ins
     if aside is None:
         return False

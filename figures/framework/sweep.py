@@ -1,7 +1,7 @@
 """Sweep: measures cells (cell.py) with workers, on one machine or several.
 
-Untimed cells run first, several at the same time; they build the structures that timed cells
-trace. A timed cell has its machine to itself. Results are yielded as they arrive.
+Untimed cells run first, several at a time; they build the structures that timed cells trace. A
+timed cell has its machine to itself.
 """
 from __future__ import annotations
 
@@ -27,8 +27,8 @@ def results(cells: list[Cell], workers: Workers,
     Raises
     ------
     Error
-        if a worker has another renderer, version or mesh than this process, because the worker's
-        numbers would not be comparable
+        if a worker has another renderer, version or mesh than this process: its numbers are not
+        comparable
     """
     ordered = by_scene(cells)
     here = workers.scheduler == LOCAL    # local processes find the same meshes as this process
@@ -45,15 +45,14 @@ def results(cells: list[Cell], workers: Workers,
 
 
 def by_scene(cells: list[Cell]) -> list[Cell]:
-    """The cells sorted by scene and size, so that a process builds a tree and rays only once."""
+    """The cells sorted by scene and size, so that a process builds trees and rays once."""
     return sorted(cells, key=lambda cell: (cell.scene, cell.size))
 
 
 def _dealt(cells: list[Cell]) -> list[Cell]:
     """Alternate between the first and the second half of the cells.
 
-    Neighbours in this order run at the same time; alternation keeps them from building the same
-    tree twice.
+    Neighbours run at the same time and would otherwise build the same tree twice.
     """
     half = -(-len(cells) // 2)
     pairs = itertools.zip_longest(cells[:half], cells[half:])
@@ -71,7 +70,7 @@ def _check(cell: Cell, asked: dict[str, Any], result: Result) -> None:
 
 
 def _measured(cell: Cell, files: Files, measured: Callable[[Cell], Result]) -> Result:
-    """Measure a cell in a worker, while no other process takes a timing on its machine."""
+    """Measure a cell in a worker, while no process on its machine takes a timing."""
     take_mesh(cell.scene, files)
     with taken():
         return measured(cell)

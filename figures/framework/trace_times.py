@@ -24,7 +24,7 @@ PICTURE = "picture"   # the work of a whole picture: eye rays, shading and shado
 def measure(cell: Cell) -> dict[str, Any]:
     """Return times of runs without counters, after warm-ups, and the counters of a last run.
 
-    For the work PICTURE, the last run traces only the eye rays.
+    The last run of PICTURE traces only the eye rays.
     """
     if cell.method == ON_CPU:
         return _embree(cell)
@@ -45,9 +45,9 @@ def measure(cell: Cell) -> dict[str, Any]:
         with tracer.counting():
             _trace(rays, tracer)
         driver = tracer.statistics.driver
-        # Counters are means over all pixels: a pixel without a ray counts zero, and each pixel of
-        # a packet counts the work of the packet. `share` converts these means to the work per live
-        # ray, where the work of a packet counts once.
+        # Counters are means over all pixels: zero for a pixel without a ray, and the packet's work
+        # for each pixel of a packet. `share` converts to the work per live ray, counting a packet
+        # once.
         width, height = tracer.options.get("packet", (1, 1))
         share = cell.size ** 2 / (max(rays.live, 1) * width * height)
         counters = {name: share * mean for name, mean in tracer.statistics.counters.items()}
@@ -57,7 +57,7 @@ def measure(cell: Cell) -> dict[str, Any]:
 
 
 def _share_ms(samples: Sequence[float], parts: Sequence[float]) -> float:
-    """Milliseconds of a part of a run: the median time multiplied by the part's median share."""
+    """Milliseconds of a part of a run: the median time times the part's median share."""
     share = statistics.median(part / whole for part, whole in zip(parts, samples))
     return 1e3 * statistics.median(samples) * share
 
@@ -65,7 +65,7 @@ def _share_ms(samples: Sequence[float], parts: Sequence[float]) -> float:
 def _runs(once: Callable[[], Any], count: int) -> tuple[list[float], list[Any]]:
     """Run ``once`` ``count`` times, after warm-ups and alone on the machine.
 
-    Returns the seconds and the return values of the runs.
+    Returns the runs' seconds and return values.
     """
     for _ in range(WARM_UPS):
         once()
@@ -79,7 +79,7 @@ def _runs(once: Callable[[], Any], count: int) -> tuple[list[float], list[Any]]:
 
 
 def _trace(rays: Workload, tracer: rt.Tracer) -> None:
-    """Trace a workload; with rasterised bounds, trace the eye rays from their camera."""
+    """Trace a workload; with rasterised bounds, eye rays from their camera."""
     if tracer.options["rasterised_bounds"]:
         tracer.eye_hits(size=(rays.size, rays.size))
     else:
@@ -94,7 +94,6 @@ def _timing(samples: Sequence[float], walls: Sequence[float], rays: int) -> dict
 
 
 def embree(threads: int = 1) -> Engine:
-    """The engine that runs Embree on ``threads`` threads."""
     modules = next(one.modules for one in ENGINES if one.name == EMBREE)
     mine = {one.threads: one for one in reversed(ENGINES) if one.modules == modules}
     if threads not in mine:
@@ -104,7 +103,7 @@ def embree(threads: int = 1) -> Engine:
 
 
 def _embree(cell: Cell) -> dict[str, Any]:
-    """Times of embreex on the rays of a cell (cell.py). Embreex has no counters."""
+    """Times of embreex, which has no counters, on the rays of a cell (cell.py)."""
     rays, threads = workload(cell.scene, cell.work, cell.size), dict(
         cell.options).get("threads", 1)
     engine = embree(threads)

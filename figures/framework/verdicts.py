@@ -2,25 +2,23 @@
 
 A group is a scene and a kind of rays, with the times of several methods.
 
-* reproduced: The order and the ratios agree. The order agrees if tau-b of every group is at least
-  HIGH. The ratios agree if the median over the groups of `off_by` is less than FACTOR.
-* reproduced in order, not in ratio: Only the order agrees.
-* contradicted: The order differs, whatever the ratios are.
-* refuted by a counterexample: At most half of the judged claims hold, and none of them depends on
+* reproduced: the order agrees (tau-b of every group is at least HIGH), and the ratios agree (the
+  median over the groups of `off_by` is less than FACTOR).
+* reproduced in order, not in ratio: only the order agrees.
+* contradicted: the order differs.
+* refuted by a counterexample: at most half of the judged claims hold, and none of them depends on
   a scene.
-* too little to judge: Fewer than LEAST_SCENES scored scenes, or fewer than LEAST_PAIRS pairs of
-  methods. A pair counts if the published numbers of its two methods, for the same scene and kind
-  of rays, do not tie.
+* too little to judge: fewer than LEAST_SCENES scored scenes, or than LEAST_PAIRS pairs of methods.
+  Pairs whose published numbers tie do not count.
 
-A claim in words has neither order nor ratio. A claim is not judged if the measurements do not
-decide it. A figure that makes claims is reproduced if every judged claim holds, mostly reproduced
-if more than half hold, and contradicted or refuted otherwise. The scenes and pairs of all claims
-of a figure are counted together. If a claim on a scene compares methods, the figure's claims on
-scenes need as many scenes and pairs as a table of times; otherwise they need only the scenes. A
-claim about a method itself, which depends on no scene, needs neither scenes nor pairs.
+A claim in words is judged only if the measurements decide it. A figure with claims is reproduced
+if every judged claim holds, mostly reproduced if more than half hold, and contradicted or refuted
+otherwise. The scenes and pairs of its claims are counted together. Claims on scenes need as many
+scenes as a table of times, and as many pairs if one of them compares methods. A claim about a
+method itself, which depends on no scene, needs neither.
 
-A stand-in replaces a scene whose mesh is missing, and is never scored. A `Verdict` also contains
-the verdict that the same rules give on the stand-ins.
+A stand-in replaces a scene whose mesh is missing, and is never scored. A `Verdict` holds a
+separate verdict on the stand-ins.
 """
 from __future__ import annotations
 
@@ -49,14 +47,14 @@ class Verdict:
     """A word, the reason with the numbers that decided, and what the verdict rests on.
 
     scenes : The scored scenes, each once.
-    pairs : Number of pairs of methods that were compared on the scored scenes.
-    agreed : Number of pairs that have the published order. None for claims.
+    pairs : Number of pairs of methods compared on the scored scenes.
+    agreed : Number of pairs in the published order. None for claims.
     claims : Number of claims that the measurements decide.
     held : Number of decided claims that hold.
     structure : Number of decided claims that depend on no scene.
-    stand_ins : The verdict of the same rules on the stand-ins. Its `scenes` are the stand-ins.
-    renderer : The verdict of the same rules on times of the present renderer, where the verdict
-        itself is on times predicted for the paper's card.
+    stand_ins : The same rules' verdict on the stand-ins. Its `scenes` are the stand-ins.
+    renderer : The same rules' verdict on the present renderer's times, if the verdict itself is on
+        times predicted for the paper's card.
     """
 
     word: str
@@ -121,8 +119,8 @@ class Claim:
 def off_by(ours: Sequence[float], theirs: Sequence[float]) -> float:
     """The factor by which our ratios between methods differ from the published ratios.
 
-    It is 2 ** m, where m is the median of |log2(our ratio / published ratio)| over all pairs of
-    methods. A ratio does not depend on the speed of the machine.
+    2 ** m, where m is the median of |log2(our ratio / published ratio)| over all pairs of methods.
+    Ratios do not depend on the machine's speed.
     """
     logs = [math.log2(a / b) for a, b in zip(ours, theirs)]
     apart = [abs(x - y) for at, x in enumerate(logs) for y in logs[:at]]
@@ -139,8 +137,7 @@ def of_groups(groups: Iterable[MethodTimes]) -> Verdict:
 def of_claims(claims: Iterable[Claim], exceptions: Sequence[str] = ()) -> Verdict:
     """The verdict on claims in words.
 
-    ``exceptions`` are sentences on measured scenes that cannot show whether the claims hold. They
-    are appended to the reason.
+    The reason ends with ``exceptions``: sentences on measured scenes that cannot test the claims.
     """
     found = list(claims)
     said = _beside_stand_ins(_of_claims([c for c in found if not c.stand_in]),
@@ -151,8 +148,7 @@ def of_claims(claims: Iterable[Claim], exceptions: Sequence[str] = ()) -> Verdic
 
 
 def word_of_claims(held: int, claims: int) -> str:
-    """The word of a verdict on ``claims`` claims with enough scenes and pairs, if ``held`` of them
-    hold."""
+    """The word for ``held`` of ``claims`` claims that hold, with enough scenes and pairs."""
     return REPRODUCED if held == claims else MOSTLY if 2 * held > claims else CONTRADICTED
 
 
@@ -200,7 +196,7 @@ def _ties(tied: Sequence[MethodTimes]) -> list[str]:
 def _too_few(scenes: Sequence[str], pairs: int | None) -> str:
     """Why the scenes and pairs are too few for a verdict, or "" if they are enough.
 
-    ``pairs`` is None if the verdict needs no pairs.
+    ``pairs`` is None if none are needed.
     """
     if len(scenes) >= LEAST_SCENES and (pairs is None or pairs >= LEAST_PAIRS):
         return ""
@@ -239,8 +235,8 @@ def _answer(holds: bool | None) -> str:
 
 
 def rests_on(verdict: Verdict) -> str:
-    """A clause that counts the scored scenes, the pairs of methods, and the claims about a method
-    itself, which depend on no scene."""
+    """A clause that counts the scored scenes, the pairs of methods, and the claims that depend on
+    no scene."""
     if verdict.word == REDRAWN:
         return "no number of the survey"
     parts = []
@@ -253,7 +249,7 @@ def rests_on(verdict: Verdict) -> str:
 
 
 def stand_ins_say(verdict: Verdict) -> str:
-    """A sentence on what the same rules say of the stand-ins, or "" if there are none."""
+    """A sentence on the stand-ins' verdict, or "" without stand-ins."""
     aside = verdict.stand_ins
     if aside is None:
         return ""
@@ -269,7 +265,7 @@ def on_card(card: str, said: Verdict, here: Verdict) -> Verdict:
 
 
 def renderer_says(verdict: Verdict) -> str:
-    """A sentence on the times measured here, or "" if the verdict itself rests on these times."""
+    """A sentence on the times measured here, or "" if the verdict itself is on them."""
     here = verdict.renderer
     if here is None:
         return ""

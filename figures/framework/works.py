@@ -1,8 +1,7 @@
 """Works: the table of the kinds of measurement, with a row for each kind.
 
-A cell is a measurement (cell.py). The string `work` of a cell begins with the name of a row, and
-the rest names a workload or a variant. If `work` does not begin with the name of a row, it is the
-name of a workload, whose rays are traced and timed.
+The string `work` of a cell (cell.py) begins with the name of a row, and the rest names a workload
+or a variant. Otherwise `work` is the name of a workload, whose rays are traced and timed.
 """
 from __future__ import annotations
 
@@ -46,7 +45,7 @@ def _of_catalogue(cell: Cell) -> str:
 def _of_made(made: Any) -> Callable[[Cell], str]:
     """Return a function that gives the digest of a cell's scene.
 
-    The scene is one of the scenes that the module `made` makes, or a scene of the catalogue.
+    The scene belongs to the module `made` or to the catalogue.
     """
     return lambda cell: (_digest_of_made(made, cell.scene) if cell.scene in made.MADE
                          else _digest_of(cell.scene))
@@ -60,7 +59,7 @@ class MeasurementKind:
     measure: Callable[[Cell, str], dict[str, Any]]    # takes a cell and the rest of its `work`
     timed: bool = True          # whether it measures times, within `machine.alone`
     catalogued: bool = True     # whether `load_scene` knows the scene of every such cell
-    # Digest of the scene's triangles. It changes when a mesh replaces the scene's stand-in.
+    # Digest of the scene's triangles. It differs for a stand-in.
     digest: Callable[[Cell], str] = _of_catalogue
 
 
@@ -69,7 +68,7 @@ def _rays(cell: Cell, name: str) -> Workload:
 
 
 def picture_size(size: int) -> int:
-    """Return the side in pixels of the picture that an accuracy cell compares with a reference."""
+    """Return the side in pixels of the picture that an accuracy cell compares."""
     return min(256, 2 * size)
 
 
@@ -115,7 +114,7 @@ WORKS = (
         "warm_ups": reduction_times.WARM_UPS,
         "seconds": reduction_times.measure(cell.size ** 2, dict(cell.options)["kept"], cell.runs)},
         catalogued=False, digest=lambda cell: ""),
-    # The next three rows compare rasterised approximations with traced rays, which are exact.
+    # The next three rows compare rasterised approximations with traced rays.
     MeasurementKind("refraction", lambda cell, _: {
         "warm_ups": trace_times.WARM_UPS,
         "refraction": refraction_errors.measure(cell.scene, cell.method, dict(cell.options),
@@ -134,22 +133,21 @@ WORKS = (
                     catalogued=False, digest=_of_made(bundle_errors)),
     MeasurementKind("first hits", lambda cell, _: {"first_hits": first_hit_times.measure(
         load(cell.scene), cell.method, dict(cell.options), cell.size, cell.runs)}),
-    # The errors are measured after 64, 128, ... samples, up to the number in the options.
+    # Measured after 64, 128, ... samples, up to the number in the options.
     MeasurementKind("path errors", lambda cell, _: {"errors": path_errors.measure(
         load(cell.scene), cell.method, dict(cell.options), cell.size)}, timed=False),
-    # The option `step` is the number of a scene of experiments/growing.py. Each scene needs more
-    # features of the renderer than the scene before.
+    # The option `step` is the number of a scene of experiments/growing.py.
     MeasurementKind("needs", lambda cell, _: {"needs": needs_times.measure(
         dict(cell.options)["step"], cell.method, cell.size, cell.runs, cell.scene)},
         digest=lambda cell: needs_times.digest(cell.scene, dict(cell.options)["step"])),
-    # Each kind of rays (`accuracy.known_rays`) has size squared rays. All their hits are judged.
+    # All hits of each kind of rays (`accuracy.known_rays`), size squared rays each, are judged.
     MeasurementKind("accuracy", _accuracy),
-    # This row measures the sizes of the kd-tree that the options describe.
+    # Sizes of the kd-tree that the options describe.
     MeasurementKind("tree", lambda cell, _: {"tree": tree_sizes.measure(
         load(cell.scene), dict(cell.options))}, timed=False),
     MeasurementKind("updates", lambda cell, _: {"updates": update_times.measure(
         load(cell.scene), cell.method, dict(cell.options), cell.runs)}),
-    # The eye rays of `runs` frames of a scene are traced.
+    # Traces the eye rays of `runs` frames of a scene.
     MeasurementKind("frames", lambda cell, _: {"frames": frame_times.measure(
         cell.scene, cell.method, dict(cell.options), cell.size, cell.runs)}),
     MeasurementKind(COHERENCE, lambda cell, rays: {"coherence": coherence.measure(

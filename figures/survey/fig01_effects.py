@@ -10,7 +10,7 @@ from . import lit_pictures
 from .lit_pictures import HEADS, cell, picture
 
 METHOD = "bvh-threaded"
-QUICK = 288     # pixels a side at the quick size, so that the effects can be seen
+QUICK = 288     # pixels a side at the quick size, so that the effects show
 PANELS = {"statue": "reflections", "soft-shadows": "soft shadows", "glass-teapot": "refraction"}
 
 
@@ -19,7 +19,6 @@ def cells(full: bool) -> list[Cell]:
 
 
 def draw(data: Path, out: Path, full: bool) -> None:
-    """Write out/fig01.csv, .md and .png."""
     rows = [row for c in cells(full) if (row := lit_pictures.row_of(c, data)) is not None]
     if not rows:
         return

@@ -1,7 +1,7 @@
 """Figure 2: the shader pipeline, stage by stage, as passes of this program go through it.
 
-The inputs and outputs of a stage are read from the linked programs, from queries around the draws
-and from the bound textures. There are two draws:
+A stage's inputs and outputs are read from linked programs, queries and bound textures. There are
+two draws:
 
 * a full-screen pass of `kd-restart`, whose rays are fragments;
 * a pass of the `ray-engine`, whose vertices are corners of quads that carry triangles.
@@ -45,8 +45,8 @@ class PipelineDraw:
     primitives : number of triangles that the rasteriser received.
     fragments : number of fragments that the framebuffer received.
     textures : the sampled textures, name -> (width, height, channels, type).
-    by_fragments : the textures that the fragment program samples. They are all textures that the
-        text of the vertex program does not declare.
+    by_fragments : the textures that the fragment program samples: those that the vertex program's
+        text does not declare.
     targets : the render targets, (width, height, channels, type) each.
     """
 
@@ -62,7 +62,6 @@ class PipelineDraw:
 
 
 def stages_of(method: str, one: ObservedPass) -> PipelineDraw:
-    """The stages of the pipeline for a pass."""
     members = {key: one.program[key] for key in one.program}
     attributes = {key: member.dimension * member.array_length for key, member in members.items()
                   if isinstance(member, moderngl.Attribute) and not key.startswith("gl_")}
@@ -114,7 +113,6 @@ def cells(full: bool) -> list[Cell]:
 
 
 def draw(data: Path, out: Path, full: bool) -> None:
-    """Write out/fig02.csv, .md and .png."""
     lines = [[one.method, *words(one).values()] for one in shown()]
     write_csv(out / "fig02.csv", HEADS, lines)
     write_text(out / "fig02.md", (

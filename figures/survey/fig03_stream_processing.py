@@ -1,8 +1,8 @@
 """Figure 3: the graphics pipeline as a stream processor, drawn from the passes of a real trace.
 
-The streams of rays and hits come from the records that all methods share. The streams of states
-and the tables come from the records in the method's row of the method table. The inputs and
-outputs of a pass come from its linked program. The list of passes comes from an observed trace.
+Streams and tables come from records: rays and hits from shared records, states and tables from the
+method's row of the method table. Inputs and outputs come from linked programs, and the list of
+passes comes from an observed trace.
 """
 from __future__ import annotations
 
@@ -39,8 +39,8 @@ class KernelPass:
     kernel : "init", or one of the method's kernels.
     samples : textures that the pass's program samples.
     targets : render targets that the pass draws into, named after their streams.
-    source : the buffer that the pass read, "A" or "B"; "" if it read none.
-    target : the buffer that the pass wrote, "A" or "B".
+    source, target : the buffers that the pass read and wrote, "A" or "B"; ``source`` is "" if it
+        read none.
     rays : number of rays on which the kernel ran.
     """
 
@@ -78,8 +78,7 @@ def texels_of(record: Record) -> dict[str, str]:
 def rays() -> tuple[np.ndarray, np.ndarray]:
     """Origins and directions, (SIDE^2, 3) each.
 
-    The rays start at the origin of the small world's ray, and point in all directions of its
-    plane.
+    The rays start where the small world's ray starts, in all directions of its plane.
     """
     angle = np.linspace(0, 2 * np.pi, SIDE * SIDE, endpoint=False)
     return (np.tile(world().origin, (len(angle), 1)),
@@ -101,8 +100,8 @@ def passes(method: str = METHOD) -> tuple[KernelPass, ...]:
             source = next((sides[texture.glo] for texture in one.inputs.values()
                            if texture.glo in sides), "")
             steps = one.target.fields(tracer.method.state.name)["steps"]
-            # Early depth rejects the fragments of rays that wait for another kernel. Their texels
-            # of the target keep old values. The kernel ran where the number of steps has grown.
+            # Early depth rejects the fragments of rays that wait for another kernel, so their
+            # texels keep old values. The kernel ran where the number of steps has grown.
             ran = steps > stepped if source else np.ones(len(steps), bool)
             stepped[ran] = steps[ran]
             found.append(KernelPass(one.kernel, tuple(sorted(one.inputs)),
@@ -117,7 +116,6 @@ def cells(full: bool) -> list[Cell]:
 
 
 def draw(data: Path, out: Path, full: bool) -> None:
-    """Write out/fig03.csv, .md and .png."""
     row, every = find_method(METHOD), passes()
     write_csv(out / "fig03.csv", ("pass", "kernel", "from", "to", "rays"),
               [[at, one.kernel, one.source, one.target, one.rays]
@@ -186,7 +184,7 @@ def draw_pass(axis: Any, shown: KernelPass, row: Any) -> None:
 
 
 def draw_list(axis: Any, every: tuple[KernelPass, ...]) -> None:
-    """Draw a bar for each pass, in order. The colour shows the kernel, the height the rays."""
+    """Draw a bar for each pass in order: coloured by kernel, as high as its rays."""
     most = max(one.rays for one in every)
     for at, one in enumerate(every):
         axis.add_patch(Rectangle((at + 0.06, 0), 0.88, one.rays / most,
@@ -210,7 +208,7 @@ def heading(axis: Any, x: float, y: float, text: str) -> None:
 
 def stack_boxes(axis: Any, x: float, y: float, textures: dict[str, str],
                 used: tuple[str, ...]) -> dict[str, float]:
-    """Draw a box for each texture, one below another. Return the y of each box's middle."""
+    """Draw boxes for textures, one below another. Return the y of each box's middle."""
     middles = {}
     for at, (name, holds) in enumerate(textures.items()):
         bottom = y - 6.6 * at

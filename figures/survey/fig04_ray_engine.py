@@ -1,8 +1,4 @@
-"""Figure 4: the organisation of the Ray Engine, drawn from the passes of an observed trace.
-
-The inputs and outputs of a pass come from its linked program. The bytes that cross between host
-and graphics hardware come from the tracer's own statistics.
-"""
+"""Figure 4: the organisation of the Ray Engine, drawn from the passes of an observed trace."""
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -35,13 +31,13 @@ class BatchPass:
 
     Attributes
     ----------
-    name : which values the pass keeps, a key of TITLES.
+    name : the values that the pass keeps, a key of TITLES.
     program : the files of the pass's shaders.
     samples : textures that the program samples, in any stage.
     targets : textures that the pass draws into.
     blends : how fragments of the same ray are merged.
     batch : the number of the batch.
-    quads : number of quads that the pass draws; 0 if it draws a rectangle over the batch.
+    quads : number of quads drawn; 0 if the pass draws a rectangle over the batch.
     """
 
     name: str
@@ -55,10 +51,8 @@ class BatchPass:
 
 @lru_cache(maxsize=1)
 def passes() -> tuple[tuple[BatchPass, ...], dict[str, float], rt.Hits]:
-    """Trace Figure 3's rays. Return the passes, the bytes and seconds of the trace, and its hits.
-
-    The bytes and seconds are those of `Statistics.split`.
-    """
+    """Trace Figure 3's rays. Return the passes, the bytes and seconds (`Statistics.split`), and
+    hits."""
     found: list[BatchPass] = []
     with rt.Tracer(world().scene, METHOD, statistics=True, **SETTINGS) as tracer:
         with tracer.observe(fragments=True) as observed:
@@ -82,7 +76,6 @@ def cells(full: bool) -> list[Cell]:
 
 
 def draw(data: Path, out: Path, full: bool) -> None:
-    """Write out/fig04.csv, .md and .png."""
     every, split, hits = passes()
     write_csv(out / "fig04.csv", ("batch", "pass", "samples", "writes", "quads"),
               [[one.batch, one.name, " ".join(one.samples), " ".join(one.targets), one.quads]
@@ -117,7 +110,7 @@ def draw(data: Path, out: Path, full: bool) -> None:
 
 
 def draw_engine(axis: Any, kinds: dict[str, BatchPass], split: dict[str, float]) -> None:
-    """Draw the host on the left, graphics hardware on the right, and the bytes between them."""
+    """Draw the host on the left, graphics hardware on the right, and bytes between them."""
     axis.set(xlim=(0, 112), ylim=(0, 72))
     axis.axis("off")
     for x, width, name in ((1, 30, "host"), (46, 65, "graphics hardware")):

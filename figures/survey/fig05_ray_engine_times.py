@@ -27,8 +27,8 @@ PARTS = (("traversal_seconds", "walking and queueing (host)", COLOURS[0]),
          ("host_intersection_seconds", "intersection (host)", COLOURS[5]),
          ("transfer_seconds", "transfers", COLOURS[1]),
          ("intersection_seconds", "intersection (passes)", COLOURS[2]))
-# Nominal bus rates of the paper's time, in bytes per second. Uploads use AGP 4x; readback is as
-# slow as PCI at 66 MHz.
+# Nominal bus rates of the paper's time, in bytes per second: uploads by AGP 4x, readback as slow
+# as PCI at 66 MHz.
 AGP_UP, AGP_DOWN = 1066e6, 266e6
 HEADS = ("scene", "setting", "rays/s", "rays/s, infinitely fast passes", "rays/s, transfers alone",
          "rays/s, bytes on an AGP 4x bus alone", "bytes up a ray", "bytes down a ray",
@@ -50,7 +50,7 @@ def cells(full: bool) -> list[Cell]:
 
 
 def row_of(scene: str, setting: str, result: dict[str, Any]) -> list[Any]:
-    """The values of a row, in the columns HEADS, from the last run of a measurement."""
+    """A row with the columns HEADS, from the last run of a measurement."""
     cost, rays = result["statistics"], result["rays"]
     split, total = cost["split"], cost["trace_seconds"]
     up, down = split["bytes_up"] / rays, split["bytes_down"] / rays
@@ -62,13 +62,13 @@ def row_of(scene: str, setting: str, result: dict[str, Any]) -> list[Any]:
 
 
 def bus_seconds(result: dict[str, Any]) -> float:
-    """Seconds per ray that the bytes need on a bus of the paper's time."""
+    """Seconds per ray for the bytes on a bus of the paper's time."""
     split = result["statistics"]["split"]
     return (split["bytes_up"] / AGP_UP + split["bytes_down"] / AGP_DOWN) / result["rays"]
 
 
 def card_seconds(result: dict[str, Any]) -> float:
-    """Seconds per ray that the intersections need at the published rate of the R200."""
+    """Seconds per ray for the intersections at the R200's published rate."""
     return result["statistics"]["split"]["pairs"] / INTERSECTIONS / result["rays"]
 
 
@@ -90,9 +90,8 @@ def verdict(scene: str, result: dict[str, Any], row: list[Any]) -> str:
 def judge(data: Path, full: bool) -> verdicts.Verdict:
     """The verdict on the survey's claim that transfers cost more than the intersections.
 
-    Both costs are computed for hardware of the paper's time, from counted bytes and pairs of a ray
-    and a triangle, because the renderer of the measurement may have no bus. The claim compares no
-    methods.
+    Both costs are computed for the paper's hardware, from counted bytes and ray-triangle pairs,
+    because the present renderer may have no bus.
     """
     found = [(scene, result) for scene in SCENES
              if (result := read(cell(scene, AS_IT_IS, full), data)) is not None]
@@ -114,13 +113,12 @@ def _published(scene: str, method: str, quantity: str = "rate") -> float:
 RATE = _published("figure 5", METHOD)
 FREE = _published("", METHOD + ", infinitely fast GPU")
 INTERSECTIONS = _published("", METHOD, "ray-triangle intersections")   # a second, on an R200
-# The ranges to which the survey compares these rates: rays/s and tests/s of CPUs of that time.
+# Published ranges for CPUs of that time: rays/s and tests/s.
 ON_CPU = published_range("text", "", "cpu packets", quantity="rate")
 TESTS_ON_CPU = published_range("text", "", "cpu", quantity="ray-triangle intersections")
 
 
 def draw(data: Path, out: Path, full: bool) -> None:
-    """Write out/fig05.csv, .md and .png."""
     rows, lines, bars, renderer = [], [], [], "?"
     for scene in SCENES:
         for setting in _settings(scene):
@@ -184,7 +182,6 @@ def picture(full: bool) -> np.ndarray:
 
 
 def _draw_bars(axis: Any, bars: list[tuple[str, dict[str, Any], int]]) -> None:
-    """Draw the microseconds per ray of each setting, divided into PARTS."""
     for at, (_, cost, rays) in enumerate(bars):
         begin = 0.0
         for key, name, colour in PARTS:

@@ -18,7 +18,7 @@ WORDS = {"eye_rays": "generate eye rays", "init": "a ray enters the grid, or mis
          "intersect": "one triangle of the cell's list",
          "surfaces": "shade hits, make shadow rays",
          "picture": "light that shadow rays found"}
-# Programs that only count rays, or mask rays from later passes.
+# Programs that only count rays or mask them.
 COUNTING = ("classify", "mask", "tile_counts", "everywhere")
 
 
@@ -36,7 +36,6 @@ def cells(full: bool) -> list[Cell]:
 
 
 def draw(data: Path, out: Path, full: bool) -> None:
-    """Write out/fig06.csv, .md and .png."""
     log = passes()
     write_csv(out / "fig06.csv", ("pass", "kernel"),
               [[at, one.kernel] for at, one in enumerate(log, 1)])

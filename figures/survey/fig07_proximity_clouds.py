@@ -15,7 +15,7 @@ from .lit_pictures import HEADS, picture
 SCENE, METHOD, PLAIN = "soft-shadows", "grid-proximity", "grid"
 METHODS = (METHOD, PLAIN, "bvh-threaded")
 SURVEYED = "figure 7"     # the survey's scene, as the published numbers name it
-# The label of each row with a time of the survey -> the method in the published numbers.
+# Label of a row with a time of the survey -> method in the published numbers.
 PUBLISHED = {"survey: GeForce 6800 GTX": "grid", "survey: Autodesk 3ds Max, CPU": "cpu"}
 
 
@@ -28,11 +28,10 @@ def cells(full: bool) -> list[Cell]:
 
 
 def judge(data: Path, full: bool) -> verdicts.Verdict:
-    """The verdict on the claim of the thesis's abstract that proximity clouds are faster than the
-    plain grid.
+    """The verdict on the thesis's claim that proximity clouds are faster than the plain grid.
 
-    If the two times differ by no more than the runs of one method do, the claim is not decided.
-    The CPU renderer with which the thesis compares its times is not available.
+    The claim (in the abstract) is not decided if the two times differ by no more than one method's
+    runs do. The thesis's CPU renderer is not available.
     """
     clouds, plain = (read(cell(method, full), data) for method in (METHOD, PLAIN))
     if clouds is None or plain is None:
@@ -54,7 +53,6 @@ def spread(result: dict[str, Any]) -> float:
 
 
 def draw(data: Path, out: Path, full: bool) -> None:
-    """Write out/fig07.csv, .md and .png."""
     rows = {c.method: row for c in cells(full)
             if (row := lit_pictures.row_of(c, data)) is not None}
     if METHOD not in rows:

@@ -51,7 +51,7 @@ def gain(results: dict[str, dict[str, Any] | None]) -> float | None:
 
 
 def judge(data: Path, full: bool) -> verdicts.Verdict:
-    """The verdict on whether the grid falls behind as the teapot shrinks, as the survey says."""
+    """The verdict on whether the grid falls behind as the teapot shrinks."""
     gains = [g for ratio in RATIOS if (g := gain(results_of(ratio, data, full))) is not None]
     if len(gains) < len(RATIOS):
         return verdicts.of_claims([])

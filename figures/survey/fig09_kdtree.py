@@ -16,7 +16,6 @@ def cells(full: bool) -> list[Cell]:
 
 
 def rows(small: World) -> list[list[str]]:
-    """The table under the figure, with a row for each node."""
     found = []
     for node in range(len(small.tree.axis)):
         left, inside = int(small.tree.left[node]), small.inside(node)
@@ -31,7 +30,6 @@ def rows(small: World) -> list[list[str]]:
 
 
 def draw(data: Path, out: Path, full: bool) -> None:
-    """Write out/fig09.csv, .md and .png."""
     small = world()
     leaves = sum(map(small.is_leaf, range(len(small.tree.axis))))
     text = ("# Figure 9: a kd-tree\n\n"

@@ -1,8 +1,7 @@
 """Figure 10: the standard traversal of a kd-tree, step by step for one ray.
 
-The steps are the passes of kd-texture-stack. This method follows the survey's pseudocode, but with
-a mistake corrected (`CODE` is the corrected version). The ray's state in a row of the table is
-read from textures after the row's pass.
+The steps are the passes of kd-texture-stack, which follows the survey's pseudocode with a mistake
+corrected (`CODE`). A table row shows the ray's state, read from textures, after a pass.
 """
 from __future__ import annotations
 
@@ -41,8 +40,7 @@ def cells(full: bool) -> list[Cell]:
 
 
 def rows(small: World, found: Walk) -> list[list[str]]:
-    """The table, with a row for each pass. The column "stack" is the stack after the pass, lowest
-    entry first."""
+    """The table, with a row for each pass and the stack after it, lowest entry first."""
     stack: list[str] = []
     result = []
     for number, step in enumerate(found.steps, 1):
@@ -100,7 +98,7 @@ class Printed:
 
 
 def printed_rule(small: World, t_min: float, t_max: float) -> Printed:
-    """Trace the ray by the printed pseudocode, which tests `thit >= tmax or thit < 0` first."""
+    """Trace the ray by the printed rule, which tests `thit >= tmax or thit < 0` first."""
     tree, result = small.tree, Printed()
     stack = [(0, t_min, t_max)]
     hits = _triangle_hits(small)
@@ -127,7 +125,7 @@ def printed_rule(small: World, t_min: float, t_max: float) -> Printed:
 
 
 def _triangle_hits(small: World) -> np.ndarray:
-    """(n,) t at which the ray hits each triangle, or inf if the ray misses the triangle."""
+    """(n,) t of the ray's hit with each triangle, or inf."""
     v0, one, two = (small.triangles[:, k].astype(np.float64) for k in range(3))
     one, two, d = one - v0, two - v0, small.direction.astype(np.float64)
     from_v0 = small.origin.astype(np.float64) - v0
@@ -141,7 +139,7 @@ def _triangle_hits(small: World) -> np.ndarray:
 def judge(data: Path, full: bool) -> verdicts.Verdict:
     """The verdict on whether the printed pseudocode finds the triangle that the ray hits.
 
-    The claim is about every ray of every scene, so one ray that goes wrong refutes the claim.
+    The claim is about every ray, so one wrong ray refutes it.
     """
     found = walk(METHOD)
     start = found.steps[0].before
@@ -152,7 +150,6 @@ def judge(data: Path, full: bool) -> verdicts.Verdict:
 
 
 def draw(data: Path, out: Path, full: bool) -> None:
-    """Write out/fig10.csv, .md and .png."""
     small, found = world(), walk(METHOD)
     table, start = rows(small, found), found.steps[0].before
     printed = printed_rule(small, start["t_min"], start["t_max"])

@@ -18,7 +18,7 @@ def cells(full: bool) -> list[Cell]:
 
 
 def rows(small: World, found: Walk) -> list[list[str]]:
-    """The table, with a row for each visit of a node, and the ray's interval after the visit."""
+    """The table, with a row for each visit of a node, and the interval after it."""
     visits = [step for step in found.steps if step.visited is not None]
     return [[found.method, str(number), step.kernel, small.name(step.visited),
              f"{step.after['t_min']:.3f}", f"{step.after['t_max']:.3f}"]
@@ -26,7 +26,7 @@ def rows(small: World, found: Walk) -> list[list[str]]:
 
 
 def turns(found: Walk) -> dict[int, list[int]]:
-    """Return for each node the numbers of the visits to it. The first visit has number 1."""
+    """Return for each node the numbers of its visits, counted from 1."""
     numbers = defaultdict(list)
     for turn, node in enumerate(found.visited, 1):
         numbers[node].append(turn)
@@ -39,7 +39,6 @@ def intervals(found: Walk) -> list[float]:
 
 
 def draw(data: Path, out: Path, full: bool) -> None:
-    """Write out/fig11.csv, .md and .png."""
     small = world()
     walks = [walk(method) for method in METHODS]
     table = [row for found in walks for row in rows(small, found)]

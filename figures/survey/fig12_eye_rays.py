@@ -8,7 +8,7 @@ from ..framework.output import number
 from ..framework.predicted_times import PaperCard
 from ..framework.published_numbers import published
 
-GRID = {"cornell": 2}   # cells an axis, as published; 50 for the other scenes
+GRID = {"cornell": 2}   # cells an axis, as published; 50 for other scenes
 
 
 def _cell(panel: Panel, column: MethodColumn, full: bool) -> Cell:
@@ -19,7 +19,6 @@ def _cell(panel: Panel, column: MethodColumn, full: bool) -> Cell:
 
 
 def _remarks(results: Results) -> list[str]:
-    """Sentences on the two kd methods: their nodes, their times and the published times."""
     lines = []
     for panel in FIGURE.panels:
         restart, backtrack = (results.get((panel, f"kd-{name}")) for name in ("restart",

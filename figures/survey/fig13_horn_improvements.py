@@ -16,15 +16,14 @@ PLAIN, PACKETS, PUSH_DOWN, SHORT_STACK = LABELS = (
 SETTINGS: tuple[tuple[tuple[str, object], ...], ...] = (
     (("push_down", False), ("stack_size", 0)), (("push_down", True), ("stack_size", 0)),
     (("push_down", True), ("stack_size", 3)))
-# kd-restart visits empty leaves, and the paper improves kd-restart. In the published rows packets
-# therefore visit empty leaves too. SKIPPING is a row of our own: the packets of SHORT_STACK, but
-# with this program's default, which skips empty leaves.
+# kd-restart, which the paper improves, visits empty leaves, so packets in the published rows visit
+# them too. SKIPPING is our own row: SHORT_STACK with this program's default, to skip empty leaves.
 VISITED = (("skip_empty_leaves", False),)
 SKIPPING = "+ empty leaves skipped"
 
 
 def size(scene: str, full: bool) -> int:
-    """Pixels per side: as published at full size, else enough for times of a few milliseconds."""
+    """Pixels per side: as published at full size, else enough for a few milliseconds."""
     return 1024 if full else 512 if scene == "cornell" else 256
 
 
@@ -40,7 +39,6 @@ def _published(settings: tuple[tuple[str, object], ...]) -> str:
 
 
 def _remarks(results: Results) -> list[str]:
-    """Sentences on the nodes that each improvement saves, and on the rates."""
     lines = []
     for panel in FIGURE.panels:
         found = [results.get((panel, label)) for label in LABELS]
@@ -91,5 +89,5 @@ FIGURE = Comparison(
      "17.5 may be a misprint, so tau-b may be misleading for cornell's primary rays."),
     _remarks,
     # The paper does not say whether its loop is while-while or runs one step per iteration, so
-    # both forms are predicted. The third form runs one kernel per pass.
+    # both are predicted. The third form runs one kernel per pass.
     paper_card=PaperCard("R580", 1024, (WHILE_WHILE, STEP, PASSES)))

@@ -19,8 +19,7 @@ SCENES = ("cornell", "robots", "kitchen", "conference")
 SINGLE, PACKET = METHODS = ("kd-short-stack", "kd-packet")
 LOOKS = dict(zip(METHODS, zip(COLOURS, MARKERS)))      # method -> colour and marker
 BOUNCES = range(6)
-# A scene can show the claim only if `parted` is at least this number. `parted` is 1 if a packet's
-# rays share all nodes.
+# A scene can show the claim only if `parted` is at least this number.
 PARTED = 1.2
 
 
@@ -37,8 +36,8 @@ def judge(data: Path, full: bool) -> verdicts.Verdict:
     """The verdict on packets after mirrors, from all scenes whose packets the mirrors scatter.
 
     The tendency is that packets gain less at the last bounce than at the first. The claim is that
-    packets become slower than single rays. If the rays of a packet stay together, the mirrors have
-    not scattered them, so the scene cannot test the claim. Such a scene is named as an exception.
+    packets become slower than single rays. A scene whose packets stay together cannot test the
+    claim and is named as an exception.
     """
     claims, exceptions = [], []
     for scene in SCENES:
@@ -61,28 +60,27 @@ def judge(data: Path, full: bool) -> verdicts.Verdict:
 
 
 def parted(rows: list[list[float]]) -> float:
-    """The nodes that a packet visits after the last bounce, divided by the nodes of one ray.
+    """The nodes that a packet visits after the last bounce, divided by those of one ray.
 
-    The ratio is 1 where the rays of a packet stay together, and 4 where the rays share no node.
+    The ratio is 1 if a packet's rays share all nodes, and 4 if they share none.
     """
     return rows[-1][10]
 
 
 def exception(scene: str, triangles: int, rows: list[list[float]]) -> str:
-    """A sentence that names a scene which cannot show the claim, and says why."""
+    """A sentence on why a scene cannot show the claim."""
     return (f"The scene {scene}, of {triangles:,} triangles, is an exception and is not judged: "
             f"after {BOUNCES[-1]} mirrors a packet visits {number(parted(rows))} times the nodes "
             "of one ray, so its rays have stayed together.")
 
 
 def _results(scene: str, data: Path, full: bool) -> list[list[Any]]:
-    """The results of single rays and of packets, by bounce. A result is None if not measured."""
+    """The results of single rays and of packets, by bounce; None if not measured."""
     return [[read(cell(scene, method, bounces, full), data) for method in METHODS]
             for bounces in BOUNCES]
 
 
 def draw(data: Path, out: Path, full: bool) -> None:
-    """Write out/fig14.csv, .md and .png."""
     parts, rows, renderer, stand_ins = [], [], "?", []
     figure, axes = plt.subplots(-(-len(SCENES) // 2), 2, figsize=(9, 7.6), squeeze=False)
     for axis, scene in zip(axes.flat, SCENES):
@@ -133,7 +131,6 @@ HEADS = ("bounce", "rays", "single: ns a ray", "packets: ns a ray", "rate of pac
 
 
 def _table(results: list[list[dict[str, Any]]]) -> list[list[float]]:
-    """The table with the columns HEADS and a row for each bounce."""
     sums = list(zip(*(accumulate(r["median_ms"] for r in column) for column in zip(*results))))
     rows = []
     for bounces, ((single, packet), (so_far, packets_so_far)) in enumerate(zip(results, sums)):

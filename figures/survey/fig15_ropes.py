@@ -19,7 +19,7 @@ HEADS = ("leaf", *(name for name, _, _ in FACES))
 
 @dataclass(frozen=True)
 class Followed:
-    """A rope that the ray followed from a leaf to a node, and t where the ray left the leaf."""
+    """A rope followed from a leaf to a node, and t where the ray left the leaf."""
 
     leaf: int
     node: int
@@ -33,7 +33,7 @@ def cells(full: bool) -> list[Cell]:
 def ropes_of(small: World) -> dict[tuple[int, str], int]:
     """Return the ropes: (leaf, face) -> the node behind the face.
 
-    Faces on the outside of the scene's box have no rope and are left out.
+    Faces on the outside of the scene's box have no rope.
     """
     ropes = small.ropes
     return {(int(leaf), name): int((ropes.rope_hi if upper else ropes.rope_lo)[at, axis])
@@ -48,7 +48,6 @@ def followed(found: Walk) -> list[Followed]:
 
 
 def draw(data: Path, out: Path, full: bool) -> None:
-    """Write out/fig15.csv, .md and .png."""
     small, found = world(), walk(METHOD)
     ropes, taken = ropes_of(small), followed(found)
     leaves = [node for node in range(len(small.tree.axis)) if small.is_leaf(node)]
@@ -89,10 +88,10 @@ def draw(data: Path, out: Path, full: bool) -> None:
 
 
 def draw_rope(axis: Any, small: World, leaf: int, face: str, node: int) -> None:
-    """Draw a rope as an arrow across its face, and name the node that it leads to."""
+    """Draw a rope as an arrow across its face, with the name of its node."""
     across, upper = next((a, u) for name, a, u in FACES if name == face)
     lo, hi = small.lo[leaf, :2].astype(float), small.hi[leaf, :2].astype(float)
-    # Two leaves that share a face have a rope each way. Draw them side by side.
+    # Leaves that share a face have a rope each way. Draw them side by side.
     along = (0.47, 0.7) if across == 0 else (0.42, 0.58)
     start = lo + (hi - lo) * np.where(np.arange(2) == across, 0.5, along[not upper])
     start[across] = (hi if upper else lo)[across] - (0.022 if upper else -0.022)

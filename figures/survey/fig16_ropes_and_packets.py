@@ -27,10 +27,6 @@ def _cell(panel: Panel, column: MethodColumn, full: bool) -> Cell:
 
 
 def _remarks(results: Results) -> list[str]:
-    """Sentences that compare packets with single rays, and both with the CPU.
-
-    They give our ratios and the published ratios.
-    """
     lines = []
     for panel in FIGURE.panels:
         single, packet = (results.get((panel, label)) for label in (SINGLE, PACKET))
@@ -84,6 +80,6 @@ FIGURE = Comparison(
      "packets, which have the 32 rays of a warp. At the quick size neighbouring rays are twice as "
      "far apart as at 1024x1024, so the rays of a packet share fewer nodes.", LEFT_OUT),
     _remarks, full_only=STAND_IN,
-    # The paper does not say whether its loop is while-while or runs one step of each ray per
-    # iteration, so both forms are predicted. The third form is while-while with uncoalesced loads.
+    # The paper does not say whether its loop is while-while or runs one step per iteration, so
+    # both are predicted. The third form is while-while with uncoalesced loads.
     paper_card=PaperCard("G80", 1024, (WHILE_WHILE, STEP, UNCOALESCED)))

@@ -14,8 +14,8 @@ from ..framework.results import read
 from .fig16_ropes_and_packets import LEFT_OUT, SCENES, STAND_IN
 from .tree_sizes import NODE_BYTES, REFERENCE_BYTES
 
-# A quantity and its column in the table: (key in a tree's record, name in the published numbers,
-# divisor of the values in the column, name of the column).
+# Columns of the table: (key in a tree's record, name in the published numbers, divisor of the
+# values, head).
 QUANTITIES = (("leaves", "leaves", 1, "leaves"),
               ("empty_leaves", "empty leaves", 1, "empty leaves"),
               ("references_per_leaf", "references per triangle", 1,
@@ -23,10 +23,9 @@ QUANTITIES = (("leaves", "leaves", 1, "leaves"),
               ("bytes", "kd-tree size", 2 ** 20, "MiB"),
               ("bytes_ropes", "kd-tree size with ropes", 2 ** 20, "MiB with ropes"),
               ("overhead", "rope overhead", 1, "overhead"))
-# The depth at which a scene's tree has about as many leaves as in the paper. Scenes whose default
-# depth has this property are not listed.
+# The depth at which a scene's tree has about as many leaves as in the paper, if not the default.
 DEPTH = {"conference": 34}
-# The lowest and the highest published overhead, and the relative tolerance for our overheads.
+# The lowest and highest published overhead, and the relative tolerance for ours.
 LOWEST, HIGHEST, SLACK = 3.06, 3.30, 0.1
 
 
@@ -35,11 +34,8 @@ def cell(scene: str, **options: int) -> Cell:
 
 
 def _trees(full: bool) -> list[tuple[str, dict[str, int]]]:
-    """Return pairs of a scene and build options.
-
-    Each scene has a pair with the default options. A scene of DEPTH also has a pair with the depth
-    that DEPTH gives.
-    """
+    """Return each scene with the default build options, and each scene of DEPTH also with its
+    depth."""
     return [(scene, options) for scene in SCENES if full or scene not in STAND_IN
             for options in ({}, *([{"max_depth": DEPTH[scene]}] if scene in DEPTH else ()))]
 
@@ -49,10 +45,7 @@ def cells(full: bool) -> list[Cell]:
 
 
 def judge(data: Path, full: bool) -> verdicts.Verdict:
-    """The verdict on whether ropes enlarge the trees as much as published.
-
-    The claims compare no methods.
-    """
+    """The verdict on whether ropes enlarge the trees as much as published."""
     claims = []
     for scene, options in _trees(full):
         result = read(cell(scene, **options), data)
@@ -73,7 +66,6 @@ def _within(overhead: float) -> bool:
 
 
 def draw(data: Path, out: Path, full: bool) -> None:
-    """Write out/fig17.csv, .md and .png."""
     results, rows, lines = {}, [], []
     for scene, options in _trees(full):
         result = read(cell(scene, **options), data)
@@ -117,7 +109,7 @@ def draw(data: Path, out: Path, full: bool) -> None:
 
 
 def _published(scene: str) -> list[float]:
-    """A row of the survey's table, in the units of our table."""
+    """A row of the survey's table, in our units."""
     values = [published("fig17", scene, "kd-ropes", quantity=name) for _, name, *_ in QUANTITIES]
     return [(value or float("nan")) / scale
             for value, (_, _, scale, _) in zip(values, QUANTITIES)]
@@ -152,14 +144,14 @@ def _chart(results: dict[str, dict], out: Path) -> None:
 
 
 def _published_bytes(scene: str) -> tuple[float, float]:
-    """The published bytes of a kd-tree without and with ropes; 0 where none are published."""
+    """The published bytes of a kd-tree without and with ropes, or zeros."""
     bare, whole = (published("fig17", scene, "kd-ropes", quantity=name) or 0
                    for name in ("kd-tree size", "kd-tree size with ropes"))
     return bare, whole
 
 
 def _series(name: str, sizes: list[tuple[float, float]], look: tuple[str, str]) -> Series:
-    """A series of lines in MiB, from each tree's size without ropes to its size with ropes.
+    """Lines in MiB from each tree's size without ropes to its size with ropes.
 
     ``sizes`` are in bytes; a pair of zeros has no line.
     """

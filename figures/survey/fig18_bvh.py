@@ -15,7 +15,6 @@ def cells(full: bool) -> list[Cell]:
 
 
 def rows(found: Hierarchy) -> list[list[str]]:
-    """The table under the figure, with a row for each node."""
     table = []
     for node in range(len(found)):
         holds = (f"triangles {', '.join(map(str, found.inside(node)))}" if found.is_leaf(node)
@@ -27,7 +26,6 @@ def rows(found: Hierarchy) -> list[list[str]]:
 
 
 def draw(data: Path, out: Path, full: bool) -> None:
-    """Write out/fig18.csv, .md and .png."""
     found = hierarchy()
     leaves = sum(map(found.is_leaf, range(len(found))))
     text = ("# Figure 18: a bounding volume hierarchy\n\n"

@@ -24,7 +24,7 @@ END = "end"
 
 @dataclass(frozen=True)
 class Visit:
-    """A node that the ray visited, and whether the ray meets the node's box."""
+    """A node that the ray visited, and whether the ray meets its box."""
 
     node: int
     entered: bool
@@ -37,8 +37,8 @@ def cells(full: bool) -> list[Cell]:
 def visits(found: Hierarchy, ray: Walk) -> list[Visit]:
     """The nodes that the ray visited, read from its states.
 
-    The ray meets an inner node's box if it continues with the next node of the array. It meets a
-    leaf's box if it starts to test triangles.
+    The ray meets an inner node's box if it continues with the next node of the array, and a leaf's
+    box if it tests triangles.
     """
     testing = find_method(METHOD).kernels.index("intersect") + 1
     seen = []
@@ -51,7 +51,7 @@ def visits(found: Hierarchy, ray: Walk) -> list[Visit]:
 
 
 def rows(found: Hierarchy, seen: list[Visit]) -> list[list[str]]:
-    """The table, with a row for each node: its links, and whether the ray met its box."""
+    """The table, with a row a node: its links, and whether the ray met its box."""
     did = {visit.node: "met" if visit.entered else "missed" for visit in seen}
     return [[str(node), *(END if link is None else str(link)
                           for link in (found.hit_link(node), found.miss_link(node))),
@@ -59,7 +59,6 @@ def rows(found: Hierarchy, seen: list[Visit]) -> list[list[str]]:
 
 
 def draw(data: Path, out: Path, full: bool) -> None:
-    """Write out/fig19.csv, .md and .png."""
     found, ray = hierarchy(), walk(METHOD)
     seen = visits(found, ray)
     table = rows(found, seen)
@@ -106,9 +105,7 @@ def draw_threads(axis: Any, found: Hierarchy, places: np.ndarray) -> None:
 
 
 def draw_array(axis: Any, found: Hierarchy, seen: list[Visit]) -> None:
-    """Draw the linear array, with the ray's path above it.
-
-    Below the array are the miss links that skip at least one node.
+    """Draw the linear array, the ray's path above it, and below it the miss links that skip nodes.
     """
     did = {visit.node: visit.entered for visit in seen}
     for node in range(len(found)):

@@ -26,7 +26,6 @@ def _bvh(build: str) -> MethodColumn:
 
 
 def _remarks(results: Results) -> list[str]:
-    """Sentences that compare nodes and times of the kd-trees and of Kay and Kajiya's BVH."""
     lines = []
     for panel in FIGURE.panels:
         found = {label: results.get((panel, label)) for label in

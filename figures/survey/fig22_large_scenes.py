@@ -13,7 +13,7 @@ from ..framework.predicted_times import PaperCard
 WORK = {"primary": EYE, "primary+shadow": "picture", "primary+secondary": "picture"}
 BVH, ROPES = "bvh-packet", "kd-ropes-packet"
 FAST = "bvh-packet, interval test"
-HUGE = ("sodahall", "powerplant")   # measured at full size only: building them takes minutes
+HUGE = ("sodahall", "powerplant")   # at full size only: building takes minutes
 
 
 def _cell(panel: Panel, column: MethodColumn, full: bool) -> Cell:
@@ -24,7 +24,6 @@ def _cell(panel: Panel, column: MethodColumn, full: bool) -> Cell:
 
 
 def _remarks(results: Results) -> list[str]:
-    """Sentences that compare the two kinds of packets, with the nodes that they fetch."""
     lines = []
     for panel in FIGURE.panels:
         bvh, ropes, fast, cpu = (results.get((panel, label)) for label in (BVH, ROPES, FAST, CPU))

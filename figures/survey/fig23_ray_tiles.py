@@ -24,8 +24,8 @@ WORDS = {"tile_spans": "middle of a tile's rays", "tile_cones": "enclosing cone 
 def passes() -> tuple[list[Issued], list[tuple[int, int]]]:
     """The passes of one image of eye rays, and two counts for each batch of triangles.
 
-    The first count is the pairs of a triangle and a tile. The second is the pairs whose triangle
-    meets the tile's cone.
+    The counts are the pairs of a triangle and a tile, and those whose triangle meets the tile's
+    cone.
     """
     scene = rt.load_scene(SCENE)
     rays = scene.camera.rays((SIDE, SIDE))
@@ -48,7 +48,6 @@ def cells(full: bool) -> list[Cell]:
 
 
 def draw(data: Path, out: Path, full: bool) -> None:
-    """Write out/fig23.csv, .md and .png."""
     log, batches = passes()
     write_csv(out / "fig23.csv", ("batch", "pairs", "through"),
               [[at, *pair] for at, pair in enumerate(batches, 1)])

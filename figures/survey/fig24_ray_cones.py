@@ -11,7 +11,7 @@ from ..framework.cell import Cell
 from ..framework.output import markdown_table, number, plt, save_chart, write_csv, write_text
 
 HEADS = ("level", "node", "sphere's centre", "sphere's radius", "axis", "half-angle, degrees")
-SHOWN = 2.4     # length of the rays as they are drawn
+SHOWN = 2.4     # length of the drawn rays
 
 
 def cells(full: bool) -> list[Cell]:
@@ -31,7 +31,6 @@ def point(at: np.ndarray) -> str:
 
 
 def draw(data: Path, out: Path, full: bool) -> None:
-    """Write out/fig24.csv, .md and .png."""
     levels, _, _ = traversal()
     write_csv(out / "fig24.csv", HEADS, rows())
     sizes = [[height, len(level.radius), number(float(level.radius.mean())),
@@ -68,7 +67,7 @@ def draw(data: Path, out: Path, full: bool) -> None:
 
 
 def cones(axis: Any, level: ConeLevel) -> None:
-    """Draw each node's sphere, and two lines from the sphere that bound the node's rays."""
+    """Draw each node's sphere, and two lines from it that bound the node's rays."""
     for node in range(len(level.radius)):
         colour = plt.cm.tab10(node % 10)
         centre, radius = level.centre[node, :2], float(level.radius[node])

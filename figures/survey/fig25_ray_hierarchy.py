@@ -35,8 +35,8 @@ def counted(scene: rt.Scene, side: int) -> list[list[Any]]:
     """The table of pairs for side x side eye rays, with a row for each level.
 
     A row has the level, the number of nodes of the level below, the pairs, and the pairs after the
-    reduction. Its last entry is the number of pairs after the reduction, divided by the number of
-    all pairs of a triangle and a node of the level below.
+    reduction. Its last entry divides the pairs after the reduction by the number of all pairs of a
+    triangle and a node of the level below.
     """
     sizes, _ = level_sizes((side, side))
     nodes = [width * height for width, height in sizes]
@@ -54,7 +54,6 @@ def counted(scene: rt.Scene, side: int) -> list[list[Any]]:
 
 
 def draw(data: Path, out: Path, full: bool) -> None:
-    """Write out/fig25.csv, .md and .png."""
     _, rounds, hits = traversal()
     scene = rt.load_scene(SCENE)
     write_csv(out / "fig25.csv", HEADS, rows())
@@ -96,7 +95,7 @@ def targets(axis: Any, one: Round) -> None:
 
 
 def strip(axis: Any, pairs: np.ndarray, title: str) -> None:
-    """Draw (h, n, 2) slots in the colours of their triangles, with the numbers of their nodes."""
+    """Draw (h, n, 2) slots in their triangles' colours, with the numbers of their nodes."""
     rows, columns = np.nonzero(pairs[..., 0] >= 0)
     shown = np.ones((*pairs.shape[:2], 3))
     triangles, nodes = pairs[rows, columns].T

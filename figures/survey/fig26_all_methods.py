@@ -29,7 +29,7 @@ from .surveyed import BASE, CHIP, SCENE, SurveyedMethod, entries, published_spee
 
 ON_SOFTWARE = ("Measured on a software renderer: rasterising, blending and transfers have the "
                "cost of memory accesses.")
-# Column -> its name in the chart, and its look there.
+# Column -> its name and its look in the chart.
 COLUMNS = {"published": ("published", PUBLISHED),
            "scaled": ("scaled again, by arithmetic and by bandwidth", (COLOURS[4], MARKERS[4])),
            "predicted": ("predicted", PREDICTED), "measured": ("measured", HERE)}
@@ -55,7 +55,7 @@ NOTES = (
 class MethodSpeed:
     """A method's nanoseconds per ray, measured and predicted, and its speeds.
 
-    ``bound`` names the part that takes most of the predicted time. The last four fields are speeds
+    ``bound`` names the part that takes most of the predicted time. The last four fields are
     relative to the Ray Engine; ``scaled`` has a speed by arithmetic and a speed by bandwidth.
     """
 
@@ -70,8 +70,6 @@ class MethodSpeed:
 
 
 def cells(full: bool) -> list[Cell]:
-    """The cells (cell.py) that time the methods here, and the cells that count the work of the
-    card."""
     return [cell for entry in entries() for cell in (entry.measured(full), entry.counted())
             if cell is not None]
 
@@ -94,7 +92,7 @@ def predicted_ns(entry: SurveyedMethod, data: Path) -> tuple[float | None, str]:
 
 
 def rows(data: Path, full: bool) -> list[MethodSpeed]:
-    """Every entry that has a measurement or a prediction."""
+    """Every entry with a measurement or a prediction."""
     found = []
     for entry in entries():
         timed, (ns, bound) = read(entry.measured(full), data), predicted_ns(entry, data)
@@ -136,8 +134,8 @@ def claims(found: list[MethodSpeed], column: str) -> list[str]:
     for says, chosen in (("packets compared with single rays", lambda row: row.entry.row.packet),
                          ("methods with a stack compared with methods without",
                           lambda row: row.entry.row.stack)):
-        # Use only methods with a published speed, and only methods over trees: the other methods
-        # with a published speed have neither packets nor stacks.
+        # Only methods over trees: the others with a published speed have neither packets nor
+        # stacks.
         sides = {side: [v for row in found if (v := value(row, column)) and row.published
                         and _tree(row) and chosen(row) is side] for side in (True, False)}
         if all(sides.values()):
@@ -152,7 +150,7 @@ def _tree(row: MethodSpeed) -> bool:
 
 
 def packet_pairs(found: list[MethodSpeed]) -> list[str]:
-    """Sentences that compare three packet methods with single rays through the same structure."""
+    """Sentences that compare packets with single rays through the same structure."""
     by_name = {row.entry.method: row for row in found if row.entry.method != "kd-stack"}
     lines = []
     for packet, single in (("kd-packet", "kd-short-stack"), ("kd-ropes-packet", "kd-ropes"),
@@ -167,10 +165,7 @@ def packet_pairs(found: list[MethodSpeed]) -> list[str]:
 
 
 def judge(data: Path, full: bool) -> verdicts.Verdict:
-    """The verdict on the predicted column, with the verdict on the measured column beside it.
-
-    The reason of the verdict also says how well the scaled column agrees.
-    """
+    """The verdict on the predicted column, with the verdict on the measured column beside it."""
     found = rows(data, full)
     said, here = (_judge(found, column) for column in ("predicted", "measured"))
     said = verdicts.on_card(find_card(CHIP).name, said, here)
@@ -191,7 +186,6 @@ def _agreed(found: list[MethodSpeed], one: str, other: str) -> str:
 
 
 def draw(data: Path, out: Path, full: bool) -> None:
-    """Write out/fig26.csv, .md and .png."""
     found = rows(data, full)
     heads = ("source", "method", "measured_ns", "predicted_ns", "bound", "measured", "predicted",
              "scaled_by_arithmetic", "scaled_by_bandwidth", "published")

@@ -15,14 +15,14 @@ HEADS = ("picture", "method", "triangles", "s", "rays traced", "M rays/s", "pass
 
 
 def cell(scene: str, method: str, full: bool, runs: int = 1, quick: int = 144) -> Cell:
-    """The measurement of a picture. ``quick`` is its side in pixels at the quick size."""
+    """The cell of a picture. ``quick`` is its side in pixels at the quick size."""
     return Cell(scene, method, (), 512 if full else quick, "picture", runs)
 
 
 def row_of(cell: Cell, data: Path) -> list[Any] | None:
-    """The values of a row, in the columns HEADS, or None if the picture was not measured.
+    """A row with the columns HEADS, or None if the picture was not measured.
 
-    The number of rays includes the empty rays of pixels whose path of rays has ended.
+    The number of rays includes the empty rays of pixels whose path has ended.
     """
     found = read(cell, data)
     if found is None:
@@ -35,6 +35,6 @@ def row_of(cell: Cell, data: Path) -> list[Any] | None:
 
 
 def picture(cell: Cell) -> np.ndarray:
-    """The picture that a cell (framework/cell.py) asks for, (size, size, 3) uint8."""
+    """The picture of a cell (framework/cell.py), (size, size, 3) uint8."""
     with rt.Tracer(cell.scene, cell.method) as tracer:
         return np.asarray(tracer.render(size=(cell.size, cell.size)))

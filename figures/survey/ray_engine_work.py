@@ -1,8 +1,8 @@
 """Ray Engine work: what the Ray Engine of Carr et al. 2002 does on a card, and its predicted time.
 
-A cell (framework/cell.py) measures this work if the cell's field ``work`` begins with the
-constant WORK. The name of a workload follows. The host collects pairs of a ray and a triangle,
-and the card tests each pair. The host's time is not part of the prediction.
+A cell (framework/cell.py) measures this work if its ``work`` is WORK and the name of a workload.
+The host, whose time is not predicted, collects pairs of a ray and a triangle; the card tests each
+pair.
 """
 from __future__ import annotations
 
@@ -20,17 +20,17 @@ from gpgpu_rt.hardware.static_costs import static_cost
 from gpgpu_rt.statistics import Statistics
 
 METHOD, WORK = "ray-engine", "ray engine's work for "
-# The Ray Engine has no era form (docs/era.md), so the costs of brute force's kernel are used. Both
-# kernels test one triangle. But the kernel of the paper's Ray Engine writes one target and fetches
-# only the ray's two texels, because the paper's quad carries the triangle's corners.
+# The Ray Engine has no era form (docs/era.md). Its costs are those of brute force's kernel, which
+# also tests one triangle. But the Ray Engine's kernel writes one target and fetches only the ray's
+# two texels, because the paper's quad carries the triangle's corners.
 KERNEL, FETCHES, TARGETS = ("brute-force", "intersect"), 2, 1
 
 
 def measure(scene: rt.Scene, rays: Workload, options: Mapping[str, Any]) -> dict[str, float]:
     """Return the pairs of a ray and a triangle, the draws, and the bytes on the bus.
 
-    The depth test keeps the nearest hit, as in the paper, so each pair is drawn once. The default,
-    MIN blending, draws each pair twice.
+    The depth test keeps the nearest hit, as in the paper, so each pair is drawn once and not twice
+    as with MIN blending, the default.
     """
     with rt.Tracer(scene, METHOD, **{**options, "nearest": "depth"}) as tracer:
         with tracer.gpu, logged(tracer.gpu, Statistics()) as log:
@@ -46,8 +46,7 @@ def predicted_seconds(card: Card, work: Mapping[str, float]) -> tuple[float, str
     method, kernel = KERNEL
     pairs = round(work["pairs"])
     issued = KernelIssues((kernel,), (pairs,), (pairs,), passes=(round(work["draws"]),))
-    # The quads of a draw cover only the rays that test the quads' triangles, so early depth has no
-    # pixels to reject.
+    # A draw's quads cover only the rays that test their triangles, so early depth rejects nothing.
     cost = replace(static_cost(card.chip.lower(), method, kernel), fetches=FETCHES,
                    targets=TARGETS)
     time = time_of_passes(card, issued, {kernel: cost}, {kernel: FETCHES}, pixels=0)

@@ -1,10 +1,9 @@
 """Scaled: published rates, scaled to one card, as the survey scaled them for Figure 26.
 
 The survey scaled each paper's rate "based on the bottleneck", to a GeForce 8800 and to 10,000
-triangles. It prints neither the bottlenecks nor the numbers that it began with. Here each printed
-rate is therefore scaled twice, by arithmetic and by bandwidth. The rate at 10,000 triangles is
-interpolated between two scenes, linearly in the logarithms. If a paper's scenes all have more
-triangles, or all have fewer, the rate of the nearest scene is used.
+triangles, but prints neither the bottlenecks nor the rates that it began with. Here each printed
+rate is scaled twice, by arithmetic and by bandwidth. The rate at 10,000 triangles is interpolated
+between two scenes (`at_triangles`).
 """
 from __future__ import annotations
 
@@ -22,7 +21,7 @@ from .on_cards import ON_CARDS
 from .surveyed import BASE, CHIP
 
 TRIANGLES = 10_000
-# Source -> the survey's figure with its rates, and the figure's method, options and kind of rays.
+# Source -> the figure with its rates, and that figure's method, options and kind of rays.
 PRINTED = {
     "Foley and Sugerman 2005": ("fig12", "kd-restart", "", "primary"),
     "Thrane and Simonsen 2005": ("fig20", "bvh-threaded", "build=goldsmith-salmon", None),
@@ -30,7 +29,7 @@ PRINTED = {
     "Popov et al. 2007": ("fig16", "kd-ropes-packet", "", "primary"),
     "Günther et al. 2007": ("fig22", "bvh-packet", "", "primary"),
 }
-# The Ray Engine's method, scene, triangles and chip. The survey prints its rate in the text.
+# The Ray Engine's method, scene, triangles and chip; its rate is in the survey's text.
 ENGINE = ("ray-engine", "figure 5", 34_000, "NV25")
 
 
@@ -42,7 +41,7 @@ class Scaled:
     source: str
     card: Card
     rate: float
-    scenes: tuple[str, ...]     # all scenes for which the survey prints the rate
+    scenes: tuple[str, ...]     # all scenes with a printed rate
 
     def on(self, card: Card) -> tuple[float, float]:
         """Rays per second on ``card``, scaled by arithmetic and scaled by bandwidth."""
@@ -58,8 +57,8 @@ def arithmetic(card: Card) -> float:
 def at_triangles(points: list[tuple[int, float]], count: int = TRIANGLES) -> float:
     """The rate at ``count`` triangles, interpolated between points (triangles, rate).
 
-    The interpolation is linear in the logarithms, between the nearest scenes on both sides. If
-    there is no scene on one side, return the rate of the nearest scene.
+    The interpolation is linear in the logarithms. Without a scene on one side, return the rate of
+    the nearest scene.
     """
     x, y = zip(*sorted((math.log(n), math.log(rate)) for n, rate in points))
     return float(math.exp(np.interp(math.log(count), x, y)))

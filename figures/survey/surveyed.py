@@ -1,8 +1,7 @@
 """Surveyed: the methods of the survey's Table 1 and Figure 26, as rows of our method table.
 
-The survey gives at most one number per paper, without naming the method. Here the paper's final
-method stands for the paper. Our method table has more rows: other methods of these papers, and
-methods of papers that are not rows of Table 1. These methods are measured too.
+The survey gives at most one number per paper, without naming the method; the paper's final method
+stands for the paper. The other rows of our method table are measured too.
 """
 from __future__ import annotations
 
@@ -23,9 +22,8 @@ from . import ray_engine_work
 
 SCENE = "tenk"            # 10,000 triangles, as in Table 1
 BASE = "Carr et al. 2002"    # the Ray Engine: all speeds are relative to it
-CHIP = "G80"              # of the GeForce 8800 GTX, to which the survey scales all rates
-# Pixels per side of the image whose rays the predictions cover, the same for every method.
-# At this size neighbouring rays are as close as in most of the papers.
+CHIP = "G80"              # the chip of the GeForce 8800 GTX, to which the survey scales all rates
+# Pixels per side of the predictions' image. Its rays are about as dense as in most papers.
 PREDICTED_SIZE = 1024
 Options = tuple[tuple[str, Any], ...]
 
@@ -73,9 +71,9 @@ class SurveyedMethod:
         return next(iter(forms_of(self.method, CHIP, (WHILE_WHILE,))), None)
 
     def counted(self) -> Cell | None:
-        """The cell that counts the work of the card for the predicted column's rays.
+        """The cell that counts the card's work for the predicted column's rays.
 
-        The result is None for a method without a prediction.
+        None for a method without a prediction.
         """
         options = (*self.options, PERIOD_TEST)
         if self.method == ray_engine_work.METHOD:
@@ -86,12 +84,11 @@ class SurveyedMethod:
 
 
 def measured_size(full: bool) -> int:
-    """Pixels per side of the image whose rays are timed, the same for every method."""
+    """Pixels per side of the image whose rays are timed."""
     return 512 if full else 256
 
 
 def rays_of_columns(full: bool) -> str:
-    """A sentence on the number of rays in the measured and in the predicted column."""
     timed, counted = (f"{size ** 2:,} eye rays ({size}x{size})"
                       for size in (measured_size(full), PREDICTED_SIZE))
     return (f"All methods of a column trace the same rays of `{SCENE}`: {timed} for the measured "
@@ -108,7 +105,7 @@ def entries() -> list[SurveyedMethod]:
 
 @functools.cache
 def table1() -> dict[str, dict[str, str]]:
-    """The survey's Table 1 as it is printed, source -> column -> text."""
+    """The survey's printed Table 1, source -> column -> text."""
     file = importlib.resources.files("gpgpu_rt.figures") / "published" / "table1.csv"
     with file.open(newline="", encoding="utf-8") as lines:
         return {row["source"]: row for row in csv.DictReader(lines)}
@@ -121,5 +118,5 @@ def published_speed(source: str | None) -> float | None:
 
 
 def updated(entry: SurveyedMethod) -> Cell:
-    """The cell (cell.py) that times a method's update of its structure after triangles moved."""
+    """The cell (cell.py) that times a method's update after triangles moved."""
     return Cell(SCENE, entry.method, entry.options, 0, "updates", runs=3)

@@ -20,7 +20,7 @@ from .surveyed import (
 )
 
 NONE = "none"       # no structure over triangles
-# The class of the structure that a tracer built -> the word of the papers for it.
+# Class of the structure that a tracer built -> the papers' word.
 STRUCTURES = {"Grid": "Uniform Grid", "Bvh": "BVH", "ImageTree": "BVH", "KdTree": "kD-tree",
               "tuple": NONE, "NoneType": NONE}
 WITHOUT = ("Ray-Space", "N/A")      # the survey's words for methods without such a structure
@@ -40,7 +40,7 @@ NOTES = (
 class MethodProperties:
     """A paper's row: the survey's words and ours for each column, and the cost of updates.
 
-    ``build`` and ``update`` are in seconds, and ``size`` is in bytes.
+    ``build`` and ``update`` are in seconds, ``size`` in bytes.
     """
 
     entry: SurveyedMethod
@@ -54,7 +54,7 @@ class MethodProperties:
     def agrees(self, column: str) -> bool | None:
         """Whether the survey and this program agree; None if the survey says N/A.
 
-        In the column of the structure, N/A means "none", so this column is always compared.
+        The column of the structure is always compared: there N/A means "none".
         """
         theirs, ours = self.theirs[column], self.ours[column]
         if column == "acceleration_structure":
@@ -89,10 +89,9 @@ def lines(data: Path, full: bool) -> Iterator[MethodProperties]:
 
 
 def judge(data: Path, full: bool) -> verdicts.Verdict:
-    """The worse of two verdicts: one on the properties, and Figure 26's on relative performance.
+    """The worse of two verdicts: on the properties, and Figure 26's on relative performance.
 
-    The properties depend on no scene. Figure 26's verdict counts only if it rests on enough
-    scenes and pairs.
+    Figure 26's verdict counts only if it rests on enough scenes and pairs.
     """
     found = list(lines(data, full))
     if not found:
@@ -115,7 +114,6 @@ def judge(data: Path, full: bool) -> verdicts.Verdict:
 
 
 def draw(data: Path, out: Path, full: bool) -> None:
-    """Write out/table1.csv, .md and .png."""
     found = list(lines(data, full))
     speeds = {row.entry.source: row for row in fig26.rows(data, full)}
     heads = ("source", "method", *(f"{who}_{column}" for column in COLUMNS
@@ -162,8 +160,7 @@ def _cell(line: MethodProperties, column: str) -> str:
 
 
 def _chart(found: list[MethodProperties], out: Path) -> None:
-    """Draw which properties agree, with a field for each source and property."""
-    # Blue and orange differ for colour-blind readers too, and "not" repeats what the orange says.
+    # Colour-blind readers can tell blue from orange, and "not" repeats what orange says.
     colours = {True: "#cfe2f3", False: "#f8d3b0", None: "#eeeeee"}
     figure, axis = plt.subplots(figsize=(12, 0.42 * len(found) + 1.6))
     for y, line in enumerate(found):

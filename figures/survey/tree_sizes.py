@@ -15,7 +15,7 @@ def measure(scene: rt.Scene, options: Mapping[str, Any]) -> dict[str, float]:
     """Counts and bytes of the tree that the ``options`` build.
 
     ``bytes`` covers nodes and references. ``bytes_ropes`` adds six ropes and a box in every leaf.
-    ``overhead`` is ``bytes_ropes`` divided by ``bytes``.
+    ``overhead`` is ``bytes_ropes`` / ``bytes``.
     """
     with rt.Tracer(scene, "kd-restart", **options) as tracer:
         tree = tracer.accelerator.structure

@@ -1,7 +1,6 @@
 #version 330 core
-// The first pass of a stream reduction: write the flags of four elements to a texel. Texel i holds the
-// flags of the elements 4 * i to 4 * i + 3. A flag is 1 if the reduction keeps the element, else 0.
-// block_ranks.frag then scans the flags.
+// The first pass of a stream reduction: write the flags of four elements to a texel, 1 if the reduction
+// keeps the element, else 0. block_ranks.frag then scans the flags.
 
 #include <records>
 #include "core/stream.glsl"
@@ -9,8 +8,8 @@
 uniform int elements;
 
 #ifdef CHILDREN
-// A previous pass wrote the elements 4 * i to 4 * i + 3 to texel i of four render targets. The reduction
-// keeps an element if the element's first component is at least 0.
+// A previous pass wrote elements 4 * i to 4 * i + 3 to texel i of four render targets. The reduction keeps
+// elements whose first component is at least 0.
 vec4 flags(int i) {
     Children c = children_load(table_texel(i));
     return vec4(greaterThanEqual(ivec4(c.first.x, c.second.x, c.third.x, c.fourth.x), ivec4(0)));

@@ -1,10 +1,9 @@
 #version 330 core
-// The scan within blocks (Roger, Assarsson, Holzschuch 2007; survey, section 3.6). A block is BLOCK texels of
-// four elements. Each element gets the number of kept elements in its block, up to and including this
-// element.
+// The scan within blocks of BLOCK texels of four elements (Roger, Assarsson, Holzschuch 2007; survey,
+// section 3.6). Each element gets the number of kept elements in its block up to and including itself.
 //
-// Departure: Roger et al. count the removed elements before an element, and need log2 s passes for a block
-// of s elements. This program counts the kept elements, and needs one pass.
+// Departure: Roger et al. count the removed elements before an element, in log2 s passes for a block of s
+// elements. This program needs one pass.
 
 #include <records>
 #include "core/stream.glsl"

@@ -1,6 +1,6 @@
 #version 330 core
-// Gather: read an index from element i of the stream `source`, and copy the element with this index to
-// element i of the target. The program works for any record.
+// Gather: element i of the target gets the element whose index is element i of the stream `source`. The
+// program works for any record.
 
 #include <records>
 #include "core/stream.glsl"

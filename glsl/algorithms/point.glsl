@@ -1,5 +1,4 @@
-// Scatter by points: a fragment cannot choose where it writes, but a vertex can place a point over any
-// element of the target stream.
+// Scatter by points: a fragment cannot choose where it writes, but a vertex can place a point anywhere.
 
 uniform int target_rows;
 

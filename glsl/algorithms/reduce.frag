@@ -1,7 +1,6 @@
 #version 330 core
-// Compute one level of a reduction (the "reduce" of stream programming). A fragment joins FAN neighbouring
-// values with the macro COMBINE. If COMBINE is a sum, the levels together are the upward half of Blelloch's
-// scan ("Prefix Sums and Their Applications", 1990).
+// One level of a reduction. A fragment joins FAN neighbouring values with the macro COMBINE. If COMBINE is
+// a sum, the levels are the upward half of Blelloch's scan ("Prefix Sums and Their Applications", 1990).
 
 #include <records>
 #include "core/stream.glsl"

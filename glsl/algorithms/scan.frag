@@ -1,17 +1,17 @@
 #version 330 core
-// One level of the downward half of a scan. Each element gets the sum of all elements before it. This sum has
-// two parts: the sum of all elements before its block of FAN elements, which the level above computed, and
-// the sum of the block's elements before this element. In the survey (section 3.6) stream reduction begins
-// with a scan (D. Horn, "Stream Reduction Operations for GPGPU Applications", GPU Gems 2, 2005).
+// One level of the downward half of a scan. Each element gets the sum of all elements before it: the level
+// above gives the sum before the element's block of FAN elements, and this level adds the block's elements
+// before it. In the survey (section 3.6) stream reduction begins with a scan (D. Horn, "Stream Reduction
+// Operations for GPGPU Applications", GPU Gems 2, 2005).
 //
 // Departure: Horn runs log2 n passes over all n elements, and each pass doubles the distance between the
-// added elements. Here, as in Blelloch's tree, the work of all levels together is proportional to n. A wider
-// fan reduces the number of levels.
+// added elements. Here, as in Blelloch's tree, the work is proportional to n. A wider fan needs fewer
+// levels.
 
 #include <records>
 #include "core/stream.glsl"
 
-uniform int elements;   // number of elements in this level; the sums have one more element, the total
+uniform int elements;   // number of elements in this level; the sums have one more, the total
 
 void main() {
     int i = element();

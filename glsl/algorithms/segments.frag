@@ -1,10 +1,10 @@
 #version 330 core
-// Copy the kept elements of a block to the texels that segments.vert covers with a line, or with two lines.
-// A fragment's position among these texels is the rank of its element in the block. A binary search in the
-// block's ranks finds the element with this rank.
+// Copy the kept elements of a block to the texels that segments.vert covers with one or two lines. A
+// fragment's position among these texels is the rank of its element in the block. A binary search in the
+// block's ranks finds the element.
 //
-// Departure: Roger et al. interpolate the position along the line. Here the fragment's own coordinates give
-// the position without rounding.
+// Departure: Roger et al. interpolate the position along the line. The fragment's own coordinates give the
+// position without rounding.
 
 #include <records>
 #include "core/fetch.glsl"
@@ -19,9 +19,8 @@ void main() {
     ivec2 texel = ivec2(gl_FragCoord.xy);
     int place = (texel.y << TABLE_WIDTH_LOG2) + texel.x - block_start;
     float rank = float(place);
-    // In the block, `place` kept elements come before this element. A texel holds at most four kept
-    // elements, so they fill at least place / 4 texels. The same holds for the kept elements after this
-    // element. Search between these texels.
+    // `place` kept elements of the block come before this element. A texel holds at most four, so they fill
+    // at least place / 4 texels; likewise for the kept elements after it. Search between these texels.
     int lo = BLOCK * block + place / 4;
     int hi = min(BLOCK * (block + 1), texels) - 1 - (block_total - 1 - place) / 4;
     while (lo < hi) {

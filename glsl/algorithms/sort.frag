@@ -1,13 +1,12 @@
 #version 330 core
-// Two steps of bitonic merge sort (Batcher 1968). Purcell et al. 2003 and P. Kipfer, R. Westermann, "Improved
-// GPU Sorting", GPU Gems 2, 2005, run the steps as fragment passes. In a step every position compares its
-// element with the element of a partner position, and keeps the smaller or the larger of the two elements.
+// Two steps of bitonic merge sort (Batcher 1968), as fragment passes (Purcell et al. 2003; P. Kipfer, R.
+// Westermann, "Improved GPU Sorting", GPU Gems 2, 2005). In a step every position compares its element with
+// the element of a partner position and keeps the smaller or the larger.
 //
-// Departures: in the first step of each merge, the partner of a position is its mirror image in the block
-// that is merged, so that all steps put the smaller element first. Elements past the end count as largest and
-// do not move, so that any number of elements can be sorted. A pass runs two steps, because a fragment can
-// gather the four elements on which the result of two steps depends. Each result of the first step is then
-// computed by two fragments, but is not stored.
+// Departures: in the first step of each merge, a position's partner is its mirror image in the merged
+// block, so that all steps put the smaller element first. Elements past the end count as largest and do not
+// move, so that any number of elements can be sorted. A pass runs two steps: a fragment gathers the four
+// elements that decide the result. Two fragments compute each result of the first step, and none stores it.
 
 #include <records>
 #include "core/stream.glsl"

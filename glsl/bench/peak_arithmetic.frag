@@ -1,7 +1,6 @@
 #version 330 core
-// Measures the rate of multiply-adds (figures/experiments/cpu_peak.py). Each of three vectors gets
-// TURNS * ROUNDS multiply-adds. The three vectors are nearly independent, so their operations can overlap.
-// Three vectors also fit in a processor's registers.
+// Measures the rate of multiply-adds (figures/experiments/cpu_peak.py): TURNS * ROUNDS for each of three
+// vectors. The vectors are nearly independent, so that their operations overlap, and fit in registers.
 
 out vec4 sum;
 

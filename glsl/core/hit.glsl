@@ -1,4 +1,4 @@
-// The nearest hit so far. Before the first hit, `triangle` is NO_TRIANGLE and `t` is the ray's t_max. So t
+// The nearest hit so far. Before the first hit, `triangle` is NO_TRIANGLE and `t` is the ray's t_max, so t
 // is always the end of the search. At equal t the lowest index wins, except in the era form (docs/era.md).
 
 Hit no_hit(float t_max) {
@@ -9,8 +9,7 @@ bool hit_found(Hit hit) {
     return hit.triangle != NO_TRIANGLE;
 }
 
-// Whether the search of a ray is over: a shadow ray stops at its first hit. Every other ray continues,
-// because a nearer hit may follow.
+// Whether a ray's search is over: only a shadow ray stops at its first hit.
 bool search_over(Hit hit) {
 #ifdef ANY_HIT
     return hit_found(hit);

@@ -1,5 +1,5 @@
 // Kensler and Shirley, "Optimizing Ray-Triangle Intersection via Automated Search", 2006: the variant with
-// two cross products, one of which is the normal.
+// two cross products, one of them the normal.
 
 void test_triangle(Ray ray, int i, inout Hit hit) {
     COUNT(triangles_tested);

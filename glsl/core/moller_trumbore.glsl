@@ -1,5 +1,5 @@
-// Moeller and Trumbore, "Fast, Minimum Storage Ray/Triangle Intersection", 1997. Here the determinant is
-// compared to zero and not to an epsilon.
+// Moeller and Trumbore, "Fast, Minimum Storage Ray/Triangle Intersection", 1997, with the determinant
+// compared to zero instead of an epsilon.
 
 void test_triangle(Ray ray, int i, inout Hit hit) {
     COUNT(triangles_tested);

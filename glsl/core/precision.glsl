@@ -1,11 +1,10 @@
-// Emulation of the number formats of the cards of 2002-2006. STORAGE_FORMAT is the format of textures;
-// every result of a kernel is rounded to ARITHMETIC_FORMAT. A kernel writes R(a * b) to round the product.
-// Without these formats R and `stored` return their argument and cost nothing. gpgpu_rt/gl/precision.py
-// rounds in the same way on the host.
+// Emulation of the number formats of the cards of 2002-2006. STORAGE_FORMAT is the format of textures.
+// Every result of a kernel is rounded to ARITHMETIC_FORMAT, as in R(a * b). Without these formats R and
+// `stored` return their argument and cost nothing. gpgpu_rt/gl/precision.py rounds in the same way on the
+// host.
 //
-// A result is computed in float32 and then rounded, so it is rounded twice. At most a few tenths of a
-// percent of products and quotients differ from the results of an arithmetic unit that rounds only
-// once.
+// A float32 result is rounded a second time, so at most a few tenths of a percent of products and quotients
+// differ from an arithmetic unit that rounds once.
 
 const float INFINITE = uintBitsToFloat(0x7f800000u);   // t_max of a ray without an end
 
@@ -63,7 +62,7 @@ vec3 R(vec3 v) {
 #define ARITHMETIC_UNIT 5.9604645e-8   // the unit roundoff of float32
 #endif
 
-// R_dot and R_cross round every intermediate result. `largest` returns the largest component.
+// R_dot and R_cross round every intermediate result.
 float R_dot(vec3 a, vec3 b) {
     PRECISE vec3 p = R(a * b);
     return R(R(p.x + p.y) + p.z);

@@ -1,13 +1,13 @@
 // Quantised bounds of nodes: whole numbers of steps from the lower corner of the scene's box. The builder
-// decodes each bound by the same expression as here. If the decoded bound would lie inside the exact box,
-// the builder moves the bound outward by one step.
+// decodes by the same expression, and moves a bound outward by one step if it would lie inside the exact
+// box.
 
 #ifdef QUANTISED_NODES
 
 uniform vec3 quantum;
 
-// Read `quantum` once, because llvmpipe fetches a uniform lane by lane at each use, also in a loop. The
-// compiler would replace a plain copy by the uniform itself, so store the result of an operation (max).
+// Read `quantum` once, because llvmpipe fetches a uniform lane by lane at each use. The compiler would
+// replace a plain copy by the uniform, so store the result of an operation (max).
 vec3 bound_step = max(quantum, vec3(0.0));
 
 vec3 decoded(uint x, uint y, uint z) {

@@ -1,4 +1,4 @@
-// A ray and its derived values. Each pass sets it up from the ray textures, and no pass writes it back.
+// A ray and its derived values, which each pass computes from the ray textures.
 
 struct Ray {
     vec3 origin;
@@ -15,8 +15,8 @@ struct Ray {
 #endif
 };
 
-// Before the inversion of a direction, this number replaces each component of smaller magnitude. A component
-// as small as this number does not visibly move a ray, because the largest component is at least 0.5.
+// Components of smaller magnitude are replaced by this number before a direction is inverted. This does not
+// visibly move a ray, whose largest component is at least 0.5.
 const float TINY_DIRECTION = 1e-20;
 
 float not_zero(float d) {

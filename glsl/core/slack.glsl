@@ -1,11 +1,11 @@
-// Boxes are widened so that rounding never loses a box that contains a hit. The boxes themselves do not
-// change. Instead, the setup of each ray moves the origins from which the ray measures the corners of boxes.
+// Boxes are widened so that rounding never loses a box that contains a hit: the setup of each ray moves the
+// origins from which the ray measures the corners of boxes.
 //
-// Let u be the unit roundoff ARITHMETIC_UNIT, and M the largest distance along any axis from the ray's origin
-// to a point of the scene. A distance along one axis does not bound the error along this axis, because the
-// watertight test shears depth onto the other two axes. For example, let the scene and the ray's origin lie
-// in the plane y = 0: their distance along y is 0, yet a sheared corner is off by several u M. These errors
-// arise along an axis, to first order in u (gpgpu_rt/numerics/error_bounds.py has the same steps):
+// Let u be the unit roundoff ARITHMETIC_UNIT, and M the largest distance along any axis from the ray's
+// origin to a point of the scene. A distance along one axis does not bound the error along this axis,
+// because the watertight test shears depth onto the other two. For example, with the scene and the origin
+// in the plane y = 0 a sheared corner is off by several u M along y. These errors arise along an axis, to
+// first order in u (as in gpgpu_rt/numerics/error_bounds.py):
 //
 //   6 u M             A sheared corner: u M from the subtraction, 3 u M from the product, 2 u M from the
 //                     sum. Edge functions have the right signs for the corners as computed. An
@@ -19,12 +19,12 @@
 // The sum, 11 u M + (14 + 16 k) u M / c, is below BOX_SLACK M if (14 + 16 k) / c is below 53. In a plane
 // perpendicular to an axis the normal has one component, so k and c count as 1. Oblique needles have a
 // larger k, and oblique planes almost parallel to the ray have a smaller c. The t of such a hit may lie
-// outside the triangle's box. The search loses such a hit if the search begins or ends between t and the
-// box; docs/extremes.md says how often.
+// outside the triangle's box, and a search that begins or ends between t and the box loses the hit
+// (docs/extremes.md says how often).
 //
-// The slack also includes SPACING times each coordinate of the ray's origin. This product is at least the
-// distance from the coordinate to the next float. Without this term the sum of origin and slack could round
-// back to the origin in a scene far from 0, and no box would be widened.
+// The slack also includes SPACING times each coordinate of the origin, at least the distance to the next
+// float. Without this term the sum of origin and slack could round back to the origin in a scene far from
+// 0.
 
 uniform vec3 scene_lo;
 uniform vec3 scene_hi;

@@ -1,4 +1,4 @@
-// Counters of the current ray or packet. Without STATISTICS these macros are empty and cost nothing.
+// Counters of the current ray or packet. Without STATISTICS these macros are empty.
 
 #ifdef STATISTICS
 Counters counters;

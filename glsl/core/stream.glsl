@@ -4,10 +4,9 @@
 
 uniform int last_element;   // index of the last element drawn
 
-// A renderer runs fragments in blocks of four, so fragments beyond the stream also run; their results are
-// discarded. These fragments process the last element again. With an element past the end a loop might
-// never end, and a renderer that limits iterations would then stop the loops of the neighbouring fragments
-// too.
+// A renderer runs fragments in blocks of four and discards the results of fragments beyond the stream.
+// These fragments process the last element again: past the end a loop might never end, and a renderer that
+// limits iterations would then stop the neighbours' loops too.
 int element() {
     ivec2 texel = ivec2(gl_FragCoord.xy);
     return min(texel.x + (texel.y << TABLE_WIDTH_LOG2), last_element);

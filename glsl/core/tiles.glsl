@@ -1,12 +1,12 @@
-// An atlas of tiles side by side, each as large as the state textures. Tiles take the place of the layers
-// of a layered texture, because a fragment program cannot choose the layer that it writes.
+// An atlas of tiles side by side, each as large as the state textures, instead of a layered texture: a
+// fragment program cannot choose the layer that it writes.
 
 uniform ivec2 tile_size;
 uniform int tiles_a_row;
 
 // Divide integers as float32 numbers, as the cards of 2002-2006 did; this is also faster on software
-// renderers. The code first adds a half to the dividend. For dividends below 2^22, the quotient is then
-// farther from every whole number than its rounding error.
+// renderers. With the half added, the quotient of a dividend below 2^22 is farther from every whole number
+// than its rounding error.
 ivec2 tile_of(ivec2 texel) {
     return ivec2((vec2(texel) + 0.5) / vec2(tile_size));
 }

@@ -1,18 +1,17 @@
 // The watertight triangle test: Woop, Benthin, Wald, "Watertight Ray/Triangle Intersection", JCGT 2013,
 // without its fallback to a wider format. An edge function depends on its two vertices only. The triangle
-// across the edge computes the same value with the opposite sign, so no ray leaks between the two triangles.
+// across the edge computes the same value with the opposite sign, so no ray leaks between the two.
 //
 // Departures:
-// - The paper swaps two axes to keep the winding; here they are not swapped, because both windings are
-//   accepted.
-// - The ray must also pass through the sheared triangle's box. Rounding never flips the sign of an edge
-//   function but can make it zero, and a zero counts as either sign. Without the box a tiny triangle would be
-//   "hit" from far away. The box test loses no hit: its comparisons are exact.
-// - The paper interpolates t from the depths of the sheared corners. Near a long thin triangle the terms of
-//   this sum cancel. Here t is the distance of the triangle's plane, clamped to the range of the depths.
+// - The paper swaps two axes to keep the winding; here both windings are accepted.
+// - The ray must also pass through the sheared triangle's box. Rounding can make an edge function zero,
+//   which counts as either sign, so without the box a tiny triangle would be "hit" from far away. The box
+//   test loses no hit: its comparisons are exact.
+// - The paper interpolates t from the depths of the sheared corners, a sum whose terms cancel near a long
+//   thin triangle. Here t is the distance of the triangle's plane, clamped to the range of the depths.
 
-// Return a corner in the space that is sheared so that the ray is the z axis: x and y are the corner's offset
-// from the ray, z is the corner's depth. The corner p is relative to the ray's origin and has permuted axes.
+// Return a corner sheared so that the ray is the z axis: x and y are the offset from the ray, and z is the
+// depth. The corner p is relative to the ray's origin and has permuted axes.
 vec3 sheared(Ray ray, vec3 p) {
     PRECISE vec2 xy = R(p.xy - R(ray.shear.xy * p.z));
     return vec3(xy, p.z);
@@ -23,9 +22,9 @@ float edge_function(vec3 p, vec3 q) {
     return area;
 }
 
-// These functions find the signs of three numbers by comparing the numbers' bits as integers, which is
-// fastest. llvmpipe's minimum of floats also checks for NaN, and comparisons joined by `and` wait for one
-// another. The sign found for a NaN does not matter: `det` is then NaN too, so nothing is hit.
+// Find the signs of three numbers by comparing their bits as integers. llvmpipe's minimum of floats also
+// checks for NaN, and comparisons joined by `and` wait for one another. A NaN's sign does not matter: `det`
+// is then NaN too, so nothing is hit.
 
 const uint MINUS_ZERO = 0x80000000u;   // greater than the bits of every float whose sign bit is 0
 const float LEAST_NORMAL = uintBitsToFloat(0x00800000u);   // 2^-126; numbers below may have no inverse
@@ -50,8 +49,8 @@ bool all_below_zero(vec3 v) {
     return min(min(bits.x, bits.y), bits.z) > MINUS_ZERO;
 }
 
-// The distance of the plane of triangle i, clamped to the range of `depths`, the corners' t. v0, v1 and v2
-// are the corners, relative to the origin with permuted axes. The two shorter edges give the most exact
+// The distance of the plane of triangle i, clamped to the range of `depths`, the corners' t. The corners
+// v0, v1 and v2 are relative to the origin, with permuted axes. The two shorter edges give the most exact
 // normal. If the plane contains the ray's direction, the result is an end of the range.
 float plane_distance(Ray ray, int i, vec3 v0, vec3 v1, vec3 v2, vec3 depths) {
     vec3 e0 = R(triangle_v2(i) - triangle_v1(i));
@@ -62,7 +61,7 @@ float plane_distance(Ray ray, int i, vec3 v0, vec3 v1, vec3 v2, vec3 depths) {
     bool at_v1 = !at_v0 && size.y >= size.z;
     vec3 apex = at_v0 ? v0 : (at_v1 ? v1 : v2);
     vec3 normal = permute(ray, R_cross(at_v0 ? e1 : e0, at_v0 || at_v1 ? e2 : e1));
-    // The division comes before the second product, so that no number is a product of three lengths.
+    // Divide first, so that no number is a product of three lengths.
     float inverse = R(1.0 / R_dot(permute(ray, ray.direction), normal));
     PRECISE float t = R_dot(apex, R(normal * inverse));
     float nearest = min(min(depths.x, depths.y), depths.z);
@@ -90,7 +89,7 @@ void test_corners(Ray ray, vec3 v0, vec3 v1, vec3 v2, int i, inout Hit hit) {
     }
 }
 
-// The corner with permuted axes, relative to `start`, the origin with permuted axes.
+// The corner relative to `start`, the origin; both with permuted axes.
 vec3 seen_from(vec3 start, bvec2 axes, vec3 corner) {
     PRECISE vec3 p = R(permuted(axes, corner) - start);
     return p;

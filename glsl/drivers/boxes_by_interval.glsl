@@ -1,19 +1,18 @@
 // One test of a box for all rays of a packet, by interval arithmetic: Wald, Boulos, Shirley, "Ray Tracing
 // Deformable Scenes Using Dynamic Bounding Volume Hierarchies", TOG 2007.
 //
-// A turn is the group of rays that walk together (packet_turns.glsl). The rays of a turn agree in the signs
-// of their directions. Each operation here is an operation of `box_interval` (core/box.glsl) on the extreme
-// values among the rays. Rounding is monotonic, so if the interval of a box is empty, no ray is in the box.
+// A turn is the group of rays that walk together (packet_turns.glsl); their directions agree in their
+// signs. Each operation here is an operation of `box_interval` (core/box.glsl) on the rays' extreme values.
+// Rounding is monotonic, so if the interval of a box is empty, no ray is in the box.
 //
 // Departure: a turn includes only the waiting rays that begin within REACH of the first waiting ray, on
-// every axis. If a silhouette splits the shadow rays of a packet, bounds around all rays would contain most
-// of the scene. The packet would then walk through most of the tree.
+// every axis. If a silhouette splits a packet's shadow rays, bounds around all of them would contain most
+// of the scene, and the packet would walk through most of the tree.
 
 #define TESTERS(f) f(0);   // calls f(r) for each tester r of a box; here the packet is the only tester
 
-// REACH is a share of the scene's largest side. 0.01 is the best of three shares that were measured with
-// shadow rays at 1024x1024 on a software renderer. With REACH 0.1, 0.01 and 0.001 the relative times were
-// 4.9, 1 and 1.2 in the kitchen, and 1, 1 and 3.0 on the bunny.
+// REACH is a share of the scene's largest side: the best of 0.1, 0.01 and 0.001 for shadow rays in the
+// kitchen and on the bunny, on a software renderer.
 const float REACH = 0.01;
 
 vec3 first_origin;   // the bound on the rays' origins for the box corner that the rays meet first
@@ -29,8 +28,8 @@ vec3 chosen(bvec3 which, vec3 yes, vec3 no) {
     return vec3(which.x ? yes.x : no.x, which.y ? yes.y : no.y, which.z ? yes.z : no.z);
 }
 
-// The corner that the rays meet first, and the opposite corner. The octant copies of a tree store the
-// corners in this order, and a ray's lo_origin and hi_origin have the same order (core/ray.glsl).
+// The corner that the rays meet first, and the opposite corner. Octant copies of a tree and a ray's
+// lo_origin and hi_origin (core/ray.glsl) have this order.
 #ifdef OCTANTS
 
 vec3 met_first(vec3 lo, vec3 hi) {
@@ -94,9 +93,8 @@ bool begins_near(int r) {
     return max_component(abs(rays[r].origin - beginning)) <= reach;
 }
 
-// Along each axis the extreme origin is a maximum or a minimum, depending on the sign of the directions
-// along this axis. After multiplication by these signs, first_origin is always a maximum, and last_origin
-// is always a minimum.
+// Along each axis the extreme origin is a maximum or a minimum, depending on the directions' sign.
+// Multiplied by these signs, first_origin is always a maximum and last_origin a minimum.
 void bound_origin(int r) {
     Ray ray = rays[r];
     bool here = ray.t_min < NEVER;
@@ -126,8 +124,7 @@ void bound_t_hit(int r) {
     t_last = rays[r].t_min < NEVER ? max(t_last, hits[r].t) : t_last;
 }
 
-// Update t_last, the end of the search: each ray's search ends at its nearest hit so far. Call this
-// function after each leaf.
+// Update t_last, the latest end of the rays' searches. Call this after each leaf.
 void bound_hits() {
     t_last = -NEVER;
     EACH(bound_t_hit)
@@ -156,8 +153,8 @@ vec3 ends_by_sign(vec3 a, vec3 positive, vec3 negative) {
                 end_by_sign(a.z, positive.z, negative.z));
 }
 
-// Return an interval of t, from x to y, for all rays of the turn. The interval contains the part of each
-// ray that lies in the box and is not yet searched. The interval is empty if x > y.
+// Return an interval of t, from x to y, that contains each ray's part in the box that is not yet searched;
+// empty if x > y.
 vec2 searched(int r, vec3 lo, vec3 hi) {
     vec3 a = R(met_first(lo, hi) - first_origin);
     vec3 b = R(met_last(lo, hi) - last_origin);
