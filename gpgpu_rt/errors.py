@@ -14,8 +14,8 @@ Made = TypeVar("Made")
 class Error(Exception):
     """Base class of the errors that this package defines.
 
-    A message may quote a long text from a file or an argument. If a message has more than
-    ``longest`` characters, its middle is cut out.
+    The middle of a message of more than ``longest`` characters is cut out, because it may quote a
+    long text.
     """
 
     longest: int | None = 900
@@ -34,7 +34,7 @@ class ContextError(Error):
 class ShaderError(Error):
     """A fragment program has an unresolved include, or does not compile."""
 
-    longest = None      # the message holds the compiler's output, which must stay whole
+    longest = None      # keep the compiler's output whole
 
 
 class SceneError(Error):
@@ -53,7 +53,7 @@ class OptionError(Error, ValueError):
 class MethodError(Error):
     """A folder or file of a user's own methods is missing or broken."""
 
-    longest = None      # the message may hold the compiler's output, which must stay whole
+    longest = None      # keep the compiler's output whole
 
 
 class SettingsError(Error):
@@ -61,8 +61,7 @@ class SettingsError(Error):
 
 
 def memory_limited(function: Callable[Given, Made]) -> Callable[Given, Made]:
-    """Decorate a public function: a MemoryError becomes a LimitError that tells the user what to
-    reduce."""
+    """Decorate a public function: a MemoryError becomes a LimitError that says what to reduce."""
     @functools.wraps(function)
     def limited(*given: Given.args, **named: Given.kwargs) -> Made:
         try:
@@ -77,8 +76,7 @@ def memory_limited(function: Callable[Given, Made]) -> Callable[Given, Made]:
 def how_to_install(extra: str) -> str:
     """Return the command that installs an extra of setup.cfg.
 
-    No package index serves this package. The command therefore runs in the folder of the checkout,
-    or names the wheel from which the package was installed.
+    No package index serves this package, so the command uses the checkout's folder or a wheel.
     """
     if os.path.exists(os.path.join(os.path.dirname(__file__), os.pardir, "setup.cfg")):
         return f"in the checkout's folder, pip install -e '.[{extra}]'"
@@ -86,21 +84,20 @@ def how_to_install(extra: str) -> str:
 
 
 def nearest_names(name: str, known: Iterable[str]) -> str:
-    """Return a clause with the nearest known names, "; did you mean a or b?".
-
-    If no known name is near, the clause lists all known names.
+    """Return a clause with the nearest known names, "; did you mean a or b?", or with all known
+    names if none is near.
     """
     known = sorted(known)
     return did_you_mean(name, known) or f"; known: {', '.join(known)}"
 
 
 def did_you_mean(name: str, known: Iterable[str]) -> str:
-    """Return a clause with the nearest known names, "; did you mean a or b?".
+    """Return a clause with the nearest known names, "; did you mean a or b?", or "" if none is
+    near.
 
-    If no known name is near, the clause is "". Use this function in a message that lists the known
-    names itself, and `nearest_names` in any other message.
+    For messages that list the known names themselves; other messages use `nearest_names`.
     """
-    if not isinstance(name, str):       # the Python API was called with a wrong type
+    if not isinstance(name, str):       # a caller of the Python API gave a wrong type
         return ""
     near = difflib.get_close_matches(name, sorted(known), n=3, cutoff=0.6)
     return f"; did you mean {' or '.join(near)}?" if near else ""

@@ -25,13 +25,13 @@ def add_camera(sub: Parser) -> None:
 
 
 def given_camera(chosen: argparse.Namespace) -> dict[str, Any]:
-    """Return the parts of the camera that the options give: attribute of `Camera` -> value."""
+    """Return the parts of the camera that the options give: `Camera` attribute -> value."""
     return {name: value for name in (*PLACES, "fov")
             if (value := getattr(chosen, name)) is not None}
 
 
 def camera_of(chosen: argparse.Namespace, own: Camera) -> Camera:
-    """Return the scene's own camera, changed by the options that were given."""
+    """Return the scene's own camera, changed by the given options."""
     return replace(own, **given_camera(chosen))
 
 

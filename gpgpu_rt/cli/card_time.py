@@ -14,11 +14,11 @@ CardTime = tuple[dict[str, Any], list[str]]
 
 @contextmanager
 def watched_for_card(tracer: Tracer) -> Iterator[Callable[[], CardTime]]:
-    """Yield a function to call after the block. It returns the time that the card of the option
-    ``era`` would have taken for the block's traversal, for JSON and as lines.
+    """Yield a function to call after the block, for the time of the block's traversal on a card.
 
-    The result for JSON has ``card``, ``seconds`` and ``parts`` (seconds by name), or the reason
-    ``no_prediction``.
+    The function returns the time that the card of the option ``era`` would have taken, for JSON
+    and as lines. The result for JSON has ``card``, ``seconds`` and ``parts`` (seconds by name), or
+    the reason ``no_prediction``.
     """
     with era_timed(tracer) as seen:
         yield lambda: _with_lines(_time_on_card(seen), tracer)

@@ -23,7 +23,7 @@ from .shared import NONE, Command, add_methods, names, print_json, print_table, 
 
 
 def add_commands(command: Command) -> None:
-    """Declare the command. ``command(name, run, text)`` returns its parser."""
+    """Declare the command. ``command(name, run, text)`` returns the command's parser."""
     sub = command("conform", _conform, "test ray tracers with extreme rays whose exact answers "
                   "are known")
     add_methods(sub, "bvh-threaded; 'all' for every method, 'none' for only engines")
@@ -107,8 +107,8 @@ def _tell(rows: list[Row], missing: dict[str, str], chosen: argparse.Namespace) 
 
 
 def _specs(chosen: argparse.Namespace) -> tuple[list[Spec], dict[str, str]]:
-    """Return the methods and engines to run. Also return name -> reason for each known engine that
-    cannot run."""
+    """Return the methods and engines to run, and name -> reason for each known engine that cannot
+    run."""
     missing: dict[str, str] = {}
     named = [word for word in chosen.engine if word != NONE]
     given = bool(named or chosen.program)
@@ -147,7 +147,7 @@ def _print_lists() -> None:
 def _print(rows: list[Row], missing: dict[str, str]) -> None:
     engines = list(dict.fromkeys(row.engine for row in rows))
     cells = {(row.engine, row.family): row for row in rows}
-    none = Row("", "", "", 0, 0, {}, 0.0)       # for results that are missing after an interrupt
+    none = Row("", "", "", 0, 0, {}, 0.0)       # for results that an interrupt prevented
     print("Wrong rays out of rays cast. A dash: the engine does not support the t_min or t_max of "
           "the family's rays, or it gave no answer in an earlier family.")
     print_table(["family", *engines],
@@ -220,7 +220,7 @@ def _folder(name: str, option: str) -> Path:
 
 
 def _chart(path: str) -> Any:
-    """Return the function that draws the chart, after checking that the chart can be written."""
+    """Return the function that draws the chart. Raise Error if the chart cannot be written."""
     try:
         from ..conform.chart import FORMATS, draw  # matplotlib is optional
     except ImportError as failure:

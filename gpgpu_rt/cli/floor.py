@@ -1,8 +1,7 @@
 """``gpgpu-rt render --floor``: put a floor below the scene, on which the scene's shadow falls.
 
-The default is no floor, for three reasons. Without a floor, the counts and times that `render`
-prints describe the given scene. Saved settings and cached trees, which belong to the given scene,
-can be used. The picture is the same as the picture of ``Tracer.render``.
+There is no floor by default, so that the printed counts and times describe the given scene, the
+scene's saved settings and cached trees can be used, and the picture is that of ``Tracer.render``.
 """
 from __future__ import annotations
 
@@ -31,7 +30,7 @@ def add_floor(sub: argparse.ArgumentParser) -> None:
 
 
 def scene_of(chosen: argparse.Namespace) -> Scene:
-    """Return the scene that the command names, with a floor if the user asked for a floor."""
+    """Return the scene that the command names, with a floor if the user gave ``--floor``."""
     scene = load_scene(chosen.scene)
     if not chosen.floor:
         return scene
@@ -46,10 +45,10 @@ def scene_of(chosen: argparse.Namespace) -> Scene:
 
 
 def on_floor(scene: Scene) -> Scene:
-    """Return the scene with a floor of two triangles, at the end of the scene's triangles.
+    """Return the scene with a floor, two grey triangles after the scene's own.
 
-    The floor is a grey square below the bounding box (y is up). Two of its edges are parallel to
-    the camera's right axis, projected onto the floor.
+    The floor is a square below the bounding box (y is up). Two of its edges are parallel to the
+    camera's right axis, projected onto the floor.
     """
     lo, hi = (corner.astype(np.float64) for corner in scene.bounds)
     diagonal = float(np.linalg.norm(hi - lo)) or 1.0

@@ -1,5 +1,4 @@
-"""Parser: an argument parser that reports a mistake in one line. Its help has three lengths
-(help.py)."""
+"""Parser: an argument parser that reports a mistake in one line (its help: help.py)."""
 from __future__ import annotations
 
 import argparse
@@ -21,13 +20,13 @@ class _HelpAll(argparse.Action):
 
 
 class Parser(argparse.ArgumentParser):
-    """Reports what is wrong in one line and suggests similar words.
+    """Reports a mistake in one line, and suggests similar words.
 
     Attributes
     ----------
     switches : the words that need no value, such as --octants
-    owned : the options that belong to methods or integrators. If there are such options,
-        ``--help`` leaves out the group ``rare`` and most of these options
+    owned : the options that belong to methods or integrators. If there are any, ``--help`` leaves
+        out the group ``rare`` and most of them
     in_full : whether the help has every option
     """
 
@@ -43,13 +42,13 @@ class Parser(argparse.ArgumentParser):
 
     @property
     def rare(self) -> argparse._ArgumentGroup:
-        """The group for options of the command itself that few users need."""
+        """The group for the command's own options that few users need."""
         self._rare = self._rare or self.add_argument_group("more options")
         return self._rare
 
     def own(self, options: OwnedOptions) -> None:
-        """Let the help list the options that methods or integrators own. The caller declares each
-        of these options as an argument of the parser."""
+        """Let the help list options of methods or integrators. The caller also declares each of
+        them as an argument."""
         if not self.owned:
             self.add_argument("--help-all", action=_HelpAll, nargs=0, default=argparse.SUPPRESS,
                               help="show every option and exit")
@@ -83,7 +82,7 @@ class Parser(argparse.ArgumentParser):
         self.exit(2, f"{self.speaker}: {message} (see `{self.prog} --help`)\n")
 
     def _check_value(self, action: argparse.Action, value: Any) -> None:
-        """Check a choice or a command; argparse calls this method."""
+        """Check a choice or a command; called by argparse."""
         if action.choices is not None and value not in action.choices:
             near = nearest_names(str(value), map(str, action.choices))
             raise argparse.ArgumentError(action, f"invalid choice {value!r}{near}")

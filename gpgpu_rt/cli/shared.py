@@ -1,4 +1,4 @@
-"""Functions that the commands share: parse options and sizes, print tables and JSON."""
+"""Shared: functions of all commands, to parse options and sizes, and print tables and JSON."""
 from __future__ import annotations
 
 import argparse
@@ -16,13 +16,13 @@ from ..scene.scene import Scene
 from .help import OwnedOptions, Variants, escaped, help_of, variants
 from .parser import Parser
 
-# A function that declares a command, given its name, the function that runs it, and its help text.
+# Declares a command of a name, the function that runs it, and its help text; returns its parser.
 Command = Callable[[str, Callable[[argparse.Namespace], None], str], Parser]
 
 
 NONE = "none"       # the word for no method or no engine
 _WORD = re.compile(r"--[a-z-]+")
-_PLACE = re.compile(r"-[\d.][^,]*,.*")     # a list of numbers that begins with a minus sign
+_PLACE = re.compile(r"-[\d.][^,]*,.*")     # a list of numbers with a minus sign in front
 
 
 def all_owners() -> list[tuple[str, Sequence[Option]]]:
@@ -37,17 +37,15 @@ def all_options() -> Variants:
 
 def add_options(sub: Parser, words: tuple[str, ...] = ("-m", "--method", "--methods"),
                 unowned: tuple[str, ...] = ()) -> None:
-    """Declare a ``--word`` for every option of the tracer and of the methods.
-
-    ``words`` and ``unowned`` are as in `OwnedOptions`.
-    """
+    """Declare a ``--word`` for every option of the tracer and of the methods. ``words`` and
+    ``unowned`` are as in `OwnedOptions`."""
     group = sub.add_argument_group("options of the tracer and its methods")
     add_variants(sub, group, OwnedOptions("method", all_owners(), words, "the tracer", unowned),
                  "option_")
 
 
 def names(text: str) -> list[str]:
-    """Return the list of names in a text such as grid,kd-restart."""
+    """Return the names in a text such as grid,kd-restart."""
     found = [name.strip() for name in text.split(",")]
     if not all(found):
         raise argparse.ArgumentTypeError(f"{text!r} has an empty name; give NAME,NAME,...")
@@ -55,8 +53,7 @@ def names(text: str) -> list[str]:
 
 
 class Collect(argparse.Action):
-    """Appends the names to the names that an earlier option of the same name gave. Keeps each name
-    once."""
+    """Appends names to those of earlier options of the same word; keeps each name once."""
 
     def __call__(self, parser: argparse.ArgumentParser, chosen: argparse.Namespace, values: Any,
                  word: str | None = None) -> None:
@@ -65,7 +62,7 @@ class Collect(argparse.Action):
 
 
 class _Single(argparse.Action):
-    """Stores one value, and refuses a second value."""
+    """Stores a value, and refuses a second value."""
 
     def __call__(self, parser: argparse.ArgumentParser, chosen: argparse.Namespace, value: Any,
                  word: str | None = None) -> None:
@@ -84,8 +81,8 @@ def add_method(sub: argparse.ArgumentParser, text: str, required: bool = False) 
 def add_methods(sub: argparse.ArgumentParser, default: str | None = None) -> None:
     """Declare ``-m`` for several methods; ``chosen.methods`` is their list.
 
-    ``default`` is a text for the help. If ``default`` is given, ``-m`` is optional. Without
-    ``-m``, ``chosen.methods`` is None.
+    ``default`` describes the default for the help. With it, ``-m`` is optional; without ``-m``,
+    ``chosen.methods`` is None.
     """
     sub.add_argument("-m", "--method", "--methods", required=default is None, action=Collect,
                      dest="methods", metavar="NAME,NAME,...", type=names,
@@ -100,10 +97,9 @@ def word_of(name: str) -> str:
 
 def add_variants(sub: Parser, group: argparse._ArgumentGroup, options: OwnedOptions,
                  prefix: str) -> None:
-    """In a group of a command's parser, declare a ``--word`` for each of the options.
-
-    ``prefix`` + name is the attribute of the parsed arguments that holds the user's text, or None.
-    """
+    """In a group of a command's parser, declare a ``--word`` for each of the options. The
+    attribute
+    ``prefix`` + name of the parsed arguments holds the user's text, or None."""
     sub.own(options)
     for name, kinds in options.table.items():
         bare = {"nargs": "?", "const": "true"} if _is_switch(kinds) else {}
@@ -127,9 +123,10 @@ def _is_switch(kinds: Iterable[Option]) -> bool:
 def spelled_out(arguments: Sequence[str], switches: Collection[str]) -> list[str]:
     """Return the arguments in a form that argparse reads without ambiguity.
 
-    A switch without a value becomes ``--word=true``. Otherwise argparse would read the next
-    argument, such as a scene, as the switch's value. A vector such as -1,0,2 is joined to the word
-    before it. Otherwise argparse would read the vector as an option.
+    A switch without a value becomes ``--word=true``, so that argparse does not read the next
+    argument as its value. A vector such as -1,0,2 is joined to the word before it, so that
+    argparse
+    does not read it as an option.
     """
     found: list[str] = []
     for word, after in zip(arguments, [*arguments[1:], ""]):
@@ -142,9 +139,9 @@ def spelled_out(arguments: Sequence[str], switches: Collection[str]) -> list[str
 
 
 def given_options(chosen: argparse.Namespace) -> dict[str, Any]:
-    """Return name -> value of the options that the user gave; they may belong to any method.
+    """Return name -> value of the options that the user gave, of any method.
 
-    If several options have the same name, the first option that accepts the text parses it.
+    If options of several methods have a name, the first option that accepts the text parses it.
     """
     table = all_options()
     words = {name: getattr(chosen, "option_" + name) for name in table}
@@ -162,13 +159,8 @@ def _read(kinds: Sequence[Option], text: str) -> Any:
 
 
 def options_for(chosen: argparse.Namespace, method: str) -> dict[str, Any]:
-    """Return name -> value of the options that the user gave.
-
-    Raises
-    ------
-    OptionError
-        for an option that the method does not have, or an invalid value
-    """
+    """Return name -> value of the options that the user gave. Raise OptionError for an invalid
+    value, or an option that the method does not have."""
     return parsed(chosen, "option_", all_options(), TRACER_OPTIONS + find_method(method).options,
                   f"method {method}")
 
@@ -204,7 +196,7 @@ def parsed(chosen: argparse.Namespace, prefix: str, asked: Iterable[str],
 
 
 def _whose(name: str) -> str:
-    """Return a clause that names the methods with an option, or ""."""
+    """Return a clause that names the methods with an option, or "" if there are none."""
     owners = [row.name for row in methods() if name in {option.name for option in row.options}]
     return f"; {', '.join(owners)} {'has' if len(owners) == 1 else 'have'} it" if owners else ""
 
@@ -258,16 +250,15 @@ def seconds_word(text: str) -> float:
 
 
 def print_any_name() -> None:
-    """Make stdout and stderr print a backslash escape for each character that the terminal's
-    encoding lacks. The name of a file may contain such characters."""
+    """Make stdout and stderr escape characters that the terminal's encoding lacks, such as those
+    of a file's name."""
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):
             stream.reconfigure(errors="backslashreplace")
 
 
 def say(line: str) -> None:
-    """Print a line about progress to stderr, because a program may read a table or JSON from
-    stdout."""
+    """Print a line about progress to stderr: stdout may hold a table or JSON for a program."""
     print(line, file=sys.stderr, flush=True)
 
 
@@ -276,7 +267,7 @@ def print_json(value: Any) -> None:
 
 
 def print_stand_in(scene: Scene) -> None:
-    """Print a note if the scene is a stand-in for a scene of the papers."""
+    """Print a note if the scene stands in for a scene of the papers."""
     if scene.stand_in:
         print(f"{scene.name} is a procedural stand-in for {scene.stand_in} "
               "(`gpgpu-rt scenes` says how to get the original)")

@@ -16,10 +16,9 @@ class EngineAnswers:
     Attributes
     ----------
     triangle : (n,) int, the nearest triangle that the ray hits; negative for a miss
-    t : (n,) float, the distance of the hit in units of |direction|; None if the engine gives no
-        distance
-    any_hit : (n,) bool, whether the ray hits anything, found by a separate call of the engine;
-        None if the engine has no such call
+    t : (n,) float, the hit's distance in units of |direction|; None if the engine gives none
+    any_hit : (n,) bool, whether the ray hits anything, by a separate call; None if the engine has
+        no such call
     """
 
     triangle: np.ndarray
@@ -33,9 +32,9 @@ Trace = Callable[[Case], EngineAnswers]
 
 def of_distances(case: Case, t: np.ndarray, triangle: np.ndarray,
                  any_hit: np.ndarray | None = None) -> EngineAnswers:
-    """Return the answers of an engine that does not accept t_max: a hit beyond t_max is a miss.
+    """Return the answers of an engine without t_max: a hit beyond t_max is a miss.
 
-    Do not use this function for a case with a t_min above 0.
+    Not for cases with a t_min above 0.
     """
     t, triangle = np.array(t, np.float64), np.array(triangle)
     for name, given in (("t", t), ("triangle", triangle)):

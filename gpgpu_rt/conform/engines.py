@@ -1,10 +1,9 @@
 """Engines: the ray tracers that people install, each behind the same function.
 
 Every engine is optional, and is imported only in the process that runs it. A wrapper is an engine
-that calls another engine of this table. A wrong answer of a wrapper counts as the wrapper's own
-error if the wrapped engine is tested too, and answers the same ray correctly.
-
-Some libraries trace only a single ray per call. Their adapters loop over rays in Python.
+that calls another engine of this table. A wrong answer counts as the wrapper's own error if the
+wrapped engine is tested too, and answers the ray correctly. Adapters of libraries that trace one
+ray per call loop over rays in Python.
 """
 from __future__ import annotations
 
@@ -32,12 +31,11 @@ class Adapter:
     name : the name on the command line and in tables
     package : the distribution whose version is printed
     modules : the modules that must be installed
-    prepare : a function that imports the engine, and returns the function that traces a case
+    prepare : imports the engine, and returns the function that traces a case
     wraps : the name of the engine that this engine calls, or ""
-    ends : the members of ALL_T that the engine accepts. "t_min" stands for intervals that begin at
-        a t_min other than 0, "t_max" stands for intervals that end at a finite t_max, and NEGATIVE
-        stands for intervals that begin at a negative t_min
-    most : the largest number of rays of a family that a slow engine traces
+    ends : the members of ALL_T that the engine accepts: "t_min" for a t_min other than 0, "t_max"
+        for a finite t_max, NEGATIVE for a negative t_min
+    most : the largest number of rays of a family, for a slow engine
     """
 
     name: str
@@ -58,21 +56,21 @@ class Adapter:
 
     @property
     def missing(self) -> str:
-        """The reason why the engine cannot run; "" if it can."""
+        """Why the engine cannot run; "" if it can."""
         for module in self.modules:
             if importlib.util.find_spec(module) is None:
                 return f"{self.package} is not installed"
         return ""
 
     def traces(self, case: Case) -> bool:
-        """Return whether the engine accepts the intervals of the case's rays."""
+        """Return whether the engine accepts the intervals [t_min, t_max] of the case's rays."""
         begins, ends = bool((case.t_min != 0).any()), bool((case.t_max != np.inf).any())
         return ((not begins or "t_min" in self.ends) and (not ends or "t_max" in self.ends)
                 and (case.t_min.min(initial=0) >= 0 or NEGATIVE in self.ends))
 
 
 def _mesh(case: Case) -> tuple[np.ndarray, np.ndarray]:
-    """Return vertices (3 m, 3) float32 and faces (m, 3) int32; triangles share no vertices."""
+    """Return vertices (3 m, 3) float32 and faces (m, 3) int32, without shared vertices."""
     corners = np.ascontiguousarray(case.triangles).reshape(-1, 3)
     return corners, np.arange(len(corners), dtype=np.int32).reshape(-1, 3)
 
@@ -83,8 +81,8 @@ def _ends(case: Case) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _finite_ends(case: Case) -> np.ndarray:
-    """Return (n,) float32, t_max, with the largest float32 in place of infinity, for engines that
-    multiply by t_max."""
+    """Return t_max, (n,) float32, with the largest float32 for infinity, for engines that multiply
+    by t_max."""
     return np.minimum(_ends(case)[1], np.finfo(np.float32).max)
 
 
@@ -114,7 +112,7 @@ def _trimesh(engine: str) -> Callable[[], Trace]:
             mesh = trimesh.Trimesh(*_mesh(case), process=False)
             rays = module.RayMeshIntersector(mesh)
             # trimesh returns locations instead of t, and its functions may find different hits.
-            # Judge the triangles of `intersects_first`, which people use for visibility.
+            # Judge `intersects_first`, which people use for visibility.
             return EngineAnswers(rays.intersects_first(case.origins, case.directions), None,
                                  rays.intersects_any(case.origins, case.directions))
         return trace
@@ -199,7 +197,7 @@ def _vtk() -> Trace:
         locator.BuildLocator()
         t, place, inside = vtk.mutable(0.0), [0.0] * 3, [0.0] * 3
         part, cell = vtk.mutable(0), vtk.mutable(0)
-        # VTK intersects segments. Let each segment end beyond the scene, or at the ray's t_max.
+        # VTK intersects segments: end each segment beyond the scene, or at the ray's t_max.
         directions = case.directions.astype(np.float64)
         length = np.linalg.norm(directions, axis=1)
         size = np.abs(vertices).max(initial=0) + np.abs(case.origins).max(axis=1, initial=0)

@@ -1,4 +1,4 @@
-"""The page of a run of the suite: one HTML file, which has no scripts and needs no other files."""
+"""Page: the results of the suite as one HTML file without scripts or other files."""
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
@@ -25,7 +25,7 @@ def write_page(rows: Sequence[Row], missing: Mapping[str, str], path: str) -> No
 
     Parameters
     ----------
-    missing : engines that were not run, and why
+    missing : engine -> why it was not run
     """
     with replacing(path) as file:
         file.write_text(page(rows, missing), encoding="utf-8")

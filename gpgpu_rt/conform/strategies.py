@@ -16,7 +16,7 @@ from .case import Case
 from .families import FAMILIES, make_case
 from .suite import family_names
 
-# The scenes of these families are large, or take an engine a long time.
+# The scenes of these families are large or slow.
 SLOW = ("long-way", "coincident", "coplanar", "one-centroid")
 
 
@@ -33,10 +33,9 @@ def cases(draw: st.DrawFn, names: Sequence[str] = (), most_rays: int = 64,
 
     Parameters
     ----------
-    names : the families to draw from; all but the slow families by default
+    names : the families to draw from; by default all but the slow families
     most_rays : the largest number of rays of a case
-    intervals : whether rays keep their family's t_min and t_max; if not, t_min is 0 and t_max
-        infinite
+    intervals : whether rays keep their family's t_min and t_max, instead of 0 and infinity
     """
     case = make_case(draw(families(names)), draw(st.integers(1, most_rays)),
                      draw(st.integers(0, 2 ** 32 - 1)))
@@ -46,6 +45,5 @@ def cases(draw: st.DrawFn, names: Sequence[str] = (), most_rays: int = 64,
 
 
 def single_rays(names: Sequence[str] = ()) -> st.SearchStrategy[Case]:
-    """Return a strategy of cases with a single ray, which Hypothesis can shrink to a short
-    reproduction."""
+    """Return a strategy of cases with one ray, which Hypothesis can shrink to a short example."""
     return cases(names, most_rays=1)

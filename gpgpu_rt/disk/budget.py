@@ -1,10 +1,7 @@
 """Budget: a limit on the memory that a small file may require.
 
-A header of a few bytes can declare gigabytes. Readers therefore compare the declared size with
-this budget before they allocate memory. `check_bytes` always allows data that are no larger than
-the file itself.
-
-The budget is $GPGPU_RT_BUDGET in MiB, 1024 by default. All limits are derived from the budget.
+A header of a few bytes can declare gigabytes, so readers check the declared size before they
+allocate memory. The budget is $GPGPU_RT_BUDGET in MiB, 1024 by default.
 """
 from __future__ import annotations
 
@@ -42,7 +39,7 @@ def check_bytes(declared: int, stored: int, where: str) -> None:
     Parameters
     ----------
     declared : number of bytes that the file decodes to, according to its headers
-    stored : size of the file in bytes; data up to this size are always allowed
+    stored : size of the file in bytes; as much data is always allowed
     where : the file, for the message
     """
     if declared > max(budget_bytes(), stored):

@@ -1,9 +1,9 @@
 """Streams: lists of records in textures, and the passes that read streams and draw a stream.
 
-The term is from the stream programming of 2002-2007. Element i of n is at texel i, in rows of
-TABLE_WIDTH texels, and a pass runs a fragment program once per element. The program can read any
-other element i, at ``table_texel(i)`` (gather). To scatter, a pass draws points instead, one or
-several per element: the vertex stage reads the element and chooses the texel of each point.
+A stream, a term of 2002-2007, has element i of n at texel i, in rows of TABLE_WIDTH texels. A pass
+runs a fragment program once per element. The program can read any other element i, at
+``table_texel(i)`` (gather). To scatter, a pass draws points instead: the vertex stage reads an
+element and chooses the texels of its points.
 """
 from __future__ import annotations
 
@@ -69,11 +69,11 @@ class Stream(Target):
 
 
 class StreamRoom:
-    """The streams and programs of a task. The end of the ``with`` block releases them all.
+    """The streams and programs of a task, released at the end of the ``with`` block.
 
     Parameters
     ----------
-    folder : the folder under ``glsl/`` of the programs whose names contain no folder
+    folder : the folder under ``glsl/`` of programs whose names have no folder
     """
 
     def __init__(self, gpu: Gpu, folder: str = "algorithms") -> None:
@@ -101,7 +101,7 @@ class StreamRoom:
         return stream
 
     def drop(self, *streams: Stream) -> None:
-        """Release these streams now, to free their memory."""
+        """Release streams now, to free their memory."""
         for stream in streams:
             self._streams = [
                 other for other in self._streams if other.textures is not stream.textures]
@@ -114,8 +114,7 @@ class StreamRoom:
 
         Parameters
         ----------
-        reads : the streams that the program reads. If several have the same name, the program
-            reads the first of these
+        reads : the streams that the program reads; of several with one name, it reads the first
         """
         count = target.length - first if count is None else count
         if count <= 0:
@@ -136,9 +135,9 @@ class StreamRoom:
     def scatter(self, program: str, target: Target, reads: Sequence[Target], vertices: int, *,
                 mode: int = moderngl.POINTS, defines: Mapping[str, object] | None = None,
                 **uniforms: object) -> None:
-        """Draw points, or lines, into the texels that the program's vertex stage chooses.
+        """Draw points or lines into the texels that the program's vertex stage chooses.
 
-        If several points fall into a texel, the current blending decides the result.
+        The current blending decides the result of several points in a texel.
         """
         if vertices <= 0:
             return
@@ -173,8 +172,7 @@ def rows_of(length: int) -> int:
 
 
 def span(first: int, count: int) -> np.ndarray:
-    """Return (k, 4) rectangles, at most three, that cover the elements from ``first`` to ``first``
-    + ``count`` - 1."""
+    """Return at most three rectangles, (k, 4), that cover ``count`` elements from ``first``."""
     (top, left), (bottom, right) = (divmod(i, TABLE_WIDTH) for i in (first, first + count))
     if top == bottom:
         parts = [(left, top, right, top + 1)]
@@ -187,7 +185,7 @@ def span(first: int, count: int) -> np.ndarray:
 
 def _sources(reads: Iterable[Target],
              written: Record | None = None) -> tuple[str, dict[str, moderngl.Texture]]:
-    """Return the GLSL of all records, and the samplers of the records that are read."""
+    """Return the GLSL of all records, and the samplers of the records to read."""
     glsl = {} if written is None else {written.name: written.stream_glsl(True)}
     samplers: dict[str, moderngl.Texture] = {}
     for stream in reads:
