@@ -31,13 +31,9 @@ def add_picture(sub: Parser) -> None:
 
 
 def picture_options(chosen: argparse.Namespace) -> dict[str, Any]:
-    """Return the integrator and its options, as arguments of `Tracer.render`.
-
-    Raises
-    ------
-    OptionError
-        for an option that the integrator does not have
-    """
+    """Return the integrator and its options, as arguments of `Tracer.render`. Raise OptionError
+    for
+    an option that the integrator does not have."""
     kind = find_integrator(chosen.integrator)
     return {"integrator": kind.name, **parsed(chosen, "picture_", light_options(), kind.options,
                                               f"integrator {kind.name}")}
@@ -50,7 +46,7 @@ def drawing_of(chosen: argparse.Namespace, scene: Scene) -> dict[str, Any]:
 
 
 def explain(chosen: argparse.Namespace, tracer: Tracer) -> Plan | None:
-    """Return the plan, or None without --explain. Print the plan unless JSON will contain it."""
+    """Return the plan, or None without --explain. Print it unless JSON will contain it."""
     if not chosen.explain:
         return None
     plan = tracer.plan(chosen.size, **picture_options(chosen))
@@ -61,14 +57,14 @@ def explain(chosen: argparse.Namespace, tracer: Tracer) -> Plan | None:
 
 @contextmanager
 def progress_shown() -> Iterator[Callable[[int, int, float], None]]:
-    """Yield the function to which `Tracer.render` reports its progress."""
+    """Yield the function that `Tracer.render` reports its progress to."""
     with show_progress("sample", doublings("sample")) as tell:
         yield lambda done, samples, noise: tell(
             done, samples, "" if noise == float("inf") else f"noise {noise:.1%}")
 
 
 def light_options() -> Variants:
-    """Return every option of every integrator by name, with the default integrator first."""
+    """Return every integrator's options by name, with the default integrator first."""
     return variants(_integrators())
 
 

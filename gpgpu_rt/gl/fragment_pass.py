@@ -16,7 +16,7 @@ GL_SAMPLERS = (0x8B5E, 0x8DD2)   # sampler2D, usampler2D
 
 
 class FragmentPass:
-    """A linked program, its uniforms and its samplers. Subclasses supply the geometry.
+    """A linked program with uniforms and samplers. Subclasses supply the geometry.
 
     Parameters
     ----------
@@ -27,9 +27,9 @@ class FragmentPass:
     ----------
     name : the fragment program's file
     vertex : the vertex program's file
-    texts : the (vertex, fragment) texts that were compiled
+    texts : the compiled (vertex, fragment) texts
     label : the pass's name in logs; if empty, logs use ``name``
-    kernel : the method's kernel, as in ``ObservedPass``; empty for a program without a kernel
+    kernel : the method's kernel, as in ``ObservedPass``, or empty
     samplers : names of the textures that the compiled program reads
     uniforms : the values set so far, by name
     """
@@ -42,8 +42,8 @@ class FragmentPass:
         self.program = compile_program(gpu, fragment, defines, virtual, vertex)
         self.texts = gpu.text_of(self.program)
         self.uniforms: dict[str, object] = {}
-        # The program gets this mark when it has the uniforms of this pass. The mark is not a
-        # reference to the pass, because a reference would keep the pass alive.
+        # The program gets this mark when it has this pass's uniforms. A reference to the pass
+        # instead of a mark would keep the pass alive.
         self._mark = object()
         self.samplers = tuple(name for name in self.program if getattr(
             self.program[name], "gl_type", None) in GL_SAMPLERS)
@@ -51,7 +51,7 @@ class FragmentPass:
             self.program[name].value = unit
 
     def set(self, **uniforms: object) -> None:
-        """Set uniforms by name. Ignore uniforms that the compiler removed from this variant."""
+        """Set uniforms by name. Ignore uniforms that the compiler removed."""
         self.uniforms.update({name: value for name, value in uniforms.items()
                               if name in self.program})
         self.program.extra = None   # the program's values are out of date
@@ -59,7 +59,7 @@ class FragmentPass:
     def covered(self, size: tuple[int, int]) -> np.ndarray | None:
         """Return the texels that the last draw covered before the depth test, (n, 2) int, x and y.
 
-        ``size`` is the (width, height) of the target. The result is None if the pass cannot tell.
+        ``size`` is the target's (width, height). None if the pass cannot tell.
         """
         return None
 
@@ -70,9 +70,9 @@ class FragmentPass:
 
         Parameters
         ----------
-        textures : sampler name -> texture. Textures that the program does not sample are ignored
+        textures : sampler name -> texture; unsampled textures are ignored
         mode : moderngl.POINTS, TRIANGLES, ...
-        vertices : number of vertices of each instance; -1 for all vertices of the geometry
+        vertices : number of vertices per instance; -1 for all of the geometry
         """
         self._take_program()
         framebuffer = framebuffer_of(target)
@@ -93,8 +93,8 @@ class FragmentPass:
         self.gpu.fences.keep()
 
     def _take_program(self) -> None:
-        """Set this pass's uniforms, unless the program has them already. Passes with the same
-        texts share a program."""
+        """Set this pass's uniforms, unless the program, which passes with the same texts share,
+        has them already."""
         if self.program.extra is not self._mark:
             for name, value in self.uniforms.items():
                 self.program[name].value = value
@@ -104,8 +104,7 @@ class FragmentPass:
                 instances: int) -> int:
         """Draw, and return the number of draw calls.
 
-        Separate primitives (`LISTS`) with more vertices than the renderer can number are drawn in
-        parts.
+        Separate primitives (`LISTS`) with more vertices than the renderer can number need several.
         """
         count = geometry.vertices if vertices < 0 else vertices
         most = self.gpu.most_vertices

@@ -1,8 +1,7 @@
 """Loops: rewrites ``do`` loops, which test their condition after their body, as ``for`` loops.
 
-SwiftShader compiles some ``do`` loops wrongly if they contain other loops. With such loops,
-kd-packet with two or more stack entries lost the hits of a few rays in a thousand. Mesa's
-renderers run the same text correctly, and SwiftShader runs the ``for`` loops correctly.
+SwiftShader compiles some ``do`` loops that contain other loops wrongly: kd-packet with two or more
+stack entries lost hits. It runs the ``for`` loops correctly.
 """
 from __future__ import annotations
 
@@ -30,7 +29,7 @@ def without_do(text: str) -> str:
 
 
 def _closed(text: str, start: int) -> int:
-    """Return the place behind the bracket that closes the bracket before ``start``."""
+    """Return the place behind the bracket that closes the one before ``start``."""
     depth = 1
     for bracket in _BRACKET.finditer(text, start):
         if bracket[0][0] != "/":

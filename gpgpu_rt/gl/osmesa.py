@@ -13,7 +13,7 @@ HINT = ("install the Mesa libraries (Debian, Ubuntu: apt-get install libegl1 lib
 class OsMesaLoader:
     """An off-screen Mesa context with the interface of moderngl's loaders.
 
-    OSMesa requires a buffer. It has only 1 x 1 pixels, because all draws go to framebuffers.
+    OSMesa requires a buffer, here 1 x 1 pixels, because all draws go to framebuffers.
     """
 
     PROFILE, CORE, MAJOR, MINOR, FORMAT, RGBA, DEPTH_BITS = (

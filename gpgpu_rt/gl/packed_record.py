@@ -23,7 +23,7 @@ class PackedRecord:
 
     @cached_property
     def fields(self) -> tuple[tuple[str, int, int, int], ...]:
-        """Name, channel, lowest bit and number of bits of each field."""
+        """Name, channel, lowest bit and number of bits, for each field."""
         found = []
         for channel, word in enumerate(self.layout.split("|")):
             shift = 0
@@ -70,7 +70,7 @@ class PackedRecord:
 
     @property
     def planes(self) -> tuple[Plane, ...]:
-        """The planes, as in ``Record.planes``. There is only one plane, a texture of integers."""
+        """The planes, as in ``Record.planes``: only one, a texture of integers."""
         return (Plane("", 0, self.texels, self.channels // self.texels, "u4"),)
 
     def table_glsl(self) -> str:

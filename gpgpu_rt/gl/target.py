@@ -1,4 +1,4 @@
-"""Target: textures of the same size that hold records, and a framebuffer to draw into them all."""
+"""Target: textures of one size that hold records, and a framebuffer to draw into all of them."""
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
@@ -23,23 +23,20 @@ def whole(texels: np.ndarray) -> np.ndarray:
 
 
 class Target:
-    """Render targets that hold a record, or several records, at each position.
-
-    Passes draw into a Target, and later passes read its textures.
+    """Render targets that hold one or several records at each position, for later passes to read.
 
     Parameters
     ----------
     records : a Record, or several Records in the order of the render targets
     size : (width, height) in texels
-    depth : a depth buffer of the same size. Draws test against it and do not write it
-    borrowed : name -> textures that another object owns and releases. For a record of this name,
-        the target uses these textures and makes none. If no record has the name, the textures
-        become further render targets after the records
+    depth : a depth buffer of the same size, which draws test and do not write
+    borrowed : name -> textures that another object owns and releases. The record of this name uses
+        these textures. Without such a record, they become further render targets
 
     Attributes
     ----------
     records : name -> Record
-    streams : name -> textures, a texture per texel of the record
+    streams : name -> textures, one per texel of the record
     textures : all textures, in the order of the render targets
     framebuffer : draws into all textures at once
     length : number of positions, width * height
@@ -62,19 +59,17 @@ class Target:
 
     @property
     def record(self) -> Record:
-        """The first record. Most targets have only this record."""
+        """The first record; for most targets, the only record."""
         return next(iter(self.records.values()))
 
     def part(self, record: Record) -> Target:
-        """Return a new target for a single record. The new target borrows the record's textures;
-        ``self`` still owns them."""
+        """Return a new target for a record, which borrows the record's textures from ``self``."""
         return Target(self.gpu, record, self.size,
                       borrowed={record.name: self.streams[record.name]})
 
     def samplers(self, as_name: str | None = None) -> Mapping[str, moderngl.Texture]:
         """Return sampler name -> texture, read-only. ``as_name`` renames the only record."""
-        # Every draw asks for the names, so the answer without ``as_name`` is kept until the
-        # streams change.
+        # Every draw needs the names, so keep them until the streams change.
         if as_name is None and self._sampled[0] is self.streams:
             return self._sampled[1]
         found = MappingProxyType({
@@ -90,7 +85,7 @@ class Target:
         Parameters
         ----------
         name : the record; None for the first record
-        by_ray : selects the texels of rays and puts them into the order of the rays
+        by_ray : selects the texels of rays, in the order of the rays
 
         Returns
         -------
@@ -100,7 +95,7 @@ class Target:
         return read_record(record, stream_samplers(record.name, self.streams[record.name]), by_ray)
 
     def write(self, name: str, **fields: np.ndarray) -> None:
-        """Upload a record: the inverse of ``fields``. Texels past the last entry become 0."""
+        """Upload a record: the inverse of ``fields``. Further texels become 0."""
         packed = self.records[name].pack(**fields)
         for texel, texture in enumerate(self.streams[name]):
             texels = np.zeros((self.length, packed.shape[2]), "<" + texture.dtype)
@@ -112,17 +107,17 @@ class Target:
         self.gpu.clear(self.framebuffer, *colour, **more)
 
     def bytes(self) -> int:
-        """Return the bytes of the textures, without borrowed textures."""
+        """Return the bytes of the target's own textures."""
         return sum(map(texture_bytes, self._own.values()))
 
     def release(self) -> None:
-        """Free the framebuffer and the textures, without borrowed textures."""
+        """Free the framebuffer and the target's own textures."""
         release(self.framebuffer, self._own)
 
 
 def read_record(record: Record, samplers: Mapping[str, moderngl.Texture],
                 by_ray: ByRay = whole) -> dict[str, np.ndarray]:
-    """Read a record back from the textures that a pass samples; see ``Target.fields``."""
+    """Read a record from the textures that a pass samples; see ``Target.fields``."""
     texels = [by_ray(read_texture(samplers[f"{record.name}_texel_{texel}"]).reshape(-1, 4))
               for texel in range(record.texels)]
     return record.unpack(texels[0][:, None] if len(texels) == 1 else np.stack(texels, axis=1))

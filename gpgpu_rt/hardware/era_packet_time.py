@@ -1,7 +1,7 @@
 """Era packet time: the time that a card with loops would have taken for packets that ran here.
 
-The program of packets is one loop, so no pass shows how often its kernels ran. Therefore the
-same rays are traced once more, step by step, as for the figures about the papers' cards.
+The program of packets is one loop, so no pass shows how often its kernels ran. Therefore the same
+rays are traced again, step by step.
 """
 from __future__ import annotations
 
@@ -31,8 +31,9 @@ TILE, TILES = 48, 2     # least side of a tile in packets, and the number of til
 class _Traced:
     """The rays of a pass over packets.
 
-    ``texels`` is (h, w, 2, 4) and holds the tiles that are traced again, side by side. ``share``
-    is the share of these rays in all rays of the pass, and ``pixels`` is the number of all rays.
+    ``texels``, (h, w, 2, 4), holds the tiles to trace again, side by side. ``share`` is their
+    share
+    of the pass's rays, and ``pixels`` the number of all its rays.
     """
 
     any_hit: bool
@@ -49,7 +50,7 @@ class PacketRays(Observer):
         self.passes: list[_Traced] = []
 
     def passed(self, one: ObservedPass) -> None:
-        """Keep the rays of the pass if its program is the loop of packets."""
+        """Keep the rays of a pass of the packets' loop."""
         if one.kernel != LOOP:
             return
         across, down = packet_of(self.tracer.options)
@@ -81,9 +82,9 @@ class PacketRays(Observer):
 
 
 def _sampled(side: int, packet: int, group: int) -> np.ndarray:
-    """Return the indices of the rows, or of the columns, of an image that are traced.
+    """Return the indices of the rows, or of the columns, of an image to trace.
 
-    A small image is traced whole. A large image is divided into TILES parts along the axis, and a
+    A small image is traced whole. In a large image, the axis is divided into TILES parts, and a
     tile in the middle of each part is traced. A tile holds whole groups of packets that branch
     together.
     """

@@ -1,4 +1,4 @@
-"""Published kernels: the instruction counts that papers published for their kernels."""
+"""Published kernels: the instruction counts that papers published."""
 from __future__ import annotations
 
 import functools
@@ -16,7 +16,7 @@ class PublishedKernel:
     method, kernel : this project's names of the method and the kernel
     instructions : the paper's count
     source : paper and kernel
-    read : whether the count was read in the source; False for a count that was only remembered
+    read : whether the count was read in the source, not only remembered
     """
 
     method: str

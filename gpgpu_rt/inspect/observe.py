@@ -1,5 +1,4 @@
-"""Observe: call a function after each pass of a tracer, or after each pass that draws ray states.
-"""
+"""Observe: call a function after each pass of a tracer, or each pass that draws ray states."""
 from __future__ import annotations
 
 from collections.abc import Iterator
@@ -28,13 +27,13 @@ class _StateObserver(Observer):
 
 @contextmanager
 def observe_states(tracer: Tracer, look: Look) -> Iterator[None]:
-    """Within the block, call ``look`` after each pass over the tracer's rays or packets.
+    """Within the block, call ``look`` after each pass over rays or packets.
 
     Parameters
     ----------
-    look : receives an ObservedPass, whose ``target`` is a Target. The target's records are the
-        method's state and HIT. HIT is missing in a target of packets' states, and in the era form
-        after a kernel that cannot change hits. The ``kernel`` "init" sets up states
+    look : receives an ObservedPass, whose ``target`` is a Target with the records HIT and the
+        method's state. HIT is missing in targets of packets' states, and in the era form after a
+        kernel that cannot change hits. The ``kernel`` "init" sets up states
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Places: the nodes or cells that a ray's state names, with their boxes and decoded records."""
+"""Places: the nodes or cells that ray states name, with their boxes and decoded records."""
 from __future__ import annotations
 
 from collections.abc import Mapping
@@ -16,12 +16,12 @@ Decoded = dict[str, dict[str, np.ndarray]]
 
 
 class Places:
-    """The places of a tracer's structure: the nodes of a tree, or the cells of a grid.
+    """The places of a tracer's structure: a tree's nodes or a grid's cells.
 
     Parameters
     ----------
-    tracer : a tracer, whose structure has the places
-    state : fields of rays' states. The field ``node`` or ``cell`` names the place of a ray
+    tracer : a tracer with the structure
+    state : fields of rays' states, of which ``node`` or ``cell`` names a ray's place
 
     Attributes
     ----------
@@ -42,7 +42,7 @@ class Places:
             self.count = 0
 
     def numbers(self, state: Mapping[str, np.ndarray]) -> np.ndarray:
-        """Return the number of each ray's place, (n,) int64; -1 for a ray that has no place."""
+        """Return the number of each ray's place, (n,) int64; -1 for none."""
         phase = state["phase"]
         if not self.kind:
             return np.full(len(phase), -1)
@@ -66,8 +66,7 @@ class Places:
     def records(self, number: int) -> Decoded:
         """Return the records of a place as the textures hold them: record -> field -> value.
 
-        A table holds records of places if it has as many records as there are places and is no
-        table of triangles.
+        They come from the tables with as many records as places, except tables of triangles.
         """
         tracer, session = self._tracer, self._tracer.session
         found: Decoded = {}
@@ -83,7 +82,7 @@ class Places:
 
 def _decoded(record: Record | PackedRecord, textures: Mapping, number: int
              ) -> dict[str, np.ndarray]:
-    """Return the fields of a table's record, from its texels."""
+    """Return a record's fields, from its texels."""
     kind = np.uint32 if isinstance(record, PackedRecord) else np.float32
     texels = np.zeros((record.texels, 4), kind)
     for plane in record.planes:
