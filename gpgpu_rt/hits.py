@@ -64,8 +64,8 @@ class Hits:
         return views.table("Hits", self._facts(), picture)
 
     def _facts(self) -> views.Facts:
-        """Return the numbers of rays by outcome, the range of distances, and the means of the
-        counters. Above ``views.MOST_RAYS`` rays, they are estimates from a sample of the rays."""
+        """Return the numbers of rays by outcome, the range of t, and the means of the counters.
+        Above ``views.MOST_RAYS`` rays, estimate them from a sample of the rays."""
         step = views.stride(len(self), views.MOST_RAYS)
         status, triangle, t = self.status[::step], self.triangle[::step], self.t[::step]
         hit = (triangle >= 0) & (status == TRACED)
@@ -91,7 +91,7 @@ class Hits:
         return self.triangle >= 0
 
     def image(self, name: str) -> np.ndarray:
-        """Return an array by ``name``, also ``hit``, in the rays' shape: (h, w) for (h, w, 3).
+        """Return the array ``name`` or ``hit`` in the rays' shape: (h, w) for (h, w, 3).
 
         Raises
         ------

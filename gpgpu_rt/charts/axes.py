@@ -15,7 +15,7 @@ _DIGITS: tuple[tuple[float, ...] | int, ...] = ((1, 2, 5), (1, 3), 1, 2, 3, 4, 6
 
 
 def plain(value: float, digits: int = 3) -> str:
-    """Return a number with ``digits`` significant digits, without an exponent: ``1,230``."""
+    """Return a number with ``digits`` significant digits and no exponent: ``1,230``."""
     if not value or not math.isfinite(value):
         return f"{value:g}"
     value = float(f"{value:.{digits}g}")
@@ -59,7 +59,6 @@ class _LogTicks(Locator):
         return self.tick_values(*self.axis.get_view_interval())
 
     def tick_values(self, vmin: float, vmax: float) -> Any:
-        """Return the positions of the ticks between two numbers."""
         low, high = sorted((vmin, vmax))
         if low <= 0 or not math.isfinite(high):
             return []

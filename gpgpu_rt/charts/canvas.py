@@ -7,7 +7,7 @@ from typing import Any
 import matplotlib
 
 matplotlib.use("Agg")
-import matplotlib.pyplot as plt  # noqa: E402  (the backend must be chosen first)
+import matplotlib.pyplot as plt  # noqa: E402  (choose the backend first)
 
 from ..disk.files import replacing  # noqa: E402
 from ..inspect.data_uris import DESCRIPTION  # noqa: E402
@@ -35,7 +35,7 @@ def save(figure: Any, path: str | Path, shows: str) -> None:
 
 
 def described(figure: Any, shows: str) -> str:
-    """Return a sentence, followed by the names of the chart's panels, axes and series."""
+    """Return a sentence, then the names of the chart's panels, axes and series."""
     axes = [axis for axis in figure.axes if axis.get_visible()]
     legends = [*figure.legends, *(axis.get_legend() for axis in axes)]
     found = {

@@ -77,13 +77,12 @@ def dot_rows(axis: Any, rows: Sequence[str], series: Sequence[Series], label: st
 
 
 def legend_of(series: Sequence[Series]) -> list[Any]:
-    """Return a legend handle for each series that has a number."""
     return [Line2D([], [], linestyle="", color=one.look[0], marker=one.look[1], markersize=5,
                    label=one.name) for one in series if any(one.values)]
 
 
 def _leave_space(axis: Any) -> None:
-    """Widen the x axis to the right, so that the texts beside the last dots fit."""
+    """Widen the x axis, so that the texts beside the last dots fit."""
     low, high = axis.get_xlim()
     if 0 < low < high:
         axis.set_xlim(low, high * (high / low) ** 0.22)

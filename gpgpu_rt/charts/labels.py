@@ -1,4 +1,4 @@
-"""Labels: names written beside the points of a chart, in place of a legend."""
+"""Labels: names beside the points of a chart, in place of a legend."""
 from __future__ import annotations
 
 import math
@@ -10,7 +10,7 @@ from typing import Any
 _DISTANCES = (5, 12, 20, 30, 42, 56, 72, 90)
 _ANGLES = (0, 180, 60, -60, 120, -120, 90, -90, 30, -30, 150, -150)
 _PADDING = 1.5       # space around a label in points
-_LEADER = 8        # a label farther than this from its point is joined to it by a line
+_LEADER = 8        # a line joins a farther label to its point
 
 Box = tuple[float, float, float, float]
 
@@ -19,7 +19,7 @@ def direct_labels(axis: Any, points: Sequence[tuple[float, float, str]], size: f
                   avoid: Sequence[tuple[float, float]] = ()) -> int:
     """Write a label beside each point, so that labels cover neither each other nor a point.
 
-    Call this function when layout and limits are final: it works in pixels.
+    Call this function when layout and limits are final, because it works in pixels.
 
     Parameters
     ----------
@@ -29,7 +29,7 @@ def direct_labels(axis: Any, points: Sequence[tuple[float, float, str]], size: f
 
     Returns
     -------
-    The number of labels that found space. The other labels are not written.
+    The number of written labels. Labels that find no space are left out.
     """
     figure = axis.figure
     pixel = figure.dpi / 72

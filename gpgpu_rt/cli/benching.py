@@ -32,9 +32,8 @@ class Race(NamedTuple):
 Races = list[Race]
 
 SIZE = 1024
-# The fastest candidates with options in measurements. The second candidate is the first with
-# shared
-# subtrees, which halve the memory.
+# The fastest candidates in measurements. The second one is the first with shared subtrees, which
+# halve the memory.
 _TREE = {"octants": True, "quantise_nodes": 16}
 _EYE = {"packet": (4, 2), "interval_test": True, "entry_points": 32, **_TREE, "reinsertion": 3}
 BEST = (("bvh-packet", _EYE),
@@ -72,7 +71,7 @@ def _bench(chosen: argparse.Namespace) -> None:
         _chart(chosen.plot)
     candidates, engines = _candidates(chosen), _engines(chosen.engine)
     count = bool(given_options(chosen).get("statistics"))
-    for scene in chosen.scenes:      # report a wrong name now, not after hours of timing
+    for scene in chosen.scenes:      # report a wrong name before hours of timing
         load(scene)
     gpu = open_gpu(given_options(chosen).get("context"))
     found: Races = []
@@ -86,7 +85,7 @@ def _bench(chosen: argparse.Namespace) -> None:
                 found.append(Race(load(scene).facts(), load(scene).title, kind, entries))
                 if not chosen.json:
                     _print(scene, kind, entries, chosen.size)
-    finally:    # also after an error: the finished races may have taken hours
+    finally:    # print finished races also after an error
         if found:
             _end(chosen, gpu, found, engines)
 
@@ -111,14 +110,13 @@ def _end(chosen: argparse.Namespace, gpu: Gpu, found: Races, engines: Sequence[E
 
 
 def _first_words() -> list[str]:
-    """Return the first words of the engines' names, such as embreex."""
     return list(dict.fromkeys(engine.name.split()[0].rstrip(",") for engine in ENGINES))
 
 
 def _engines(words: Sequence[str] | None) -> Sequence[Engine]:
-    """Return the engines whose names begin with one of ``words``, ignoring case; all engines for
-    None, and no engine for "none". Raise OptionError for a word that begins no name, or only names
-    of engines that cannot run."""
+    """Return the engines whose names begin with one of ``words``, ignoring case; all for None,
+    none for "none". Raise OptionError for a word that begins no name, or only names of engines
+    that cannot run."""
     if words is None:
         return ENGINES
     if words == [NONE]:
@@ -135,11 +133,8 @@ def _engines(words: Sequence[str] | None) -> Sequence[Engine]:
 
 
 def _candidates(chosen: argparse.Namespace) -> list[tuple[str, dict[str, Any]]]:
-    """Return the methods to time, with their options.
-
-    Methods that the user named must accept the given options. Default methods that do not accept
-    the options are left out.
-    """
+    """Return the methods to time, with their options. Default methods that do not accept the
+    options are left out; methods that the user named must accept them."""
     if chosen.methods:
         named = [(name, options_for(chosen, name)) for name in chosen.methods]
         for name, options in named:
@@ -196,13 +191,11 @@ def _rays(kind: str, size: int) -> str:
 
 
 def _renderer(gpu: Gpu) -> str:
-    """Return the renderer's name and, if known, its number of threads."""
     threads = threads_of(gpu.renderer)
     return gpu.renderer + ("" if threads is None else f", on {counted(threads, 'thread')}")
 
 
 def _print_notes(gpu: Gpu, found: Races, engines: Sequence[Engine]) -> None:
-    """Print what the tables' columns mean, and which engines are robust or missing."""
     if any(entry.over for one in found for entry in one.entries):
         print(f"over embreex: our rate divided by the rate of {EMBREE}, as the median "
               "of all rounds. Our time\n"
@@ -227,7 +220,6 @@ def _print_notes(gpu: Gpu, found: Races, engines: Sequence[Engine]) -> None:
 
 
 def _missing(engines: Sequence[Engine]) -> dict[str, str]:
-    """Return engine -> why it cannot run, for each missing engine."""
     return {engine.name: engine.missing for engine in engines if engine.missing}
 
 
@@ -235,7 +227,6 @@ def _chart(path: str) -> Callable[[list[tuple[str, str, list[Entry]]], str, str]
     """Return the function that draws the chart. Raise Error without matplotlib, or if ``path``
     cannot be written."""
     try:
-        # matplotlib is an optional dependency.
         from ..bench.chart import FORMATS, draw
     except ImportError as failure:
         raise Error(f"--plot draws with matplotlib; {how_to_install('figures')}") from failure

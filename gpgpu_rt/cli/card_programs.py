@@ -30,7 +30,7 @@ def card_costs(method: str, card: str, options: dict[str, Any], only: str | None
         for an unknown kernel or card, or a method without an era form (kernels that the cards of
         2002-2006 could run; docs/era.md)
     """
-    compiled_costs(card)    # raises an error that names the known cards if the card is unknown
+    compiled_costs(card)    # an error for an unknown card names the known cards
     looped = method in packet_methods()
     names = [only] if only else [
         one.kernel for one in era_programs(method, in_loop=looped, **options)]
@@ -38,7 +38,7 @@ def card_costs(method: str, card: str, options: dict[str, Any], only: str | None
 
 
 def card_text(costs: list[StaticCost], listing: bool = True) -> str:
-    """Return the costs of all kernels as text; with ``listing``, also their compiled programs."""
+    """Return the kernels' costs as text; with ``listing``, also their compiled programs."""
     first = costs[0]
     chip = next((card for card in cards() if card.chip.lower() == first.card), None)
     made = compiled_costs(first.card)
@@ -69,7 +69,7 @@ def _counts(cost: StaticCost, chip: Card | None) -> list[str]:
 
 
 def check_alone(given: dict[str, Any]) -> None:
-    """Raise OptionError for options that cannot be combined with ``--card``."""
+    """Raise OptionError for options that exclude ``--card``."""
     clash = [name for name, value in given.items() if value]
     if clash:
         raise OptionError(f"--card prints the kernels as a card's compiler compiled them; leave "

@@ -23,7 +23,7 @@ from .shared import NONE, Command, add_methods, names, print_json, print_table, 
 
 
 def add_commands(command: Command) -> None:
-    """Declare the command. ``command(name, run, text)`` returns the command's parser."""
+    """Declare the command."""
     sub = command("conform", _conform, "test ray tracers with extreme rays whose exact answers "
                   "are known")
     add_methods(sub, "bvh-threaded; 'all' for every method, 'none' for only engines")
@@ -107,8 +107,7 @@ def _tell(rows: list[Row], missing: dict[str, str], chosen: argparse.Namespace) 
 
 
 def _specs(chosen: argparse.Namespace) -> tuple[list[Spec], dict[str, str]]:
-    """Return the methods and engines to run, and name -> reason for each known engine that cannot
-    run."""
+    """Return the methods and engines to run, and known engine -> why it cannot run."""
     missing: dict[str, str] = {}
     named = [word for word in chosen.engine if word != NONE]
     given = bool(named or chosen.program)
@@ -208,7 +207,6 @@ def _shrink(specs: list[Spec], rows: list[Row], chosen: argparse.Namespace) -> N
 
 
 def _folder(name: str, option: str) -> Path:
-    """Make a folder, and return its path."""
     folder = Path(name)
     if folder.exists() and not folder.is_dir():
         raise Error(f"{folder} is not a folder; give {option} a folder to write into")
@@ -220,7 +218,6 @@ def _folder(name: str, option: str) -> Path:
 
 
 def _chart(path: str) -> Any:
-    """Return the function that draws the chart. Raise Error if the chart cannot be written."""
     try:
         from ..conform.chart import FORMATS, draw  # matplotlib is optional
     except ImportError as failure:

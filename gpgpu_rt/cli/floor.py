@@ -18,19 +18,18 @@ from ..scene.scene import Scene
 from ..tracer import AUTO
 from .shared import say
 
-WIDTH = 2.5         # half the side of the floor, in diagonals of the scene's bounding box
+WIDTH = 2.5         # half the floor's side, in diagonals of the scene's bounding box
 BELOW = 1e-4        # gap below the scene, in diagonals, so that no triangles coincide
 GREY = 0.75
 
 
 def add_floor(sub: argparse.ArgumentParser) -> None:
-    """Declare the option ``--floor`` of ``render``."""
     sub.add_argument("--floor", action="store_true", help="add a floor of two triangles below the "
                      "scene, on which the scene's shadow falls")
 
 
 def scene_of(chosen: argparse.Namespace) -> Scene:
-    """Return the scene that the command names, with a floor if the user gave ``--floor``."""
+    """Return the scene that the command names, with a floor after ``--floor``."""
     scene = load_scene(chosen.scene)
     if not chosen.floor:
         return scene
@@ -45,7 +44,7 @@ def scene_of(chosen: argparse.Namespace) -> Scene:
 
 
 def on_floor(scene: Scene) -> Scene:
-    """Return the scene with a floor, two grey triangles after the scene's own.
+    """Return the scene with a floor of two grey triangles, the last of the scene.
 
     The floor is a square below the bounding box (y is up). Two of its edges are parallel to the
     camera's right axis, projected onto the floor.

@@ -9,7 +9,7 @@ from typing import IO
 from ..disk.own_folder import fault_of, open_lock
 from ..errors import Error
 
-LOCK = "lock"     # the file in the folder that a run locks
+LOCK = "lock"     # the file to lock in the folder
 
 
 class FolderLock:
@@ -23,7 +23,7 @@ class FolderLock:
     Raises
     ------
     Error
-        if another run has locked the folder, or if the folder cannot be created or written
+        if another run has locked the folder, or it cannot be created or written
     """
 
     def __init__(self, folder: Path, purpose: Path) -> None:
@@ -53,7 +53,7 @@ class FolderLock:
             with contextlib.suppress(FileNotFoundError):
                 if os.path.samestat(os.fstat(self._file.fileno()), self._path.stat()):
                     return
-            self._file.close()      # another run has removed this file: try again with a new file
+            self._file.close()      # another run has removed this file: try a new file
 
     def release(self) -> None:
         """Unlock and remove the lock file. A second call does nothing."""

@@ -77,7 +77,7 @@ class OwnedOptions:
         return [name for name in dict.fromkeys(found) if name in owners]
 
     def of(self, owner: str) -> list[argparse.Action]:
-        """Return the options of an owner, with help texts for this owner alone."""
+        """Return an owner's options, with help texts for this owner alone."""
         found = []
         for action, name in self.actions.items():
             kinds = {option: [owner] for option, owners in self.table[name].items()
@@ -89,13 +89,12 @@ class OwnedOptions:
         return found
 
     def is_common(self, action: argparse.Action) -> bool:
-        """Return whether the short help lists the option of an action."""
+        """Return whether the short help lists an option."""
         return any(option.common for option in self.table[self.actions[action]])
 
 
 def short(groups: Sequence[Section], owned: Sequence[OwnedOptions]) -> Iterator[Section]:
-    """Yield the sections of the short help: options without owner, and common options of
-    owners."""
+    """Yield the sections of the short help, with only the common options of owners."""
     owner_of = {action: options for options in owned for action in options.actions}
     for title, actions in groups:
         yield title, [action for action in actions
@@ -109,7 +108,7 @@ def of_owners(owned: Sequence[OwnedOptions], arguments: Sequence[str]) -> list[S
 
 
 def usage_of(actions: Iterable[argparse.Action]) -> str:
-    """Return the usage of a command, with only the required options and the arguments."""
+    """Return a command's usage, with only required options and arguments."""
     words = ["%(prog)s [options]"]
     for action in sorted(actions, key=lambda action: not action.option_strings):
         name = escaped(str(action.metavar or action.dest))
@@ -122,8 +121,8 @@ def usage_of(actions: Iterable[argparse.Action]) -> str:
 
 
 def where_to_read_on(owned: Sequence[OwnedOptions], already: bool) -> str:
-    """Return the end of a help text: how to see the other options. ``already`` says whether the
-    text has the options of an owner."""
+    """Return how to see the other options. ``already`` says whether the text has an owner's
+    options."""
     ways = [] if already else [
         f"{' '.join([*options.words[:1], options.kind.upper()])} --help for the options of "
         f"{_article(options.kind)}" for options in owned]

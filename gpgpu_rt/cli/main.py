@@ -18,8 +18,8 @@ from .parser import Parser
 from .shared import print_any_name, say, spelled_out
 from .streams import printed
 
-# The module of each command, in the order of the help. Only the module of the command that runs is
-# imported, to save time.
+# The module of each command, in the order of the help. To save time, only the module of the
+# command that runs is imported.
 MODULES = {
     "info": "listing", "methods": "listing", "scenes": "scenes", "render": "tracing",
     "trace": "tracing", "remesh": "remeshing", "bench": "benching", "conform": "conforming",
@@ -35,8 +35,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def import_command(arguments: Sequence[str]) -> None:
     """Import the module of the command that the arguments name, or of every command.
 
-    ``__main__.py`` calls this function before `main`, because an interrupt is handled differently
-    during these imports (``interrupts.py``).
+    ``__main__.py`` calls this function first, because an interrupt is handled differently during
+    these imports (``interrupts.py``).
     """
     named = next((MODULES[word] for word in arguments if word in MODULES), None)
     for module in MODULES.values() if named is None else [named]:
@@ -46,7 +46,7 @@ def import_command(arguments: Sequence[str]) -> None:
 def _main(arguments: Sequence[str] | None) -> int:
     print_any_name()
     try:
-        # Load the methods first, because they declare most of the options.
+        # The methods come first, because they declare most of the options.
         arguments = _take_methods(sys.argv[1:] if arguments is None else arguments)
         if not arguments:
             command_parser().print_help()
@@ -80,7 +80,6 @@ def _main(arguments: Sequence[str] | None) -> int:
 
 
 def _show(message: Warning | str, *where: Any, **more: Any) -> None:
-    """Print a warning as one line, without its place in the code."""
     say(f"gpgpu-rt: note: {message}")
 
 
@@ -102,10 +101,8 @@ def _take_methods(arguments: Sequence[str]) -> list[str]:
 
 
 def command_parser(only: str | None = None) -> Parser:
-    """Return the parser of all commands, or of the module that has the command ``only``.
-
-    The parser's ``switches`` are those of all its commands.
-    """
+    """Return the parser of all commands, or of the module of the command ``only``. The parser's
+    ``switches`` are those of all its commands."""
     parser = Parser(prog="gpgpu-rt", description="Ray tracing by fragment programs, as on the "
                     "graphics hardware of 2002-2007.")
     _add_methods_from(parser)

@@ -10,7 +10,7 @@ from .help import OwnedOptions, of_owners, short, usage_of, where_to_read_on
 
 
 class _HelpAll(argparse.Action):
-    """Prints every option of a command, and ends the program."""
+    """Prints the full help, and ends the program."""
 
     def __call__(self, parser: argparse.ArgumentParser, *_: Any) -> None:
         assert isinstance(parser, Parser)
@@ -42,7 +42,7 @@ class Parser(argparse.ArgumentParser):
 
     @property
     def rare(self) -> argparse._ArgumentGroup:
-        """The group for the command's own options that few users need."""
+        """The group for options that few users need."""
         self._rare = self._rare or self.add_argument_group("more options")
         return self._rare
 
@@ -82,13 +82,13 @@ class Parser(argparse.ArgumentParser):
         self.exit(2, f"{self.speaker}: {message} (see `{self.prog} --help`)\n")
 
     def _check_value(self, action: argparse.Action, value: Any) -> None:
-        """Check a choice or a command; called by argparse."""
+        """Check a choice or a command, for argparse."""
         if action.choices is not None and value not in action.choices:
             near = nearest_names(str(value), map(str, action.choices))
             raise argparse.ArgumentError(action, f"invalid choice {value!r}{near}")
 
     def refuse(self, word: str) -> None:
-        """Report a word that no option or argument of this command accepts."""
+        """Report a word that the command does not accept."""
         command = self.prog.split()[-1]
         if not word.startswith("-"):
             self.error(f"{command} {self._of_arguments(word)}")
@@ -96,7 +96,7 @@ class Parser(argparse.ArgumentParser):
         self.error(f"{command} has no {name}{did_you_mean(name, self._option_string_actions)}")
 
     def _of_arguments(self, word: str) -> str:
-        """Return the end of an error message about a surplus argument."""
+        """Return the end of a message about a surplus argument."""
         own = self._get_positional_actions()
         names = [str(action.metavar or action.dest) for action in own]
         if not own:

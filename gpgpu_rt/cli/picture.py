@@ -19,7 +19,6 @@ from .shared import add_variants, parsed
 
 
 def add_picture(sub: Parser) -> None:
-    """Declare the options of ``render`` for light."""
     group = sub.add_argument_group("light")
     group.add_argument("--integrator", metavar="NAME", help="the integrator: "
                        f"{', '.join(INTEGRATORS)}; default {DEFAULT}")
@@ -32,8 +31,7 @@ def add_picture(sub: Parser) -> None:
 
 def picture_options(chosen: argparse.Namespace) -> dict[str, Any]:
     """Return the integrator and its options, as arguments of `Tracer.render`. Raise OptionError
-    for
-    an option that the integrator does not have."""
+    for an option that the integrator does not have."""
     kind = find_integrator(chosen.integrator)
     return {"integrator": kind.name, **parsed(chosen, "picture_", light_options(), kind.options,
                                               f"integrator {kind.name}")}
@@ -64,7 +62,7 @@ def progress_shown() -> Iterator[Callable[[int, int, float], None]]:
 
 
 def light_options() -> Variants:
-    """Return every integrator's options by name, with the default integrator first."""
+    """Return the integrators' options by name, the default integrator's first."""
     return variants(_integrators())
 
 

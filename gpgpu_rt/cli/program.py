@@ -20,7 +20,7 @@ PACKAGE = Path(__file__).parents[1]
 
 
 def add_commands(command: Command) -> None:
-    """Declare the command; ``command(name, run, text)`` returns the command's parser."""
+    """Declare the command."""
     sub = command("program", _program, "print the GLSL text that a method runs: "
                   "conditionals resolved, each part under the name of its file")
     sub.add_argument("method", metavar="METHOD", help="a method's name")
@@ -70,7 +70,6 @@ def _program(chosen: argparse.Namespace) -> None:
 
 
 def _card_program(method: str, chosen: argparse.Namespace) -> None:
-    """Print or write the kernels as a card's compiler translated them."""
     options = options_for(chosen, method)
     of_tracer = {one.name: one.name in options for one in TRACER_OPTIONS}
     check_alone({"list": chosen.list, "all": chosen.all, **of_tracer})
@@ -90,11 +89,10 @@ def _joined(programs: list[TracedProgram]) -> str:
 
 
 def files_of_method(name: str) -> list[tuple[str, str]]:
-    """Return (file, purpose) for each file of a method, first the Python file of its row in the
-    method table.
+    """Return (file, purpose) for each file of a method, first the Python file of its row.
 
-    Without an OpenGL context, which resolves the includes, the result has only this Python file
-    and the kernel file that the row names.
+    Without an OpenGL context, which resolves includes, the result has only this file and the row's
+    file of kernels.
     """
     row, file = find_method(name), file_of(name)
     found = [] if file is None else [(_shown(file), "row")]

@@ -36,7 +36,7 @@ def show_progress(unit: str, lines: Lines) -> Iterator[Callable[..., None]]:
 
 
 def tenths(unit: str) -> Lines:
-    """Return a function that prints a line for each tenth of the work."""
+    """Return a function that prints a line per tenth of the work."""
     printed = 0
 
     def tell(done: int, of: int, note: str) -> None:
@@ -49,7 +49,7 @@ def tenths(unit: str) -> Lines:
 
 
 def doublings(unit: str) -> Lines:
-    """Return a function that prints a line when the amount done has doubled, and at the end."""
+    """Return a function that prints a line at each doubling of the work done, and at the end."""
     told_of = 0
 
     def tell(done: int, of: int, note: str) -> None:
@@ -65,11 +65,11 @@ def _bar(unit: str, of: int) -> Any:
     """Return a tqdm bar, or None without tqdm and outside of notebooks and terminals."""
     try:
         with warnings.catch_warnings():
-            # In a notebook without widgets, tqdm warns and draws its bar as text.
+            # In a notebook without widgets, tqdm warns and draws text.
             warnings.simplefilter("ignore")
             from tqdm.auto import tqdm
     except ImportError:
         return None
-    # A notebook's output is no terminal, so tqdm would show no bar there by default.
+    # tqdm shows no bar in a notebook by default, because its output is no terminal.
     bar = tqdm(total=of, unit=unit, dynamic_ncols=True, disable=False if in_notebook() else None)
     return None if bar.disable else bar

@@ -27,7 +27,7 @@ KILOBYTE = 1000
 
 
 def add_commands(command: Command) -> None:
-    """Declare the command. ``command(name, run, text)`` returns the command's parser."""
+    """Declare the command."""
     sub = command("scenes", _run, "list the named scenes and the source of each, or fetch the "
                   "papers' scenes")
     sub.add_argument("--fetch", nargs="*", metavar="NAME", help="download these scenes and "
@@ -103,10 +103,9 @@ def fetch(names: Sequence[str], base: str | None, agreed: bool) -> None:
 
 
 def _fetch(wanted: Sequence[str], base: str | None, folder: Path) -> None:
-    """Download, convert and place the scenes, after all checks."""
     cameras = folder / "cameras.json"
     if is_file(cameras):
-        load_cameras(cameras)      # report a damaged file now, not after the download
+        load_cameras(cameras)      # report a damaged file before the download
     with _working(folder) as work, show_progress("kilobyte", tenths("kilobyte")) as report:
         missing = {name: _missing_files(name, folder) for name in wanted}
         total = -(-sum(file.size for files in missing.values() for file in files) // KILOBYTE) or 1
@@ -127,7 +126,6 @@ def _fetch(wanted: Sequence[str], base: str | None, folder: Path) -> None:
 
 
 def _check_base(base: str | None) -> None:
-    """Raise OptionError if ``base`` is a folder that holds no copy of the originals."""
     if base is None or is_url(base):
         return
     repositories = sorted({file.place.parts[0] for files in source_files().values()
@@ -142,7 +140,6 @@ def _check_base(base: str | None) -> None:
 
 
 def _check_name(name: str) -> None:
-    """Raise SceneError, which says what to do instead, if a scene cannot be fetched."""
     if name in ORIGINALS:
         return
     row = catalogue.ROWS.get(name)
@@ -155,7 +152,6 @@ def _check_name(name: str) -> None:
 
 
 def _is_there(name: str) -> bool:
-    """Return whether a scene's mesh and the files that its animation reads are there."""
     files = source_files()[name] if ORIGINALS[name].keeps_files else ()
     return catalogue.mesh_path(name) is not None and all(
         (path := catalogue.original_file(file.place)) is not None
@@ -163,7 +159,6 @@ def _is_there(name: str) -> bool:
 
 
 def _show(names: Sequence[str], folder: Path, base: str | None) -> None:
-    """Print the source, size and terms of each scene, and the folder for the scenes."""
     for name in names:
         files = source_files()[name]
         size = sum(file.size for file in files) / 1e6
@@ -185,10 +180,8 @@ def _ask() -> None:
 
 @contextlib.contextmanager
 def _working(folder: Path) -> Iterator[Path]:
-    """Yield a folder within ``folder`` for partial downloads, locked against other runs.
-
-    At the end, remove the empty folders that this run made.
-    """
+    """Yield a folder in ``folder`` for partial downloads, locked against other runs. Finally
+    remove the empty folders that this run made."""
     created = [path for path in (folder, *folder.parents) if not path.exists()]
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -207,7 +200,7 @@ def _working(folder: Path) -> Iterator[Path]:
 
 
 def _missing_files(name: str, folder: Path) -> list[SourceFile]:
-    """Return the files of a scene that are not complete in ``folder``."""
+    """Return the files of a scene that ``folder`` lacks or has incompletely."""
     return [file for file in source_files()[name]
             if not is_file(path := folder / catalogue.PUBLISHED / file.place)
             or hashlib.sha256(read_input(path)).hexdigest() != file.sha256]
@@ -227,7 +220,7 @@ def _convert(name: str, folder: Path, work: Path) -> None:
 
 
 def _add_camera(name: str, path: Path, work: Path) -> None:
-    """Add a scene's camera to a file of cameras that has none for the scene."""
+    """Add the scene's camera to a file of cameras, unless the file has one."""
     cameras = read_json(path) if is_file(path) else {}
     camera = json.loads(camera_text()).get(name)
     if camera is None or name in cameras:

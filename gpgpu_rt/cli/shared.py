@@ -16,7 +16,7 @@ from ..scene.scene import Scene
 from .help import OwnedOptions, Variants, escaped, help_of, variants
 from .parser import Parser
 
-# Declares a command of a name, the function that runs it, and its help text; returns its parser.
+# (name of a command, function that runs it, help text) -> parser of the command
 Command = Callable[[str, Callable[[argparse.Namespace], None], str], Parser]
 
 
@@ -31,7 +31,6 @@ def all_owners() -> list[tuple[str, Sequence[Option]]]:
 
 
 def all_options() -> Variants:
-    """Return every option of the tracer and of every method, by name."""
     return variants(all_owners())
 
 
@@ -45,7 +44,6 @@ def add_options(sub: Parser, words: tuple[str, ...] = ("-m", "--method", "--meth
 
 
 def names(text: str) -> list[str]:
-    """Return the names in a text such as grid,kd-restart."""
     found = [name.strip() for name in text.split(",")]
     if not all(found):
         raise argparse.ArgumentTypeError(f"{text!r} has an empty name; give NAME,NAME,...")
@@ -62,7 +60,7 @@ class Collect(argparse.Action):
 
 
 class _Single(argparse.Action):
-    """Stores a value, and refuses a second value."""
+    """Refuses a second value."""
 
     def __call__(self, parser: argparse.ArgumentParser, chosen: argparse.Namespace, value: Any,
                  word: str | None = None) -> None:
@@ -73,7 +71,6 @@ class _Single(argparse.Action):
 
 
 def add_method(sub: argparse.ArgumentParser, text: str, required: bool = False) -> None:
-    """Declare ``-m`` for a single method."""
     sub.add_argument("-m", "--method", required=required, action=_Single, metavar="NAME",
                      help=text)
 
@@ -97,9 +94,8 @@ def word_of(name: str) -> str:
 
 def add_variants(sub: Parser, group: argparse._ArgumentGroup, options: OwnedOptions,
                  prefix: str) -> None:
-    """In a group of a command's parser, declare a ``--word`` for each of the options. The
-    attribute
-    ``prefix`` + name of the parsed arguments holds the user's text, or None."""
+    """Declare a ``--word`` for each of the options, in a group of a command's parser. The parsed
+    arguments have the user's text, or None, in the attribute ``prefix`` + name."""
     sub.own(options)
     for name, kinds in options.table.items():
         bare = {"nargs": "?", "const": "true"} if _is_switch(kinds) else {}
@@ -123,10 +119,9 @@ def _is_switch(kinds: Iterable[Option]) -> bool:
 def spelled_out(arguments: Sequence[str], switches: Collection[str]) -> list[str]:
     """Return the arguments in a form that argparse reads without ambiguity.
 
-    A switch without a value becomes ``--word=true``, so that argparse does not read the next
-    argument as its value. A vector such as -1,0,2 is joined to the word before it, so that
-    argparse
-    does not read it as an option.
+    A switch without a value becomes ``--word=true``, because argparse would read the next argument
+    as its value. A vector such as -1,0,2 is joined to the word before it, because argparse would
+    read it as an option.
     """
     found: list[str] = []
     for word, after in zip(arguments, [*arguments[1:], ""]):
@@ -139,10 +134,8 @@ def spelled_out(arguments: Sequence[str], switches: Collection[str]) -> list[str
 
 
 def given_options(chosen: argparse.Namespace) -> dict[str, Any]:
-    """Return name -> value of the options that the user gave, of any method.
-
-    If options of several methods have a name, the first option that accepts the text parses it.
-    """
+    """Return name -> value of the options that the user gave, of any method. Of several options
+    with a name, the first that accepts the text parses it."""
     table = all_options()
     words = {name: getattr(chosen, "option_" + name) for name in table}
     return {name: _read(list(table[name]), text) for name, text in words.items()
@@ -196,7 +189,7 @@ def parsed(chosen: argparse.Namespace, prefix: str, asked: Iterable[str],
 
 
 def _whose(name: str) -> str:
-    """Return a clause that names the methods with an option, or "" if there are none."""
+    """Return a clause that names the methods with an option, or ""."""
     owners = [row.name for row in methods() if name in {option.name for option in row.options}]
     return f"; {', '.join(owners)} {'has' if len(owners) == 1 else 'have'} it" if owners else ""
 
@@ -215,7 +208,7 @@ def size_word(text: str) -> tuple[int, int]:
 
 
 def side_word(text: str) -> int:
-    """Return the side of a square in pixels, from a word such as 512 or 512x512."""
+    """Return the side of a square in pixels, from 512 or 512x512."""
     try:
         width, height = size_word(text)
     except argparse.ArgumentTypeError:
@@ -227,19 +220,16 @@ def side_word(text: str) -> int:
 
 
 def whole_word(text: str, least: int = 0) -> int:
-    """Return a whole number that is at least ``least``."""
     if not text.isdecimal() or int(text) < least:
         raise argparse.ArgumentTypeError(f"{text!r} is not a whole number of {least} or more")
     return int(text)
 
 
 def count_word(text: str) -> int:
-    """Return a count, which is at least 1."""
     return whole_word(text, 1)
 
 
 def seconds_word(text: str) -> float:
-    """Return a time in seconds, 0 or more."""
     try:
         seconds = float(text)
     except ValueError:
@@ -250,15 +240,15 @@ def seconds_word(text: str) -> float:
 
 
 def print_any_name() -> None:
-    """Make stdout and stderr escape characters that the terminal's encoding lacks, such as those
-    of a file's name."""
+    """Make stdout and stderr escape characters that the terminal's encoding lacks, such as in
+    names of files."""
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):
             stream.reconfigure(errors="backslashreplace")
 
 
 def say(line: str) -> None:
-    """Print a line about progress to stderr: stdout may hold a table or JSON for a program."""
+    """Print a line about progress, to stderr: a program may read stdout."""
     print(line, file=sys.stderr, flush=True)
 
 

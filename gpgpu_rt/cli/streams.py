@@ -10,9 +10,8 @@ def printed(command: Callable[[], int]) -> int:
     """Run a command that prints, flush its output, and return its exit status.
 
     A stream that the caller closed (``>&-``) becomes the null device. Otherwise the command's
-    first
-    file would get the stream's descriptor, and libraries would print messages into it. The status
-    is 0 if the reader stops early, as in ``gpgpu-rt methods | head -1``.
+    first file would get its descriptor, and libraries would print messages into the file. The
+    status is 0 if the reader stops early, as in ``gpgpu-rt methods | head -1``.
     """
     for name in ("stdin", "stdout", "stderr"):
         if getattr(sys, name) is None:

@@ -34,7 +34,7 @@ from .timings import Timings
 
 
 def add_commands(command: Command) -> None:
-    """Declare the commands. ``command(name, run, text)`` returns a command's parser."""
+    """Declare the commands."""
     sub = command("render", _render, "render a scene to an image file")
     sub.add_argument("scene", help="a scene's name, a mesh file or a scene file (.json)")
     _add_choice(sub)
@@ -99,8 +99,8 @@ def _render(chosen: argparse.Namespace) -> None:
     timings = Timings()
     with timings.part("context"):
         open_gpu(given_options(chosen).get("context"))
-    # Load the scene only for --floor and --timings. Otherwise `_tracer` loads it, after a check of
-    # the options.
+    # Load the scene only for --floor and --timings: `_tracer` loads it after a check of the
+    # options.
     with timings.part("scene"):
         scene = scene_of(chosen) if chosen.floor or chosen.timings else None
     with timings.part("tracer"):
@@ -129,16 +129,15 @@ def _render(chosen: argparse.Namespace) -> None:
 
 def _watched_for_card(tracer: Tracer) -> AbstractContextManager[
         Callable[[], tuple[dict[str, Any], list[str]]]]:
-    """Return `watched_for_card` for the option ``era``, else a context with no time and lines."""
+    """Return `watched_for_card` for the option ``era``, else a context without time and lines."""
     if not tracer.options["era"]:
         return nullcontext(lambda: ({}, []))
-    # Import the model of the cards here: most pictures do not need it.
+    # Import the model of the cards only here: most pictures do not need it.
     from .card_time import watched_for_card
     return watched_for_card(tracer)
 
 
 def _check_picture(chosen: argparse.Namespace) -> None:
-    """Refuse a picture that cannot be written, and --resume without --scheduler."""
     check_writable(chosen.output)
     if os.path.splitext(chosen.output)[1].lower() not in IMAGES:
         raise OptionError(f"{chosen.output} names no image format; end the name in .png")
@@ -165,7 +164,7 @@ def _trace(chosen: argparse.Namespace) -> None:
 
 
 def _tracer(chosen: argparse.Namespace, scene: Scene | None = None) -> Tracer:
-    """Return the tracer that the arguments describe. A given ``scene`` replaces their scene."""
+    """Return the tracer that the arguments describe, but for ``scene`` if given."""
     source = chosen.scene if scene is None else scene
     if chosen.settings is not None:
         if chosen.method is not None:

@@ -27,7 +27,7 @@ from .shared import (
 
 
 def add_commands(command: Command) -> None:
-    """Declare the commands; ``command(name, run, text)`` returns a command's parser."""
+    """Declare the commands."""
     sub = command("accuracy", _accuracy, "measure the errors of methods and precisions against "
                   "the float64 reference; the lines below the table explain its columns")
     sub.add_argument("scene", help="a scene's name or a mesh file")
@@ -73,13 +73,11 @@ def add_commands(command: Command) -> None:
 
 
 def _facts(scene: Scene) -> dict[str, Any]:
-    """Return the scene's facts for JSON, with the scene's description as in settings."""
     return {**scene.facts(), "scene": settings.describe(scene)}
 
 
 # accuracy ------------------------------------------------------------------------------------
 
-# The columns of the table with their meanings.
 _COLUMNS = {
     ("method", "precision"): "",
     ("rays",): "number of judged rays, of all kinds together",

@@ -22,11 +22,11 @@ RECORD = "parts.json"
 
 def follows_from(method: str, options: Mapping[str, Any], renderer: str,
                  drawing: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the settings that, with the scene, determine a part: a film's frame or a picture's
-    tile.
+    """Return the settings that, with the scene, determine a part (a film's frame or a picture's
+    tile).
 
-    The caller adds the scene's digest. ``options`` are resolved options; ``drawing`` holds the
-    arguments of ``Tracer.render``.
+    The caller adds the scene's digest. ``options`` are resolved; ``drawing`` holds the arguments
+    of ``Tracer.render``.
     """
     return {**drawing, "method": method, "options": options, "renderer": renderer}
 
@@ -40,8 +40,9 @@ class Unfinished:
     count : the number of parts
     settings : the settings that determine a part, in types that JSON can hold
     resume : whether to keep the parts that an earlier run finished
-    files : function part number -> file, for parts that are themselves output, such as numbered
-        frames. None keeps the parts in the folder
+    files : part number -> file, for parts that are themselves output, such as numbered frames.
+    None
+        keeps the parts in the folder
 
     Raises
     ------
@@ -78,7 +79,6 @@ class Unfinished:
         self._note()
 
     def image(self, part: int) -> Image.Image:
-        """Return the image of a finished part."""
         with open_input(self.file(part)) as file, Image.open(file) as image:
             check_texels(*image.size, str(self.file(part)))
             image.load()
@@ -88,8 +88,8 @@ class Unfinished:
     def until_whole(self) -> Iterator[None]:
         """Return a context in which the caller makes the parts and assembles the output.
 
-        The folder is then removed. It stays after an interrupt or an error if it has a finished
-        part and a resumed run could succeed.
+        At its end, the folder is removed. After an interrupt or an error, the folder stays if it
+        has a finished part and a resumed run could succeed.
         """
         try:
             yield
@@ -124,7 +124,6 @@ class Unfinished:
         self._done = done
 
     def _is_there(self, part: int) -> bool:
-        """Return whether a part's file is unchanged since it was written."""
         file = self.file(part)
         return str(part) in self._done and is_file(file) and (
             _digest(file) == self._done[str(part)])

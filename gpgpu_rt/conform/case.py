@@ -64,9 +64,9 @@ class Family:
     ----------
     name : the name in tables and files
     row : the row in the table of cases in docs/extremes.md
-    what : a phrase that describes scene and rays
+    what : describes scene and rays
     make : (rays, seed) -> case; the scene does not depend on the number of rays
-    most : the largest number of rays in the suite; small for slow scenes
+    most : the largest number of rays in the suite, small for slow scenes
     """
 
     name: str

@@ -14,7 +14,7 @@ LEAST = 1e-4    # smaller shares have the same colour
 
 
 def draw(rows: Sequence[Row], path: str) -> None:
-    """Write a chart of results to the file ``path``: families down, engines across."""
+    """Write a chart to the file ``path``: families down, engines across."""
     engines = list(dict.fromkeys(row.engine for row in rows))
     families = list(dict.fromkeys(row.family for row in rows))
     shares = np.full((len(families), len(engines)), np.nan)

@@ -1,9 +1,8 @@
 """Engines: the ray tracers that people install, each behind the same function.
 
 Every engine is optional, and is imported only in the process that runs it. A wrapper is an engine
-that calls another engine of this table. A wrong answer counts as the wrapper's own error if the
-wrapped engine is tested too, and answers the ray correctly. Adapters of libraries that trace one
-ray per call loop over rays in Python.
+that calls another engine of this table. A wrong answer is the wrapper's own error if the wrapped
+engine answers the ray correctly.
 """
 from __future__ import annotations
 
@@ -18,7 +17,7 @@ from . import warp_kernel
 from .answers import EngineAnswers, Trace, of_distances
 from .case import Case
 
-NEGATIVE = "negative t_min"     # Embree does not accept a negative t_min
+NEGATIVE = "negative t_min"     # which Embree does not accept
 ALL_T = (NEGATIVE, "t_min", "t_max")
 
 
@@ -32,7 +31,7 @@ class Adapter:
     package : the distribution whose version is printed
     modules : the modules that must be installed
     prepare : imports the engine, and returns the function that traces a case
-    wraps : the name of the engine that this engine calls, or ""
+    wraps : the engine that this engine calls, or ""
     ends : the members of ALL_T that the engine accepts: "t_min" for a t_min other than 0, "t_max"
         for a finite t_max, NEGATIVE for a negative t_min
     most : the largest number of rays of a family, for a slow engine
@@ -63,14 +62,13 @@ class Adapter:
         return ""
 
     def traces(self, case: Case) -> bool:
-        """Return whether the engine accepts the intervals [t_min, t_max] of the case's rays."""
         begins, ends = bool((case.t_min != 0).any()), bool((case.t_max != np.inf).any())
         return ((not begins or "t_min" in self.ends) and (not ends or "t_max" in self.ends)
                 and (case.t_min.min(initial=0) >= 0 or NEGATIVE in self.ends))
 
 
 def _mesh(case: Case) -> tuple[np.ndarray, np.ndarray]:
-    """Return vertices (3 m, 3) float32 and faces (m, 3) int32, without shared vertices."""
+    """Return vertices (3 m, 3) float32 and faces (m, 3) int32; triangles share no vertices."""
     corners = np.ascontiguousarray(case.triangles).reshape(-1, 3)
     return corners, np.arange(len(corners), dtype=np.int32).reshape(-1, 3)
 
@@ -81,8 +79,8 @@ def _ends(case: Case) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _finite_ends(case: Case) -> np.ndarray:
-    """Return t_max, (n,) float32, with the largest float32 for infinity, for engines that multiply
-    by t_max."""
+    """Return t_max, (n,) float32, for engines that multiply by it: the largest float32 replaces
+    infinity."""
     return np.minimum(_ends(case)[1], np.finfo(np.float32).max)
 
 
@@ -94,7 +92,7 @@ def _embreex() -> Trace:
         scene = EmbreeScene()
         TriangleMesh(scene, case.triangles)
         n = len(case.origins)
-        # embreex has no t_min, and uses 1e37 as the end of an infinite ray.
+        # embreex has no t_min, and its rays end at 1e37.
         ends = np.minimum(_ends(case)[1], np.float32(1e37))
         found = scene.run(case.origins, case.directions, dists=ends.copy(), output=True)
         any_hit = scene.run(case.origins, case.directions, dists=ends.copy(), query="OCCLUDED")
@@ -111,8 +109,8 @@ def _trimesh(engine: str) -> Callable[[], Trace]:
         def trace(case: Case) -> EngineAnswers:
             mesh = trimesh.Trimesh(*_mesh(case), process=False)
             rays = module.RayMeshIntersector(mesh)
-            # trimesh returns locations instead of t, and its functions may find different hits.
-            # Judge `intersects_first`, which people use for visibility.
+            # trimesh returns no t, and its functions may find different hits. Judge
+            # `intersects_first`, which people use for visibility.
             return EngineAnswers(rays.intersects_first(case.origins, case.directions), None,
                                  rays.intersects_any(case.origins, case.directions))
         return trace
@@ -197,7 +195,7 @@ def _vtk() -> Trace:
         locator.BuildLocator()
         t, place, inside = vtk.mutable(0.0), [0.0] * 3, [0.0] * 3
         part, cell = vtk.mutable(0), vtk.mutable(0)
-        # VTK intersects segments: end each segment beyond the scene, or at the ray's t_max.
+        # VTK intersects segments: let each end beyond the scene, or at t_max.
         directions = case.directions.astype(np.float64)
         length = np.linalg.norm(directions, axis=1)
         size = np.abs(vertices).max(initial=0) + np.abs(case.origins).max(axis=1, initial=0)

@@ -1,8 +1,8 @@
 """Export: the suite as plain data, for the tests of other projects.
 
-Each family's rays and answers are in ``NAME.json`` and again in ``NAME.npz``. ``schema.json``
-describes the JSON files. ``read_cases.py``, which needs only Python, reads a JSON file and judges
-a tracer's answers.
+Each family's rays and answers are in ``NAME.json`` and in ``NAME.npz``. ``schema.json`` describes
+the JSON files. ``read_cases.py``, which needs only Python, reads one and judges a tracer's
+answers.
 """
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def case_to_dict(case: Case) -> dict[str, Any]:
 
 
 def answers_to_dict(known: Acceptance) -> dict[str, Any]:
-    """Return the right answers of a case for JSON."""
+    """Return the right answers for JSON."""
     exact, entries = known.exact, list(zip(known.triangle.tolist(), known.t_low.tolist(),
                                            known.t_high.tolist()))
     bounds = known.starts.tolist()
@@ -48,7 +48,7 @@ def answers_to_dict(known: Acceptance) -> dict[str, Any]:
 
 
 def arrays(case: Case, known: Acceptance) -> dict[str, np.ndarray]:
-    """Return a case and its right answers as the arrays of an .npz file."""
+    """Return a case and its right answers for an .npz file."""
     n = len(case.origins)
     return {"triangles": case.triangles, "origins": case.origins, "directions": case.directions,
             "t_min": np.broadcast_to(case.t_min, n), "t_max": np.broadcast_to(case.t_max, n),
@@ -59,7 +59,7 @@ def arrays(case: Case, known: Acceptance) -> dict[str, np.ndarray]:
 
 
 def digest(case: Case) -> str:
-    """Return the SHA-256 digest of a case's triangles and rays, equal on every machine."""
+    """Return the SHA-256 digest of triangles and rays, equal on every machine."""
     total = hashlib.sha256()
     for array in (case.triangles, *case.rays):
         little = np.ascontiguousarray(np.broadcast_to(

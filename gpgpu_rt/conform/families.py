@@ -1,7 +1,7 @@
 """Families: scenes with rays that ray tracers get wrong, each with its row in docs/extremes.md.
 
-The family's name, a number of rays and a seed determine a case. `gpgpu-rt conform` runs engines on
-these cases, the tests run every method, and the figure `extremes` measures the methods.
+The family's name, a number of rays and a seed determine a case. `gpgpu-rt conform` gives the cases
+to engines; the tests and the figure `extremes` give them to the methods.
 """
 from __future__ import annotations
 
@@ -20,7 +20,6 @@ EMBREE_CASE = np.float64([148376, 1234, -223423])   # where Embree's own tests p
 
 @keeps_denormals
 def make_case(name: str, rays: int, seed: int) -> Case:
-    """Return the case of a family with ``rays`` rays."""
     return FAMILIES[name].make(rays, seed)
 
 
@@ -65,9 +64,8 @@ def _(n: int, seed: int) -> Case:
 
 
 def square_case(quads: int, n: int, seed: int) -> Case:
-    """Return a square with rays from a point in front of it, to vertices and to random points,
-    half
-    of the rays each."""
+    """Return a square with rays from a point in front of it, half to vertices and half to random
+    points."""
     rng = np.random.default_rng(seed)
     triangles = square(quads)
     inner = triangles.reshape(-1, 3)
@@ -126,8 +124,8 @@ for _k in (-20, 20):
 
 
 def moved(power: int, n: int, seed: int) -> Case:
-    """Return the bumpy sphere, moved from 0 by 10^power times its size, with rays from inside to
-    vertices and edges."""
+    """Return the bumpy sphere, moved by 10^power times its size, with rays from inside to vertices
+    and edges."""
     rng = np.random.default_rng(seed)
     at = 2.0 * 10**power * np.float64([1, -0.6, 0.3])
     triangles = bumpy_sphere(at=at)

@@ -2,7 +2,7 @@
 
 A scene lies at the coordinate 0, 0.5 or 1000 of its axis, or one float32 value beside it, and may
 be tilted by a float32 spacing. Shadow rays from a floor are of this kind: along the flat axis,
-origin and scene differ by less than the rounding errors along the other two axes.
+origin and scene differ by less than the rounding errors along the other axes.
 """
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Page: the results of the suite as one HTML file without scripts or other files."""
+"""Page: the results of the suite as one HTML file without scripts."""
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
@@ -32,7 +32,6 @@ def write_page(rows: Sequence[Row], missing: Mapping[str, str], path: str) -> No
 
 
 def page(rows: Sequence[Row], missing: Mapping[str, str]) -> str:
-    """Return the text of the page."""
     engines = list(dict.fromkeys(row.engine for row in rows))
     families = list(dict.fromkeys(row.family for row in rows))
     cells = {(row.engine, row.family): row for row in rows}

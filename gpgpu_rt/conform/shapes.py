@@ -13,8 +13,8 @@ _OCTANTS = np.array([[0, 2, 4], [2, 1, 4], [1, 3, 4], [3, 0, 4],
 
 
 def sphere(subdivisions: int) -> np.ndarray:
-    """Return a unit sphere, (8 * 4^subdivisions, 3, 3) float64: an octahedron whose triangles are
-    repeatedly divided into four. Shared vertices are equal to the bit."""
+    """Return a unit sphere, (8 * 4^subdivisions, 3, 3) float64, from an octahedron. Shared
+    vertices are equal to the bit."""
     triangles = _OCTAHEDRON[_OCTANTS]
     for _ in range(subdivisions):
         a, b, c = triangles[:, 0], triangles[:, 1], triangles[:, 2]
@@ -74,11 +74,11 @@ def soup(count: int, seed: int, size: float = 0.2) -> np.ndarray:
 
 
 def lattice(cells: int) -> np.ndarray:
-    """Return walls in a lattice over the unit box, float32, (12 (cells / 2)^3, 3, 3) for even
-    ``cells``: a cell has walls if its three indices are even.
+    """Return a lattice of cubes in the unit box, (12 (cells / 2)^3, 3, 3) float32 for even
+    ``cells``: the cells whose three indices are even.
 
-    If ``cells`` is a power of two, coordinates are exact, so rays can run in planes, through edges
-    and through corners.
+    For a power of two, coordinates are exact, so rays can run in planes, through edges and through
+    corners.
     """
     cube = (box().astype(np.float64) + 1) / 2
     at = np.stack(np.meshgrid(*[np.arange(0, cells, 2)] * 3), -1).reshape(-1, 1, 1, 3)
@@ -95,8 +95,8 @@ def square(quads: int) -> np.ndarray:
 
 
 def aims_at(triangles: np.ndarray, n: int, rng: np.random.Generator, at: str) -> np.ndarray:
-    """Return (n, 3) float64 random points at the "vertices", "edges" or "insides" of triangles, as
-    ``at`` says."""
+    """Return (n, 3) float64 random points ``at`` the "vertices", "edges" or "insides" of
+    triangles."""
     corners = triangles.astype(np.float64)[rng.integers(len(triangles), size=n)]
     weights = spread_over(rng, n)
     if at != "insides":
@@ -111,7 +111,7 @@ def aims_at(triangles: np.ndarray, n: int, rng: np.random.Generator, at: str) ->
 
 def outside_rays(triangles: np.ndarray, n: int, rng: np.random.Generator,
                  distance: float = 1.0) -> Rays:
-    """Return rays to the scene's triangles, from a sphere around the scene with the radius
+    """Return rays to the scene's triangles from a sphere around the scene, whose radius is
     ``distance`` times the scene's diagonal."""
     corners = triangles.reshape(-1, 3).astype(np.float64)
     lo, hi = corners.min(axis=0), corners.max(axis=0)

@@ -16,12 +16,12 @@ from .case import Case
 from .families import FAMILIES, make_case
 from .suite import family_names
 
-# The scenes of these families are large or slow.
+# Families with large or slow scenes.
 SLOW = ("long-way", "coincident", "coplanar", "one-centroid")
 
 
 def families(names: Sequence[str] = ()) -> st.SearchStrategy[str]:
-    """Return a strategy of names of families: the given names, or all but the slow families."""
+    """Return a strategy of the given names, or of all families but the slow ones."""
     return st.sampled_from(family_names(names) if names
                            else [name for name in FAMILIES if name not in SLOW])
 
@@ -45,5 +45,5 @@ def cases(draw: st.DrawFn, names: Sequence[str] = (), most_rays: int = 64,
 
 
 def single_rays(names: Sequence[str] = ()) -> st.SearchStrategy[Case]:
-    """Return a strategy of cases with one ray, which Hypothesis can shrink to a short example."""
+    """Return a strategy of cases with one ray, which Hypothesis can shrink well."""
     return cases(names, most_rays=1)

@@ -18,7 +18,7 @@ from .families import FAMILIES, make_case
 from .runner import NO_ANSWER, SECONDS, Crash, Runner
 from .spec import ENGINE, FUNCTION, METHOD, Spec
 
-RAYS, SEED = 300, 1     # default largest number of rays of a family, and default seed
+RAYS, SEED = 300, 1     # defaults; RAYS is the largest number of rays of a family
 CRASH = "crash"
 KINDS = (*WRONG_KINDS, CRASH)
 
@@ -31,14 +31,13 @@ class Row:
     ----------
     engine, version : The engine, and its package's version or "".
     family : The family's name.
-    rays : Number of rays traced; 0 if the engine does not accept the rays' t_min and t_max, or
-        gave no answer in an earlier family.
+    rays : Number of traced rays; 0 if the engine does not accept their t_min and t_max, or gave no
+        answer in an earlier family.
     undecidable : Number of rays with a right answer for which a hit and a miss are both right.
     wrong : Number of wrong rays by kind, of KINDS. A crash counts for all ``rays``.
     seconds : Time of the engine's call in seconds, with the construction of its structure.
     note : Why the engine crashed or traced no ray; else "".
-    own : Number of wrong rays that the wrapped engine answers correctly. None without a wrapped
-        engine, or without its answers.
+    own : Number of wrong rays that the wrapped engine answers correctly, or None.
     """
 
     engine: str
@@ -53,11 +52,9 @@ class Row:
 
     @property
     def wrong_rays(self) -> int:
-        """The number of wrong rays of all kinds."""
         return sum(self.wrong.values())
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the fields for JSON."""
         return asdict(self)
 
 
@@ -76,7 +73,7 @@ class Known:
         return cls(name, case, acceptance(case.triangles, *case.rays))
 
     def judge(self, answers: EngineAnswers, part: slice) -> Verdicts:
-        """Judge the answers to the rays of ``part``, a slice from the first ray."""
+        """Judge the answers to ``part``, a slice from the first ray."""
         case = self.case.part(part)
         known = first_rays(self.answers, len(case.origins))
         return check(case.triangles, case.origins, case.directions, answers.t, answers.triangle,
@@ -84,7 +81,6 @@ class Known:
 
 
 def first_rays(known: Acceptance, n: int) -> Acceptance:
-    """Return the acceptance of the first n rays."""
     if n == len(known):
         return known
     end, exact = known.starts[n], known.exact
@@ -108,23 +104,22 @@ def family_names(words: Sequence[str] = ()) -> list[str]:
 
 
 def installed() -> tuple[list[Spec], dict[str, str]]:
-    """Return the installed engines of the table, and why each other engine is not run."""
+    """Return the installed engines, and other engine -> why it is not run."""
     missing = {name: engine.missing for name, engine in ENGINES.items() if engine.missing}
     return [Spec(ENGINE, name) for name in ENGINES if name not in missing], missing
 
 
 def run(specs: Sequence[Spec], names: Iterable[str], rays: int = RAYS, seed: int = SEED,
         seconds: float = SECONDS) -> Iterator[Row]:
-    """Let each engine answer the rays of each family, in at most ``seconds`` for a case, and yield
-    each `Row`.
+    """Yield the `Row` of each engine and family; an engine has ``seconds`` for a case.
 
     Raises
     ------
     OptionError
         a user's function cannot be loaded; raised before any engine runs
     """
-    # A wrapper comes after the engine that it wraps. Every engine has its own process, because it
-    # may change the process's state; this project's methods share one.
+    # A wrapper comes after the engine that it wraps. Every engine has its own process, whose state
+    # it may change; this project's methods share one.
     ordered = sorted(dict.fromkeys(specs), key=lambda spec: bool(spec.engine.wraps))
     with ExitStack() as stack:
         runners = {key: stack.enter_context(Runner(seconds)) for key in map(_process_of, ordered)}
@@ -142,7 +137,7 @@ def run(specs: Sequence[Spec], names: Iterable[str], rays: int = RAYS, seed: int
             for spec in ordered:
                 row = _row(runners[_process_of(spec)], spec, known, wrong, hung)
                 if row.note.startswith(NO_ANSWER):
-                    hung[spec.title] = name     # do not wait for this engine again
+                    hung[spec.title] = name     # do not wait again
                 yield row
 
 
@@ -152,13 +147,8 @@ def _process_of(spec: Spec) -> str:
 
 def _row(runner: Runner, spec: Spec, known: Known, wrong: dict[str, np.ndarray],
          hung: Mapping[str, str]) -> Row:
-    """Return the `Row` of an engine and a family.
-
-    Parameters
-    ----------
-    wrong : the wrong rays of the engines that answered before
-    hung : engine -> the family in which the engine gave no answer
-    """
+    """Return the `Row` of an engine and a family. ``wrong`` has the wrong rays of earlier engines;
+    ``hung`` maps an engine to the family in which it gave no answer."""
     engine, none = spec.engine, dict.fromkeys(KINDS, 0)
     row = Row(spec.title, engine.version, known.name, 0, 0, none, 0.0)
     if not engine.traces(known.case):

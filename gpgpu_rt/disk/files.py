@@ -13,12 +13,12 @@ from typing import Any, BinaryIO
 
 from ..errors import Error
 
-WRITING = ".writing-"     # prefix of the name of a file that is being written
+WRITING = ".writing-"     # prefix of unfinished files
 _KINDS = {stat.S_IFDIR: "a folder", stat.S_IFIFO: "a FIFO", stat.S_IFCHR: "a device",
           stat.S_IFBLK: "a device", stat.S_IFSOCK: "a socket", stat.S_IFLNK: "a link"}
-# Error numbers of a full disk, a quota, and a limit on the size of files.
+# A full disk, a quota, and a limit on the size of files.
 FULL = (errno.ENOSPC, errno.EFBIG, getattr(errno, "EDQUOT", errno.ENOSPC))
-_NO_OUTPUT = ("/dev", "/proc", "/sys")      # folders that hold no files of a user
+_NO_OUTPUT = ("/dev", "/proc", "/sys")      # no place for a user's files
 
 
 def open_input(path: str | os.PathLike[str]) -> BinaryIO:
@@ -31,7 +31,7 @@ def open_input(path: str | os.PathLike[str]) -> BinaryIO:
     """
     try:
         _check_regular(os.stat(path).st_mode, path)
-        # O_NONBLOCK, because another process may replace the file by a FIFO at this moment.
+        # O_NONBLOCK, because another process may now replace the file by a FIFO.
         handle = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0)
                          | getattr(os, "O_BINARY", 0))
     except ValueError as failure:       # the name contains a zero byte
@@ -104,7 +104,7 @@ def check_writable(path: str | os.PathLike[str]) -> Path:
     Raises
     ------
     Error
-        if the file cannot be written; the message names the folder that is missing or read-only
+        if it cannot; the message names the missing or read-only folder
     """
     named, path = os.fspath(path), Path(path)
     folder = path.parent

@@ -1,8 +1,7 @@
 """Own folder: makes this user's folder for temporary files, and checks whether to trust a folder.
 
-All users share the folder for temporary files. Another user could create a link with the name that
-this program is about to use there: the program would write its files through the link. A FIFO of
-that name would block the program.
+All users share the folder for temporary files. There, another user could create a link with a name
+that this program will use, so that it writes through the link, or a FIFO, which would block it.
 """
 from __future__ import annotations
 
@@ -19,7 +18,7 @@ _ROOT = 0
 
 
 def own_folder(name: str = "") -> Path:
-    """Return this user's own folder among the temporary files; create it if missing.
+    """Return this user's own folder for temporary files; create it if missing.
 
     Parameters
     ----------
@@ -67,12 +66,11 @@ def fault_of(folder: Path, follow: bool = False, shared: bool = False) -> str | 
 
 
 def is_own(there: os.stat_result) -> bool:
-    """Return whether a file or folder belongs to this user or to root."""
     return not hasattr(os, "geteuid") or there.st_uid in (os.geteuid(), _ROOT)
 
 
 def open_lock(path: Path) -> IO[bytes]:
-    """Open a file to lock, created if missing; a link or a FIFO is refused.
+    """Open a file to lock, created if missing; refuse a link or a FIFO.
 
     Raises
     ------

@@ -1,8 +1,8 @@
 """AngleLoader: an OpenGL ES context of ANGLE, which draws by SwiftShader on the processor.
 
 ANGLE, the OpenGL of Chromium, has its own GLSL compiler, and SwiftShader its own code generator.
-Neither shares code with Mesa, so hits that are equal on ANGLE and on Mesa are evidence from two
-independent compilers. This context is slow: use it only to compare hits.
+Neither shares code with Mesa, so equal hits on ANGLE and on Mesa are evidence from two independent
+compilers. This context is slow.
 """
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from .desktop_functions import DesktopFunctions
 from .fragment_counter import TARGETS
 
 FOLDERS = ("/usr/lib/chromium", "/usr/lib/chromium-browser", "/opt/google/chrome")
-LIBRARIES = ("libGLESv2.so", "libEGL.so")    # libEGL.so loads its neighbour libGLESv2.so
+LIBRARIES = ("libGLESv2.so", "libEGL.so")    # libEGL.so loads its neighbour
 HINT = ("set GPGPU_RT_ANGLE to a folder with ANGLE's libEGL.so, libGLESv2.so and "
         "libvk_swiftshader.so")
-# The context offers one render target fewer than ANGLE, because FragmentCounter counts fragments
-# in the last target. A program with 8 targets still runs, but counts all pixels of its viewport.
+# One render target fewer than ANGLE has, because FragmentCounter counts fragments in the last
+# target. A program with 8 targets still runs, but counts all pixels of its viewport.
 MOST_TARGETS = TARGETS - 1
 ES_VERSION = 310
 EXTENSIONS = ("GL_EXT_color_buffer_float", "GL_EXT_float_blend", "GL_OES_draw_buffers_indexed",
@@ -104,7 +104,6 @@ class AngleLoader:
         return self._egl.eglGetProcAddress(name.encode()) or 0
 
     def load_opengl_function(self, name: str) -> int:
-        """Return the address of a GL function."""
         return self._functions.address(name)
 
     load = load_opengl_function
@@ -116,7 +115,7 @@ class AngleLoader:
         return self
 
     def __exit__(self, *exception: object) -> None:
-        # Only after this can another thread make the context current.
+        # Leave the context, so that another thread can make it current.
         self._egl.eglMakeCurrent(self._display, None, None, None)
 
     def release(self) -> None:
@@ -128,7 +127,7 @@ class AngleLoader:
 
 
 def angle_folder() -> Path:
-    """Return the folder of ANGLE's libraries: ``GPGPU_RT_ANGLE``, else a Chromium's folder.
+    """Return the folder of ANGLE's libraries: ``GPGPU_RT_ANGLE``, else Chromium's folder.
 
     Raises
     ------

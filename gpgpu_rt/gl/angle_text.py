@@ -52,7 +52,6 @@ def angle_texts(vertex: str, fragment: str) -> tuple[str, str]:
 
 
 def _with_end(text: str, end: str) -> str:
-    """Return the text with a new ``main`` that calls the program's ``main``."""
     # Put the functions on the line before the first #define, to keep the line numbers.
     header = HEADER.rstrip("\n").replace("\n#define", f" {FUNCTIONS}\n#define", 1)
     body = without_branches(without_do(es_text(text).removeprefix(HEADER)))

@@ -21,8 +21,7 @@ from .occlusion_query import OcclusionQuery
 from .osmesa import HINT, OsMesaLoader
 
 # The backends that "auto" tries, by ``sys.platform``. Windows and macOS have neither EGL nor
-# OSMesa
-# of their own; moderngl makes their contexts by WGL or CGL.
+# OSMesa; there, moderngl makes a context by WGL or CGL.
 AUTOMATIC = {"win32": ("native",), "darwin": ("native",)}
 ELSEWHERE = ("egl", "osmesa")
 GL_VERSION = 330
@@ -43,22 +42,19 @@ def backends() -> tuple[str, ...]:
 
 
 def hint() -> str:
-    """Return what to do if this system has no context."""
+    """Return advice for a system without a context."""
     return HINT if automatic() == ELSEWHERE else (
         "install the driver of the graphics card, then try `gpgpu-rt info`")
 
 
 def is_software(renderer: str) -> bool:
-    """Return whether a renderer runs on the processor, not on a graphics card."""
+    """Return whether a renderer runs on the processor."""
     return any(word in renderer.lower() for word in SOFTWARE)
 
 
 def threads_of(renderer: str) -> int | None:
-    """Return the number of threads with which a software renderer draws in this process.
-
-    Call this after the renderer has drawn, when its threads have started. Return None for a
-    graphics card, or if the system does not list threads.
-    """
+    """Return the number of threads of a software renderer in this process, once it has drawn.
+    Return None for a graphics card, or if the system does not list threads."""
     if not is_software(renderer):
         return None
     names = next((names for word, names in THREADS.items() if word in renderer.lower()), None)
@@ -75,7 +71,7 @@ def threads_of(renderer: str) -> int | None:
 
 
 class Gpu:
-    """A moderngl context, its limits, its programs and its observers.
+    """A moderngl context with its limits, programs and observers.
 
     ``with gpu:`` makes the context current in this thread and locks out other threads.
 
@@ -86,7 +82,7 @@ class Gpu:
 
     Attributes
     ----------
-    is_es : whether the context is OpenGL ES, which has another dialect of GLSL
+    is_es : whether the context is OpenGL ES, with another dialect of GLSL
     max_draw_buffers : largest number of render targets of a program
     """
 
@@ -103,8 +99,8 @@ class Gpu:
         self.max_texture_size: int = context.info["GL_MAX_TEXTURE_SIZE"]
         self.max_draw_buffers: int = min(context.info["GL_MAX_DRAW_BUFFERS"],
                                          MOST_TARGETS if self.is_es else 64)
-        # softpipe's gl_VertexID restarts every 4096 vertices. 4092, the largest smaller number
-        # divisible by 2 and 3, lets a draw in parts cut no line and no triangle.
+        # softpipe's gl_VertexID restarts every 4096 vertices. 4092 is divisible by 2 and 3, so
+        # draws in parts cut no line and no triangle.
         self.most_vertices = 4092 if self.renderer.startswith("softpipe") else None
         self.programs: dict[Any, moderngl.Program] = {}   # filled by gl/shader.py
         self.compilations: list[Any] | None = None    # filled by gl/shader.py
@@ -136,8 +132,8 @@ class Gpu:
 
     @contextmanager
     def observed(self, observer: Observer, whole: bool = False) -> Iterator[None]:
-        """Call an observer for every pass within the block. With ``whole``, passes also draw
-        texels that they know to be empty."""
+        """Call an observer for every pass in the block. With ``whole``, passes also draw texels
+        that they know to be empty."""
         before, self.whole = self.whole, whole or self.whole
         self.observers.all.append(observer)
         try:
@@ -155,7 +151,7 @@ class Gpu:
         return next(texts for texts, one in self.programs.items() if one is program)
 
     def query(self) -> Any:
-        """Return a new occlusion query: draw in a ``with`` block, then read ``samples``."""
+        """Return an occlusion query: draw in a ``with`` block, then read ``samples``."""
         query = OcclusionQuery(self.context, self._queries, self.fences)
         return HostQuery(self.observers, query) if self.observers else query
 
@@ -165,7 +161,7 @@ class Gpu:
         self.fences.keep()
 
     def check_size(self, width: int, height: int, what: str) -> None:
-        """Raise LimitError for a texture that is too large, on which GL would fail silently."""
+        """Raise LimitError for a texture that is too large. GL would fail silently."""
         limit = self.max_texture_size
         if width > limit or height > limit:
             raise LimitError(f"{what} needs a {width} x {height} texture, {self.renderer} holds "
@@ -178,8 +174,8 @@ class Gpu:
             raise LimitError(f"OpenGL says {error} after {what} on {self.renderer}")
 
     def release(self, framebuffer: moderngl.Framebuffer) -> None:
-        """Bind another framebuffer, then release this one. Otherwise moderngl would later bind the
-        released framebuffer again, which is a GL error."""
+        """Release ``framebuffer`` after binding another. moderngl would bind a released
+        framebuffer again, which is a GL error."""
         if self._rest is None:
             self._rest = self.context.simple_framebuffer((1, 1))
         self._rest.use()
@@ -204,7 +200,7 @@ def _create_egl() -> Gpu:
     try:
         context = moderngl.create_context(standalone=True, backend="egl", require=GL_VERSION,
                                           **settings)
-    except Exception as failure:   # moderngl raises bare Exception for everything
+    except Exception as failure:   # moderngl raises bare Exception
         advice = HINT if device is None else (
             "set GPGPU_RT_EGL_DEVICE to another index, or unset it")
         raise ContextError(f"EGL gives no OpenGL 3.3 context ({failure}); {advice}") from failure
@@ -221,7 +217,7 @@ def _create_osmesa() -> Gpu:
 def _create_native() -> Gpu:
     try:
         context = moderngl.create_context(standalone=True, require=GL_VERSION)
-    except Exception as failure:   # moderngl raises bare Exception for everything
+    except Exception as failure:   # moderngl raises bare Exception
         raise ContextError(f"{sys.platform} gives no OpenGL 3.3 context ({failure}); {hint()}"
                            ) from failure
     return Gpu(context, "native")
@@ -255,7 +251,7 @@ def _made(backend: str) -> Gpu:
 
 
 def open_gpu(context: str | moderngl.Context | Gpu | None = None) -> Gpu:
-    """Return the context to draw with, made by the process's first call for a backend.
+    """Return the context to draw with. A backend's first call makes the process's context.
 
     Parameters
     ----------

@@ -1,7 +1,4 @@
-"""DesktopFunctions: give moderngl the functions of OpenGL 3.3 that it calls, on OpenGL ES 3.1.
-
-Most functions are the same. Some have another name or other arguments in ES, or are missing.
-"""
+"""DesktopFunctions: give moderngl the functions of OpenGL 3.3 that it calls, on OpenGL ES 3.1."""
 from __future__ import annotations
 
 import ctypes
@@ -33,9 +30,8 @@ UINT, INT, POINTER, FLOAT, DOUBLE = (
 class DesktopFunctions:
     """Addresses of functions. The object must live as long as the context.
 
-    A call of a function that ES lacks only sets the error GL_INVALID_OPERATION; for a function in
-    `WITHOUT_EFFECT`, not even an error. An exception in a function of this class sets
-    GL_INVALID_OPERATION, too.
+    A function that ES lacks only sets the error GL_INVALID_OPERATION, or does nothing if it is in
+    `WITHOUT_EFFECT`. An exception in this class sets GL_INVALID_OPERATION, too.
 
     Parameters
     ----------
@@ -45,7 +41,7 @@ class DesktopFunctions:
     def __init__(self, address_of: Callable[[str], int]) -> None:
         self._address_of = address_of
         self._failed = False
-        # Callbacks by name: ctypes would free a callback without a reference.
+        # Callbacks by name. ctypes frees a callback without a reference.
         self._kept: dict[str, Any] = {}
         enable, disable = (self._es(name, None, UINT) for name in ("glEnable", "glDisable"))
         clear_depth = self._es("glClearDepthf", None, FLOAT)
@@ -76,7 +72,7 @@ class DesktopFunctions:
                       INT)
 
     def address(self, name: str) -> int:
-        """Return the address of an OpenGL 3.3 function, or 0 if moderngl can do without it."""
+        """Return the address of an OpenGL 3.3 function; 0 if moderngl can do without it."""
         if name not in self._kept:
             found = self._address_of(RENAMED.get(name, name))
             if found or name in MAY_BE_MISSING:
@@ -85,7 +81,6 @@ class DesktopFunctions:
         return int(ctypes.cast(self._kept[name], ctypes.c_void_p).value or 0)
 
     def _es(self, name: str, result: Any, *arguments: Any) -> Callable[..., Any]:
-        """Return the function of ES for a name of OpenGL."""
         return ctypes.CFUNCTYPE(result, *arguments)(self._address_of(RENAMED.get(name, name)))
 
     def _replace(self, name: str, call: Callable[..., object], *arguments: Any) -> None:

@@ -41,7 +41,7 @@ class RunEnvironment:
 
 
 def environment(gpu: Gpu | None = None) -> RunEnvironment:
-    """Return the environment of this process, with the context ``gpu`` or that of ``open_gpu()``.
+    """Return the environment of this process with the context ``gpu``, by default ``open_gpu()``.
     """
     gpu, facts = gpu or open_gpu(), processors()
     return RunEnvironment(
@@ -53,8 +53,8 @@ def environment(gpu: Gpu | None = None) -> RunEnvironment:
 
 @functools.cache
 def commit() -> str | None:
-    """Return the commit of gpgpu_rt's checkout, or None. A repository around an installed gpgpu_rt
-    does not count."""
+    """Return the commit of gpgpu_rt's checkout, or None, even if another repository contains an
+    installed gpgpu_rt."""
     if not (_ROOT / ".git").exists():
         return None
     try:
@@ -65,7 +65,7 @@ def commit() -> str | None:
 
 
 def processors() -> list[dict[str, str]]:
-    """Return the /proc/cpuinfo of each logical processor; empty without this file."""
+    """Return /proc/cpuinfo, a dict per logical processor; empty without this file."""
     try:
         text = Path("/proc/cpuinfo").read_text()
     except OSError:

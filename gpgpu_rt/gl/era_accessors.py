@@ -1,8 +1,7 @@
 """Accessors of records in the era dialect: GLSL 1.20 without integers (glsl/era/card.frag).
 
-An index is a float, and an accessor computes the texture coordinates of a texel by a single
-multiply-add. The whole part of the x coordinate is then the texel's row, so a table repeats along
-x (wrap mode).
+An index is a float. A single multiply-add computes a texel's texture coordinates. The whole part
+of x is then the texel's row, so a table repeats along x (wrap mode).
 """
 from __future__ import annotations
 
@@ -17,8 +16,8 @@ MOST_ROWS = 1000
 
 
 def table_glsl(record: Record) -> str:
-    """Return accessors of a table with a texture per texel of a record (`Record.apart`), such as
-    ``kd_node_split(i)`` for a float ``i``."""
+    """Return accessors such as ``kd_node_split(i)``, for a float ``i``, of a table with a texture
+    per texel of a record (`Record.apart`)."""
     name = record.name
     lines = [f"uniform sampler2D {sampler};" for sampler in table_samplers(record)]
     lines += [f"uniform vec2 {name}_step;    // texture coordinates from an element to the next",
@@ -31,7 +30,7 @@ def table_glsl(record: Record) -> str:
 
 
 def table_samplers(record: Record) -> list[str]:
-    """Return the samplers of a table with a texture per texel of a record."""
+    """Return the samplers of `table_glsl`."""
     return [f"{record.name}{plane.suffix}_table" for plane in record.planes]
 
 
@@ -56,8 +55,8 @@ def _sampler_of_fields(record: Record) -> list[str]:
 
 
 def streams_glsl(reads: Iterable[Record], writes: Iterable[Record]) -> str:
-    """Return accessors of the streams that a fragment reads and writes at its own texel. Written
-    streams use the render targets in order."""
+    """Return accessors of the streams that a fragment reads and writes at its own texel, to the
+    render targets in order."""
     texts, target, read, written = [], 0, tuple(reads), tuple(writes)
     for record in dict.fromkeys((*read, *written)):
         texts += [f"#ifndef {constant}\n#define {constant} {float(value)}\n#endif"
@@ -72,7 +71,7 @@ def streams_glsl(reads: Iterable[Record], writes: Iterable[Record]) -> str:
 
 
 def changes_glsl(changed: Record) -> str:
-    """Return a store function for some fields of a stream whose struct is already declared.
+    """Return a store function for some fields of a stream whose struct is declared.
 
     Parameters
     ----------
@@ -95,7 +94,7 @@ def _struct_glsl(record: Record) -> str:
 
 
 def _load_glsl(record: Record, parameter: str = "", fetch: str = "texel_of(%s)") -> str:
-    """Return the load function. ``fetch`` is GLSL that reads the texture %s."""
+    """Return the load function; ``fetch`` is GLSL that reads the texture %s."""
     samplers = [f"{record.name}_texel_{k}" for k in range(record.texels)]
     struct = record.name.capitalize()
     read = ", ".join(f"texel_{field.texel}.{field.swizzle}" for field in record.fields)
@@ -117,5 +116,4 @@ def _store_glsl(record: Record, first: int) -> str:
 
 
 def _type(field: Field) -> str:
-    """Return the type of a field, with integers as floats."""
     return {"int": "float", "ivec3": "vec3", "ivec4": "vec4"}.get(field.type, field.type)

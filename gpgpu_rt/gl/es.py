@@ -1,8 +1,8 @@
 """ES: rewrites a program's text from GLSL 3.30 to GLSL ES 3.00, the language of WebGL 2.
 
-ES has no `precise`, so the macro PRECISE is empty. A global variable must have a constant
+ES has no `precise`, so the macro PRECISE is empty. A global variable of ES needs a constant
 initialiser, so a variable with another initialiser becomes a macro. ES cannot join names by
-``##``, so macros that do are expanded here.
+``##``, so macros that join names are expanded here.
 """
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ precision highp usampler2D;
 
 """
 # In a compiled text, the lines after #version enable the extension and define PRECISE. A printed
-# text only enables the extension, in a later line.
+# text only enables the extension, later.
 _VERSION = re.compile(r"\A#version 330 core\n(?:#extension .*?#endif\n)?", re.S)
 _EXTENSION = re.compile(r"^#extension .*\n", re.M)
 _GLOBAL = re.compile(r"^(?:const )?(?:float|int|uint|i?vec[234]) (\w+) = ([^;]+);([ \t]*//.*)?$",
@@ -59,7 +59,6 @@ def es_text(text: str) -> str:
 
 
 def _without_joined_names(text: str) -> str:
-    """Expand each macro that joins names by ``##``."""
     macros = {name: ([one.strip() for one in names.split(",")], body)
               for name, names, body in _MACRO.findall(text)}
     # A macro such as EACH_TARGET calls the macro whose name it is given.
@@ -80,7 +79,6 @@ def _without_joined_names(text: str) -> str:
 
 
 def _expanded(text: str, name: str, names: list[str], body: str) -> str:
-    """Replace the calls of a macro by its body."""
     call = re.compile(rf"\b{name}\(")
     while (found := call.search(text)) is not None:
         values, end = _arguments(text, found.end())

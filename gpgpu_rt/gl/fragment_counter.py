@@ -1,11 +1,11 @@
 """FragmentCounter: occlusion queries that count fragments, on OpenGL ES.
 
 An occlusion query of ES says only whether a fragment passed. Inside a query, each fragment here
-therefore also adds 1 to its texel of an extra render target, to which `angle_text.py` adds the
-output. The depth test and `discard` apply to this target too, so the sum of its texels is the
-count
-that OpenGL 3.3 gives. A draw into 8 render targets, which leaves no target for the count, counts
-all pixels of the viewport: programs of 8 targets are full-screen passes that discard nothing.
+also adds 1 to its texel of an extra render target (`angle_text.py` adds this output). The depth
+test and `discard` apply to the target, so the sum of its texels is OpenGL 3.3's count.
+
+A draw into 8 render targets leaves no target for the count. It counts all pixels of the viewport,
+because programs of 8 targets are full-screen passes that discard nothing.
 """
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ class FragmentCounter:
         self._disable = function("glDisablei", UINT, UINT)
         self._blend_equation = function("glBlendEquationi", UINT, UINT)
         self._blend_function = function("glBlendFunci", UINT, UINT, UINT)
-        self._open: dict[int, int] = {}       # target -> query that is running
+        self._open: dict[int, int] = {}       # target -> running query
         self._results: dict[int, int] = {}    # query -> result
         self._texture, self._size = UINT(0), (0, 0)
         self._is_clear = False
@@ -71,7 +71,6 @@ class FragmentCounter:
     # Replaced functions -------------------------------------------------------------------------
 
     def begin(self, target: int, query: int) -> None:
-        """Replace glBeginQuery."""
         if target == GL_SAMPLES_PASSED:
             self._counted, self._is_clear = 0, False
         elif target == GL_PRIMITIVES_GENERATED:
@@ -82,7 +81,6 @@ class FragmentCounter:
         self._open[target] = query
 
     def end(self, target: int) -> None:
-        """Replace glEndQuery."""
         query = self._open.pop(target, None)
         if query is None:
             self._end(target)
@@ -93,7 +91,6 @@ class FragmentCounter:
             self._results[query] = self._counted
 
     def result(self, query: int, name: int, into: int) -> None:
-        """Replace glGetQueryObjectuiv."""
         if query in self._results:
             ctypes.cast(into, ctypes.POINTER(UINT))[0] = (
                 self._results[query] if name == GL_QUERY_RESULT else 1)
@@ -101,13 +98,11 @@ class FragmentCounter:
             self._result(query, name, into)
 
     def draw_arrays(self, mode: int, first: int, vertices: int, instances: int) -> None:
-        """Replace glDrawArraysInstanced."""
         self._draw(mode, vertices, instances,
                    lambda: self._arrays(mode, first, vertices, instances))
 
     def draw_elements(self, mode: int, vertices: int, kind: int, first: int | None,
                       instances: int) -> None:
-        """Replace glDrawElementsInstanced."""
         self._draw(mode, vertices, instances,
                    lambda: self._elements(mode, vertices, kind, first, instances))
 
@@ -157,8 +152,8 @@ class FragmentCounter:
             self._size, self._is_clear = wanted, False
             self._with_texture(lambda: self._storage(GL_TEXTURE_2D, 1, GL_R32F, *wanted))
         if not self._is_clear:
-            # Not by glClearTexImage: ANGLE delays it until a draw, and then clears only the area
-            # of the smallest render target.
+            # ANGLE delays glClearTexImage until a draw, and then clears only the area of the
+            # smallest render target.
             none = np.zeros(wanted, np.float32)
             self._pack(GL_UNPACK_ALIGNMENT, 4)
             self._with_texture(lambda: self._write(GL_TEXTURE_2D, 0, 0, 0, *wanted, GL_RED,
@@ -166,7 +161,6 @@ class FragmentCounter:
             self._is_clear = True
 
     def _add_up(self) -> None:
-        """Add the texels to the running query's count."""
         if not self._is_clear:      # nothing was drawn
             return
         texels = np.empty(self._size[::-1], np.float32)

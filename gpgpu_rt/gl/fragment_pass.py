@@ -16,7 +16,7 @@ GL_SAMPLERS = (0x8B5E, 0x8DD2)   # sampler2D, usampler2D
 
 
 class FragmentPass:
-    """A linked program with uniforms and samplers. Subclasses supply the geometry.
+    """A linked program with uniforms and samplers. Subclasses add the geometry.
 
     Parameters
     ----------
@@ -42,8 +42,8 @@ class FragmentPass:
         self.program = compile_program(gpu, fragment, defines, virtual, vertex)
         self.texts = gpu.text_of(self.program)
         self.uniforms: dict[str, object] = {}
-        # The program gets this mark when it has this pass's uniforms. A reference to the pass
-        # instead of a mark would keep the pass alive.
+        # The program gets this mark with this pass's uniforms. A reference to the pass as a mark
+        # would keep the pass alive.
         self._mark = object()
         self.samplers = tuple(name for name in self.program if getattr(
             self.program[name], "gl_type", None) in GL_SAMPLERS)
@@ -57,16 +57,14 @@ class FragmentPass:
         self.program.extra = None   # the program's values are out of date
 
     def covered(self, size: tuple[int, int]) -> np.ndarray | None:
-        """Return the texels that the last draw covered before the depth test, (n, 2) int, x and y.
-
-        ``size`` is the target's (width, height). None if the pass cannot tell.
-        """
+        """Return the texels that the last draw covered before the depth test, (n, 2) int, x and y,
+        on a target of the (width, height) ``size``; None if the pass cannot tell."""
         return None
 
     def issue(self, geometry: moderngl.VertexArray, target: Drawable,
               textures: Mapping[str, moderngl.Texture], mode: int, vertices: int = -1,
               instances: int = 1) -> None:
-        """Bind textures, set uniforms, draw geometry into ``target`` and call the observers.
+        """Draw geometry into ``target`` and call the observers.
 
         Parameters
         ----------
@@ -93,8 +91,8 @@ class FragmentPass:
         self.gpu.fences.keep()
 
     def _take_program(self) -> None:
-        """Set this pass's uniforms, unless the program, which passes with the same texts share,
-        has them already."""
+        """Set this pass's uniforms, unless the program has them. Passes with the same texts share
+        a program."""
         if self.program.extra is not self._mark:
             for name, value in self.uniforms.items():
                 self.program[name].value = value
@@ -102,10 +100,8 @@ class FragmentPass:
 
     def _render(self, geometry: moderngl.VertexArray, mode: int, vertices: int,
                 instances: int) -> int:
-        """Draw, and return the number of draw calls.
-
-        Separate primitives (`LISTS`) with more vertices than the renderer can number need several.
-        """
+        """Draw separate primitives (`LISTS`) in parts if the renderer cannot number all vertices.
+        Return the number of draw calls."""
         count = geometry.vertices if vertices < 0 else vertices
         most = self.gpu.most_vertices
         if most is None or instances != 1 or mode not in LISTS:

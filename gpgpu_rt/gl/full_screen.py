@@ -16,7 +16,7 @@ MOST_RECTANGLES = 1 << 14
 
 
 class Rectangles:
-    """Rectangles of a target to draw on, in a vertex buffer.
+    """Rectangles of a target, in a vertex buffer.
 
     Parameters
     ----------
@@ -29,8 +29,7 @@ class Rectangles:
         self.corners = np.zeros((0, 4), np.float32)
 
     def write(self, corners: np.ndarray) -> None:
-        """Replace the rectangles by (n, 4) corners, x0, y0, x1, y1, in texels or in the ``unit``
-        of
+        """Replace the rectangles by (n, 4) corners x0, y0, x1, y1, in texels or in the ``unit`` of
         `FullScreenPass.draw`."""
         self.corners, self.count = np.ascontiguousarray(corners, np.float32), len(corners)
         if self.count:
@@ -73,7 +72,7 @@ class FullScreenPass(FragmentPass):
         textures : sampler name -> texture; unsampled textures are ignored
         depth : window depth in [0, 1], written and tested
         rectangles : the rectangles to draw; None draws the whole target
-        unit : side of a texel in the units of the rectangles' corners
+        unit : side of a texel in units of the corners
         """
         size = target.size
         if rectangles is None:
@@ -96,7 +95,7 @@ class FullScreenPass(FragmentPass):
     def count(self, target: Drawable, textures: Mapping[str, moderngl.Texture],
               statistics: Statistics, depth: float = 0.0,
               rectangles: Rectangles | None = None) -> int:
-        """Draw, and return the number of texels that an occlusion query counted."""
+        """Draw, and return an occlusion query's count of texels."""
         query = self.gpu.query()
         with query:
             self.draw(target, textures, depth, rectangles)

@@ -1,7 +1,7 @@
 """Loops: rewrites ``do`` loops, which test their condition after their body, as ``for`` loops.
 
-SwiftShader compiles some ``do`` loops that contain other loops wrongly: kd-packet with two or more
-stack entries lost hits. It runs the ``for`` loops correctly.
+SwiftShader compiles some ``do`` loops that contain other loops wrongly: rays lost hits. It
+compiles the ``for`` loops correctly.
 """
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _BRACKET = re.compile(r"//[^\n]*|[(){}]")
 
 
 def without_do(text: str) -> str:
-    """Write each ``do {} while (...)`` as a ``for`` loop of the same meaning."""
+    """Write each ``do {} while (...)`` as an equivalent ``for`` loop."""
     loops = list(_DO.finditer(text))
     for number, loop in reversed(list(enumerate(loops))):    # inner loops before outer loops
         body = _closed(text, loop.end())
@@ -29,7 +29,7 @@ def without_do(text: str) -> str:
 
 
 def _closed(text: str, start: int) -> int:
-    """Return the place behind the bracket that closes the one before ``start``."""
+    """Return the place behind the bracket that closes the bracket before ``start``."""
     depth = 1
     for bracket in _BRACKET.finditer(text, start):
         if bracket[0][0] != "/":

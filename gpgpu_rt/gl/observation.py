@@ -1,6 +1,6 @@
 """Observation: a context calls its observers with each pass after drawing it.
 
-Without observers, the default, passes cost nothing extra. Draws of observers are not observed.
+Passes cost nothing extra without observers. Draws of observers are not observed.
 """
 from __future__ import annotations
 
@@ -34,8 +34,8 @@ class ObservedPass:
         program without kernels.
     label : The kernel's name if the program runs a single kernel, else ``name``.
     texts : The compiled (vertex, fragment) texts.
-    uniforms : Values by name, as the draw had them.
-    inputs : Textures by sampler name, for all textures that the program samples.
+    uniforms : Values by name.
+    inputs : Textures by sampler name.
     target : The Target that was drawn into, or a framebuffer without Target.
     outputs : The textures that were drawn into.
     program : The linked program.
@@ -59,12 +59,12 @@ class ObservedPass:
 
     @property
     def fragments(self) -> int | None:
-        """Fragments that passed the depth test and were not discarded; None without counting."""
+        """Fragments that passed the depth test and were not discarded; None if not counted."""
         return None if self._count is None else self._count.fragments
 
     @property
     def primitives(self) -> int | None:
-        """Points, lines or triangles that were drawn; None without counting."""
+        """Points, lines or triangles that were drawn; None if not counted."""
         return None if self._count is None else self._count.primitives
 
 
@@ -75,7 +75,7 @@ class Observer:
     ----------
     counts : whether queries around each draw count fragments and primitives
     states : whether the observer needs each ray's state in textures. The schedule ``loop`` then
-        stores the states, which it otherwise keeps in registers
+        stores its states, which are otherwise in registers
     """
 
     counts = states = False
@@ -91,8 +91,8 @@ class Observer:
 
 
 class Observers:
-    """The observers of a context. False without observers, and while an observer receives a pass,
-    because draws of observers are not observed."""
+    """The observers of a context. False without observers, and while an observer receives a pass:
+    draws of observers are not observed."""
 
     def __init__(self) -> None:
         self.all: list[Observer] = []
@@ -105,7 +105,6 @@ class Observers:
 
     @property
     def states(self) -> bool:
-        """Whether an observer needs each ray's state in textures."""
         return any(observer.states for observer in self.all)
 
     def draw(self, one: FragmentPass, target: Drawable, framebuffer: moderngl.Framebuffer,
@@ -145,13 +144,13 @@ class Observers:
             observer.moved(up, down)
 
     def begin_query(self) -> None:
-        """Begin an occlusion query of the host, at whose end observers receive its passes."""
+        """Begin an occlusion query of the host. Observers receive its passes at its end."""
         self._waiting = []
         for observer in self.all:
             observer.queried()
 
     def end_query(self, query: OcclusionQuery) -> None:
-        """End an occlusion query of the host. Its last pass gets its fragment count."""
+        """End an occlusion query of the host, whose count belongs to its last pass."""
         waiting, self._waiting = self._waiting or [], None
         for at, one in enumerate(waiting):
             if one._count is not None and at == len(waiting) - 1:
@@ -160,8 +159,8 @@ class Observers:
 
 
 class HostQuery:
-    """An occlusion query with which the host counts rays, while passes are observed. As OpenGL
-    cannot nest occlusion queries, its result is also the fragment count of its last pass."""
+    """An occlusion query of the host while passes are observed. Its result is also the fragment
+    count of its last pass, because OpenGL cannot nest occlusion queries."""
 
     def __init__(self, observers: Observers, query: OcclusionQuery) -> None:
         self._observers, self._query = observers, query
@@ -182,11 +181,11 @@ class HostQuery:
 
 
 class _Count:
-    """The result of a query, read at the first request. Then the query can be reused."""
+    """The result of a query, read at the first request. The query is then free."""
 
     def __init__(self, query: moderngl.Query, within: bool, free: list[moderngl.Query]) -> None:
         self._query: moderngl.Query | None = query
-        # ``within``: a query of the host, around the pass, counts the fragments instead.
+        # ``within``: the pass is in a query of the host, which counts the fragments instead.
         self._within, self._free = within, free
         self.of_host: OcclusionQuery | None = None
         self._found = 0, 0
@@ -209,7 +208,6 @@ class _Count:
 
 
 class Passes(list[ObservedPass], Observer):
-    """The passes observed so far, in order."""
 
     def __init__(self, look: Look | None = None, fragments: bool = False) -> None:
         super().__init__()
@@ -223,7 +221,7 @@ class Passes(list[ObservedPass], Observer):
 
 @contextmanager
 def observe(gpu: Gpu, look: Look | None = None, fragments: bool = False) -> Iterator[Passes]:
-    """Observe every pass within the block; see ``Tracer.observe``."""
+    """Observe every pass in the block; see ``Tracer.observe``."""
     passes = Passes(look, fragments)
     with gpu, gpu.observed(passes):
         try:

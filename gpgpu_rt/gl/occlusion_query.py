@@ -9,13 +9,12 @@ from .kept_fences import KeptFences
 class OcclusionQuery:
     """An occlusion query for one use: draw in a ``with`` block, then read ``samples``.
 
-    moderngl cannot delete a query of OpenGL. Queries of OpenGL are therefore used again, so that
-    millions of passes do not fill the memory.
+    Queries of OpenGL are reused, because moderngl cannot delete them and millions of passes would
+    fill the memory.
 
     Parameters
     ----------
-    free : the context's queries that no `OcclusionQuery` uses. The query returns there when its
-        result is read
+    free : the context's unused queries. The query returns to them when its result is read
     """
 
     def __init__(self, context: moderngl.Context, free: list[moderngl.Query],

@@ -1,6 +1,6 @@
 """The log of a call's passes: draws, fragments, and bytes read and written.
 
-``Tracer`` keeps a log with ``statistics=True``. An occlusion query around each draw counts the
+``Tracer`` keeps a log with ``statistics=True``. Occlusion queries around each draw count the
 fragments that pass the depth test and are not discarded.
 """
 from __future__ import annotations
@@ -21,12 +21,12 @@ AT_ONCE = 64    # largest number of queries in flight
 
 @dataclass
 class PassWork:
-    """The total work of all draws of a program under a name.
+    """The total work of a program's draws under a name.
 
     Attributes
     ----------
-    name : the kernel of the program, or the program's file
-    texts : the (vertex, fragment) texts of the program
+    name : the kernel or the file of the program
+    texts : the (vertex, fragment) texts
     draws, fragments : number of draws and of fragments
     streams_read : bytes that fragments read from streams, if each fragment reads one texel of each
         stream texture
@@ -58,7 +58,6 @@ class PassLog(Observer):
     counts = True
 
     def passed(self, one: ObservedPass) -> None:
-        """Add a pass to the work of its program."""
         work = self.passes.get((one.label, one.texts))
         if work is None:
             work = self.passes[one.label, one.texts] = PassWork(one.label, one.texts)
@@ -72,12 +71,11 @@ class PassLog(Observer):
             self._read()
 
     def moved(self, up: int, down: int) -> None:
-        """Add bytes uploaded to the card and read back."""
+        """Add bytes uploaded and read back."""
         self.uploaded += up
         self.read_back += down
 
     def queried(self) -> None:
-        """Count a query of the host."""
         self.queries += 1
 
     def _read(self) -> None:
@@ -89,7 +87,7 @@ class PassLog(Observer):
         self._waiting = []
 
     def to_list(self) -> list[dict[str, Any]]:
-        """Return the work of every program as plain data, in the order of first draws."""
+        """Return each program's work as plain data, in the order of first draws."""
         self._read()
         return [{key: value for key, value in asdict(one).items() if key != "texts"}
                 for one in self.passes.values()]

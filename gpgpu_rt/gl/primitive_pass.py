@@ -33,7 +33,7 @@ class PrimitivePass(FragmentPass):
         Parameters
         ----------
         layout : in moderngl's notation: "3f 1i" for a vertex or "4f/i" for an instance
-        attributes : the name of an attribute for each word of the layout; unused ones are ignored
+        attributes : an attribute's name for each word of the layout; unused ones are ignored
         """
         if self._buffer is not buffer:
             release(self._geometry)
@@ -42,7 +42,7 @@ class PrimitivePass(FragmentPass):
 
     def draw(self, target: Drawable, textures: Mapping[str, moderngl.Texture],
              mode: int, vertices: int = -1, instances: int = 1) -> None:
-        """Draw the primitives; parameters as for ``issue``."""
+        """Draw the primitives, with the parameters of ``issue``."""
         if self._geometry is None:
             self._geometry = self.gpu.context.vertex_array(self.program, [])
         self.issue(self._geometry, target, textures, mode, vertices, instances)

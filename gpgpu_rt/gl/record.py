@@ -2,12 +2,11 @@
 
 Texels of records form a table, which is read by index, or a stream, which passes read and write.
 A declaration lists fields texel by texel: ``"v0:vec3 index:int | v1:vec3 last:int | v2:vec3"``.
-Types are float (the default), vec2, vec3, vec4, int, ivec3 and ivec4. Integers are stored as float
-values, which are exact from -2^24 to 2^24.
+Types are float (the default), vec2, vec3, vec4, int, ivec3 and ivec4. Integers are stored as
+floats, exact from -2^24 to 2^24.
 
-All other fields are geometric: their format follows the option ``storage``, unless the record has
-``full_precision``. Under fp16, geometric fields have their own texels in half float textures, and
-integers stay in float32 textures.
+All other fields are geometric: the option ``storage`` sets their format, unless the record has
+``full_precision``. Under fp16, geometric fields have their own texels, in half float textures.
 """
 from __future__ import annotations
 
@@ -19,7 +18,7 @@ import numpy as np
 
 from ..errors import LimitError
 
-# Tables are 4096 texels wide, so that addresses need shifts and masks, not divisions.
+# Tables are 4096 texels wide, so addresses need shifts and masks, not divisions.
 TABLE_WIDTH_LOG2 = 12
 EXACT_INTEGER = 1 << 24   # float32 holds every integer up to this number
 SMALL_INTEGER = 1 << 22   # core/fetch.glsl converts integers up to this number by their bits
@@ -55,12 +54,10 @@ class Field:
         return values.astype(np.int32) if self.is_integer else values
 
     def decode(self, texel: str) -> str:
-        """Return GLSL that reads the field from a texel."""
         value = f"{texel}.{self.swizzle}"
         return f"{self.type}({value})" if self.is_integer else value
 
     def encode(self, value: str) -> str:
-        """Return GLSL that converts the field's value to its channels."""
         floats = {"int": "float", "ivec3": "vec3", "ivec4": "vec4"}
         return f"{floats[self.type]}({value})" if self.is_integer else value
 
@@ -69,8 +66,8 @@ class Field:
 class Plane:
     """Consecutive texels of a record in the same texture.
 
-    ``suffix`` distinguishes a table's textures. ``components`` is 1, 2 or 4, because three-channel
-    targets are not portable. ``dtype`` is f4, f2 or u4.
+    ``suffix`` distinguishes a table's textures. ``components`` is 1, 2 or 4, because targets with
+    three channels are not portable. ``dtype`` is f4, f2 or u4.
     """
 
     suffix: str
@@ -90,10 +87,11 @@ class Record:
     layout : Declaration of the fields.
     storage : Format of the geometric fields. Set by ``stored``.
     half_texels : Number of texels in half float textures, which come first. Set by ``stored``.
-    uniform_texels : Texels of a stream that are the same for all its records, and that programs
-        read from uniforms. For texel 0 of ``rays``, GLSL has the define RAYS_TEXEL_0_UNIFORM.
-    define : GLSL define beside a stream's accessors, which distinguishes records of the same name
-        with different fields.
+    uniform_texels : Texels with the same content for all of a stream's records, which programs
+    read
+        from uniforms. Texel 0 of ``rays`` sets the define RAYS_TEXEL_0_UNIFORM.
+    define : GLSL define of a stream, which distinguishes records of the same name with different
+        fields.
     constants : Names and values of integers with a special meaning in fields, also in GLSL.
     full_precision : Whether geometric fields stay float32 under every ``storage``.
     is_apart : Whether each texel of a table's records has its own texture. Set by ``apart``.
@@ -122,19 +120,17 @@ class Record:
                        half_texels=len(groups[0]))
 
     def extended(self, more: str) -> Record:
-        """Return this record with more texels at its end."""
         return replace(self, layout=f"{self.layout} | {more}")
 
     def without(self, name: str) -> Record:
-        """Return this record without a field and without texels that become empty."""
+        """Return this record without a field and without emptied texels."""
         kept = [[word for word in texel.split() if word.partition(":")[0] != name]
                 for texel in self.layout.split("|")]
         return replace(self, layout=" | ".join(" ".join(words) for words in kept if words))
 
     def apart(self) -> Record:
-        """Return this record with a texture for each texel, as the papers stored tables: the
-        texels
-        of an element then have the same texture coordinates."""
+        """Return this record with a texture for each texel, as in the papers: the texels of an
+        element then have the same texture coordinates."""
         return replace(self, is_apart=True)
 
     @cached_property
@@ -153,7 +149,6 @@ class Record:
 
     @property
     def texels(self) -> int:
-        """Number of texels of a record."""
         return self.layout.count("|") + 1
 
     @cached_property
@@ -203,7 +198,7 @@ class Record:
         Raises
         ------
         LimitError
-            for an integer below -2^24 or above 2^24, or more records than floats can index
+            for an integer outside of -2^24 to 2^24, or more records than floats can index
         """
         unknown = set(arrays) - {f.name for f in self.fields}
         if unknown:
@@ -227,14 +222,11 @@ class Record:
                 planes[field.texel][:, field.channel + k] = values[:, k]
 
     def unpack(self, texels: np.ndarray) -> dict[str, np.ndarray]:
-        """Return arrays by field name, (...) or (..., width), from texels, (..., texels, 4).
-
-        This is the inverse of ``pack``. Arrays of float fields are views.
-        """
+        """Return arrays by field name, (...) or (..., width), from texels, (..., texels, 4): the
+        inverse of ``pack``. Arrays of float fields are views."""
         return self.unpack_planes(np.moveaxis(texels, -2, 0))
 
     def field(self, name: str) -> Field:
-        """Return the field with a name."""
         return next(field for field in self.fields if field.name == name)
 
     def unpack_planes(self, planes: Sequence[np.ndarray] | np.ndarray) -> dict[str, np.ndarray]:
@@ -242,7 +234,7 @@ class Record:
         return {f.name: f.of(planes[f.texel]) for f in self.fields}
 
     def table_glsl(self) -> str:
-        """Return GLSL accessors of a table, a function per field: ``kd_node_split(i)``."""
+        """Return a table's GLSL accessors, a function per field: ``kd_node_split(i)``."""
         lines = [sampler_glsl("sampler2D", self.name + plane.suffix) for plane in self.planes]
         for f in self.fields:
             plane = self.plane_of(f.texel)
@@ -256,9 +248,9 @@ class Record:
     def stream_glsl(self, writes: bool, first_target: int = 0, reads: bool = True) -> str:
         """Return the GLSL struct and load function of a stream record.
 
-        With ``writes``, add the store function, which rounds to ``storage``; the record's texels
-        go to the render targets from ``first_target`` on. Without ``reads``, the record stays in
-        registers: replace the load function by the function that rounds.
+        ``writes`` adds the store function, which rounds to ``storage`` and draws into the render
+        targets from ``first_target`` on. Without ``reads``, the record stays in registers: a
+        function that rounds replaces the load function.
         """
         name, struct = self.name, self.name.capitalize()
         lines = ['#include "core/texel.glsl"']
@@ -277,7 +269,6 @@ class Record:
         return "\n".join(lines)
 
     def _load_glsl(self, struct: str) -> list[str]:
-        """Return GLSL that loads the record from textures or uniforms."""
         name = self.name
         kinds = ["vec4" if k in self.uniform_texels else "sampler2D" for k in range(self.texels)]
         lines = [f"uniform {kind} {name}_texel_{k};" for k, kind in enumerate(kinds)]
@@ -299,7 +290,6 @@ class Record:
         return self.storage != "fp32" and not all(f.is_integer for f in self.fields)
 
     def _stored_glsl(self, struct: str) -> list[str]:
-        """Return GLSL that rounds the record to its storage."""
         rounded = [f for f in self.fields if not f.is_integer] if self._is_rounded else []
         return [f"{struct} {self.name}_stored({struct} record) {{",
                 *(f"    record.{f.name} = stored(record.{f.name});" for f in rounded),
@@ -307,7 +297,6 @@ class Record:
 
     def _store_glsl(self, struct: str, by_texel: Sequence[Sequence[Field]],
                     first_target: int) -> list[str]:
-        """Return GLSL that stores the record into render targets."""
         name = self.name
         lines = [f"layout(location = {first_target + k}) out vec4 {name}_target_{k};"
                  for k in range(self.texels)]
@@ -321,7 +310,7 @@ class Record:
 
 
 def sampler_glsl(sampler: str, name: str) -> str:
-    """Return what TABLE_FETCH(name, i) needs in GLSL: the texture, and the height of a row."""
+    """Return GLSL that TABLE_FETCH(name, i) needs: the texture, and the height of a row."""
     return (f"uniform {sampler} {name}_table;\n"
             f"float {name}_table_row = 1.0 / float(textureSize({name}_table, 0).y);")
 
@@ -334,8 +323,8 @@ def check_count(name: str, count: int) -> None:
 
 
 def _cut_into_texels(fields: Iterable[Field]) -> list[str]:
-    """Return the layouts of texels that hold the fields in order. A field that does not fit begins
-    a new texel."""
+    """Return the layouts of texels with the fields in order. A field that does not fit begins a
+    new texel."""
     texels: list[str] = []
     used = 4
     for field in fields:
@@ -353,8 +342,8 @@ def streams_glsl(reads: Iterable[Record], writes: Iterable[Record],
                  registers: Iterable[Record] = ()) -> str:
     """Return the text of ``#include <streams>``: the accessors of a pass's streams.
 
-    Written streams use the render targets in order. Records in ``registers`` stay in registers:
-    the pass neither reads nor writes their textures.
+    Written streams use the render targets in order. Records in ``registers`` have no textures in
+    the pass.
     """
     texts, target = [record.stream_glsl(writes=False) for record in reads], 0
     texts += [record.stream_glsl(writes=False, reads=False) for record in registers]

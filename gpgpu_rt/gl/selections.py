@@ -2,13 +2,12 @@
 
 ANGLE translates `a ? b : c`, `a && b` and `a || b` into a branch, unless b and c are plain names
 or constants. SwiftShader compiles a loop in a time and memory that double with each branch of the
-loop: its search for back edges (`Spirv::Function::ExistsPath`) queues a block again for each path
-to it. Inside a function, arguments are plain names, so `picked_value(a, b, c)` is no branch.
+loop: its search for back edges (`Spirv::Function::ExistsPath`) queues a block for each path to the
+block. In a function, arguments are plain names, so `picked_value(a, b, c)` is no branch.
 
-A selection is rewritten only if both values can be computed in any case: they assign nothing, and
-call no function that could have an effect or a loop. The index of an array element must be a
-parameter of a function: as such an index, programs pass only numbers of rays or axes, which lie
-inside the array.
+A selection is rewritten only if both values can always be computed: they assign nothing, and call
+no function with an effect or a loop. The index of an array element must be a function's parameter,
+because programs pass only numbers of rays or axes, inside the array, as such an index.
 """
 from __future__ import annotations
 
@@ -18,7 +17,7 @@ from dataclasses import dataclass
 
 _VALUES = ("float", "int", "uint", "bool")
 TYPES = (*_VALUES, *(f"{kind}vec{size}" for kind in ("", "i", "u", "b") for size in (2, 3, 4)))
-# In a single line, so that lines keep their numbers.
+# In one line, so that lines keep their numbers.
 FUNCTIONS = " ".join(
     [f"{kind} picked_value(bool a, {kind} b, {kind} c) {{ return a ? b : c; }}" for kind in TYPES]
     + ["bool both_hold(bool a, bool b) { return a && b; }",
@@ -92,7 +91,6 @@ def _grouped(text: str) -> tuple[Item, ...]:
 
 
 def _plain(item: Item) -> str:
-    """Return the unchanged text of an item."""
     if isinstance(item, str):
         return item
     return item.opening + "".join(map(_plain, item.items)) + item.closing
@@ -119,7 +117,6 @@ def _flat(items: Iterable[Item]) -> Iterable[Item]:
 
 
 def _calls(items: Sequence[Item]) -> set[str]:
-    """Return the names in front of round brackets."""
     found = set()
     inside = [item for item in items if not _is_blank(item)]
     for before, item in zip(["", *inside], inside):
@@ -131,7 +128,7 @@ def _calls(items: Sequence[Item]) -> set[str]:
 
 
 def _statements(items: Sequence[Item]) -> Iterable[list[Item]]:
-    """Yield the functions, and the statements outside of functions."""
+    """Yield the functions, and the statements outside of them."""
     statement: list[Item] = []
     for item in items:
         if not _is_blank(item) and not _is_directive(item):
@@ -149,9 +146,8 @@ def _functions(items: Sequence[Item]) -> list[tuple[str, str, Bracketed, Bracket
 
 def harmless_functions(text: str, items: Sequence[Item], parameters: frozenset[str]
                        ) -> frozenset[str]:
-    """Return the functions and macros that may be called although their value is not needed."""
+    """Return the functions and macros that may be called without need for their value."""
     bodies: dict[str, list[Sequence[Item]]] = {}
-    # variables that are declared outside of functions
     changing = set().union(*map(_declared, _statements(items)))
     for kind, name, arguments, body in _functions(items):
         is_plain = kind in TYPES and not {"out", "inout"} & set(map(str, _flat(arguments.items)))
@@ -177,14 +173,14 @@ def harmless_functions(text: str, items: Sequence[Item], parameters: frozenset[s
 
 
 def _declared(statement: Sequence[Item]) -> set[str]:
-    """Return the variables that a statement outside of functions declares."""
+    """Return the variables that a statement outside of functions declares, except fixed ones."""
     if statement[-1] != ";" or statement[0] in _FIXED:
         return set()
     return {item for item in statement[1:] if isinstance(item, str) and _NAME.match(item)}
 
 
 def _reads_element(items: Sequence[Item], parameters: frozenset[str]) -> bool:
-    """Return whether a value reads an array at an index that may be outside of the array."""
+    """Return whether a value reads an array at an index that may lie outside."""
     return any(isinstance(item, Bracketed) and item.opening == "["
                and _plain(item)[1:-1].strip() not in parameters for item in _flat(items))
 
@@ -197,7 +193,6 @@ class _Writer:
         self._harmless, self._parameters = harmless, parameters
 
     def written(self, items: Sequence[Item], in_function: bool) -> str:
-        """Return the text of statements or arguments."""
         parts, segment, is_constant = [], [], False
         for item in (*items, ""):
             if item == "" or item in _ENDS or (
@@ -251,14 +246,14 @@ class _Writer:
         return text
 
     def _changes_nothing(self, items: Sequence[Item]) -> bool:
-        """Return whether computing a value changes nothing, the only test for the first value of a
-        selection, which is always computed."""
+        """Return whether computing a value changes nothing. A selection's first value, which is
+        always computed, must pass only this test."""
         words = [item for item in _flat(items) if isinstance(item, str)]
         return _calls(items) <= self._harmless and not any(
             word in _CHANGING or _is_directive(word) for word in words)
 
     def _is_harmless(self, items: Sequence[Item]) -> bool:
-        """Return whether a value may be computed although it is not needed."""
+        """Return whether a value may be computed without need."""
         return self._changes_nothing(items) and not _reads_element(items, self._parameters)
 
 
@@ -268,7 +263,7 @@ def _split(items: Sequence[Item], operator: str) -> list[Sequence[Item]]:
 
 
 def _is_name(items: Sequence[Item]) -> bool:
-    """Return whether a value is a plain name or constant, which needs no branch."""
+    """Return whether a value is a plain name or constant, for which ANGLE makes no branch."""
     return len([item for item in items if not _is_blank(item)]) == 1 and not any(
         isinstance(item, Bracketed) for item in items)
 

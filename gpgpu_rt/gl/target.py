@@ -18,20 +18,19 @@ ByRay = Callable[[np.ndarray], np.ndarray]    # texels (k, 4) -> (n, 4), a row p
 
 
 def whole(texels: np.ndarray) -> np.ndarray:
-    """Return the texels unchanged."""
     return texels
 
 
 class Target:
-    """Render targets that hold one or several records at each position, for later passes to read.
+    """Render targets that hold one or several records at each position.
 
     Parameters
     ----------
     records : a Record, or several Records in the order of the render targets
     size : (width, height) in texels
     depth : a depth buffer of the same size, which draws test and do not write
-    borrowed : name -> textures that another object owns and releases. The record of this name uses
-        these textures. Without such a record, they become further render targets
+    borrowed : name -> textures of another object, which releases them. The record of this name
+        uses these textures. Without such a record, the textures become further render targets
 
     Attributes
     ----------
@@ -59,17 +58,17 @@ class Target:
 
     @property
     def record(self) -> Record:
-        """The first record; for most targets, the only record."""
+        """The first, for most targets the only, record."""
         return next(iter(self.records.values()))
 
     def part(self, record: Record) -> Target:
-        """Return a new target for a record, which borrows the record's textures from ``self``."""
+        """Return a new target for a record, which borrows its textures from ``self``."""
         return Target(self.gpu, record, self.size,
                       borrowed={record.name: self.streams[record.name]})
 
     def samplers(self, as_name: str | None = None) -> Mapping[str, moderngl.Texture]:
         """Return sampler name -> texture, read-only. ``as_name`` renames the only record."""
-        # Every draw needs the names, so keep them until the streams change.
+        # Every draw needs the names: keep them until the streams change.
         if as_name is None and self._sampled[0] is self.streams:
             return self._sampled[1]
         found = MappingProxyType({
@@ -95,7 +94,7 @@ class Target:
         return read_record(record, stream_samplers(record.name, self.streams[record.name]), by_ray)
 
     def write(self, name: str, **fields: np.ndarray) -> None:
-        """Upload a record: the inverse of ``fields``. Further texels become 0."""
+        """Upload a record: the inverse of ``fields``. Texels past the last entry become 0."""
         packed = self.records[name].pack(**fields)
         for texel, texture in enumerate(self.streams[name]):
             texels = np.zeros((self.length, packed.shape[2]), "<" + texture.dtype)
@@ -107,11 +106,11 @@ class Target:
         self.gpu.clear(self.framebuffer, *colour, **more)
 
     def bytes(self) -> int:
-        """Return the bytes of the target's own textures."""
+        """Return the bytes of the textures, without borrowed ones."""
         return sum(map(texture_bytes, self._own.values()))
 
     def release(self) -> None:
-        """Free the framebuffer and the target's own textures."""
+        """Free the framebuffer and the textures, without borrowed ones."""
         release(self.framebuffer, self._own)
 
 
@@ -127,5 +126,4 @@ Drawable = Target | moderngl.Framebuffer    # a target of draws
 
 
 def framebuffer_of(target: Drawable) -> moderngl.Framebuffer:
-    """Return the framebuffer of a Target, or ``target`` itself if it is a framebuffer."""
     return target.framebuffer if isinstance(target, Target) else target

@@ -15,7 +15,7 @@ from .precision import Precision
 from .record import TABLE_WIDTH_LOG2, Plane, Record, check_count
 
 TABLE_WIDTH = 1 << TABLE_WIDTH_LOG2
-# Number of records to pack together. They fill whole rows for any number of texels of a record.
+# Records to pack together, which fill whole rows for any number of texels of a record.
 RECORDS_AT_ONCE = 32 * TABLE_WIDTH
 
 
@@ -57,7 +57,7 @@ def table_textures(gpu: Gpu, record: Record | PackedRecord,
     ----------
     arrays : field name -> array
     precision : the format of geometric fields; None if they are rounded already
-    into : an older version of this table; textures that fit are reused, the others released
+    into : an older version of this table. Textures that fit are reused, and the others released
 
     Returns
     -------
@@ -72,7 +72,7 @@ def table_textures(gpu: Gpu, record: Record | PackedRecord,
     textures = {f"{record.name}{plane.suffix}_table": _room(gpu, record.name, count, plane,
                                                             into or {})
                 for plane in record.planes}
-    # Pack by slices, because a table is several times as large as its source.
+    # Pack by slices: a table is several times as large as its source.
     for start in range(0, max(count, 1), RECORDS_AT_ONCE):
         part = {name: values[start:start + RECORDS_AT_ONCE] for name, values in arrays.items()}
         packed = record.pack(**(precision.stored_fields(record, part) if precision else part))
@@ -85,7 +85,7 @@ def table_textures(gpu: Gpu, record: Record | PackedRecord,
 
 def largest_integer(record: Record | PackedRecord, arrays: Mapping[str, np.ndarray | Column]
                     ) -> int:
-    """Return the largest absolute value of a table's integers in float textures."""
+    """Return the largest absolute integer in a table's float textures."""
     fields = record.fields if isinstance(record, Record) else ()
     return max((int(np.abs(arrays[field.name][start:start + RECORDS_AT_ONCE]).max())
                 for field in fields if field.is_integer and field.name in arrays
@@ -109,7 +109,6 @@ def _rows(count: int, plane: Plane) -> int:
 
 def _room(gpu: Gpu, name: str, count: int, plane: Plane,
           old: Mapping[str, moderngl.Texture]) -> moderngl.Texture:
-    """Return a texture for ``count`` records: the old one if its size fits."""
     rows = _rows(count, plane)
     texture = old.get(f"{name}{plane.suffix}_table")
     if texture is not None:
@@ -117,7 +116,7 @@ def _room(gpu: Gpu, name: str, count: int, plane: Plane,
             return texture
         texture.release()
     texture = make_texture(gpu, (TABLE_WIDTH, rows), plane.components, name, dtype=plane.dtype)
-    # Programs sample only inside the texture, and llvmpipe is faster without repetition.
+    # Programs sample only inside the texture. llvmpipe is faster without repetition.
     texture.repeat_x = texture.repeat_y = False
     return texture
 
@@ -166,25 +165,24 @@ def read_texels(texture: moderngl.Texture, first: int, count: int) -> np.ndarray
 
 def write_texture(texture: moderngl.Texture, values: np.ndarray,
                   viewport: tuple[int, int, int, int] | None = None) -> None:
-    """Upload texels into a texture, or into (x, y, width, height) of it."""
+    """Upload texels into a texture, or into its part (x, y, width, height)."""
     texture.write(values, viewport)
     note_moved(texture, up=values.nbytes)
 
 
 def vector_texture(gpu: Gpu, vectors: np.ndarray, what: str) -> moderngl.Texture:
-    """Return a texture of (h, w, 3) vectors, whose fourth channel is 0."""
+    """Return a texture of (h, w, 3) vectors; the fourth channel is 0."""
     texture = make_texture(gpu, vectors.shape[1::-1], 4, what)
     write_texture(texture, np.pad(np.asarray(vectors, np.float32), ((0, 0), (0, 0), (0, 1))))
     return texture
 
 
 def note_moved(texture: moderngl.Texture, up: int = 0, down: int = 0) -> None:
-    """Report the bytes of an upload or a readback to the context's observers."""
+    """Report uploaded and read back bytes to the context's observers."""
     texture.ctx.extra.note_moved(up, down)
 
 
 def texture_bytes(textures: Iterable[moderngl.Texture]) -> int:
-    """Return the bytes of textures."""
     return sum(t.width * t.height * t.components * int(t.dtype[1]) for t in textures)
 
 
@@ -225,5 +223,5 @@ def release(*parts: Any) -> None:
 
 
 def stream_samplers(name: str, textures: list[moderngl.Texture]) -> dict[str, moderngl.Texture]:
-    """Return sampler name -> texture of a stream record that GLSL calls ``name``."""
+    """Return sampler name -> texture of a stream that GLSL calls ``name``."""
     return {f"{name}_texel_{k}": texture for k, texture in enumerate(textures)}

@@ -16,9 +16,10 @@ class Needs:
 
     Attributes
     ----------
-    arithmetic, textures : numbers of arithmetic instructions and of fetches in the program; 0 if
-        no card's compiler has compiled it
-    dependent_reads : levels of fetches whose coordinates depend on another fetch; 0 likewise
+    arithmetic, textures : numbers of arithmetic instructions and of fetches; 0 if no card's
+        compiler has compiled the program
+    dependent_reads : levels of fetches whose coordinates depend on another fetch; 0 if no card's
+        compiler has compiled the program
     loops : whether the program has loops
     targets : number of render targets
     texture_size : side of the largest table in texels, if the table were square
@@ -67,7 +68,7 @@ class Card(Sourced):
     """A graphics card."""
 
     def refuses(self, needs: Needs) -> list[Refusal]:
-        """Return why the card cannot run a program with these needs; empty if it can."""
+        """Return why the card cannot run a program; empty if it can."""
         limits = (("slots", "arithmetic_slots", needs.arithmetic, "arithmetic instructions"),
                   ("fetches", "texture_slots", needs.textures, "fetches in the text"),
                   ("dependent", "dependent_reads", needs.dependent_reads,
@@ -88,19 +89,18 @@ class Card(Sourced):
         return reasons
 
     def to_dict(self) -> dict[str, Any]:
-        """Return name, chip, year, and all figures with units and sources."""
+        """Return name, chip, year, and the figures with units and sources."""
         return {"name": self.name, "chip": self.chip, "year": self.year, "figures": self.figures}
 
 
 @functools.cache
 def cards() -> tuple[Card, ...]:
-    """Return the cards in the order of years."""
     text = (importlib.resources.files("gpgpu_rt.hardware") / "cards.json").read_text()
     return tuple(Card(**row) for row in json.loads(text)["cards"])
 
 
 def find_card(name: str) -> Card:
-    """Return a card by its own or its chip's name; raise OptionError for another name."""
+    """Return a card by its name or its chip's name; raise OptionError for another name."""
     for card in cards():
         if name in (card.name, card.chip):
             return card

@@ -68,7 +68,7 @@ class EraTime:
 
 @contextmanager
 def era_timed(tracer: Tracer) -> Iterator[EraTime]:
-    """Log the passes within the block."""
+    """Log the passes in the block."""
     packets = PacketRays(tracer)
     with tracer.gpu, logged(tracer.gpu, Statistics()) as log, tracer.gpu.observed(packets):
         yield EraTime(tracer, log, packets)

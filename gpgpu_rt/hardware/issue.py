@@ -8,17 +8,17 @@ import numpy as np
 
 from .trace import FINISHED, KernelTrace
 
-QUAD = (2, 2)        # every card of the survey shades pixels in quads, for their derivatives
+QUAD = (2, 2)        # every card of the survey shades pixels in quads, for derivatives
 # The (h, w) in pixels of a group that branches together: the rectangle nearest to a square with
 # `branch_width` pixels (cards.json), because the survey states no shape. R420 cannot branch.
 GROUPS: dict[str, tuple[int, int] | None] = {
     "R420": None, "NV40": (32, 32), "R580": (6, 8), "G80": (4, 8)}
-PASSES_A_CHOICE = 16    # the schedule `kernels` runs this many passes between occlusion queries
+PASSES_A_CHOICE = 16    # passes of the schedule `kernels` between occlusion queries
 WHILE_WHILE, STEP = "while-while", "step"
 ORDERS = (WHILE_WHILE, STEP)
 # Kernels without an inner loop: a program with a loop runs them right after the step that asks for
-# them. `push` and `pop` belong to methods whose stack lies in textures under `step`
-# (glsl/methods/bvh/packet_steps_stack.glsl), and to kd-packet on R580 (packet_trace.py). `leave`
+# them. `push` and `pop` belong to methods with a stack in textures under `step`
+# (glsl/methods/bvh/packet_steps_stack.glsl) and to kd-packet on R580 (packet_trace.py). `leave`
 # and `begin` belong to kd packets (glsl/methods/kdtree/packet_steps.glsl).
 WITHIN = ("push", "pop", "leave", "begin")
 
@@ -46,7 +46,7 @@ class KernelIssues:
 
     @property
     def idle(self) -> float:
-        """The share of issued lanes that do not run the kernel."""
+        """The share of issued lanes without a useful run."""
         return 1 - sum(self.runs) / sum(self.lanes) if sum(self.lanes) else 0.0
 
 
@@ -72,10 +72,10 @@ def issued_in_loop(trace: KernelTrace, group: tuple[int, int], order: str,
     ----------
     group : (h, w) of the pixels that branch together
     order : WHILE_WHILE has a loop for each kernel inside the outer loop: a group issues a kernel
-        while any of its rays waits for it. STEP has one loop that runs a step of each ray per
-        iteration: a group issues each kernel that any of its rays needs
+        while any of its rays waits for the kernel. STEP has one loop, which runs a step of each
+        ray per iteration: a group issues each kernel that any of its rays needs
     within : under WHILE_WHILE, kernels without an inner loop. A ray runs such a kernel right after
-        the one before it, and its group issues the kernel if any ray runs it
+        the kernel before it, and its group issues the kernel if any ray runs it
     """
     steps, count = in_groups(trace.steps, group), len(trace.kernels)
     lanes = steps.shape[2]
@@ -96,7 +96,7 @@ def _in_turns(steps: np.ndarray, within: np.ndarray) -> tuple[np.ndarray, int]:
     """Return the issues of each kernel and the iterations of the outer loop, over all groups.
 
     All groups advance in rounds. In a round, every unfinished group issues one kernel, and then
-    the kernels k with ``within[k]`` (without an inner loop) that its rays ask for.
+    the kernels without an inner loop (``within[k]``) that its rays ask for.
     """
     count = len(within) - 1
     padded = np.concatenate([steps, np.zeros((1, *steps.shape[1:]), np.uint8)])
@@ -112,7 +112,7 @@ def _in_turns(steps: np.ndarray, within: np.ndarray) -> tuple[np.ndarray, int]:
             groups, place, kernel, waits = groups[live], place[live], kernel[live], waits[live]
         if not len(groups):
             return issues, iterations
-        # Leave inner loops that no ray waits for, in the order of the program.
+        # Leave inner loops that no ray waits for, in program order.
         any_waits = np.stack([(waits == k).any(axis=1) for k in range(1, count + 1)])
         ahead = (kernel - 1 + np.arange(count)[:, None]) % count
         chosen = any_waits[ahead, np.arange(len(groups))].argmax(axis=0)
@@ -136,10 +136,9 @@ def issued_in_passes(trace: KernelTrace, choice: int = PASSES_A_CHOICE,
                      block: tuple[int, int] = QUAD) -> KernelIssues:
     """Return the issues of the schedule ``kernels``, which runs one kernel per pass.
 
-    The host counts by occlusion queries how many rays wait for each kernel. It then draws
+    The host counts by occlusion queries the rays that wait for each kernel. It then draws
     ``choice`` passes of the kernel with the most waiting rays. Early depth rejects blocks of (h,
-    w)
-    pixels in which no ray waited for this kernel at the queries.
+    w) pixels in which no ray waited for this kernel at the time of the queries.
     """
     count = len(trace.kernels)
     steps = in_groups(trace.steps, block)

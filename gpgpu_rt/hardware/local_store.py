@@ -11,25 +11,21 @@ from .table_reads import TABLE
 
 
 def lines_of(places: np.ndarray, line: int) -> np.ndarray:
-    """Return the number of the cache line that each read needs, (reads,) int64.
-
-    ``places`` comes from `table_reads`; a line has ``line`` bytes. A table's lines are numbered
-    from the table's number times TABLE.
-    """
+    """Return the cache line of ``line`` bytes that each read needs, (reads,) int64. ``places``
+    comes from `table_reads`; a table's lines are numbered from the table's number times TABLE."""
     table = places // TABLE * TABLE
     return table + (places - table) // line
 
 
 def transfers(lines: np.ndarray, places: int) -> int:
-    """Return how many fetches miss a cache that is empty at first.
+    """Return how many fetches miss an initially empty cache.
 
     Parameters
     ----------
     lines : (fetches,) int64, the fetched lines in order
     places : number of lines that the cache holds
     """
-    # Offset the tables, which begin at different cache lines in memory. Without an offset, all
-    # would begin at the same line.
+    # Offset the tables, so that they begin at different cache lines, as in memory.
     place = (lines + (lines // TABLE) * 7919) % places
     order = np.argsort(place, kind="stable")
     line, where = lines[order], place[order]

@@ -20,8 +20,8 @@ class LoopCost:
     ----------
     instructions : arithmetic instructions as the card issues them
     fetches : texels of tables
-    levels : levels of texture indirection among these fetches: the length of the longest chain of
-        fetches that each need the fetch before. The texels of a record are fetched together
+    levels : levels of texture indirection: the length of the longest chain of fetches that each
+        need the fetch before. The texels of a record are fetched together
     """
 
     instructions: int
@@ -35,7 +35,7 @@ def loop_costs(card: str, method: str, **options: Any) -> dict[str, LoopCost]:
     Parameters
     ----------
     card : the compiler, one of `static_costs.COMPILERS`
-    options : the method's options; default for an option that is not given
+    options : the method's options
     """
     found = {}
     for program in era_programs(method, **options):
@@ -52,8 +52,8 @@ def setup_slots(card: str, method: str, any_hit: bool = False, **options: Any) -
     """Return the instruction slots of a ray before and after the loop.
 
     Without packets, these are the slots of the kernel `init`. For packets, the whole loop was
-    compiled as one program. The slots by which it exceeds the sum of its kernels are divided among
-    the packet's rays.
+    compiled as one program. Its slots beyond the sum of its kernels are divided among the packet's
+    rays.
 
     Parameters
     ----------

@@ -8,10 +8,9 @@ of a card work side by side:
 On NV40, fetches take slots of the arithmetic (``fetches_beside`` of cards.json), so the first two
 terms are added. The texels of a stream are not in the texture cache, so a pass fetches them at a
 lower rate (``stream_fetch``). Lanes include idle lanes. Passes and occlusion queries add the
-host's
-time and the time in which early depth rejects pixels. All rates come from cards.json;
-`Assumptions` holds the numbers that no source states. The model leaves out cache misses, and
-assumes enough fragments in flight to hide the latency of fetches.
+host's time and the time in which early depth rejects pixels. All rates come from cards.json;
+`Assumptions` holds the numbers without a source. The model leaves out cache misses, and assumes
+enough fragments in flight to hide the latency of fetches.
 """
 from __future__ import annotations
 
@@ -27,9 +26,8 @@ from .nv40_pairing import arithmetic_of, clocks
 from .static_costs import StaticCost, static_cost
 
 _LISTED, _OWN_FETCH = "nv40", re.compile(r"TEX \S+, IN\[")
-# An uncoalesced load of CUDA on the 8800 GTX takes the time of this many bytes. Such loads of 16,
-# 8
-# and 4 bytes reach about a half, a quarter and a tenth of the memory's peak (CUDA Programming
+# On the 8800 GTX, an uncoalesced load of CUDA takes the time of this many bytes. Such loads of 16,
+# 8 and 4 bytes reach about a half, a quarter and a tenth of the memory's peak (CUDA Programming
 # Guide 1.0, performance guidelines, from memory).
 UNCOALESCED_BYTES = 32.0
 SHARES = ("arithmetic", "texture", "bandwidth", "waiting lanes", "passes", "queries")
@@ -54,7 +52,7 @@ class Assumptions:
     texel_bytes: float = 16.0
 
     def varied(self) -> dict[str, tuple[Assumptions, Assumptions]]:
-        """Return for each number the assumptions with this number halved, and with it doubled."""
+        """Return for each number all assumptions with this number halved, and doubled."""
         return {one.name: (replace(self, **{one.name: getattr(self, one.name) / 2}),
                            replace(self, **{one.name: getattr(self, one.name) * 2}))
                 for one in fields(self)}
@@ -69,8 +67,8 @@ class CardTime:
 
     Attributes
     ----------
-    parts : name of SHARES -> seconds. A kernel's time counts as the part that bounds it, except
-        that the idle lanes' share of this time counts as "waiting lanes"
+    parts : name of SHARES -> seconds. A kernel's time counts as the part that bounds it; the idle
+        lanes' share of the time counts as "waiting lanes"
     """
 
     parts: Mapping[str, float]
@@ -83,7 +81,6 @@ class CardTime:
         return CardTime({name: self.parts[name] + other.parts[name] for name in SHARES})
 
     def scaled(self, factor: float) -> CardTime:
-        """Return the time of ``factor`` times the work."""
         return CardTime({name: factor * seconds for name, seconds in self.parts.items()})
 
 
@@ -91,21 +88,20 @@ def stream_fetches(method: str, kernel: str, any_hit: bool = False, in_loop: boo
                    **options: Any) -> int:
     """Return how many fetches of a kernel read the ray, its state and its hit.
 
-    Only passes make these fetches: a loop keeps ray, state and hit in registers. NV40's listing
-    shows them, because their coordinates are the fragment's; all compilers keep the same fetches
-    of
-    streams.
+    A loop does not make these fetches: it keeps ray, state and hit in registers. NV40's listing
+    shows these fetches, because their coordinates are the fragment's. All compilers keep the same
+    fetches of streams.
     """
     cost = static_cost(_LISTED, method, kernel, any_hit, in_loop, **options)
     return len(_OWN_FETCH.findall(cost.listing))
 
 
 def issue_slots(cost: StaticCost) -> int:
-    """Return the issue slots of a kernel's arithmetic: its instructions, or on NV40 the clocks in
-    which a pipe issues them (`nv40_pairing`)."""
+    """Return the issue slots of a kernel's arithmetic: its instructions, or on NV40 a pipe's
+    clocks (`nv40_pairing`)."""
     if cost.card != _LISTED or not cost.listing:
         return cost.arithmetic
-    # The listing lacks copies that the driver adds. Each copy is issued alone.
+    # The driver adds copies that the listing lacks. Each copy is issued alone.
     copies = cost.arithmetic - len(arithmetic_of(cost.listing))
     return clocks(cost.listing) + max(copies, 0)
 
@@ -120,9 +116,8 @@ def time_of_passes(card: Card, issued: KernelIssues, costs: Mapping[str, StaticC
     issued : the issues, from `issue.issued_in_passes`
     costs : the cost of each kernel of ``issued``
     streams : fetches of each kernel that read streams (`stream_fetches`)
-    pixels : number of pixels of the image. Each pass covers them all, and early depth rejects
-    those
-        outside the issued lanes
+    pixels : number of pixels of the image. Each pass covers all pixels, and early depth rejects
+        the pixels outside the issued lanes
     """
     total = host_time(card, issued.queries, sum(issued.passes), pixels, assumed)
     for runs, lanes, kernel in zip(issued.runs, issued.lanes, issued.kernels):
@@ -146,13 +141,13 @@ def time_of_loop(card: Card, issued: KernelIssues, costs: Mapping[str, StaticCos
     streams : fetches of each kernel that a loop does not make (`stream_fetches`)
     pixels : number of pixels of the image, all covered by the pass
     sharing : number of lanes for which a table's texel is loaded once
-    uncoalesced : whether each run loads the tables' texels from memory by itself, without the
-        texture units and their cache
+    uncoalesced : whether each run loads texels from memory by itself, without the texture units
+    and
+        their cache
     setup : instruction slots per pixel before and after the loop (`loop_costs.setup_slots`)
     """
     branch = 0.0 if card.branch_unit else assumed.branch_instructions
     total = _kernel_time(card, branch, 0, 0, issued.iterations, issued.iterations)
-    # Each pixel reads its ray and writes its hit.
     total += _kernel_time(card, setup, card.stream_fetch * RAY_TEXELS.texels,
                           (RAY_TEXELS.texels + 1) * assumed.texel_bytes, pixels, pixels)
     total += _parts(passes=assumed.draw_seconds)
@@ -169,13 +164,12 @@ def time_of_loop(card: Card, issued: KernelIssues, costs: Mapping[str, StaticCos
 def host_time(card: Card, queries: int, passes: int = 0, pixels: int = 0,
               assumed: Assumptions = ASSUMED) -> CardTime:
     """Predict the time of passes and occlusion queries over an image of ``pixels``: the host's
-    time, the time in which early depth rejects pixels, and that in which queries count rays.
+    time, the time in which early depth rejects pixels, and the time in which queries count rays.
 
     A pass asks for equal depths (traversal/schedules.py), which hierarchical depth buffers do not
-    support, so the card tests each pixel. The pass of a query fetches the state of each pixel, and
+    support, so the card tests each pixel. A query's pass fetches the state of each pixel, and
     marks by depth the rays that wait for a kernel (drivers/classify.frag). Early depth rejects
-    none
-    of its pixels, because its program discards.
+    none of its pixels, because its program discards.
     """
     rejected = passes * pixels / card.depth_rate
     marked = queries * pixels * card.stream_fetch / card.texel_rate

@@ -1,16 +1,14 @@
 """A cost model of machines with units for ray tracing, and of the Cell processor.
 
-The survey's section 5 proposes such units; section 4.4 describes machines that were built. A
-kernel
-that a unit executes costs the shader nothing. The unit needs a clock for each step of a ray, or of
-a packet. Shader, units and memory work in parallel, and the slowest decides. Memory traffic is the
-misses of a simulated cache of the machine's size (`local_store`). Nothing is fitted: each time is
-the work of traced rays at the machine's peak rates, without the setting up of rays and the loops'
-own branches.
+The survey's section 5 proposes such units; section 4.4 describes machines that were built. A unit
+executes its kernels at no cost for the shader, in a clock for each step of a ray or a packet.
+Shader, units and memory work in parallel, and the slowest decides. Memory traffic is the misses of
+a simulated cache of the machine's size (`local_store`). Nothing is fitted: each time is the work
+of traced rays at the machine's peak rates, without the setting up of rays and the loops' own
+branches.
 
-A kernel's cost comes from the code that a card's compiler generated (`loop_costs`). For a machine
-without a compiler, ``compiler`` in ``machines.json`` names the card with the most similar
-instructions.
+A kernel's cost comes from the code of a card's compiler (`loop_costs`). For a machine without a
+compiler, ``compiler`` in ``machines.json`` names the card with the most similar instructions.
 """
 from __future__ import annotations
 
@@ -42,8 +40,7 @@ def machines() -> dict[str, Machine]:
 @dataclass(frozen=True)
 class Least:
     """The least seconds per ray on each resource, at its peak rate. The resources work in
-    parallel;
-    ``waiting`` adds to the slowest."""
+    parallel, and ``waiting`` adds to the slowest."""
 
     shader: float = 0.0
     steps: float = 0.0
@@ -64,18 +61,14 @@ class Least:
 
 
 def by_unit(kernel: str, taken: str) -> bool:
-    """Return whether units execute a kernel.
-
-    ``taken`` names the kernels of the units: "steps" (they traverse), "tests" (they test
-    triangles), "both", or "" for none.
-    """
+    """Return whether units execute a kernel. ``taken`` names their kernels: "steps" (which
+    traverse), "tests" (which test triangles), "both", or "" for none."""
     return taken in ("tests" if kernel in TESTS else "steps", "both")
 
 
 def runs(work: Mapping[str, Any], kind: str, width: int = 1) -> float:
-    """Return how often groups of ``width`` rays ran the kernels of a kind ("steps" or "tests"),
-    divided by the number of rays. A stack's push or pop is part of the step before it.
-    """
+    """Return how often groups of ``width`` rays ran the kernels of a kind ("steps" or "tests") per
+    ray. A stack's push or pop is part of the step before it."""
     lanes = work["lanes"][str(width)]
     return sum(count for kernel, count in lanes.items()
                if kernel not in WITHIN and by_unit(kernel, kind)) / width / work["count"]
@@ -83,9 +76,8 @@ def runs(work: Mapping[str, Any], kind: str, width: int = 1) -> float:
 
 def instructions_a_ray(work: Mapping[str, Any], costs: Mapping[str, LoopCost], width: int = 1,
                        taken: str = "") -> float:
-    """Return the instructions per ray that groups of ``width`` rays issue, with idle lanes but
-    without the kernels ``taken``, which units execute.
-    """
+    """Return the instructions per ray that groups of ``width`` rays issue, with idle lanes. The
+    kernels ``taken`` cost nothing, because units execute them."""
     return sum(lanes * costs[kernel].instructions
                for kernel, lanes in work["lanes"][str(width)].items()
                if not by_unit(kernel, taken)) / work["count"]
@@ -98,10 +90,10 @@ def on_card(card: Card, work: Mapping[str, Any], costs: Mapping[str, LoopCost],
     Parameters
     ----------
     card : the card
-    work : the work of ``count`` rays. ``runs`` maps kernel -> number of runs. ``lanes`` maps the
-        number of rays in a group -> kernel -> lanes that groups occupied. ``transfers`` has
-        numbers of cache misses: the key "8192 16 4" means a cache of 8192 bytes, lines of 16 bytes
-        and 4 rays that fetch together
+    work : the work of ``count`` rays. ``runs`` maps a kernel to its runs. ``lanes`` maps a number
+        of rays in a group, then a kernel, to the lanes that groups occupied. ``transfers`` has
+        numbers of cache misses; "8192 16 4" means a cache of 8192 bytes, lines of 16 bytes and 4
+        rays that fetch together
     costs : each kernel's cost by the card's compiler
     units : the units; None for a card without units
     taken : the kernels that the units execute, as for `by_unit`
@@ -112,7 +104,7 @@ def on_card(card: Card, work: Mapping[str, Any], costs: Mapping[str, LoopCost],
     issued = instructions_a_ray(work, costs, width or card.branch_width, taken)
     shader = max(issued / card.issue_rate, texels / card.texel_rate)
     if units is None:
-        # Assume the misses of the ideal machine's cache for the card's texture cache.
+        # Assume that the card's texture cache misses as often as the ideal machine's cache.
         return Least(shader, memory=_memory(work, machines()["ideal"], card.bandwidth))
     each = units.units * units.clock
     return Least(shader,
@@ -126,7 +118,7 @@ def on_prototype(machine: Machine, work: Mapping[str, Any],
     """Return the time on a machine whose units traverse.
 
     Units for triangle tests do the tests, and ``costs`` has no effect. Without such units, the
-    machine's shader does the tests, for a packet at a time. ``work`` and ``costs`` are as for
+    machine's shader does the tests, a packet at a time. ``work`` and ``costs`` are as for
     `on_card`.
     """
     each, packet = machine.units * machine.clock, machine.packet
@@ -167,7 +159,7 @@ def with_shading(cell: Machine, traced: Least, times: float = 1.0) -> Least:
     """Return the time of tracing a ray and of shading its hit on the same processors.
 
     Shading is the bottleneck on the Cell, because it reads memory at random (survey, section 4.4).
-    So a processor always waits for shading's transfers. ``times`` multiplies the assumed number of
+    So a processor always waits for the transfers of shading. ``times`` multiplies the assumed
     transfers per hit.
     """
     transfers = times * cell.shading_transfers
@@ -182,6 +174,6 @@ def _missed(work: Mapping[str, Any], machine: Machine) -> int:
 
 
 def _memory(work: Mapping[str, Any], machine: Machine, bandwidth: float | None = None) -> float:
-    """Return the seconds per ray of cache misses, at the machine's or another bandwidth."""
+    """Return the seconds per ray of cache misses."""
     moved = _missed(work, machine) * machine.line
     return moved / (bandwidth or machine.bandwidth) / work["count"]

@@ -1,12 +1,11 @@
 """Methods on cards: compare the programs of each method with the limits of a card.
 
-The era form of a method (docs/era.md) is judged by the counts of Mesa's compiler for the card, and
-today's programs only by their targets, tables, loops, queries and float textures, because no
-card's compiler accepts them.
+The era form of a method (docs/era.md) is judged by the counts of Mesa's compiler for the card.
+Today's programs, which no card's compiler accepts, are judged by their targets, tables, loops,
+queries and float textures.
 
-A card may refuse a method that once ran on it. Carr et al. (2002) ran the ray engine in fixed
-point
-on the Radeon 8500, but this project's needs float textures, even where it emulates fixed point.
+A card may refuse a method that once ran on it: Carr et al. (2002) ran the ray engine in fixed
+point on the Radeon 8500, but this project emulates fixed point in float textures.
 """
 from __future__ import annotations
 
@@ -21,26 +20,23 @@ from ..traversal.era_packets import LOOP
 from .cards import Card, Needs, Refusal
 from .static_costs import COMPILERS, PACKETS, era_programs, packet_methods, static_cost
 
-# Left out, because it only saves time, and no paper had it: it finds tiles without live rays.
+# An addition of this project that only saves time: it finds tiles without live rays.
 LEFT_OUT = {"drivers/tile_counts.frag"}
 # Under `loop`, these programs have a loop whose length depends on the rays.
 LOOPS = {"drivers/traverse.frag", "drivers/packet.frag"}
 ERA = "era"     # stands for the era form in place of a schedule
-SIZE = 8   # side of the image in pixels, which programs do not depend on
+SIZE = 8   # side of the image in pixels; programs do not depend on it
 
 
 class _Programs(Observer):
-    """Collects every program of a call, by the pair of its texts.
-
-    An entry holds the program's name (a single kernel's name, else the file's), the largest number
-    of render targets of its passes, and the number of texels in the largest table that it reads.
-    """
+    """Collects every program of a call, by its texts: the program's name (a single kernel's, else
+    the file's), the largest number of render targets of its passes, and the number of texels in
+    the largest table that it reads."""
 
     def __init__(self) -> None:
         self.found: dict[tuple[str, str], tuple[str, int, int]] = {}
 
     def passed(self, one: ObservedPass) -> None:
-        """Add the program of a pass."""
         if one.name in LEFT_OUT:
             return
         name, targets, texels = self.found.get(one.texts, (one.label, 0, 0))
@@ -100,11 +96,10 @@ def era_texels(names: Sequence[str] | None = None, scene_name: str = "cornell"
 
 def era_refusals(card: Card, texels: Mapping[str, int]) -> dict[tuple[str, str], list[Refusal]]:
     """Return why a card cannot run each method in the era form, with a kernel per pass, or a
-    packet
-    in a loop.
+    packet in a loop.
 
-    Instructions are counted by Mesa's compiler for the card; for R200 and NV25, which have no
-    compiler in COMPILERS, by R300's compiler.
+    Mesa's compiler for the card counts instructions. R200 and NV25 have no compiler in COMPILERS;
+    their counts are those of R300's compiler.
 
     Parameters
     ----------
@@ -114,7 +109,7 @@ def era_refusals(card: Card, texels: Mapping[str, int]) -> dict[tuple[str, str],
     found = {}
     for name, largest in texels.items():
         loops = name in packet_methods()
-        # `dict` keeps a method's last entry, with all improvements of Horn et al.
+        # `dict` keeps a method's last entry, which has all improvements of Horn et al.
         own = dict(PACKETS).get(name, {})
         costs = [static_cost(compiler, name, kernel, in_loop=loops, **own) for kernel in (
             [LOOP] if loops else [one.kernel for one in era_programs(name)])]
@@ -126,14 +121,13 @@ def era_refusals(card: Card, texels: Mapping[str, int]) -> dict[tuple[str, str],
 
 
 def _side(texels: int) -> int:
-    """Return the side of the smallest square table for ``texels`` texels."""
     return math.isqrt(max(texels - 1, 0)) + 1
 
 
 def refusals(card: Card, needs: dict[tuple[str, str], dict[str, Needs]]
              ) -> dict[tuple[str, str], list[Refusal]]:
-    """Return (method, schedule) -> why a card cannot run the method; empty if the programs exceed
-    no limit of the card. Instructions are not compared."""
+    """Return (method, schedule) -> why a card cannot run the method, apart from instructions;
+    empty if the programs exceed no limit."""
     return {key: list(dict.fromkeys(reason for one in programs.values()
                                     for reason in card.refuses(one)))
             for key, programs in needs.items()}

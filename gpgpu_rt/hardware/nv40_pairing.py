@@ -4,10 +4,9 @@ A pipe has two units. In a clock, the first unit multiplies, computes a special 
 a texel, and the second multiplies and adds, or compares. Each unit can split its four components
 between two independent operations, as 3 + 1 or 2 + 2 (E. Kilgariff and R. Fernando, GPU Gems 2,
 chapter 30; tweakers.net 2004-08-21 on 3DCenter's article). Mesa's driver pairs nothing. `clocks`
-schedules the operations of its listing as early as their operands allow, without fetches, which
-the
-machine model adds. It does not assume that the second unit can use a result of the first unit in
-the same clock, because no source says so.
+schedules the operations of its listing as early as their operands allow. The machine model adds
+the fetches. No source says that the second unit can use a result of the first unit in the same
+clock, so `clocks` does not assume it.
 """
 from __future__ import annotations
 
@@ -17,8 +16,8 @@ from dataclasses import dataclass
 
 FIRST, SECOND = 0, 1
 COMPONENTS = 4      # of a unit
-# SPECIAL: operations of the first unit. EITHER: operations of both units; a copy is a product with
-# 1. All other operations run on the second unit.
+# SPECIAL: operations of the first unit. EITHER: operations of both units (a copy is a product with
+# 1). The second unit runs all other operations.
 SPECIAL, EITHER = ("RCP", "RSQ", "EX2", "LG2", "SIN", "COS"), ("MUL", "MOV")
 _LINE = re.compile(r"^\s*\d+: *(\w+) ([A-Z]+\[\d+\])(?:\.([xyzw]+))?, (.*)$", re.M)
 _OPERAND = re.compile(r"([A-Z]+\[\d+\](?:\[\d+\])?)(?:\.([xyzw]+))?")
@@ -77,7 +76,6 @@ def _read(name: str, register: str, swizzle: str, mask: str) -> frozenset[str]:
 
 
 def arithmetic_of(listing: str) -> list[ListedOperation]:
-    """Return the operations of a listing other than fetches."""
     return [one for one in operations(listing) if one.name != FETCH]
 
 
@@ -105,7 +103,7 @@ def clocks(listing: str) -> int:
 
 
 def _issue(one: ListedOperation, clock: int, used: dict[tuple[int, int], list[int]]) -> bool:
-    """Put the operation into a unit with free components in this clock. Return whether it fits."""
+    """Put the operation into a unit with free components in this clock, if there is one."""
     units = ((FIRST,) if one.name in SPECIAL else (FIRST, SECOND) if one.name in EITHER
              else (SECOND,))
     for unit in units:

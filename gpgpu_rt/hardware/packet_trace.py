@@ -17,7 +17,7 @@ BOTH = 3      # the field `needed` of a packet that enters both children
 
 
 def fields_of(stack: bool) -> tuple[str, ...]:
-    """Return the fields that `in_loop` needs, for packets with or without a stack."""
+    """Return the fields that `in_loop` needs."""
     return ("needed", "pushing", *(("popped",) if stack else ()))
 
 
@@ -68,5 +68,5 @@ def with_more_runs(trace: KernelTrace, more: Mapping[str, np.ndarray]) -> Kernel
 
 
 def _next(values: np.ndarray) -> np.ndarray:
-    """Return each step's value in the next step; 0 for the last step."""
+    """Return each step's value in the next step, or 0."""
     return np.concatenate([values[1:], np.zeros_like(values[:1])])

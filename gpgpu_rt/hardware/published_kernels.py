@@ -27,13 +27,11 @@ class PublishedKernel:
 
     @property
     def text(self) -> str:
-        """The count with its source."""
         return f"{self.instructions} ({self.source}{'' if self.read else '; from memory'})"
 
 
 @functools.cache
 def published_kernels() -> tuple[PublishedKernel, ...]:
-    """Return all published counts."""
     text = (importlib.resources.files("gpgpu_rt.hardware") / "published_kernels.json").read_text()
     return tuple(PublishedKernel(**row) for row in json.loads(text)["kernels"])
 

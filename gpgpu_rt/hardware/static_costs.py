@@ -1,8 +1,8 @@
 """Static costs: the instructions that Mesa's compilers for old cards generate from kernels.
 
-Mesa's drivers for cards of 2002-2006 can compile without such a card: here the era form of kernels
-(traversal/era.py, dialect ``card``). ``tools/static_costs.py`` writes the results into
-``static_costs/CARD.json``, keyed by the program's digest, which all other code reads.
+Mesa's drivers for cards of 2002-2006 can compile without such a card. They compile the era form of
+kernels (traversal/era.py, dialect ``card``). ``tools/static_costs.py`` writes the results into
+``static_costs/CARD.json``, keyed by the program's digest. All other code reads these files.
 """
 from __future__ import annotations
 
@@ -21,14 +21,13 @@ from ..traversal.era import EraKernel, era_kernels
 from ..traversal.era_packets import packet_kernels, packet_loop
 
 COMPILERS = ("r300", "r420", "r580", "nv40", "g80")
-# Any depth of the full stack serves here: it changes a constant of the program, but no
-# instruction.
-# The depth of a short stack is an option of the method.
+# The depth of a full stack changes a constant of the program, but no instruction. The depth of a
+# short stack is an option of the method.
 DEFINES: Mapping[str, object] = {"STACK_SIZE": 32}
 # Settings to compile beside the defaults: (method, options).
 SETTINGS: tuple[tuple[str, Mapping[str, Any]], ...] = (
     ("bvh-threaded", {"octants": True}), ("tree-unit", {"criterion": "box"}))
-# Packet methods to compile, only as kernels in a loop: (method, options). Each entry adds one
+# Packet methods to compile, as kernels in a loop: (method, options). Each entry adds an
 # improvement of Horn et al.
 PACKETS: tuple[tuple[str, Mapping[str, Any]], ...] = tuple(
     ("kd-packet", {"push_down": down, "stack_size": size, "skip_empty_leaves": False})
@@ -59,9 +58,8 @@ class StaticCost:
     Attributes
     ----------
     card, method, kernel : Names.
-    arithmetic : Arithmetic instructions as the card issues them. On R300 to R580, a vector and a
-        scalar operation that are issued together count once. NV40's driver pairs nothing, so each
-        instruction counts.
+    arithmetic : Arithmetic instructions as the card issues them. R300 to R580 issue a vector and a
+        scalar operation together, which count once. NV40's driver pairs nothing.
     vector, scalar : Numbers of vector and of scalar operations, or 0 where the driver does not
         tell them apart.
     fetches : Texture fetches.
@@ -73,7 +71,7 @@ class StaticCost:
     listing : The compiled program as the driver prints it. Empty for G80, whose driver prints only
         counts.
     digest : Digest of the program.
-    refused : The message of a compiler that refused the program, else empty.
+    refused : The compiler's message if it refused the program, else empty.
     """
 
     card: str
@@ -93,12 +91,11 @@ class StaticCost:
 
     @property
     def slots(self) -> int:
-        """Instruction slots. An instruction of R300 to R580 has a slot for its vector and one for
-        its scalar operation."""
+        """Instruction slots. On R300 to R580, an instruction has a slot for its vector operation
+        and a slot for its scalar operation."""
         return 2 * self.arithmetic if self.vector else self.arithmetic
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the cost as plain data."""
         return dict(self.__dict__)
 
 
@@ -131,16 +128,15 @@ def packet_methods() -> list[str]:
 
 def era_programs(method: str, any_hit: bool = False, in_loop: bool = False,
                  **options: Any) -> tuple[EraProgram, ...]:
-    """Return the kernels of a method in the era form, in the dialect of the cards. For packets,
-    the
-    last program is the whole loop.
+    """Return the kernels of a method in the era form, in the dialect of the cards. The last
+    program of packets is the whole loop.
 
     Parameters
     ----------
     method : a name of the method table
     any_hit : whether rays stop at their first hit
     in_loop : whether the kernels are branches in a loop, not passes; must be true for packets
-    options : the method's options; default for an option that is not given
+    options : the method's options
 
     Raises
     ------
@@ -150,7 +146,7 @@ def era_programs(method: str, any_hit: bool = False, in_loop: bool = False,
     return _programs(method, any_hit, in_loop, tuple(sorted(options.items())))
 
 
-@functools.cache    # making a text takes 20 ms
+@functools.cache    # making a text is slow
 def _programs(method: str, any_hit: bool, in_loop: bool,
               options: tuple[tuple[str, Any], ...]) -> tuple[EraProgram, ...]:
     row = find_method(method)
@@ -158,7 +154,7 @@ def _programs(method: str, any_hit: bool, in_loop: bool,
         resolved = row.resolved(dict(options))
         return tuple(_program(method, kernel) for kernel in (
             *packet_kernels(row, resolved, any_hit), packet_loop(row, resolved, any_hit)))
-    # Choose a chip with fp32, whose kernels do not round: a card rounds by its own arithmetic.
+    # Choose a chip with fp32, whose kernels do not round. A card rounds by its own arithmetic.
     resolved = row.resolved({**dict(options), "era": "nv40"})
     defines = {name: value for name, value in DEFINES.items() if name not in row.defines(resolved)}
     kernels = era_kernels(row.formed(resolved), resolved, any_hit, defines, in_loop)
@@ -171,10 +167,8 @@ def _program(method: str, kernel: EraKernel) -> EraProgram:
 
 
 def all_era_programs() -> list[EraProgram]:
-    """Return the kernels of every method with an era form, for nearest and for any hits: passes
-    and
-    loops, with the method's default options and with SETTINGS, then PACKETS.
-    """
+    """Return the kernels of every method with an era form, for nearest and for any hits: with
+    default options and SETTINGS, as passes and loops; then those of PACKETS."""
     chosen = [*((name, {}) for name in era_methods()), *SETTINGS]
     return [program for some, forms in ((chosen, (False, True)), (PACKETS, (True,)))
             for name, options in some for any_hit in (False, True) for in_loop in forms
@@ -189,7 +183,7 @@ def digest_of(text: str) -> str:
 
 @functools.cache
 def compiled_costs(card: str) -> CompiledCosts:
-    """Return a card's compiled kernels; empty if its compiler was never run.
+    """Return the results of a card's compiler; empty if it was never run.
 
     Raises
     ------
@@ -210,7 +204,7 @@ def compiled_costs(card: str) -> CompiledCosts:
 
 def static_cost(card: str, method: str, kernel: str, any_hit: bool = False,
                 in_loop: bool = False, **options: Any) -> StaticCost:
-    """Return what a card's compiler said of a method's kernel.
+    """Return the cost of a method's kernel on a card.
 
     Raises
     ------

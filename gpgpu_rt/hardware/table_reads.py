@@ -20,7 +20,7 @@ from .trace import KernelTrace
 
 FIELDS = ("node", "cursor")
 TABLES = (KD_NODE, BVH_NODE, REFERENCE, TRIANGLE)
-# The records that a run of each kernel reads, in order. `push` and `pop` access the stack.
+# The records that each kernel reads, in order. `push` and `pop` access the stack.
 READS: Mapping[str, tuple[Record, ...]] = {
     "down": (KD_NODE,), "traverse": (BVH_NODE,), "intersect": (REFERENCE, TRIANGLE),
     "push": (), "pop": ()}
@@ -32,8 +32,7 @@ def table_reads(trace: KernelTrace, tables: Mapping[str, Mapping[str, Any]],
     """Return the places that rays read, (reads,) int64, one group of (h, w) rays after another.
 
     A place is an address: a byte's offset in its table, plus the table's number times TABLE. The
-    rays of a group run their steps side by side: all read their first texel before any reads its
-    second.
+    rays of a group run side by side: all rays read their first texel before any reads its second.
 
     Parameters
     ----------
@@ -71,7 +70,7 @@ def _by_group(values: np.ndarray, group: tuple[int, int]) -> np.ndarray:
 
 def _places(records: tuple[Record, ...], index: Mapping[str, np.ndarray],
             tables: Mapping[str, Mapping[str, Any]]) -> Iterator[np.ndarray]:
-    """Yield the places of each texel that runs of a kernel read, an entry per run."""
+    """Yield the places of each texel that a kernel reads, an entry per run."""
     at = index["cursor" if TRIANGLE in records else "node"]
     for record in records:
         if record.name not in tables:

@@ -51,7 +51,7 @@ class KernelTrace:
 
     def totals(self) -> Mapping[str, int]:
         """Return the runs of each kernel, summed over all rays."""
-        # Count by steps: a long trace would need gigabytes in any type but uint8.
+        # Count by steps: a long trace needs gigabytes in any type but uint8.
         counts = sum((np.bincount(step.reshape(-1), minlength=len(self.kernels) + 1)
                       for step in self.steps), np.zeros(len(self.kernels) + 1, np.int64))
         return {name: int(counts[number]) for number, name in enumerate(self.kernels, 1)}
@@ -86,7 +86,7 @@ def record_trace(tracer: Tracer, size: tuple[int, int], trace: Callable[[], obje
     def take(one: ObservedPass) -> None:
         assert isinstance(one.target, Target)
         if packets and HIT.name in one.target.records:
-            return      # a pass over rays; another pass writes the packets' states
+            return      # a pass over rays; another writes the packets' states
         states = {name: texels[:size[0] * size[1]].reshape(size)
                   for name, texels in one.target.fields(state).items()
                   if name == "phase" or name in fields}

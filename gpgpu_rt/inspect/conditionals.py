@@ -11,9 +11,9 @@ from ..errors import ShaderError
 _DIRECTIVE = re.compile(r"\s*#\s*(?P<word>\w+)(?P<rest>.*)")
 _DEFINE = re.compile(r"\s*(?P<name>\w+)(?P<parameters>\([^)]*\))?(?P<value>.*)")
 _TOKEN = re.compile(r"\s*(?:(\w+)|(&&|\|\||[=!<>]=|[-+*/%<>!()]))")
-_MOST_EXPANSIONS = 100      # in a condition, because a macro that names itself expands without end
+_MOST_EXPANSIONS = 100      # in a condition; a macro that names itself expands without end
 
-# Operator -> precedence and function.
+# operator -> (precedence, function)
 _OPERATORS: Mapping[str, tuple[int, Callable[[int, int], int]]] = {
     "||": (1, lambda a, b: a or b), "&&": (2, lambda a, b: a and b),
     "==": (3, operator.eq), "!=": (3, operator.ne),
@@ -39,9 +39,8 @@ class _Group:
 
 
 def lines_in_force(lines: Sequence[str], defined: Collection[str] = ()) -> list[int]:
-    """Return the indices of the lines that a compiler sees, without the conditionals themselves.
-
-    The comment directly above a conditional without compiled lines is omitted, too.
+    """Return the indices of the lines that a compiler sees, without the conditionals. The comment
+    directly above a conditional without compiled lines is omitted, too.
 
     Parameters
     ----------
@@ -116,8 +115,7 @@ def _holds(word: str, rest: str, macros: Mapping[str, str]) -> bool:
 
 class _Expression:
     """A condition of ``#if``. Operators of equal precedence are evaluated from left to right. A
-    name
-    that is no macro is 0."""
+    name that is no macro is 0."""
 
     def __init__(self, text: str, macros: Mapping[str, str]) -> None:
         self._text, self._macros = text.strip(), macros
@@ -150,7 +148,7 @@ class _Expression:
         return self._tokens.pop(0)
 
     def _operation(self, least: int) -> int:
-        """Evaluate an operand and the following operators of at least this precedence."""
+        """Evaluate an operand and the next operators of at least this precedence."""
         left = self._operand()
         while self._tokens and _OPERATORS.get(self._tokens[0], (0,))[0] >= least:
             level, compute = _OPERATORS[self._tokens.pop(0)]

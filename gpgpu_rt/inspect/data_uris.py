@@ -9,9 +9,9 @@ from pathlib import Path
 
 from PIL import Image
 
-# Limit on a chart's size (about 100 MB decoded), because a file may declare any size.
+# Largest chart, about 100 MB decoded. A file may declare any size.
 MOST_PIXELS = 1 << 25
-DESCRIPTION = "Description"     # the key of the describing text in a PNG file
+DESCRIPTION = "Description"     # key of the describing text in a PNG file
 
 
 def data_uri(content: bytes, kind: str) -> str:
@@ -20,9 +20,8 @@ def data_uri(content: bytes, kind: str) -> str:
 
 
 def png_uri(picture: Image.Image | Path, width: int) -> str:
-    """Return a picture as the data URI of a PNG, at most ``width`` pixels wide, with 256 colours
-    if
-    that makes it smaller.
+    """Return a picture as the data URI of a PNG, at most ``width`` pixels wide. The PNG has 256
+    colours if that makes it smaller.
 
     Raises
     ------
@@ -50,7 +49,7 @@ def png_uri(picture: Image.Image | Path, width: int) -> str:
 
 
 def description_of(path: Path) -> str:
-    """Return the text that describes the picture of a PNG file, or ""."""
+    """Return the describing text of a PNG file, or ""."""
     try:
         with _opened(path) as file:
             return str(file.info.get(DESCRIPTION, ""))
@@ -69,7 +68,7 @@ def _opened(path: Path) -> Image.Image:
 
 
 def image_tag(uri: str, text: str, attributes: str = "") -> str:
-    """Return an HTML image element with a text for readers who cannot see the picture, and with
-    further ``attributes`` in HTML."""
+    """Return an HTML image element with further ``attributes``, and a ``text`` for readers who
+    cannot see the picture."""
     more = f" {attributes}" if attributes else ""
     return f'<img src="{uri}" alt="{html.escape(text, quote=True)}" loading="lazy"{more}>'

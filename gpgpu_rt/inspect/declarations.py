@@ -36,7 +36,6 @@ class Declaration:
 
     @property
     def bare(self) -> str:
-        """The code without comments."""
         return "\n".join(line.partition("//")[0].rstrip() for line in self.code)
 
 
@@ -44,8 +43,8 @@ def used_declarations(lines: Sequence[str], files: Sequence[str]) -> list[Declar
     """Return the declarations that ``main`` reaches, and their comments.
 
     A declaration is reached if its name occurs in a reached declaration. This rule may keep
-    unneeded declarations, but removes no needed declaration. A separate comment is kept if a
-    declaration between it and the next separate comment is used, and a file's first comment if any
+    unneeded declarations, but removes no needed one. A separate comment is kept if a declaration
+    between it and the next separate comment is used. A file's first comment is kept if any
     declaration of the file is used.
 
     Parameters
@@ -88,9 +87,8 @@ def _is_complete(code: str) -> bool:
 
 
 def _declared(code: str) -> set[str]:
-    """Return the names that a declaration declares: none for declarations to keep always, which
-    are
-    main, inputs, outputs, macro calls, and directives other than #define."""
+    """Return the names that a declaration declares. It has no names if it must be kept: main,
+    inputs, outputs, macro calls, and directives other than #define."""
     if found := _DEFINE.match(code):
         return {found[1]}
     head = _LAYOUT.sub("", code)
@@ -105,7 +103,7 @@ def _declared(code: str) -> set[str]:
         return {found[1], *inside} if found[1] != "main" else set()
     if _MACRO_CALL.match(head):
         return set()
-    while (flat := _BRACKETS.sub("", head)) != head:    # also removes commas between arguments
+    while (flat := _BRACKETS.sub("", head)) != head:    # removes commas between arguments, too
         head = flat
     declarators = [part.partition("=")[0] for part in head.partition(";")[0].split(",")]
     return {found[-1] for part in declarators if (found := _WORD.findall(part))}

@@ -7,10 +7,10 @@ from collections.abc import Sequence
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
-# Dark blue to light yellow. Lightness grows evenly, so that greyscale prints are readable.
+# Dark blue to light yellow, with evenly growing lightness for greyscale prints.
 RAMP = np.array([[8, 10, 38], [58, 22, 100], [128, 34, 108], [194, 58, 84], [238, 104, 48],
                  [252, 168, 38], [252, 242, 160]], np.float64)
-# Colours of ray phases, which differ in hue and in lightness for readers with red-green colour
+# Colours of ray phases. They differ in hue and in lightness, for readers with red-green colour
 # blindness.
 _CATEGORIES = np.array([[230, 159, 0], [86, 180, 233], [0, 158, 115], [240, 228, 66],
                         [204, 121, 167], [0, 114, 178]], np.uint8)
@@ -32,17 +32,14 @@ def ramp(values: np.ndarray) -> np.ndarray:
 
 def palette(pictures: Sequence[np.ndarray]) -> Image.Image:
     """Return an image whose palette ``Image.quantize`` accepts: 256 colours for all ``pictures``,
-    (h, w, 3) uint8 of the same size.
-
-    The palette has the exact colours of phases and of text, and 42 colours of the ramp. It
-    approximates the others.
-    """
+    (h, w, 3) uint8 of the same size. The colours of phases and text, and 42 colours of the ramp,
+    are exact."""
     exact = np.concatenate([_CATEGORIES, [OVER, STOPPED, FULL, NOTHING, PAPER, INK],
                             ramp(np.linspace(0, 1, 42))])
     all_of_them = Image.fromarray(np.concatenate(pictures)).quantize(256 - len(exact))
     found = np.reshape(all_of_them.getpalette(), (-1, 3)).astype(int)
-    # Drop colours close to a legend's colour: Pillow groups similar colours when it searches the
-    # palette, so they could replace the legend's colour.
+    # Drop colours close to a legend's colour, which could replace it: Pillow groups similar
+    # colours when it searches the palette.
     apart = np.abs(found[:, None] - exact[None].astype(int)).max(2).min(1) > 8
     made = Image.new("P", (1, 1))
     made.putpalette(np.concatenate([exact, found[apart]])[:256].ravel().tolist())
@@ -57,10 +54,8 @@ def category(number: int) -> tuple[int, int, int]:
 
 
 def scrambled(numbers: np.ndarray) -> np.ndarray:
-    """Return colours, (n, 3) uint8, of integers, (n,), or of integer vectors, (n, 3).
-
-    Equal numbers have equal colours, and neighbouring numbers different colours.
-    """
+    """Return colours, (n, 3) uint8, of integers, (n,), or of integer vectors, (n, 3). Neighbouring
+    numbers have different colours."""
     numbers = np.atleast_2d(np.asarray(numbers, np.int64).T).astype(np.uint32)
     mixed = np.zeros(numbers.shape[1], np.uint32)
     for part, factor in zip(numbers, (2654435761, 2246822519, 3266489917)):
@@ -71,8 +66,8 @@ def scrambled(numbers: np.ndarray) -> np.ndarray:
 
 
 def enlarged(pixels: np.ndarray, least: int = 256) -> Image.Image:
-    """Return (h, w, 3) pixels as an image, enlarged by a whole number to at least ``least`` pixels
-    of width."""
+    """Return (h, w, 3) pixels as an image, enlarged by a whole number to a width of at least
+    ``least``."""
     height, width = pixels.shape[:2]
     factor = max(1, -(-least // width))
     return Image.fromarray(pixels).resize((width * factor, height * factor),
@@ -100,10 +95,8 @@ def sheet(panels: Sequence[tuple[str, Image.Image]], head: Sequence[str],
 
 def colour_bar(highest: float, unit: str, width: int, lowest: float = 0.0,
                beyond: bool = False) -> Image.Image:
-    """Return the colour ramp from ``lowest`` to ``highest``, with round numbers below it.
-
-    With ``beyond``, the label says that the last colour includes larger numbers.
-    """
+    """Return the colour ramp from ``lowest`` to ``highest``, with round numbers below it. With
+    ``beyond``, the label says that the last colour includes larger numbers."""
     label = unit + (f" (last colour: {tick_text(highest)} and more)" if beyond else "")
     lines = [""]
     for word in label.split():      # break the label into lines of at most `width`
@@ -138,7 +131,6 @@ def round_ticks(lowest: float, highest: float, most: int) -> list[float]:
 
 
 def tick_text(value: float) -> str:
-    """Return a scale's number as text."""
     return f"{value:,.0f}" if abs(value) >= 1000 else f"{value:.4g}"
 
 
@@ -150,7 +142,7 @@ def round_up(value: float) -> float:
 
 
 def swatches(entries: Sequence[tuple[str, tuple[int, int, int]]], width: int) -> Image.Image:
-    """Return a legend of named colours, with as many in a line as fit."""
+    """Return a legend of named colours, as many in a line as fit."""
     places, left, row = [], 0, 0
     for name, _ in entries:
         wide = LINE + 4 + text_width(name) + 2 * MARGIN
@@ -167,7 +159,6 @@ def swatches(entries: Sequence[tuple[str, tuple[int, int, int]]], width: int) ->
 
 
 def stacked(images: Sequence[Image.Image]) -> Image.Image:
-    """Return an image with the images below each other."""
     page = Image.new("RGB", (max(i.width for i in images), sum(i.height for i in images)), PAPER)
     top = 0
     for image in images:
@@ -177,10 +168,9 @@ def stacked(images: Sequence[Image.Image]) -> Image.Image:
 
 
 def text_width(text: str) -> int:
-    """Return the width of a text line in pixels."""
     return int(np.ceil(ImageFont.load_default(TEXT).getlength(text)))
 
 
 def write(pen: ImageDraw.ImageDraw, at: tuple[int, int], text: str) -> None:
-    """Draw a line of text; ``at`` is its upper left corner."""
+    """Draw a line of text with its upper left corner ``at``."""
     pen.text(at, text, fill=INK, font=ImageFont.load_default(TEXT))

@@ -7,9 +7,8 @@ from collections.abc import Sequence
 class EvenLoss:
     """Chooses passes by their live rays, one pass after another.
 
-    Most rays of a trace end within few passes, and most passes run only for the few rays that
-    remain. Therefore a frame is due whenever an equal share of the first pass's live rays has
-    ended, not after an equal number of passes.
+    Most rays of a trace end within few passes, and most passes run only for the few other rays.
+    Therefore a frame is due whenever an equal share of the first pass's live rays has ended.
 
     Parameters
     ----------
@@ -25,7 +24,7 @@ class EvenLoss:
         """Return whether the next pass is a frame, given its number of live rays."""
         if self._first is None:
             self._first = live
-        # The last frame is due at 0 live rays. `_due` never decreases, though live rays may
+        # The last frame is due at 0 live rays. `_due` never decreases, although live rays may
         # increase.
         lost = self._first - live
         reached = (lost * (self.frames - 1)) // max(self._first, 1)
@@ -35,8 +34,8 @@ class EvenLoss:
         return True
 
     def is_replaced(self, count: int, live: int, at_end: int) -> bool:
-        """Return whether the trace's last pass replaces the last chosen pass, because there is no
-        space for both, or no ray has ended between them. If not, it becomes a further frame.
+        """Return whether the trace's last pass replaces the last chosen pass: there is no space
+        for both, or no ray has ended between them. Otherwise it becomes a further frame.
 
         Parameters
         ----------
@@ -49,7 +48,7 @@ class EvenLoss:
 def even_loss(live: Sequence[int], frames: int) -> list[int]:
     """Return the indices of at most ``frames`` passes with an even loss of live rays between them.
 
-    The first and the last pass are among them. Of at most ``frames`` passes, all are chosen.
+    The first and the last pass are chosen; if there are at most ``frames`` passes, all.
 
     Parameters
     ----------

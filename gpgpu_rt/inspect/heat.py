@@ -1,4 +1,4 @@
-"""Heat maps: the cost of each pixel's ray, with several methods on one scale."""
+"""Heat maps: the cost of each pixel's ray, for several methods on one scale."""
 from __future__ import annotations
 
 from collections.abc import Sequence
@@ -13,7 +13,6 @@ from ..tracer import Tracer
 from . import false_colours as colours
 from .time_travel import Pass, travel
 
-# Counts with their titles in a picture.
 KINDS = {"steps": "kernel runs per ray", "nodes": "nodes visited per ray",
          "leaves": "leaves visited per ray", "triangles": "triangles tested per ray",
          "passes": "passes until the ray finished"}
@@ -23,7 +22,7 @@ _COUNTERS = {"steps": "steps", "nodes": "nodes_visited", "leaves": "leaves_visit
 
 @dataclass
 class Heat:
-    """The costs of a picture's eye rays, traced by a method.
+    """The costs of a picture's eye rays by a method.
 
     Attributes
     ----------
@@ -46,9 +45,7 @@ def heat(tracer: Tracer, what: str, size: tuple[int, int], camera: Camera | None
 
     Parameters
     ----------
-    tracer : a tracer with statistics=True, or with the schedule ``step`` or ``kernels`` if
-    ``what``
-        is "passes"
+    tracer : a tracer with statistics=True; for "passes", with the schedule ``step`` or ``kernels``
     what : a key of KINDS
     size : (width, height) pixels
     camera : by default the scene's own camera
@@ -74,15 +71,14 @@ def heat(tracer: Tracer, what: str, size: tuple[int, int], camera: Camera | None
 
 
 def scale_of(maps: Sequence[Heat]) -> float:
-    """Return the end of a common scale: the largest 99 % quantile of the maps, rounded up, at
-    least
+    """Return the end of a common scale: the maps' largest 99 % quantile, rounded up, at least
     1."""
     return colours.round_up(max(1.0, *(one.summary()["quantile_99"] for one in maps)))
 
 
 def scale_bar(maps: Sequence[Heat], what: str, top: float, width: int) -> Image.Image:
-    """Return a picture of the maps' common scale up to ``top``. Its label says if some rays cost
-    more."""
+    """Return a picture of the common scale, which ends at ``top``. Its label says if some rays
+    cost more."""
     return colours.colour_bar(
         top, KINDS[what] + (", common scale" if len(maps) > 1 else ""), width,
         beyond=any(one.values.max() > top for one in maps))

@@ -31,9 +31,9 @@ def observe_states(tracer: Tracer, look: Look) -> Iterator[None]:
 
     Parameters
     ----------
-    look : receives an ObservedPass, whose ``target`` is a Target with the records HIT and the
-        method's state. HIT is missing in targets of packets' states, and in the era form after a
-        kernel that cannot change hits. The ``kernel`` "init" sets up states
+    look : receives an ObservedPass, whose ``target`` is a Target with the method's state and HIT.
+        HIT is missing for packets' states, and in the era form after a kernel that cannot change
+        hits. The ``kernel`` "init" sets up states
 
     Raises
     ------

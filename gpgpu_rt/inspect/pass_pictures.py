@@ -25,7 +25,7 @@ from .time_travel import Pass, decode, phase_names, travel
 # Fields with a ray's position.
 PLACES = ("node", "place", "cell", "cursor", "first")
 MOST_PICTURES = 200     # default for the approximate number of pictures
-MOST_FRAMES = 150       # frames of the GIF, with the first and the last pass
+MOST_FRAMES = 150       # frames of the GIF, including the first and the last pass
 FRAME_MS, LAST_MS = 80, 1500
 
 
@@ -38,8 +38,8 @@ def write_passes(tracer: Tracer, folder: Path, size: tuple[int, int], every: int
 
     The files are ``pass_0000.png`` and so on, ``passes.gif`` with up to MOST_FRAMES frames, and
     ``passes.json``. With ``states``, ``pass_0000.npz`` and so on hold the fields of each ray's
-    state and hit. Files that an earlier run's ``passes.json`` lists are removed. Files are moved
-    into the folder at the end, so an interrupted run leaves it unchanged.
+    state and hit. Files in an earlier run's ``passes.json`` are removed. An interrupted run leaves
+    the folder unchanged.
 
     Parameters
     ----------
@@ -118,7 +118,7 @@ def _write(tracer: Tracer, folder: Path, size: tuple[int, int], every: int | Non
 
 
 def _listed(folder: Path) -> set[str]:
-    """Return the pictures and states that an earlier run's JSON lists."""
+    """Return the files that an earlier run's JSON lists."""
     try:
         passes = read_json(folder / "passes.json")["passes"]
         names = {one[key] for one in passes for key in ("picture", "states") if key in one}
@@ -129,7 +129,7 @@ def _listed(folder: Path) -> set[str]:
 
 @contextmanager
 def _room(folder: Path) -> Iterator[None]:
-    """Make the folder if it is missing. If the block fails, remove it if it is new and empty."""
+    """Make the folder if it is missing. If the block fails, remove a new folder that is empty."""
     is_new = not folder.exists()
     try:
         folder.mkdir(exist_ok=True)
@@ -148,7 +148,7 @@ def _room(folder: Path) -> Iterator[None]:
 
 
 def _write_gif(folder: Path, pictures: list[str]) -> None:
-    # Take the palette from the first half of the frames, which has more live rays.
+    # Late frames have few live rays, so the first half of the frames gives the palette.
     palette = colours.palette([np.asarray(_rgb(folder / pictures[len(pictures) * k // 8]))
                                for k in (0, 1, 2, 4)])
     frames = [_rgb(folder / picture).quantize(palette=palette, dither=Image.Dither.NONE)
@@ -163,7 +163,6 @@ def _rgb(path: Path) -> Image.Image:
 
 
 def phase_pixels(phases: np.ndarray, names: Mapping[int, str]) -> np.ndarray:
-    """Return the colour of each ray's phase, (n, 3) uint8."""
     shown = np.zeros((len(phases), 3), np.uint8)
     for phase in names:
         shown[phases == phase] = colours.category(phase)
@@ -209,12 +208,11 @@ class PassPainter:
                                       ("t of the nearest hit so far", distance))]
 
     def legend(self) -> list[tuple[str, tuple[int, int, int]]]:
-        """Return the name and colour of each phase, and of rays without a hit."""
+        """Return the names and colours of the phases, and of rays without a hit."""
         return [*((name, colours.category(phase)) for phase, name in self.names.items()),
                 ("no hit yet", colours.NOTHING)]
 
     def picture(self, one: Pass) -> Image.Image:
-        """Return the panels with a head and a legend."""
         tracer = self.tracer
         panels = [(title, colours.enlarged(pixels)) for title, pixels in self.panels(one)]
         width = panels[0][1].width

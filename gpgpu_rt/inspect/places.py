@@ -21,7 +21,7 @@ class Places:
     Parameters
     ----------
     tracer : a tracer with the structure
-    state : fields of rays' states, of which ``node`` or ``cell`` names a ray's place
+    state : fields of rays' states; ``node`` or ``cell`` names a ray's place
 
     Attributes
     ----------
@@ -42,7 +42,7 @@ class Places:
             self.count = 0
 
     def numbers(self, state: Mapping[str, np.ndarray]) -> np.ndarray:
-        """Return the number of each ray's place, (n,) int64; -1 for none."""
+        """Return each ray's place, (n,) int64, or -1."""
         phase = state["phase"]
         if not self.kind:
             return np.full(len(phase), -1)
@@ -64,10 +64,8 @@ class Places:
         return np.stack([lo, lo + grid.cell_size], axis=1).astype(np.float64)
 
     def records(self, number: int) -> Decoded:
-        """Return the records of a place as the textures hold them: record -> field -> value.
-
-        They come from the tables with as many records as places, except tables of triangles.
-        """
+        """Return a place's records as the textures hold them: record -> field -> value, from the
+        tables with a record per place, other than tables of triangles."""
         tracer, session = self._tracer, self._tracer.session
         found: Decoded = {}
         for record in tracer.method.tables_for(tracer.options):
@@ -82,7 +80,6 @@ class Places:
 
 def _decoded(record: Record | PackedRecord, textures: Mapping, number: int
              ) -> dict[str, np.ndarray]:
-    """Return a record's fields, from its texels."""
     kind = np.uint32 if isinstance(record, PackedRecord) else np.float32
     texels = np.zeros((record.texels, 4), kind)
     for plane in record.planes:

@@ -16,8 +16,7 @@ def meaning(record: Record) -> dict[str, str]:
     Returns
     -------
     dict
-        the record's name in Python -> the text below its declaration; then the same for each
-        record
+        the record's name in Python -> the text below its declaration, and the same for each record
         that a text names. Empty for a record that no module declares
     """
     found: dict[str, str] = {}
@@ -33,7 +32,6 @@ def meaning(record: Record) -> dict[str, str]:
 
 @lru_cache(maxsize=None)
 def _texts() -> dict[str, tuple[Record, str]]:
-    """Return the Python name of each declared record -> record and text."""
     package = __name__.partition(".")[0] + "."
     return {name: (getattr(module, name), text)
             for module_name, module in sorted(sys.modules.items())
@@ -43,8 +41,8 @@ def _texts() -> dict[str, tuple[Record, str]]:
 
 
 def texts_below(file: Path) -> dict[str, str]:
-    """Return name -> the text below the name's assignment in a Python module. Of assignments
-    without text between them, all get the text below the last."""
+    """Return name -> the text below the name's assignment in a Python module. Assignments without
+    a text between them share the next text."""
     found: dict[str, str] = {}
     waiting: list[str] = []
     for statement in ast.parse(file.read_text(encoding="utf-8")).body:
@@ -58,5 +56,4 @@ def texts_below(file: Path) -> dict[str, str]:
 
 
 def _joined(text: str) -> str:
-    """Return a text with a line per paragraph."""
     return "\n\n".join(" ".join(part.split()) for part in text.split("\n\n")).strip()

@@ -1,8 +1,8 @@
 """Time travel: the state of every ray after every pass.
 
-A pass draws into one of two buffers. Under ``kernels``, a pass draws only the rays that wait for
-its kernel, so the texels of the other rays hold older states. A ray's number of steps never
-decreases, so of the states before and after a pass, the one with more steps is newer.
+Under ``kernels``, a pass draws only the rays that wait for its kernel into one of two buffers, so
+the texels of other rays hold older states. A ray's number of steps never decreases: of the states
+before and after a pass, the state with more steps is newer.
 """
 from __future__ import annotations
 
@@ -92,7 +92,7 @@ def travel(tracer: Tracer, origins: np.ndarray, directions: np.ndarray,
 
 
 def _one_pass(tracer: Tracer) -> str:
-    """Return the message for the schedule ``loop``, with a way to see passes."""
+    """Return a message for the schedule ``loop`` that says how to see passes."""
     method, options = tracer.method, tracer.options
     if options["era"]:
         return f"method {method.name} under schedule loop has one pass to look at; leave era out"
@@ -112,8 +112,8 @@ def _one_pass(tracer: Tracer) -> str:
 
 
 def watchable_relatives(method: Method) -> list[str]:
-    """Return the family's methods whose passes can be observed; if some of them use stacks and
-    packets as ``method`` does, only these."""
+    """Return the family's methods whose passes can be observed. If some of them use stacks and
+    packets as ``method`` does, return only these."""
     family = [row for row in methods() if family_of(row.name) == family_of(method.name)
               and {"step", "kernels"} & set(row.schedules)]
     alike = [row for row in family if (row.stack, row.packet) == (method.stack, method.packet)]
@@ -143,7 +143,6 @@ def kernels_of(tracer: Tracer) -> tuple[str, ...]:
 
 
 class _StateRecorder:
-    """Merges the states, pass by pass."""
 
     def __init__(self, tracer: Tracer, batch: RayBatch, look: Callable[[Pass], None]) -> None:
         self.names, self.look, self.count = phase_names(tracer), look, batch.count
@@ -156,7 +155,7 @@ class _StateRecorder:
         self.number = 0
 
     def take(self, one: ObservedPass) -> None:
-        """Merge the states of a pass."""
+        """Merge a pass's states."""
         kernel, target = one.kernel, one.target
         assert isinstance(target, Target)
         if self.packets and HIT.name not in target.records:
@@ -180,10 +179,8 @@ class _StateRecorder:
         self._show(kernel, served)
 
     def _newer_rays(self, kernel: str, state: Fields) -> np.ndarray:
-        """Return which rays a pass has changed: the target may hold older states of other rays.
-
-        The era form counts no steps, but its passes run all rays that wait for their kernel.
-        """
+        """Return which rays a pass has changed; its target may hold older states of other rays.
+        The era form counts no steps, but its passes run all rays that wait for their kernel."""
         if "steps" in state:
             return state["steps"] > self.state["steps"]
         return self.state["phase"] == self.numbers[kernel]

@@ -26,7 +26,7 @@ def reduce_by_blocks(room: StreamRoom, stream: Stream, flags: Stream) -> Stream:
 
     Parameters
     ----------
-    flags : a stream of VALUES with 0 or 1 in the first channel, one for each element
+    flags : a stream of VALUES with 0 or 1 in the first channel for each element
     """
     record = stream.record
     defines = {"LOAD": f"{record.name}_load", "STORE": f"{record.name}_store"}
@@ -39,8 +39,8 @@ def reduce_by_blocks(room: StreamRoom, stream: Stream, flags: Stream) -> Stream:
 
 def reduce_children(room: StreamRoom, children: Stream, count: int, pair: Record,
                     into: Stream | None = None) -> tuple[Stream, int]:
-    """Return a stream of the pairs in the first ``count`` elements of ``children``, and the number
-    of pairs; a pair is, for example, a triangle and a node of rays.
+    """Return a stream of the pairs (such as a triangle and a node of rays) in the first ``count``
+    elements of ``children``, and the number of pairs.
 
     Parameters
     ----------
@@ -59,8 +59,8 @@ def reduce_children(room: StreamRoom, children: Stream, count: int, pair: Record
 
 def _ranks(room: StreamRoom, source: Stream, texels: int, defines: Mapping[str, object],
            **uniforms: object) -> tuple[Stream, Stream, int]:
-    """Return each kept element's rank in its block (four elements per texel), each block's start
-    in the result, and the number of kept elements."""
+    """Return the kept elements' ranks in their blocks (four per texel), each block's start in the
+    result, and the number of kept elements."""
     flags = room.stream(VALUES, texels).called("flags")
     room.draw("algorithms/block_flags", flags, [source], count=texels, defines=defines, **uniforms)
     ranks = room.stream(VALUES, texels).called("ranks")
@@ -76,8 +76,7 @@ def _ranks(room: StreamRoom, source: Stream, texels: int, defines: Mapping[str, 
 
 def _segments(room: StreamRoom, target: Stream, source: Stream, ranks: Stream, starts: Stream,
               defines: Mapping[str, object]) -> None:
-    """Draw each block's line (two lines across the end of a texture row). Drop ranks and
-    starts."""
+    """Draw each block's line (two lines across the end of a row). Drop ranks and starts."""
     target.framebuffer.viewport = (0, 0, 2 * TABLE_WIDTH, rows_of(target.length))
     room.scatter("algorithms/segments", target, [source, ranks, starts], 4 * (starts.length - 1),
                  mode=moderngl.LINES, defines={"BLOCK": BLOCK, **defines}, texels=ranks.length)

@@ -1,4 +1,4 @@
-"""Stream reduction: moves the kept elements together, in their order."""
+"""Stream reduction: moves the kept elements together, in order."""
 from __future__ import annotations
 
 from .records import SOURCE
@@ -9,7 +9,7 @@ from .streams import Stream, StreamRoom
 def compact(room: StreamRoom, stream: Stream, flags: Stream) -> Stream:
     """Return the elements of ``stream`` whose flag is 1 (D. Horn, GPU Gems 2, 2005).
 
-    The host reads back the number of kept elements, because it must know how many to draw.
+    The host reads back how many elements to draw.
 
     Parameters
     ----------
@@ -23,7 +23,7 @@ def compact(room: StreamRoom, stream: Stream, flags: Stream) -> Stream:
 
 
 def kept_sources(room: StreamRoom, sums: Stream) -> Stream:
-    """Return the index of every kept element (SOURCE), from the scan of the flags."""
+    """Return the index (SOURCE) of every kept element, from the scan of the flags."""
     kept = int(sums.read_one(sums.length - 1)["value"][0])
     sources = room.stream(SOURCE, kept)
     room.draw("algorithms/source", sources,

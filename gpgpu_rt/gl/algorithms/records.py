@@ -4,7 +4,7 @@ from __future__ import annotations
 from ..record import Record
 
 VALUES = Record("values", "value:vec4")
-"""Four numbers per element, to reduce, to scan or to use as flags."""
+"""Four numbers per element."""
 
 SORT_KEY = Record("sort_key", "hi:int lo:int index:int")
 """A sort key, ordered by hi and lo (integers of up to 24 bits), then index."""

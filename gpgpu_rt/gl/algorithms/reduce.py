@@ -23,7 +23,7 @@ def reduce_stream(room: StreamRoom, values: Stream, operation: str) -> Stream:
 
 
 def reduce_once(room: StreamRoom, values: Stream, operation: str = "sum") -> Stream:
-    """Return a stream with one combined element for every FAN elements of ``values``."""
+    """Return a stream with one combined element for every FAN of ``values``."""
     reduced = room.stream(VALUES, -(-values.length // FAN))
     room.draw("algorithms/reduce", reduced.called("reduced"), [values.called("values")],
               count=reduced.length, defines={"FAN": FAN, "COMBINE": OPERATIONS[operation]},

@@ -1,9 +1,9 @@
 """Streams: lists of records in textures, and the passes that read streams and draw a stream.
 
-A stream, a term of 2002-2007, has element i of n at texel i, in rows of TABLE_WIDTH texels. A pass
-runs a fragment program once per element. The program can read any other element i, at
-``table_texel(i)`` (gather). To scatter, a pass draws points instead: the vertex stage reads an
-element and chooses the texels of its points.
+A stream, a term of 2002-2007, has element i at texel i, in rows of TABLE_WIDTH texels. A pass runs
+a fragment program once per element, which can read any other element i at ``table_texel(i)``
+(gather). To scatter, a pass draws points: the vertex stage reads an element and chooses the texels
+of its points.
 """
 from __future__ import annotations
 
@@ -101,7 +101,7 @@ class StreamRoom:
         return stream
 
     def drop(self, *streams: Stream) -> None:
-        """Release streams now, to free their memory."""
+        """Release streams now."""
         for stream in streams:
             self._streams = [
                 other for other in self._streams if other.textures is not stream.textures]
@@ -114,7 +114,7 @@ class StreamRoom:
 
         Parameters
         ----------
-        reads : the streams that the program reads; of several with one name, it reads the first
+        reads : the streams that the program reads; of several with one name, only the first
         """
         count = target.length - first if count is None else count
         if count <= 0:
@@ -135,10 +135,8 @@ class StreamRoom:
     def scatter(self, program: str, target: Target, reads: Sequence[Target], vertices: int, *,
                 mode: int = moderngl.POINTS, defines: Mapping[str, object] | None = None,
                 **uniforms: object) -> None:
-        """Draw points or lines into the texels that the program's vertex stage chooses.
-
-        The current blending decides the result of several points in a texel.
-        """
+        """Draw points or lines into the texels that the program's vertex stage chooses. The
+        current blending combines several points in a texel."""
         if vertices <= 0:
             return
         records, samplers = _sources(reads, target.record)
@@ -158,7 +156,6 @@ class StreamRoom:
         return program if "/" in program else f"{self.folder}/{program}"
 
     def bytes(self) -> int:
-        """Return the bytes of the streams."""
         return bytes_of(self._streams)
 
     def release(self) -> None:
@@ -185,7 +182,6 @@ def span(first: int, count: int) -> np.ndarray:
 
 def _sources(reads: Iterable[Target],
              written: Record | None = None) -> tuple[str, dict[str, moderngl.Texture]]:
-    """Return the GLSL of all records, and the samplers of the records to read."""
     glsl = {} if written is None else {written.name: written.stream_glsl(True)}
     samplers: dict[str, moderngl.Texture] = {}
     for stream in reads:
