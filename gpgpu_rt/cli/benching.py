@@ -91,7 +91,6 @@ def _bench(chosen: argparse.Namespace) -> None:
 
 
 def _end(chosen: argparse.Namespace, gpu: Gpu, found: Races, engines: Sequence[Engine]) -> None:
-    """Print the results or the notes below them, and draw the chart."""
     if chosen.json:
         print_json({"gpu": gpu.info(), "environment": asdict(environment(gpu)),
                     "size": chosen.size,

@@ -23,7 +23,6 @@ from .shared import NONE, Command, add_methods, names, print_json, print_table, 
 
 
 def add_commands(command: Command) -> None:
-    """Declare the command."""
     sub = command("conform", _conform, "test ray tracers with extreme rays whose exact answers "
                   "are known")
     add_methods(sub, "bvh-threaded; 'all' for every method, 'none' for only engines")

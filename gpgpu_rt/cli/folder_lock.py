@@ -23,7 +23,7 @@ class FolderLock:
     Raises
     ------
     Error
-        if another run has locked the folder, or it cannot be created or written
+        if another run has locked the folder, or the folder cannot be created or written
     """
 
     def __init__(self, folder: Path, purpose: Path) -> None:

@@ -45,7 +45,8 @@ def add_frames(sub: Parser) -> None:
 
 
 def check_frames(chosen: argparse.Namespace) -> None:
-    """Raise OptionError for ``--floor`` or ``--build-ahead`` with options that exclude them."""
+    """Raise OptionError for ``--floor`` or ``--build-ahead`` beside options that exclude it, and
+    for ``--build-ahead`` without ``--frames``."""
     if chosen.floor and chosen.frames is not None:
         raise OptionError("--floor cannot follow a moving scene; leave --frames or --floor out")
     if chosen.build_ahead and (chosen.frames is None or chosen.scheduler is not None):
@@ -135,7 +136,7 @@ def kept_frames(chosen: argparse.Namespace, animation: Animation,
 def _summary(spent: list[dict[str, Any]], ahead: bool) -> str:
     """Return a line with the median times of the frames after the first.
 
-    With ``ahead``, a build's time is the time that its frame waited, and wrote the tables.
+    With ``ahead``, a build's time is its frame's wait for it, plus the writing of the tables.
     """
     if not spent:
         return "no times: no frame after the first was rendered"
@@ -160,7 +161,6 @@ def _is_numbered(output: str) -> bool:
 
 
 def _check(output: str) -> None:
-    """Raise an error for an output that cannot be written."""
     path, suffix = Path(output), Path(output).suffix.lower()
     if (wide := _WIDE.search(output)) and not _NUMBER.fullmatch(wide[0]):
         raise OptionError(f"cannot number frames by {wide[0][:20]}; give at most 9 digits, for "

@@ -102,7 +102,6 @@ def short(groups: Sequence[Section], owned: Sequence[OwnedOptions]) -> Iterator[
 
 
 def of_owners(owned: Sequence[OwnedOptions], arguments: Sequence[str]) -> list[Section]:
-    """Return the sections with the options of the owners that the arguments name."""
     return [(f"options of {options.kind} {name}", options.of(name))
             for options in owned for name in options.named(arguments)]
 

@@ -16,7 +16,6 @@ from .shared import Command, print_json, print_table, word_of
 
 
 def add_commands(command: Command) -> None:
-    """Declare the commands."""
     command("info", _info, "list the OpenGL contexts of this machine, their renderers and limits")
     sub = command("methods", _methods, "list the methods, or a method's options and files")
     sub.add_argument("names", nargs="*", metavar="NAME", help="list the options and files of "

@@ -10,8 +10,6 @@ from .help import OwnedOptions, of_owners, short, usage_of, where_to_read_on
 
 
 class _HelpAll(argparse.Action):
-    """Prints the full help, and ends the program."""
-
     def __call__(self, parser: argparse.ArgumentParser, *_: Any) -> None:
         assert isinstance(parser, Parser)
         parser.in_full = True
@@ -96,7 +94,6 @@ class Parser(argparse.ArgumentParser):
         self.error(f"{command} has no {name}{did_you_mean(name, self._option_string_actions)}")
 
     def _of_arguments(self, word: str) -> str:
-        """Return the end of a message about a surplus argument."""
         own = self._get_positional_actions()
         names = [str(action.metavar or action.dest) for action in own]
         if not own:

@@ -23,7 +23,6 @@ from .shared import (
 
 
 def add_commands(command: Command) -> None:
-    """Declare the commands."""
     sub = command("passes", _passes, "write the state of every ray after every pass, as pictures, "
                   "a GIF and JSON")
     sub.add_argument("scene", help="a scene's name or a mesh file")

@@ -20,7 +20,6 @@ PACKAGE = Path(__file__).parents[1]
 
 
 def add_commands(command: Command) -> None:
-    """Declare the command."""
     sub = command("program", _program, "print the GLSL text that a method runs: "
                   "conditionals resolved, each part under the name of its file")
     sub.add_argument("method", metavar="METHOD", help="a method's name")
@@ -89,7 +88,8 @@ def _joined(programs: list[TracedProgram]) -> str:
 
 
 def files_of_method(name: str) -> list[tuple[str, str]]:
-    """Return (file, purpose) for each file of a method, first the Python file of its row.
+    """Return (file, purpose) for each file of a method, first the Python file of its row in the
+    method table.
 
     Without an OpenGL context, which resolves includes, the result has only this file and the row's
     file of kernels.

@@ -27,7 +27,6 @@ KILOBYTE = 1000
 
 
 def add_commands(command: Command) -> None:
-    """Declare the command."""
     sub = command("scenes", _run, "list the named scenes and the source of each, or fetch the "
                   "papers' scenes")
     sub.add_argument("--fetch", nargs="*", metavar="NAME", help="download these scenes and "
@@ -200,7 +199,6 @@ def _working(folder: Path) -> Iterator[Path]:
 
 
 def _missing_files(name: str, folder: Path) -> list[SourceFile]:
-    """Return the files of a scene that ``folder`` lacks or has incompletely."""
     return [file for file in source_files()[name]
             if not is_file(path := folder / catalogue.PUBLISHED / file.place)
             or hashlib.sha256(read_input(path)).hexdigest() != file.sha256]
@@ -220,7 +218,6 @@ def _convert(name: str, folder: Path, work: Path) -> None:
 
 
 def _add_camera(name: str, path: Path, work: Path) -> None:
-    """Add the scene's camera to a file of cameras, unless the file has one."""
     cameras = read_json(path) if is_file(path) else {}
     camera = json.loads(camera_text()).get(name)
     if camera is None or name in cameras:

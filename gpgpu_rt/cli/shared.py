@@ -60,8 +60,6 @@ class Collect(argparse.Action):
 
 
 class _Single(argparse.Action):
-    """Refuses a second value."""
-
     def __call__(self, parser: argparse.ArgumentParser, chosen: argparse.Namespace, value: Any,
                  word: str | None = None) -> None:
         before = getattr(chosen, self.dest)
@@ -189,7 +187,6 @@ def parsed(chosen: argparse.Namespace, prefix: str, asked: Iterable[str],
 
 
 def _whose(name: str) -> str:
-    """Return a clause that names the methods with an option, or ""."""
     owners = [row.name for row in methods() if name in {option.name for option in row.options}]
     return f"; {', '.join(owners)} {'has' if len(owners) == 1 else 'have'} it" if owners else ""
 
@@ -257,7 +254,6 @@ def print_json(value: Any) -> None:
 
 
 def print_stand_in(scene: Scene) -> None:
-    """Print a note if the scene stands in for a scene of the papers."""
     if scene.stand_in:
         print(f"{scene.name} is a procedural stand-in for {scene.stand_in} "
               "(`gpgpu-rt scenes` says how to get the original)")

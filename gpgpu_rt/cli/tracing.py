@@ -34,7 +34,6 @@ from .timings import Timings
 
 
 def add_commands(command: Command) -> None:
-    """Declare the commands."""
     sub = command("render", _render, "render a scene to an image file")
     sub.add_argument("scene", help="a scene's name, a mesh file or a scene file (.json)")
     _add_choice(sub)
@@ -164,7 +163,7 @@ def _trace(chosen: argparse.Namespace) -> None:
 
 
 def _tracer(chosen: argparse.Namespace, scene: Scene | None = None) -> Tracer:
-    """Return the tracer that the arguments describe, but for ``scene`` if given."""
+    """Return the tracer that the arguments describe. ``scene`` replaces their scene."""
     source = chosen.scene if scene is None else scene
     if chosen.settings is not None:
         if chosen.method is not None:
@@ -184,7 +183,6 @@ def _tracer(chosen: argparse.Namespace, scene: Scene | None = None) -> Tracer:
 
 
 def _bounds(tracer: Tracer) -> str:
-    """Return a clause with the error bounds that the tracer's settings keep, or ""."""
     promise = tracer.choices.of(tracer.taken).promise
     return "" if not promise else (f": share of wrong rays at most {promise['max_wrong']:g}, "
                                    f"relative error of t at most {promise['max_t_error']:g}")

@@ -27,7 +27,6 @@ from .shared import (
 
 
 def add_commands(command: Command) -> None:
-    """Declare the commands."""
     sub = command("accuracy", _accuracy, "measure the errors of methods and precisions against "
                   "the float64 reference; the lines below the table explain its columns")
     sub.add_argument("scene", help="a scene's name or a mesh file")

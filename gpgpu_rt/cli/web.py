@@ -14,7 +14,6 @@ from .shared import Command, add_methods, print_json, print_stand_in, say
 
 
 def add_commands(command: Command) -> None:
-    """Declare the command."""
     sub = command("web", _web, "write pages that trace a scene in a browser")
     sub.add_argument("scene", help="a scene's name or a mesh file")
     add_methods(sub, "kd-restart, grid and bvh-threaded; 'all' for every method that runs in a "

@@ -49,7 +49,6 @@ class Case:
         return Scene.from_arrays(corners, np.arange(len(corners)).reshape(-1, 3))
 
     def part(self, rays: np.ndarray | slice) -> Case:
-        """Return the case with some of its rays."""
         n = len(self.origins)
         ends = (np.broadcast_to(end, n)[rays] for end in (self.t_min, self.t_max))
         return Case(self.triangles, self.origins[rays], self.directions[rays], self.closed,

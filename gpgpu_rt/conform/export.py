@@ -101,7 +101,6 @@ def export(folder: Path, names: Iterable[str], rays: int, seed: int) -> Iterator
 
 
 def _listed(folder: Path) -> list[dict[str, Any]]:
-    """Return the families of an earlier export's index whose files are there."""
     try:
         index = read_json(folder / INDEX)
         return [one for one in index["families"] if index["format"] == FORMAT

@@ -74,8 +74,9 @@ def soup(count: int, seed: int, size: float = 0.2) -> np.ndarray:
 
 
 def lattice(cells: int) -> np.ndarray:
-    """Return a lattice of cubes in the unit box, (12 (cells / 2)^3, 3, 3) float32 for even
-    ``cells``: the cells whose three indices are even.
+    """Return the walls of the cells of a lattice whose three indices are even, in the unit box.
+
+    The result is (12 (cells / 2)^3, 3, 3) float32 for even ``cells``.
 
     For a power of two, coordinates are exact, so rays can run in planes, through edges and through
     corners.

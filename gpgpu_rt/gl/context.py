@@ -37,7 +37,6 @@ def automatic() -> tuple[str, ...]:
 
 
 def backends() -> tuple[str, ...]:
-    """Return all backends of this system."""
     return (*automatic(), "angle")
 
 
@@ -147,7 +146,6 @@ class Gpu:
         self.observers.moved(up, down)
 
     def text_of(self, program: moderngl.Program) -> tuple[str, str]:
-        """Return the (vertex, fragment) texts of a program."""
         return next(texts for texts, one in self.programs.items() if one is program)
 
     def query(self) -> Any:

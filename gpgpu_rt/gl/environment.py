@@ -53,8 +53,8 @@ def environment(gpu: Gpu | None = None) -> RunEnvironment:
 
 @functools.cache
 def commit() -> str | None:
-    """Return the commit of gpgpu_rt's checkout, or None, even if another repository contains an
-    installed gpgpu_rt."""
+    """Return the commit of gpgpu_rt's checkout, or None without a checkout. A repository around an
+    installed gpgpu_rt does not count."""
     if not (_ROOT / ".git").exists():
         return None
     try:

@@ -30,7 +30,6 @@ def table_glsl(record: Record) -> str:
 
 
 def table_samplers(record: Record) -> list[str]:
-    """Return the samplers of `table_glsl`."""
     return [f"{record.name}{plane.suffix}_table" for plane in record.planes]
 
 
@@ -55,8 +54,8 @@ def _sampler_of_fields(record: Record) -> list[str]:
 
 
 def streams_glsl(reads: Iterable[Record], writes: Iterable[Record]) -> str:
-    """Return accessors of the streams that a fragment reads and writes at its own texel, to the
-    render targets in order."""
+    """Return accessors of the streams that a fragment reads and writes at its own texel. Written
+    streams use the render targets in order."""
     texts, target, read, written = [], 0, tuple(reads), tuple(writes)
     for record in dict.fromkeys((*read, *written)):
         texts += [f"#ifndef {constant}\n#define {constant} {float(value)}\n#endif"

@@ -99,7 +99,6 @@ class Precision:
     def layout(self, record: PackedRecord) -> PackedRecord: ...
 
     def layout(self, record: Record | PackedRecord) -> Record | PackedRecord:
-        """Return the record in its textures' layout."""
         return record if isinstance(record, PackedRecord) else record.stored(self.storage)
 
     def stored(self, values: np.ndarray) -> np.ndarray:

@@ -87,8 +87,7 @@ class Record:
     layout : Declaration of the fields.
     storage : Format of the geometric fields. Set by ``stored``.
     half_texels : Number of texels in half float textures, which come first. Set by ``stored``.
-    uniform_texels : Texels with the same content for all of a stream's records, which programs
-    read
+    uniform_texels : Texels that are the same for all of a stream's records. Programs read them
         from uniforms. Texel 0 of ``rays`` sets the define RAYS_TEXEL_0_UNIFORM.
     define : GLSL define of a stream, which distinguishes records of the same name with different
         fields.

@@ -139,7 +139,6 @@ def _statements(items: Sequence[Item]) -> Iterable[list[Item]]:
 
 
 def _functions(items: Sequence[Item]) -> list[tuple[str, str, Bracketed, Bracketed]]:
-    """Return the (type, name, arguments, body) of each function."""
     return [(str(one[0]), str(one[1]), one[2], one[3]) for one in _statements(items)
             if len(one) == 4 and isinstance(one[2], Bracketed) and isinstance(one[3], Bracketed)]
 
@@ -173,7 +172,7 @@ def harmless_functions(text: str, items: Sequence[Item], parameters: frozenset[s
 
 
 def _declared(statement: Sequence[Item]) -> set[str]:
-    """Return the variables that a statement outside of functions declares, except fixed ones."""
+    """Return the variables that a statement outside of functions declares."""
     if statement[-1] != ";" or statement[0] in _FIXED:
         return set()
     return {item for item in statement[1:] if isinstance(item, str) and _NAME.match(item)}

@@ -65,8 +65,6 @@ class Sourced:
 
 @dataclass(frozen=True)
 class Card(Sourced):
-    """A graphics card."""
-
     def refuses(self, needs: Needs) -> list[Refusal]:
         """Return why the card cannot run a program; empty if it can."""
         limits = (("slots", "arithmetic_slots", needs.arithmetic, "arithmetic instructions"),

@@ -142,8 +142,7 @@ def time_of_loop(card: Card, issued: KernelIssues, costs: Mapping[str, StaticCos
     pixels : number of pixels of the image, all covered by the pass
     sharing : number of lanes for which a table's texel is loaded once
     uncoalesced : whether each run loads texels from memory by itself, without the texture units
-    and
-        their cache
+        and their cache
     setup : instruction slots per pixel before and after the loop (`loop_costs.setup_slots`)
     """
     branch = 0.0 if card.branch_unit else assumed.branch_instructions

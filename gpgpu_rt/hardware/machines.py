@@ -174,6 +174,5 @@ def _missed(work: Mapping[str, Any], machine: Machine) -> int:
 
 
 def _memory(work: Mapping[str, Any], machine: Machine, bandwidth: float | None = None) -> float:
-    """Return the seconds per ray of cache misses."""
     moved = _missed(work, machine) * machine.line
     return moved / (bandwidth or machine.bandwidth) / work["count"]

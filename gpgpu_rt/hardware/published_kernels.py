@@ -37,6 +37,5 @@ def published_kernels() -> tuple[PublishedKernel, ...]:
 
 
 def published_kernel(method: str, kernel: str) -> PublishedKernel | None:
-    """Return the published count of a kernel, or None."""
     return next((one for one in published_kernels()
                  if (one.method, one.kernel) == (method, kernel)), None)

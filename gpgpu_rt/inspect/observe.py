@@ -13,8 +13,6 @@ __all__ = ["Look", "ObservedPass", "Observer", "Passes", "observe", "observe_sta
 
 
 class _StateObserver(Observer):
-    """Calls ``look`` after each pass into a target that holds states."""
-
     states = True
 
     def __init__(self, state: str, look: Look) -> None:

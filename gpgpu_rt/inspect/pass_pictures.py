@@ -118,7 +118,6 @@ def _write(tracer: Tracer, folder: Path, size: tuple[int, int], every: int | Non
 
 
 def _listed(folder: Path) -> set[str]:
-    """Return the files that an earlier run's JSON lists."""
     try:
         passes = read_json(folder / "passes.json")["passes"]
         names = {one[key] for one in passes for key in ("picture", "states") if key in one}

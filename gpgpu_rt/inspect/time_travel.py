@@ -186,7 +186,6 @@ class _StateRecorder:
         return self.state["phase"] == self.numbers[kernel]
 
     def _take_packets(self, kernel: str, target: Target) -> None:
-        """Copy each packet's state to its rays."""
         (width, height), across = self.size, target.size[0]
         packet = -(-width // across), -(-height // target.size[1])
         x, y = np.arange(width) // packet[0], np.arange(height) // packet[1]

@@ -58,7 +58,6 @@ class Stream(Target):
         return self.fields(by_ray=lambda texels: texels[:count])
 
     def read_one(self, i: int) -> dict[str, np.ndarray]:
-        """Read back element i."""
         corner = (i % TABLE_WIDTH, i // TABLE_WIDTH, 1, 1)
         note_moved(self.textures[0], down=16 * len(self.textures))
         read = self.framebuffer.read
