@@ -86,8 +86,8 @@ def nearest_names(name: str, known: Iterable[str]) -> str:
 
 
 def did_you_mean(name: str, known: Iterable[str]) -> str:
-    """Return a clause with the nearest known names, "; did you mean a or b?", or "". For messages
-    that list the names themselves; others use `nearest_names`."""
+    """Return a clause with the nearest known names, "; did you mean a or b?", or "". Messages
+    that list the names themselves use this function, other messages `nearest_names`."""
     if not isinstance(name, str):       # a wrong type from the Python API
         return ""
     near = difflib.get_close_matches(name, sorted(known), n=3, cutoff=0.6)

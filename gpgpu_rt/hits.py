@@ -91,7 +91,7 @@ class Hits:
         return self.triangle >= 0
 
     def image(self, name: str) -> np.ndarray:
-        """Return the array ``name`` or ``hit`` in the rays' shape: (h, w) for (h, w, 3).
+        """Return the array ``name`` (a field, or "hit") in the rays' shape: (h, w) for (h, w, 3).
 
         Raises
         ------

@@ -111,7 +111,7 @@ def installed() -> tuple[list[Spec], dict[str, str]]:
 
 def run(specs: Sequence[Spec], names: Iterable[str], rays: int = RAYS, seed: int = SEED,
         seconds: float = SECONDS) -> Iterator[Row]:
-    """Yield the `Row` of each engine and family; an engine has ``seconds`` for a case.
+    """Yield the `Row` of each engine and family; an engine has at most ``seconds`` for a case.
 
     Raises
     ------

@@ -39,7 +39,7 @@ def check_bytes(declared: int, stored: int, where: str) -> None:
     Parameters
     ----------
     declared : number of bytes that the file decodes to, according to its headers
-    stored : size of the file in bytes; so much data is always allowed
+    stored : size of the file in bytes; data up to this size are always allowed
     where : the file, for the message
     """
     if declared > max(budget_bytes(), stored):

@@ -41,8 +41,7 @@ class RunEnvironment:
 
 
 def environment(gpu: Gpu | None = None) -> RunEnvironment:
-    """Return the environment of this process with the context ``gpu``, by default ``open_gpu()``.
-    """
+    """Return this process's environment with the context ``gpu``, by default ``open_gpu()``."""
     gpu, facts = gpu or open_gpu(), processors()
     return RunEnvironment(
         __version__, commit(), platform.python_version(),

@@ -4,8 +4,8 @@ An occlusion query of ES says only whether a fragment passed. Inside a query, ea
 also adds 1 to its texel of an extra render target (`angle_text.py` adds this output). The depth
 test and `discard` apply to the target, so the sum of its texels is OpenGL 3.3's count.
 
-A draw into 8 render targets leaves no target for the count. It counts all pixels of the viewport,
-because programs of 8 targets are full-screen passes that discard nothing.
+A draw into 8 render targets leaves no target for the count. Such a draw counts all pixels of the
+viewport, because programs of 8 targets are full-screen passes that discard nothing.
 """
 from __future__ import annotations
 

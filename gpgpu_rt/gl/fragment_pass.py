@@ -100,8 +100,8 @@ class FragmentPass:
 
     def _render(self, geometry: moderngl.VertexArray, mode: int, vertices: int,
                 instances: int) -> int:
-        """Draw separate primitives (`LISTS`) in parts if the renderer cannot number all vertices.
-        Return the number of draw calls."""
+        """Draw, and return the number of draw calls. Separate primitives (`LISTS`) are drawn in
+        parts if the renderer cannot number all vertices."""
         count = geometry.vertices if vertices < 0 else vertices
         most = self.gpu.most_vertices
         if most is None or instances != 1 or mode not in LISTS:

@@ -91,8 +91,8 @@ class Observer:
 
 
 class Observers:
-    """The observers of a context. False without observers, and while an observer receives a pass:
-    draws of observers are not observed."""
+    """The observers of a context. The object is false without observers, and while an observer
+    receives a pass: draws of observers are not observed."""
 
     def __init__(self) -> None:
         self.all: list[Observer] = []

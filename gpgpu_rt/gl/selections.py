@@ -6,8 +6,9 @@ loop: its search for back edges (`Spirv::Function::ExistsPath`) queues a block f
 block. In a function, arguments are plain names, so `picked_value(a, b, c)` is no branch.
 
 A selection is rewritten only if both values can always be computed: they assign nothing, and call
-no function with an effect or a loop. The index of an array element must be a function's parameter,
-because programs pass only numbers of rays or axes, inside the array, as such an index.
+no function with an effect or a loop. The index of an array element must be a function's parameter:
+as such a parameter, programs pass only the number of a ray or an axis, which lies inside the
+array.
 """
 from __future__ import annotations
 

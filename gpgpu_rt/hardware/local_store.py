@@ -11,8 +11,9 @@ from .table_reads import TABLE
 
 
 def lines_of(places: np.ndarray, line: int) -> np.ndarray:
-    """Return the cache line of ``line`` bytes that each read needs, (reads,) int64. ``places``
-    comes from `table_reads`; a table's lines are numbered from the table's number times TABLE."""
+    """Return the number of the cache line that each read needs, (reads,) int64. ``places`` comes
+    from `table_reads`. A line has ``line`` bytes, and a table's first line has the table's number
+    times TABLE."""
     table = places // TABLE * TABLE
     return table + (places - table) // line
 

@@ -4,9 +4,9 @@ A pipe has two units. In a clock, the first unit multiplies, computes a special 
 a texel, and the second multiplies and adds, or compares. Each unit can split its four components
 between two independent operations, as 3 + 1 or 2 + 2 (E. Kilgariff and R. Fernando, GPU Gems 2,
 chapter 30; tweakers.net 2004-08-21 on 3DCenter's article). Mesa's driver pairs nothing. `clocks`
-schedules the operations of its listing as early as their operands allow. The machine model adds
-the fetches. No source says that the second unit can use a result of the first unit in the same
-clock, so `clocks` does not assume it.
+schedules the operations of the driver's listing as early as their operands allow. The machine
+model adds the fetches. No source says that the second unit can use a result of the first unit in
+the same clock, so `clocks` does not assume it.
 """
 from __future__ import annotations
 

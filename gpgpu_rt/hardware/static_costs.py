@@ -59,7 +59,8 @@ class StaticCost:
     ----------
     card, method, kernel : Names.
     arithmetic : Arithmetic instructions as the card issues them. R300 to R580 issue a vector and a
-        scalar operation together, which count once. NV40's driver pairs nothing.
+        scalar operation together, which count once. NV40's driver pairs nothing, so
+        each instruction counts.
     vector, scalar : Numbers of vector and of scalar operations, or 0 where the driver does not
         tell them apart.
     fetches : Texture fetches.

@@ -87,8 +87,8 @@ def _is_complete(code: str) -> bool:
 
 
 def _declared(code: str) -> set[str]:
-    """Return the names that a declaration declares. It has no names if it must be kept: main,
-    inputs, outputs, macro calls, and directives other than #define."""
+    """Return the names that a declaration declares. Declarations that are always kept have no
+    names: main, inputs, outputs, macro calls, and directives other than #define."""
     if found := _DEFINE.match(code):
         return {found[1]}
     head = _LAYOUT.sub("", code)

@@ -54,8 +54,8 @@ def category(number: int) -> tuple[int, int, int]:
 
 
 def scrambled(numbers: np.ndarray) -> np.ndarray:
-    """Return colours, (n, 3) uint8, of integers, (n,), or of integer vectors, (n, 3). Neighbouring
-    numbers have different colours."""
+    """Return colours, (n, 3) uint8, of integers, (n,), or of integer vectors, (n, 3). Equal
+    numbers have equal colours, and neighbouring numbers different colours."""
     numbers = np.atleast_2d(np.asarray(numbers, np.int64).T).astype(np.uint32)
     mixed = np.zeros(numbers.shape[1], np.uint32)
     for part, factor in zip(numbers, (2654435761, 2246822519, 3266489917)):

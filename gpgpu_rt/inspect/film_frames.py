@@ -48,7 +48,7 @@ class EvenLoss:
 def even_loss(live: Sequence[int], frames: int) -> list[int]:
     """Return the indices of at most ``frames`` passes with an even loss of live rays between them.
 
-    The first and the last pass are chosen; if there are at most ``frames`` passes, all.
+    The first and the last pass are chosen. If there are at most ``frames`` passes, all are chosen.
 
     Parameters
     ----------
