@@ -32,7 +32,7 @@ class Race(NamedTuple):
 Races = list[Race]
 
 SIZE = 1024
-# The fastest candidates in measurements. The second one is the first with shared subtrees, which
+# The fastest candidates in measurements. The second is the first with shared subtrees, which
 # halve the memory.
 _TREE = {"octants": True, "quantise_nodes": 16}
 _EYE = {"packet": (4, 2), "interval_test": True, "entry_points": 32, **_TREE, "reinsertion": 3}

@@ -136,7 +136,7 @@ def kept_frames(chosen: argparse.Namespace, animation: Animation,
 def _summary(spent: list[dict[str, Any]], ahead: bool) -> str:
     """Return a line with the median times of the frames after the first.
 
-    With ``ahead``, a build's time is its frame's wait for it, plus the writing of the tables.
+    With ``ahead``, a build's time is how long its frame waited, plus the writing of the tables.
     """
     if not spent:
         return "no times: no frame after the first was rendered"

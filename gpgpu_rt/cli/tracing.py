@@ -98,8 +98,7 @@ def _render(chosen: argparse.Namespace) -> None:
     timings = Timings()
     with timings.part("context"):
         open_gpu(given_options(chosen).get("context"))
-    # Load the scene only for --floor and --timings: `_tracer` loads it after a check of the
-    # options.
+    # Without --floor and --timings, `_tracer` loads the scene, after a check of the options.
     with timings.part("scene"):
         scene = scene_of(chosen) if chosen.floor or chosen.timings else None
     with timings.part("tracer"):

@@ -40,9 +40,8 @@ class Unfinished:
     count : the number of parts
     settings : the settings that determine a part, in types that JSON can hold
     resume : whether to keep the parts that an earlier run finished
-    files : part number -> file, for parts that are themselves output, such as numbered frames.
-    None
-        keeps the parts in the folder
+    files : part number -> file, for parts that are themselves output, such as numbered frames;
+        None keeps the parts in the folder
 
     Raises
     ------

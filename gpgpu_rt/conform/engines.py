@@ -2,7 +2,7 @@
 
 Every engine is optional, and is imported only in the process that runs it. A wrapper is an engine
 that calls another engine of this table. A wrong answer is the wrapper's own error if the wrapped
-engine answers the ray correctly.
+engine is tested too, and answers the ray correctly.
 """
 from __future__ import annotations
 

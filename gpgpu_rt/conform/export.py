@@ -1,8 +1,8 @@
 """Export: the suite as plain data, for the tests of other projects.
 
 Each family's rays and answers are in ``NAME.json`` and in ``NAME.npz``. ``schema.json`` describes
-the JSON files. ``read_cases.py``, which needs only Python, reads one and judges a tracer's
-answers.
+the JSON files. ``read_cases.py``, which needs only Python, reads a JSON file and judges a
+tracer's answers.
 """
 from __future__ import annotations
 

@@ -78,8 +78,8 @@ def lattice(cells: int) -> np.ndarray:
 
     The result is (12 (cells / 2)^3, 3, 3) float32 for even ``cells``.
 
-    For a power of two, coordinates are exact, so rays can run in planes, through edges and through
-    corners.
+    If ``cells`` is a power of two, coordinates are exact, so rays can run in planes, through edges
+    and through corners.
     """
     cube = (box().astype(np.float64) + 1) / 2
     at = np.stack(np.meshgrid(*[np.arange(0, cells, 2)] * 3), -1).reshape(-1, 1, 1, 3)

@@ -37,7 +37,8 @@ class Row:
     wrong : Number of wrong rays by kind, of KINDS. A crash counts for all ``rays``.
     seconds : Time of the engine's call in seconds, with the construction of its structure.
     note : Why the engine crashed or traced no ray; else "".
-    own : Number of wrong rays that the wrapped engine answers correctly, or None.
+    own : For a wrapper of another engine, the number of wrong rays that the other engine answers
+        correctly; else None.
     """
 
     engine: str
@@ -119,7 +120,7 @@ def run(specs: Sequence[Spec], names: Iterable[str], rays: int = RAYS, seed: int
         a user's function cannot be loaded; raised before any engine runs
     """
     # A wrapper comes after the engine that it wraps. Every engine has its own process, whose state
-    # it may change; this project's methods share one.
+    # it may change; this project's methods share a process.
     ordered = sorted(dict.fromkeys(specs), key=lambda spec: bool(spec.engine.wraps))
     with ExitStack() as stack:
         runners = {key: stack.enter_context(Runner(seconds)) for key in map(_process_of, ordered)}

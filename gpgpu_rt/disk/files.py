@@ -104,7 +104,7 @@ def check_writable(path: str | os.PathLike[str]) -> Path:
     Raises
     ------
     Error
-        if it cannot; the message names the missing or read-only folder
+        if no file can be written; the message names the missing or read-only folder
     """
     named, path = os.fspath(path), Path(path)
     folder = path.parent

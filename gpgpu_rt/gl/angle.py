@@ -2,7 +2,7 @@
 
 ANGLE, the OpenGL of Chromium, has its own GLSL compiler, and SwiftShader its own code generator.
 Neither shares code with Mesa, so equal hits on ANGLE and on Mesa are evidence from two independent
-compilers. This context is slow.
+compilers. This context is slow: use it only to compare hits.
 """
 from __future__ import annotations
 

@@ -249,7 +249,7 @@ def _made(backend: str) -> Gpu:
 
 
 def open_gpu(context: str | moderngl.Context | Gpu | None = None) -> Gpu:
-    """Return the context to draw with. A backend's first call makes the process's context.
+    """Return the context to draw with. The first call for a backend makes the process's context.
 
     Parameters
     ----------

@@ -1,9 +1,9 @@
 """Streams: lists of records in textures, and the passes that read streams and draw a stream.
 
 A stream, a term of 2002-2007, has element i at texel i, in rows of TABLE_WIDTH texels. A pass runs
-a fragment program once per element, which can read any other element i at ``table_texel(i)``
-(gather). To scatter, a pass draws points: the vertex stage reads an element and chooses the texels
-of its points.
+a fragment program once per element. The program can read any other element i, at
+``table_texel(i)`` (gather). To scatter, a pass draws points: the vertex stage reads an element and
+chooses the texels of its points.
 """
 from __future__ import annotations
 
