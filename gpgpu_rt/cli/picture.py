@@ -30,8 +30,13 @@ def add_picture(sub: Parser) -> None:
 
 
 def picture_options(chosen: argparse.Namespace) -> dict[str, Any]:
-    """Return the integrator and its options, as arguments of `Tracer.render`. Raise OptionError
-    for an option that the integrator does not have."""
+    """Return the integrator and its options, as arguments of `Tracer.render`.
+
+    Raises
+    ------
+    OptionError
+        for an option that the integrator does not have
+    """
     kind = find_integrator(chosen.integrator)
     return {"integrator": kind.name, **parsed(chosen, "picture_", light_options(), kind.options,
                                               f"integrator {kind.name}")}

@@ -150,8 +150,13 @@ def _read(kinds: Sequence[Option], text: str) -> Any:
 
 
 def options_for(chosen: argparse.Namespace, method: str) -> dict[str, Any]:
-    """Return name -> value of the options that the user gave. Raise OptionError for an invalid
-    value, or an option that the method does not have."""
+    """Return name -> value of the options that the user gave.
+
+    Raises
+    ------
+    OptionError
+        for an option that the method does not have, or an invalid value
+    """
     return parsed(chosen, "option_", all_options(), TRACER_OPTIONS + find_method(method).options,
                   f"method {method}")
 
