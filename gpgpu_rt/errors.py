@@ -12,11 +12,8 @@ Made = TypeVar("Made")
 
 
 class Error(Exception):
-    """Base class of the errors that this package defines.
-
-    A message may quote a long text from a file or an argument. If a message has more than
-    ``longest`` characters, its middle is cut out.
-    """
+    """Base class of this package's errors. The middle of a message longer than ``longest``
+    characters is cut out, because it may quote a long text."""
 
     longest: int | None = 900
 
@@ -34,7 +31,7 @@ class ContextError(Error):
 class ShaderError(Error):
     """A fragment program has an unresolved include, or does not compile."""
 
-    longest = None      # the message holds the compiler's output, which must stay whole
+    longest = None      # keep the compiler's output whole
 
 
 class SceneError(Error):
@@ -42,7 +39,7 @@ class SceneError(Error):
 
 
 class LimitError(Error):
-    """A texture, an index or the memory exceeds what the platform can hold, or a file exceeds the
+    """A texture, an index or the memory exceeds the platform's limits, or a file exceeds the
     memory budget (``disk/budget.py``)."""
 
 
@@ -53,7 +50,7 @@ class OptionError(Error, ValueError):
 class MethodError(Error):
     """A folder or file of a user's own methods is missing or broken."""
 
-    longest = None      # the message may hold the compiler's output, which must stay whole
+    longest = None      # keep the compiler's output whole
 
 
 class SettingsError(Error):
@@ -61,8 +58,7 @@ class SettingsError(Error):
 
 
 def memory_limited(function: Callable[Given, Made]) -> Callable[Given, Made]:
-    """Decorate a public function: a MemoryError becomes a LimitError that tells the user what to
-    reduce."""
+    """Decorate a function: a MemoryError becomes a LimitError that says what to reduce."""
     @functools.wraps(function)
     def limited(*given: Given.args, **named: Given.kwargs) -> Made:
         try:
@@ -75,32 +71,24 @@ def memory_limited(function: Callable[Given, Made]) -> Callable[Given, Made]:
 
 
 def how_to_install(extra: str) -> str:
-    """Return the command that installs an extra of setup.cfg.
-
-    No package index serves this package. The command therefore runs in the folder of the checkout,
-    or names the wheel from which the package was installed.
-    """
+    """Return the command that installs an extra of setup.cfg, from the checkout or a wheel,
+    because no package index serves this package."""
     if os.path.exists(os.path.join(os.path.dirname(__file__), os.pardir, "setup.cfg")):
         return f"in the checkout's folder, pip install -e '.[{extra}]'"
     return f"pip install 'WHEEL[{extra}]', where WHEEL is the file of this package's wheel"
 
 
 def nearest_names(name: str, known: Iterable[str]) -> str:
-    """Return a clause with the nearest known names, "; did you mean a or b?".
-
-    If no known name is near, the clause lists all known names.
-    """
+    """Return a clause with the nearest known names, "; did you mean a or b?", or with all names if
+    none is near."""
     known = sorted(known)
     return did_you_mean(name, known) or f"; known: {', '.join(known)}"
 
 
 def did_you_mean(name: str, known: Iterable[str]) -> str:
-    """Return a clause with the nearest known names, "; did you mean a or b?".
-
-    If no known name is near, the clause is "". Use this function in a message that lists the known
-    names itself, and `nearest_names` in any other message.
-    """
-    if not isinstance(name, str):       # the Python API was called with a wrong type
+    """Return a clause with the nearest known names, "; did you mean a or b?", or "". Messages
+    that list the names themselves use this function, other messages `nearest_names`."""
+    if not isinstance(name, str):       # a wrong type from the Python API
         return ""
     near = difflib.get_close_matches(name, sorted(known), n=3, cutoff=0.6)
     return f"; did you mean {' or '.join(near)}?" if near else ""

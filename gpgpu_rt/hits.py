@@ -24,11 +24,11 @@ class Hits:
     t : (n,) float, distance in units of the ray's |direction|; inf on a miss
     u, v : (n,) float, barycentric coordinates: p = (1 - u - v) v0 + u v1 + v v2; 0 on a miss
     triangle : (n,) int32, row of the hit triangle in the scene's faces; -1 on a miss
-    status : (n,) uint8: 0 if the ray was traced, 1 if it is invalid, 2 if the step cap stopped it,
-        3 if its stack overflowed
-    nodes_visited, leaves_visited, triangles_tested : (n,) int32, the work for each ray; None
-        without statistics
-    steps : (n,) int32, the number of kernel runs for the ray; None without statistics
+    status : (n,) uint8: 0 for a traced ray, 1 for an invalid ray, 2 if the step cap stopped the
+        ray, 3 if its stack overflowed
+    nodes_visited, leaves_visited, triangles_tested : (n,) int32, each ray's work; None without
+        statistics
+    steps : (n,) int32, number of kernel runs for each ray; None without statistics
     shape : shape of the ray arrays without their last axis: (n,), or (h, w) for (h, w, 3)
     """
 
@@ -64,9 +64,8 @@ class Hits:
         return views.table("Hits", self._facts(), picture)
 
     def _facts(self) -> views.Facts:
-        """Return the numbers of rays that hit, missed, were invalid and were stopped, the smallest
-        and largest distance, and the means of the counters. With more than ``views.MOST_RAYS``
-        rays, these values are estimates from a sample of the rays."""
+        """Return the numbers of rays by outcome, the range of t, and the means of the counters.
+        Above ``views.MOST_RAYS`` rays, estimate them from a sample of the rays."""
         step = views.stride(len(self), views.MOST_RAYS)
         status, triangle, t = self.status[::step], self.triangle[::step], self.t[::step]
         hit = (triangle >= 0) & (status == TRACED)
@@ -88,16 +87,16 @@ class Hits:
 
     @property
     def hit(self) -> np.ndarray:
-        """(n,) bool, true where the ray hit a triangle."""
+        """(n,) bool, true where a ray hit a triangle."""
         return self.triangle >= 0
 
     def image(self, name: str) -> np.ndarray:
-        """Return the array of a field, or ``hit``, in the shape of the rays: (h, w) for (h, w, 3).
+        """Return the array ``name`` (a field, or "hit") in the rays' shape: (h, w) for (h, w, 3).
 
         Raises
         ------
         OptionError
-            if these hits have no array of this name
+            if there is no such array
         """
         known = [*self.to_dict(), "hit"]
         if name not in known:
@@ -105,7 +104,7 @@ class Hits:
         return getattr(self, name).reshape(self.shape)
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the arrays that are present, by field name, ready for ``numpy.savez``."""
+        """Return the present arrays by field name, for ``numpy.savez``."""
         pairs = ((f.name, getattr(self, f.name)) for f in fields(self) if f.name != "shape")
         return {name: array for name, array in pairs if array is not None}
 
@@ -121,6 +120,6 @@ def check_decided(hits: Hits, step_cap: int) -> None:
 
 
 def joined(parts: Sequence[Hits]) -> Hits:
-    """Return the hits of several sets of rays as the hits of a single set, in the same order."""
+    """Return the hits of several sets of rays as one set, in order."""
     found = [part.to_dict() for part in parts]
     return Hits(**{name: np.concatenate([one[name] for one in found]) for name in found[0]})

@@ -1,9 +1,8 @@
-"""Charts: the rules that every chart of the project follows. Needs matplotlib.
+"""Charts: the rules of all charts of the project. Needs matplotlib.
 
-A bar begins at zero on a linear axis. On a logarithmic axis, dots show the numbers. Ticks are
-plain, round numbers. Colours differ for colour-blind readers too, and markers or labels repeat
-what the colours say. A chart has no title, because the page that shows it has one; panels may have
-titles. The PNG file of a chart holds a text that describes the chart.
+A bar begins at zero on a linear axis. On a logarithmic axis, dots show the numbers. Markers or
+labels repeat what colours say, for colour-blind readers. A chart has no title, because its page
+has one; panels may have titles. A PNG file holds a text that describes the chart.
 """
 from .axes import linear_axis, log_axis, plain
 from .canvas import FORMATS, plt, save

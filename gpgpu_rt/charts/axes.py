@@ -9,13 +9,13 @@ from matplotlib.ticker import FuncFormatter, Locator, MaxNLocator, NullLocator
 
 MOST_TICKS = 7
 FEWEST_TICKS = 3
-# The first digits of ticks on a logarithmic axis, from dense to sparse. An integer instead
-# of a tuple is the interval between ticks in decades.
+# First digits of the ticks on a logarithmic axis, from dense to sparse. An integer is the interval
+# between ticks in decades.
 _DIGITS: tuple[tuple[float, ...] | int, ...] = ((1, 2, 5), (1, 3), 1, 2, 3, 4, 6)
 
 
 def plain(value: float, digits: int = 3) -> str:
-    """Return a number with ``digits`` significant digits and without an exponent: ``1,230``."""
+    """Return a number with ``digits`` significant digits and no exponent: ``1,230``."""
     if not value or not math.isfinite(value):
         return f"{value:g}"
     value = float(f"{value:.{digits}g}")
@@ -41,7 +41,7 @@ def log_axis(axis: Any, which: str, base: int = 10) -> None:
 
 
 def linear_axis(axis: Any, which: str) -> None:
-    """Begin an axis at zero, and write the numbers at its ticks without an exponent."""
+    """Begin an axis at zero, and write its numbers without an exponent."""
     axis.set(**{f"{which}scale": "linear"})
     getattr(axis, f"set_{which}lim")(0)
     getattr(axis, f"{which}axis").set_major_formatter(
@@ -49,8 +49,8 @@ def linear_axis(axis: Any, which: str) -> None:
 
 
 class _LogTicks(Locator):
-    """Places ticks of a logarithmic axis: at base 10, as many round numbers as MOST_TICKS allows;
-    at base 2, at most ten powers of two."""
+    """Ticks of a logarithmic axis: up to MOST_TICKS round numbers at base 10, or up to ten powers
+    of two at base 2."""
 
     def __init__(self, base: int) -> None:
         self.base = base
@@ -59,7 +59,6 @@ class _LogTicks(Locator):
         return self.tick_values(*self.axis.get_view_interval())
 
     def tick_values(self, vmin: float, vmax: float) -> Any:
-        """Return the positions of the ticks between two numbers."""
         low, high = sorted((vmin, vmax))
         if low <= 0 or not math.isfinite(high):
             return []
@@ -77,7 +76,7 @@ class _LogTicks(Locator):
 
 def _within(digits: tuple[float, ...] | int, low: float, high: float) -> list[float]:
     first, last = math.floor(math.log10(low)), math.ceil(math.log10(high))
-    if isinstance(digits, int):     # count the decades from 1, so that 1 has a tick
+    if isinstance(digits, int):     # count decades from 1, so that 1 has a tick
         return [10.0 ** k for k in range(first, last + 1)
                 if not k % digits and low <= 10.0 ** k <= high]
     return [digit * 10.0 ** k for k in range(first, last + 1) for digit in digits

@@ -1,5 +1,4 @@
-"""Canvas: uses matplotlib without a display, and saves charts. A file is written completely or not
-at all."""
+"""Canvas: matplotlib without a display, and saving of charts."""
 from __future__ import annotations
 
 from pathlib import Path
@@ -8,7 +7,7 @@ from typing import Any
 import matplotlib
 
 matplotlib.use("Agg")
-import matplotlib.pyplot as plt  # noqa: E402  (the backend must be chosen first)
+import matplotlib.pyplot as plt  # noqa: E402  (choose the backend first)
 
 from ..disk.files import replacing  # noqa: E402
 from ..inspect.data_uris import DESCRIPTION  # noqa: E402
@@ -20,13 +19,13 @@ plt.rcParams["axes.prop_cycle"] = plt.cycler(color=COLOURS)
 
 
 def save(figure: Any, path: str | Path, shows: str) -> None:
-    """Write a chart to a file, and close the chart.
+    """Write a chart to a file, completely or not at all, and close the chart.
 
     Parameters
     ----------
     path : the file; its suffix is one of FORMATS
     shows : a sentence on what the chart shows, for readers who cannot see it. A PNG file holds
-        this sentence, followed by the names of the panels, axes and series
+        this sentence and the names of the panels, axes and series
     """
     kind = Path(path).suffix[1:].lower()
     more = {"metadata": {DESCRIPTION: described(figure, shows)}} if kind == "png" else {}
@@ -36,7 +35,7 @@ def save(figure: Any, path: str | Path, shows: str) -> None:
 
 
 def described(figure: Any, shows: str) -> str:
-    """Return a sentence with the names of the chart's panels, axes and series after it."""
+    """Return a sentence, then the names of the chart's panels, axes and series."""
     axes = [axis for axis in figure.axes if axis.get_visible()]
     legends = [*figure.legends, *(axis.get_legend() for axis in axes)]
     found = {

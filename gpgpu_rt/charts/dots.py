@@ -1,4 +1,4 @@
-"""Dots: rows of numbers as dots on a logarithmic axis, with the numbers beside them."""
+"""Dots: rows of numbers as dots on a logarithmic axis, each with its number beside it."""
 from __future__ import annotations
 
 from collections.abc import Sequence
@@ -10,20 +10,19 @@ from matplotlib.lines import Line2D
 from .axes import log_axis, plain
 from .palette import COLOURS, MARKERS
 
-_SPREAD = 0.72      # share of a row's height that its series take
+_SPREAD = 0.72      # share of a row's height that its series occupy
 
 
 @dataclass
 class Series:
-    """Numbers of one kind, a number for each row of a chart.
+    """Numbers of one kind, one for each row of a chart.
 
     Attributes
     ----------
     name : the name in the legend
-    values : a number for each row; None where there is no number
+    values : the numbers; None where there is no number
     look : colour and marker
-    ends : the lowest and the highest number of each row, drawn as a line; None for a row without a
-        line
+    ends : the lowest and the highest number of each row, drawn as a line, or None
     texts : the texts beside the dots; by default the numbers
     """
 
@@ -36,7 +35,7 @@ class Series:
 
 def dot_rows(axis: Any, rows: Sequence[str], series: Sequence[Series], label: str,
              size: float = 7.5) -> None:
-    """Draw a row for each name in ``rows``, and in each row a dot for each series.
+    """Draw a row for each name in ``rows``, with a dot for each series.
 
     Parameters
     ----------
@@ -61,7 +60,7 @@ def dot_rows(axis: Any, rows: Sequence[str], series: Sequence[Series], label: st
             note = axis.annotate(one.texts[row] if one.texts else plain(value), (end, y),
                                  xytext=(5, 0), textcoords="offset points", va="center",
                                  fontsize=size)
-            note.set_in_layout(False)       # `_leave_space` leaves space for it
+            note.set_in_layout(False)       # `_leave_space` makes the space
     for row in range(0, len(rows), 2):
         axis.axhspan(row - 0.5, row + 0.5, color="#f4f4f4", linewidth=0, zorder=0)
     axis.set_yticks(range(len(rows)), rows, fontsize=8)
@@ -78,13 +77,12 @@ def dot_rows(axis: Any, rows: Sequence[str], series: Sequence[Series], label: st
 
 
 def legend_of(series: Sequence[Series]) -> list[Any]:
-    """Return a handle for the legend of each series that has a number."""
     return [Line2D([], [], linestyle="", color=one.look[0], marker=one.look[1], markersize=5,
                    label=one.name) for one in series if any(one.values)]
 
 
 def _leave_space(axis: Any) -> None:
-    """Widen the x axis to the right, so that the numbers beside the last dots fit."""
+    """Widen the x axis, so that the texts beside the last dots fit."""
     low, high = axis.get_xlim()
     if 0 < low < high:
         axis.set_xlim(low, high * (high / low) ** 0.22)

@@ -1,16 +1,16 @@
-"""Labels: names written beside the points of a chart, in place of a legend."""
+"""Labels: names beside the points of a chart, in place of a legend."""
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
 from typing import Any
 
-# Places of a label relative to the spot that it names: distances in typographic points, and
-# directions in degrees. `_free_place` tries them in this order, the nearest distance first.
+# Places to try for a label, relative to its point: distances in typographic points, the nearest
+# first, and directions in degrees.
 _DISTANCES = (5, 12, 20, 30, 42, 56, 72, 90)
 _ANGLES = (0, 180, 60, -60, 120, -120, 90, -90, 30, -30, 150, -150)
 _PADDING = 1.5       # space around a label in points
-_LEADER = 8        # a label at a larger distance is joined to its point by a line
+_LEADER = 8        # a line joins a farther label to its point
 
 Box = tuple[float, float, float, float]
 
@@ -19,17 +19,17 @@ def direct_labels(axis: Any, points: Sequence[tuple[float, float, str]], size: f
                   avoid: Sequence[tuple[float, float]] = ()) -> int:
     """Write a label beside each point, so that labels cover neither each other nor a point.
 
-    Call this function after the layout and the limits are final, because it works in pixels.
+    Call this function when layout and limits are final, because it works in pixels.
 
     Parameters
     ----------
     points : x, y and text of each label, the most important point first
     size : size of the text in points
-    avoid : further points that no label may cover
+    avoid : further points (x, y) that no label may cover
 
     Returns
     -------
-    The number of labels for which there was space. The other labels are not written.
+    The number of written labels. Labels that find no space are left out.
     """
     figure = axis.figure
     pixel = figure.dpi / 72
@@ -60,12 +60,12 @@ def direct_labels(axis: Any, points: Sequence[tuple[float, float, str]], size: f
 
 def _free_place(place: tuple[float, float], size: tuple[float, float], pixel: float,
                 taken: Sequence[Box], inside: Box) -> tuple[int, int, Box] | None:
-    """Return the distance, the direction and the box of the first place that is free."""
+    """Return the distance, the direction and the box of the first free place."""
     wide, high = size
     for distance in _DISTANCES:
         for angle in _ANGLES:
             dx, dy = math.cos(math.radians(angle)), math.sin(math.radians(angle))
-            # Measure the distance to the box's edge. Centre a label that is above or below.
+            # Measure the distance to the box's edge. Centre a label above or below its point.
             side = 0.0 if abs(dx) < 0.1 else math.copysign(wide / 2, dx)
             x = place[0] + dx * distance * pixel + side
             y = place[1] + dy * (distance * pixel + high / 2)

@@ -21,7 +21,7 @@ from .shared import (
 
 
 class Race(NamedTuple):
-    """A finished race: the facts and the title of its scene, the kind of rays, and the entries."""
+    """A finished race on one scene: the scene's facts and title, the kind of rays, the entries."""
 
     facts: dict[str, Any]
     title: str
@@ -32,8 +32,8 @@ class Race(NamedTuple):
 Races = list[Race]
 
 SIZE = 1024
-# Candidates with options that were fastest in measurements. The second candidate has the options
-# of the first and also shared subtrees, which halve the memory.
+# The fastest candidates in measurements. The second is the first with shared subtrees, which
+# halve the memory.
 _TREE = {"octants": True, "quantise_nodes": 16}
 _EYE = {"packet": (4, 2), "interval_test": True, "entry_points": 32, **_TREE, "reinsertion": 3}
 BEST = (("bvh-packet", _EYE),
@@ -71,7 +71,7 @@ def _bench(chosen: argparse.Namespace) -> None:
         _chart(chosen.plot)
     candidates, engines = _candidates(chosen), _engines(chosen.engine)
     count = bool(given_options(chosen).get("statistics"))
-    for scene in chosen.scenes:      # report a wrong name now, not after hours of timing
+    for scene in chosen.scenes:      # report a wrong name before hours of timing
         load(scene)
     gpu = open_gpu(given_options(chosen).get("context"))
     found: Races = []
@@ -85,13 +85,12 @@ def _bench(chosen: argparse.Namespace) -> None:
                 found.append(Race(load(scene).facts(), load(scene).title, kind, entries))
                 if not chosen.json:
                     _print(scene, kind, entries, chosen.size)
-    finally:    # also after an error: the finished races may have taken hours
+    finally:    # print finished races also after an error
         if found:
             _end(chosen, gpu, found, engines)
 
 
 def _end(chosen: argparse.Namespace, gpu: Gpu, found: Races, engines: Sequence[Engine]) -> None:
-    """Print what follows the races, and draw the chart."""
     if chosen.json:
         print_json({"gpu": gpu.info(), "environment": asdict(environment(gpu)),
                     "size": chosen.size,
@@ -110,19 +109,13 @@ def _end(chosen: argparse.Namespace, gpu: Gpu, found: Races, engines: Sequence[E
 
 
 def _first_words() -> list[str]:
-    """Return the first words of the engines' names, such as embreex."""
     return list(dict.fromkeys(engine.name.split()[0].rstrip(",") for engine in ENGINES))
 
 
 def _engines(words: Sequence[str] | None) -> Sequence[Engine]:
-    """Return the engines whose names begin with one of ``words``, in upper or lower case; all
-    engines for None, and no engine for "none".
-
-    Raises
-    ------
-    OptionError
-        for a word that begins no name, or only names of engines that cannot run
-    """
+    """Return the engines whose names begin with one of ``words``, ignoring case; all for None,
+    none for "none". Raise OptionError for a word that begins no name, or only names of engines
+    that cannot run."""
     if words is None:
         return ENGINES
     if words == [NONE]:
@@ -139,11 +132,8 @@ def _engines(words: Sequence[str] | None) -> Sequence[Engine]:
 
 
 def _candidates(chosen: argparse.Namespace) -> list[tuple[str, dict[str, Any]]]:
-    """Return the methods to time, with their options.
-
-    Methods that the user named must accept the given options. If the user named no methods, the
-    default methods that do not accept the options are left out.
-    """
+    """Return the methods to time, with their options. Default methods that do not accept the
+    options are left out; methods that the user named must accept them."""
     if chosen.methods:
         named = [(name, options_for(chosen, name)) for name in chosen.methods]
         for name, options in named:
@@ -200,14 +190,11 @@ def _rays(kind: str, size: int) -> str:
 
 
 def _renderer(gpu: Gpu) -> str:
-    """Return the renderer's name and, if known, the number of threads that it draws with."""
     threads = threads_of(gpu.renderer)
     return gpu.renderer + ("" if threads is None else f", on {counted(threads, 'thread')}")
 
 
 def _print_notes(gpu: Gpu, found: Races, engines: Sequence[Engine]) -> None:
-    """Print the meaning of the tables' columns, and which engines are robust and which are
-    missing."""
     if any(entry.over for one in found for entry in one.entries):
         print(f"over embreex: our rate divided by the rate of {EMBREE}, as the median "
               "of all rounds. Our time\n"
@@ -232,20 +219,13 @@ def _print_notes(gpu: Gpu, found: Races, engines: Sequence[Engine]) -> None:
 
 
 def _missing(engines: Sequence[Engine]) -> dict[str, str]:
-    """Return engine -> the reason why it cannot run, for each missing engine."""
     return {engine.name: engine.missing for engine in engines if engine.missing}
 
 
 def _chart(path: str) -> Callable[[list[tuple[str, str, list[Entry]]], str, str], None]:
-    """Check the name of the chart's file, and return the function that draws the chart.
-
-    Raises
-    ------
-    Error
-        without matplotlib, or if ``path`` cannot be written
-    """
+    """Return the function that draws the chart. Raise Error without matplotlib, or if ``path``
+    cannot be written."""
     try:
-        # matplotlib is an optional dependency.
         from ..bench.chart import FORMATS, draw
     except ImportError as failure:
         raise Error(f"--plot draws with matplotlib; {how_to_install('figures')}") from failure
@@ -255,6 +235,5 @@ def _chart(path: str) -> Callable[[list[tuple[str, str, list[Entry]]], str, str]
 
 
 def _is_quick(row: Method) -> bool:
-    """Return whether a method traces a million rays in seconds. A method that is not quick needs
-    minutes."""
+    """Return whether a method traces a million rays in seconds, not minutes."""
     return row.name != "brute-force" and "loop" in row.schedules

@@ -14,7 +14,6 @@ PLACES = {"eye": "position of the camera, as in --eye=-1,0,2",
 
 
 def add_camera(sub: Parser) -> None:
-    """Declare the options of the camera."""
     group = sub.add_argument_group("camera (default: the scene's own)")
     for name, text in PLACES.items():
         (sub.rare if name == "up" else group).add_argument(
@@ -25,13 +24,13 @@ def add_camera(sub: Parser) -> None:
 
 
 def given_camera(chosen: argparse.Namespace) -> dict[str, Any]:
-    """Return the parts of the camera that the options give: attribute of `Camera` -> value."""
+    """Return the options that the user gave: attribute of `Camera` -> value."""
     return {name: value for name in (*PLACES, "fov")
             if (value := getattr(chosen, name)) is not None}
 
 
 def camera_of(chosen: argparse.Namespace, own: Camera) -> Camera:
-    """Return the scene's own camera, changed by the options that were given."""
+    """Return the scene's own camera, changed by the options."""
     return replace(own, **given_camera(chosen))
 
 

@@ -10,8 +10,7 @@ from ..hardware.static_costs import (
     StaticCost, compiled_costs, era_programs, packet_methods, static_cost
 )
 
-# Each row: an attribute of StaticCost, its label, and the attribute of Card that limits it. ""
-# means that the table of cards has no limit for it.
+# Rows: an attribute of StaticCost, its label, and the attribute of Card that limits it ("": none).
 _ROWS = (("arithmetic", "arithmetic instructions", ""),
          ("slots", "instruction slots", "arithmetic_slots"),
          ("vector", "  vector operations", ""), ("scalar", "  scalar operations", ""),
@@ -23,8 +22,7 @@ _ROWS = (("arithmetic", "arithmetic instructions", ""),
 
 def card_costs(method: str, card: str, options: dict[str, Any], only: str | None = None
                ) -> list[StaticCost]:
-    """Return the costs of a method's kernels on a card. With ``only``, return the costs of the
-    kernel with this name.
+    """Return the costs of a method's kernels on a card, or of the kernel named ``only``.
 
     Raises
     ------
@@ -32,7 +30,7 @@ def card_costs(method: str, card: str, options: dict[str, Any], only: str | None
         for an unknown kernel or card, or a method without an era form (kernels that the cards of
         2002-2006 could run; docs/era.md)
     """
-    compiled_costs(card)    # for an unknown card, raises an error that names the known cards
+    compiled_costs(card)    # an error for an unknown card names the known cards
     looped = method in packet_methods()
     names = [only] if only else [
         one.kernel for one in era_programs(method, in_loop=looped, **options)]
@@ -40,8 +38,7 @@ def card_costs(method: str, card: str, options: dict[str, Any], only: str | None
 
 
 def card_text(costs: list[StaticCost], listing: bool = True) -> str:
-    """Return the costs of all kernels as text. With ``listing``, each kernel's costs are followed
-    by its compiled program."""
+    """Return the kernels' costs as text; with ``listing``, also their compiled programs."""
     first = costs[0]
     chip = next((card for card in cards() if card.chip.lower() == first.card), None)
     made = compiled_costs(first.card)
@@ -72,7 +69,7 @@ def _counts(cost: StaticCost, chip: Card | None) -> list[str]:
 
 
 def check_alone(given: dict[str, Any]) -> None:
-    """Raise OptionError for options that cannot be combined with ``--card``."""
+    """Raise OptionError for options that exclude ``--card``."""
     clash = [name for name, value in given.items() if value]
     if clash:
         raise OptionError(f"--card prints the kernels as a card's compiler compiled them; leave "

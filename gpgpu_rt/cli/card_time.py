@@ -17,7 +17,7 @@ def watched_for_card(tracer: Tracer) -> Iterator[Callable[[], CardTime]]:
     """Yield a function to call after the block. It returns the time that the card of the option
     ``era`` would have taken for the block's traversal, for JSON and as lines.
 
-    The result for JSON has ``card``, ``seconds`` and ``parts`` (seconds by name), or the reason
+    The dict for JSON has ``card``, ``seconds`` and ``parts`` (seconds by name), or the reason
     ``no_prediction``.
     """
     with era_timed(tracer) as seen:
@@ -34,7 +34,6 @@ def _time_on_card(seen: EraTime) -> dict[str, Any]:
 
 
 def _with_lines(found: dict[str, Any], tracer: Tracer) -> CardTime:
-    """Return ``found`` and its lines. The last line warns where fp24 loses hits."""
     lines = []
     if found.get("parts"):
         shares = sorted(found["parts"].items(), key=lambda part: -part[1])

@@ -25,7 +25,6 @@ from .shared import NONE, Command, add_methods, names, print_json, print_table, 
 
 
 def add_commands(command: Command) -> None:
-    """Declare the command. ``command(name, run, text)`` returns its parser."""
     sub = command("conform", _conform, "test ray tracers with extreme rays whose exact answers "
                   "are known")
     add_methods(sub, "bvh-threaded; 'all' for every method, 'none' for only engines")
@@ -109,8 +108,7 @@ def _tell(rows: list[Row], missing: dict[str, str], chosen: argparse.Namespace) 
 
 
 def _specs(chosen: argparse.Namespace) -> tuple[list[Spec], dict[str, str]]:
-    """Return the methods and engines to run. Also return name -> reason for each known engine that
-    cannot run."""
+    """Return the methods and engines to run, and known engine -> why it cannot run."""
     missing: dict[str, str] = {}
     named = [word for word in chosen.engine if word != NONE]
     given = bool(named or chosen.program)
@@ -149,7 +147,7 @@ def _print_lists() -> None:
 def _print(rows: list[Row], missing: dict[str, str]) -> None:
     engines = list(dict.fromkeys(row.engine for row in rows))
     cells = {(row.engine, row.family): row for row in rows}
-    none = Row("", "", "", 0, 0, {}, 0.0)       # for results that are missing after an interrupt
+    none = Row("", "", "", 0, 0, {}, 0.0)       # for results that an interrupt prevented
     print("Wrong rays out of rays cast. A dash: the engine does not support the t_min or t_max of "
           "the family's rays, it gave no answer in an earlier family, or it cannot be loaded.")
     print_table(["family", *engines],
@@ -208,7 +206,6 @@ def _shrink(specs: list[Spec], rows: list[Row], chosen: argparse.Namespace) -> N
 
 
 def _folder(name: str, option: str) -> Path:
-    """Make a folder, and return its path."""
     folder = Path(name)
     if folder.exists() and not folder.is_dir():
         raise Error(f"{folder} is not a folder; give {option} a folder to write into")
@@ -220,7 +217,6 @@ def _folder(name: str, option: str) -> Path:
 
 
 def _chart(path: str) -> Any:
-    """Return the function that draws the chart, after checking that the chart can be written."""
     try:
         from ..conform.chart import FORMATS, draw  # matplotlib is optional
     except ImportError as failure:

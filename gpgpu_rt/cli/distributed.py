@@ -36,7 +36,7 @@ def add_scheduler(sub: Parser, what: str) -> None:
 
 
 def trace_shared(chosen: argparse.Namespace, rays: dict[str, np.ndarray]) -> None:
-    """Run `trace` on workers; each worker traces parts of the rays."""
+    """Run `trace` on workers, which share the rays."""
     method, options = _method(chosen)
     scene = load_scene(chosen.scene)
     with Workers(chosen.scheduler) as workers, show_progress("part", tenths("part")) as progress:
@@ -57,7 +57,7 @@ def trace_shared(chosen: argparse.Namespace, rays: dict[str, np.ndarray]) -> Non
 
 
 def render_shared(chosen: argparse.Namespace) -> None:
-    """Run `render` on workers. Each worker draws tiles of a picture, or frames of a film."""
+    """Run `render` on workers, which share the tiles of a picture or the frames of a film."""
     if chosen.explain:
         raise OptionError("--explain works in one process only; leave --scheduler out")
     method, options = _method(chosen)
@@ -90,7 +90,7 @@ def render_shared(chosen: argparse.Namespace) -> None:
 def _tiles(chosen: argparse.Namespace, workers: Workers, scene: Scene, drawing: dict[str, Any],
            method: str, options: dict[str, Any], settings: dict[str, Any]
            ) -> tuple[int, Unfinished]:
-    """Draw the missing tiles and write the picture. Return how many tiles were drawn, and the
+    """Draw the missing tiles and write the picture. Return the number of drawn tiles, and the
     record of all tiles."""
     regions = Region.of(chosen.size, None).tiles(TILE)
     kept = Unfinished(Path(chosen.output), len(regions),
@@ -111,7 +111,7 @@ def _tiles(chosen: argparse.Namespace, workers: Workers, scene: Scene, drawing: 
 def _frames(chosen: argparse.Namespace, workers: Workers, animation: Animation,
             drawing: dict[str, Any], method: str, options: dict[str, Any],
             settings: dict[str, Any]) -> tuple[int, Unfinished]:
-    """Draw the missing frames and write the film. Return how many frames were drawn, and the
+    """Draw the missing frames and write the film. Return the number of drawn frames, and the
     record of all frames."""
     kept = kept_frames(chosen, animation, settings)
     with kept.until_whole(), show_progress("frame", tenths("frame")) as progress:
@@ -123,8 +123,8 @@ def _frames(chosen: argparse.Namespace, workers: Workers, animation: Animation,
 
 
 def _method(chosen: argparse.Namespace) -> tuple[str, dict[str, Any]]:
-    """Return the method and its options. Raise OptionError for auto and ``--settings``, because
-    the method that they choose may depend on the machine. Also raise it for ``--statistics``."""
+    """Return the method and its options. Raise OptionError for ``--statistics``, and for auto and
+    ``--settings``, because the method that they choose may depend on the machine."""
     if chosen.settings is not None or chosen.force or chosen.method == AUTO:
         raise OptionError("auto and --settings work in one process only; with --scheduler, name "
                           "the method by --method")

@@ -1,8 +1,7 @@
 """``gpgpu-rt render --floor``: put a floor below the scene, on which the scene's shadow falls.
 
-The default is no floor, for three reasons. Without a floor, the counts and times that `render`
-prints describe the given scene. Saved settings and cached trees, which belong to the given scene,
-can be used. The picture is the same as the picture of ``Tracer.render``.
+There is no floor by default, so that the printed counts and times describe the given scene, the
+scene's saved settings and cached trees can be used, and the picture is that of ``Tracer.render``.
 """
 from __future__ import annotations
 
@@ -19,19 +18,18 @@ from ..scene.scene import Scene
 from ..tracer import AUTO
 from .shared import say
 
-WIDTH = 2.5         # half the side of the floor, in diagonals of the scene's bounding box
+WIDTH = 2.5         # half the floor's side, in diagonals of the scene's bounding box
 BELOW = 1e-4        # gap below the scene, in diagonals, so that no triangles coincide
 GREY = 0.75
 
 
 def add_floor(sub: argparse.ArgumentParser) -> None:
-    """Declare the option ``--floor`` of ``render``."""
     sub.add_argument("--floor", action="store_true", help="add a floor of two triangles below the "
                      "scene, on which the scene's shadow falls")
 
 
 def scene_of(chosen: argparse.Namespace) -> Scene:
-    """Return the scene that the command names, with a floor if the user asked for a floor."""
+    """Return the scene that the command names, with a floor after ``--floor``."""
     scene = load_scene(chosen.scene)
     if not chosen.floor:
         return scene
@@ -46,10 +44,10 @@ def scene_of(chosen: argparse.Namespace) -> Scene:
 
 
 def on_floor(scene: Scene) -> Scene:
-    """Return the scene with a floor of two triangles, at the end of the scene's triangles.
+    """Return the scene with a floor of two grey triangles, the last of the scene.
 
-    The floor is a grey square below the bounding box (y is up). Two of its edges are parallel to
-    the camera's right axis, projected onto the floor.
+    The floor is a square below the bounding box (y is up). Two of its edges are parallel to the
+    camera's right axis, projected onto the floor.
     """
     lo, hi = (corner.astype(np.float64) for corner in scene.bounds)
     diagonal = float(np.linalg.norm(hi - lo)) or 1.0

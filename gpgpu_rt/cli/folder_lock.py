@@ -1,4 +1,4 @@
-"""Folder lock: a folder that only one run at a time writes into."""
+"""Folder lock: lets only one run at a time write into a folder."""
 from __future__ import annotations
 
 import contextlib
@@ -9,21 +9,21 @@ from typing import IO
 from ..disk.own_folder import fault_of, open_lock
 from ..errors import Error
 
-LOCK = "lock"     # the file in the folder that a run locks
+LOCK = "lock"     # the file to lock in the folder
 
 
 class FolderLock:
-    """Creates a folder and locks it, until ``release`` or until the process ends for any reason.
+    """Creates and locks a folder, until ``release`` or the end of the process.
 
     Parameters
     ----------
     folder : the folder, created if it is missing
-    purpose : the output that the folder is for; error messages name it
+    purpose : the output that the folder is for, named in error messages
 
     Raises
     ------
     Error
-        if another run has locked the folder, or if the folder cannot be created or written
+        if another run has locked the folder, or the folder cannot be created or written
     """
 
     def __init__(self, folder: Path, purpose: Path) -> None:
@@ -53,17 +53,17 @@ class FolderLock:
             with contextlib.suppress(FileNotFoundError):
                 if os.path.samestat(os.fstat(self._file.fileno()), self._path.stat()):
                     return
-            self._file.close()      # another run has removed this file: try again with a new file
+            self._file.close()      # another run has removed this file: try a new file
 
     def release(self) -> None:
-        """Unlock the folder for other runs. A second call does nothing."""
+        """Unlock and remove the lock file. A second call does nothing."""
         if not self._file.closed:
             self._path.unlink(missing_ok=True)
             self._file.close()
 
 
 def _locked(file: IO[bytes]) -> bool:
-    """Lock the file. Return whether the lock succeeded; true on a system without file locks."""
+    """Lock the file. Return whether this succeeded; true on a system without file locks."""
     try:
         import fcntl
         fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)

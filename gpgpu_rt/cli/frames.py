@@ -31,7 +31,6 @@ MOST_FRAMES = 1_000_000
 
 
 def add_frames(sub: Parser) -> None:
-    """Declare the options of ``render`` for frames."""
     sub.rare.add_argument("--resume", action="store_true", help="with --frames or --scheduler: "
                           "keep the parts that an interrupted run with the same settings saved in "
                           "OUTPUT.unfinished, and draw only the missing parts")
@@ -46,8 +45,8 @@ def add_frames(sub: Parser) -> None:
 
 
 def check_frames(chosen: argparse.Namespace) -> None:
-    """Raise OptionError for ``--floor`` with ``--frames``, and for ``--build-ahead`` without
-    ``--frames`` or with ``--scheduler``."""
+    """Raise OptionError for ``--floor`` or ``--build-ahead`` beside options that exclude it, and
+    for ``--build-ahead`` without ``--frames``."""
     if chosen.floor and chosen.frames is not None:
         raise OptionError("--floor cannot follow a moving scene; leave --frames or --floor out")
     if chosen.build_ahead and (chosen.frames is None or chosen.scheduler is not None):
@@ -87,8 +86,8 @@ def render_frames(chosen: argparse.Namespace,
 
 def _moved(tracer: Tracer, animation: Animation, frames: Sequence[int],
            ahead: bool) -> Iterator[int]:
-    """Move the tracer's scene to each of the frames, and yield the frame's number. With ``ahead``,
-    another process builds the structure of the next frame meanwhile."""
+    """Move the tracer's scene to each frame, and yield the frame. With ``ahead``, another process
+    builds the next frame's structure meanwhile."""
     moving = [frame for frame in frames if frame]
     moves = tracer.updates(map(animation.vertices, moving)) if ahead else (
         tracer.update(animation.vertices(frame)) for frame in moving)
@@ -100,7 +99,7 @@ def _moved(tracer: Tracer, animation: Animation, frames: Sequence[int],
 
 
 def opened(chosen: argparse.Namespace) -> Animation:
-    """Check that the frames can be written, then return the animation that the command names."""
+    """Return the animation that the command names, if its frames can be written."""
     _check(chosen.output)
     animation = load_animation(chosen.scene)
     if animation.frames is not None and chosen.frames > animation.frames:
@@ -111,7 +110,7 @@ def opened(chosen: argparse.Namespace) -> Animation:
 
 def frame_drawing(chosen: argparse.Namespace, animation: Animation) -> dict[str, Any]:
     """Return the arguments of `Tracer.render` that all frames share. If the animation moves the
-    camera, these arguments have a camera only if the command line has an option of the camera."""
+    camera, ``camera`` is missing, unless an option such as --eye is given."""
     drawing = drawing_of(chosen, animation.scene)
     if animation.camera is not None and not given_camera(chosen):
         del drawing["camera"]
@@ -122,8 +121,8 @@ def kept_frames(chosen: argparse.Namespace, animation: Animation,
                 settings: dict[str, Any]) -> Unfinished:
     """Return the record of finished frames.
 
-    ``settings`` and the animation determine the pixels of each frame. The number of frames does
-    not change these pixels, so a later run may resume with more frames.
+    ``settings`` and the animation determine a frame's pixels. A later run may resume with more
+    frames.
     """
     numbered = _is_numbered(chosen.output)
     output = Path(chosen.output) / "frames" if Path(chosen.output).is_dir() else Path(
@@ -137,8 +136,7 @@ def kept_frames(chosen: argparse.Namespace, animation: Animation,
 def _summary(spent: list[dict[str, Any]], ahead: bool) -> str:
     """Return a line with the median times of the frames after the first.
 
-    With ``ahead``, the build time is the time in which a frame waited for the build and the tables
-    were written. The part of the build that ran while another frame rendered does not count.
+    With ``ahead``, a build's time is how long its frame waited, plus the writing of the tables.
     """
     if not spent:
         return "no times: no frame after the first was rendered"
@@ -163,7 +161,6 @@ def _is_numbered(output: str) -> bool:
 
 
 def _check(output: str) -> None:
-    """Refuse an output that cannot be written, before anything is rendered."""
     path, suffix = Path(output), Path(output).suffix.lower()
     if (wide := _WIDE.search(output)) and not _NUMBER.fullmatch(wide[0]):
         raise OptionError(f"cannot number frames by {wide[0][:20]}; give at most 9 digits, for "
@@ -187,17 +184,13 @@ def _check(output: str) -> None:
 
 
 def _name(output: str, frame: int) -> Path:
-    """Return the file of a frame; in a folder the files are frame_0000.png and so on."""
     if _NUMBER.search(output):
         return Path(_NUMBER.sub(lambda match: match[0] % frame, output))
     return Path(output) / f"frame_{frame:04d}.png"
 
 
 def write_film(output: str, kept: Unfinished) -> None:
-    """Write the finished frames as one film that plays in a loop.
-
-    Does nothing if each frame is written to a separate file.
-    """
+    """Write the frames as a film that plays in a loop, unless each frame has its own file."""
     if _is_numbered(output):
         return
     first, *rest = map(kept.image, range(kept.count))

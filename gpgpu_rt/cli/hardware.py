@@ -10,8 +10,8 @@ from ..hardware.cards import Card, Refusal, cards
 from ..hardware.methods_on_cards import ERA, era_refusals, era_texels, method_needs, refusals
 from .shared import Command, print_json, print_table, say
 
-SCENE = "cornell"   # the tables depend on the scene; the programs hardly depend on it
-WIDTH = 100         # columns to which text is wrapped: the table of methods has about this width
+SCENE = "cornell"   # the tables depend on the scene; the programs hardly do
+WIDTH = 100         # columns of wrapped text, about the width of the table of methods
 NOTE = ("The rows `era` judge the kernels as the papers had them (docs/era.md), by the counts of "
         "Mesa's compilers for the cards. The other rows judge today's programs by their render "
         "targets, tables, loops, queries and float textures, but not by their instructions, "
@@ -71,9 +71,9 @@ def _hardware(chosen: argparse.Namespace) -> None:
 def _print_methods(found: Sequence[Card],
                    refused: Mapping[str, Mapping[tuple[str, str], list[Refusal]]],
                    scene: str) -> None:
-    """Print a row per method and schedule, with a word for each card: the first limit of the card
-    that the programs exceed. If the programs exceed no limit, the word is "yes" for an era form,
-    and "-" for today's programs, whose instructions are not compared."""
+    """Print a row per method and schedule. A card's cell names the first limit of the card that
+    the programs exceed. Without such a limit, the cell is "yes" for an era form, and "-" for
+    today's programs, whose instructions are not compared."""
     def word(card: Card, pair: tuple[str, str]) -> str:
         reasons = refused[card.name][pair]
         return reasons[0].limit if reasons else "yes" if pair[1] == ERA else "-"
@@ -83,7 +83,7 @@ def _print_methods(found: Sequence[Card],
     print("\nyes: the card could run the method. -: not decided, because the instructions of "
           "today's programs\nare not compared. Other words name the first exceeded limit:")
     for limit in dict.fromkeys(r[0].limit for of in refused.values() for r in of.values() if r):
-        # Print one example for each limit; --json prints all of them.
+        # Print one example per limit; --json prints all.
         card, pair = next((card, pair) for pair in pairs for card in found
                           if word(card, pair) == limit)
         _print_filled(f"{limit}: for example {' '.join(pair)} on the {card.chip}: "

@@ -1,8 +1,8 @@
 """Help: the help of a command in three lengths.
 
-``--help`` prints the options that everybody uses. ``-m METHOD --help`` prints the options of a
-method, and ``--help-all`` prints every option. ``--help`` leaves out the group `Parser.rare`, and
-the options of methods that are not marked ``common`` (``options.py``).
+``--help`` prints the options that everybody uses: it leaves out the group `Parser.rare`, and the
+options of methods that are not marked ``common`` (``options.py``). ``-m METHOD --help`` prints the
+options of a method, and ``--help-all`` prints every option.
 """
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from dataclasses import dataclass, field
 from ..errors import OptionError, nearest_names
 from ..options import Option, spell
 
-# For each name, the options that have this name, each with the names of its owners.
+# Name -> the options with this name, each with the names of its owners (such as methods).
 Variants = dict[str, dict[Option, list[str]]]
 Section = tuple[str | None, list[argparse.Action]]      # a title, and the options below it
 
 
 def variants(owners: Iterable[tuple[str, Sequence[Option]]]) -> Variants:
-    """Return the options of each name with their owners, in the order of ``owners``."""
+    """Return the options of each name with their owners."""
     found: Variants = {}
     for owner, options in owners:
         for option in options:
@@ -36,10 +36,10 @@ class OwnedOptions:
     ----------
     kind : what an owner is called, such as "method"
     owned : the name and the options of each owner
-    words : the words after which the user names an owner, such as -m; empty if the owner's name is
-        an argument of the command
-    everywhere : the owner whose options apply to all other owners too; "" if there is none. The
-        user cannot name this owner
+    words : the words before an owner's name, such as -m; empty if the owner's name is an argument
+        of the command
+    everywhere : an owner whose options apply to all other owners, and which the user cannot name;
+        "" if there is none
     unowned : names that may follow ``words`` although they own no options, such as auto
     table : name -> the options with this name, each with its owners
     actions : the parser's action -> the option's name
@@ -77,7 +77,7 @@ class OwnedOptions:
         return [name for name in dict.fromkeys(found) if name in owners]
 
     def of(self, owner: str) -> list[argparse.Action]:
-        """Return the options of an owner, with help texts for this owner alone."""
+        """Return an owner's options, with help texts for this owner alone."""
         found = []
         for action, name in self.actions.items():
             kinds = {option: [owner] for option, owners in self.table[name].items()
@@ -89,13 +89,12 @@ class OwnedOptions:
         return found
 
     def is_common(self, action: argparse.Action) -> bool:
-        """Return whether the short help lists the option of an action."""
+        """Return whether the short help lists an option."""
         return any(option.common for option in self.table[self.actions[action]])
 
 
 def short(groups: Sequence[Section], owned: Sequence[OwnedOptions]) -> Iterator[Section]:
-    """Yield the sections of the short help: all options without owner, and the common options of
-    owners."""
+    """Yield the sections of the short help, with only the common options of owners."""
     owner_of = {action: options for options in owned for action in options.actions}
     for title, actions in groups:
         yield title, [action for action in actions
@@ -103,13 +102,12 @@ def short(groups: Sequence[Section], owned: Sequence[OwnedOptions]) -> Iterator[
 
 
 def of_owners(owned: Sequence[OwnedOptions], arguments: Sequence[str]) -> list[Section]:
-    """Return the sections with the options of the owners that the arguments name."""
     return [(f"options of {options.kind} {name}", options.of(name))
             for options in owned for name in options.named(arguments)]
 
 
 def usage_of(actions: Iterable[argparse.Action]) -> str:
-    """Return the usage of a command, which names only the required options and the arguments."""
+    """Return a command's usage, with only required options and arguments."""
     words = ["%(prog)s [options]"]
     for action in sorted(actions, key=lambda action: not action.option_strings):
         name = escaped(str(action.metavar or action.dest))
@@ -122,8 +120,8 @@ def usage_of(actions: Iterable[argparse.Action]) -> str:
 
 
 def where_to_read_on(owned: Sequence[OwnedOptions], already: bool) -> str:
-    """Return the end of a help text, which says how to see the other options. ``already`` says
-    whether the text has the options of an owner."""
+    """Return how to see the other options. ``already`` says whether the text has an owner's
+    options."""
     ways = [] if already else [
         f"{' '.join([*options.words[:1], options.kind.upper()])} --help for the options of "
         f"{_article(options.kind)}" for options in owned]
@@ -131,18 +129,18 @@ def where_to_read_on(owned: Sequence[OwnedOptions], already: bool) -> str:
 
 
 def described(option: Option) -> str:
-    """Return the help text of an option with its choices, which come before "; default:"."""
+    """Return an option's help text with its choices before "; default:"."""
     text, *default = option.help.partition("; default:")
     choices = f" ({', '.join(map(spell, option.choices))})" if option.choices else ""
     return text + choices + "".join(default)
 
 
 def help_of(kinds: Mapping[Option, Sequence[str]]) -> str:
-    """Return the help text of a word such as --octants. Several methods may have this option.
+    """Return the help text of a word such as --octants, which may be an option of several methods.
 
-    Options with equal texts share the text. If there are several texts, each text begins with the
-    names of its methods. If the options of a text have several defaults, each default is followed
-    by its methods: "default 10 for lbvh, 2 for hybrid".
+    Options with equal texts share the text. Each of several texts begins with the names of its
+    methods. If a text has several defaults, each default is followed by its methods: "default 10
+    for lbvh, 2 for hybrid".
     """
     texts: dict[str, dict[str, list[str]]] = {}
     for option, owners in kinds.items():
@@ -162,7 +160,7 @@ def help_of(kinds: Mapping[Option, Sequence[str]]) -> str:
 
 
 def escaped(text: str) -> str:
-    """Return the text with doubled percent signs: argparse then prints the text unchanged."""
+    """Return the text with doubled percent signs, which argparse prints unchanged."""
     return text.replace("%", "%%")
 
 

@@ -1,4 +1,4 @@
-"""``gpgpu-rt info`` and ``methods``: list the OpenGL contexts, and the methods."""
+"""``gpgpu-rt info`` and ``methods``: list the OpenGL contexts and the methods."""
 from __future__ import annotations
 
 import argparse
@@ -16,7 +16,6 @@ from .shared import Command, print_json, print_table, word_of
 
 
 def add_commands(command: Command) -> None:
-    """Declare the commands. ``command(name, run, text)`` returns a parser."""
     command("info", _info, "list the OpenGL contexts of this machine, their renderers and limits")
     sub = command("methods", _methods, "list the methods, or a method's options and files")
     sub.add_argument("names", nargs="*", metavar="NAME", help="list the options and files of "
@@ -42,7 +41,7 @@ def _info(chosen: argparse.Namespace) -> None:
                   f"{row['max_draw_buffers']} render targets")
     if not some:
         raise Error(f"no OpenGL context is available; {hint()}")
-    # Print the table now: `open_gpu` on the next line may fail because of an environment variable.
+    # Print the table now: `open_gpu` may fail because of an environment variable.
     sys.stdout.flush()
     print(f"used without --context: {open_gpu().backend}")
 

@@ -18,8 +18,8 @@ from .parser import Parser
 from .shared import print_any_name, say, spelled_out
 from .streams import printed
 
-# The module of each command, in the order of the help. Only the module of the command that runs is
-# imported, because importing all modules takes as long as drawing a small picture.
+# The module of each command, in the order of the help. To save time, only the module of the
+# command that runs is imported.
 MODULES = {
     "info": "listing", "methods": "listing", "scenes": "scenes", "render": "tracing",
     "trace": "tracing", "remesh": "remeshing", "bench": "benching", "conform": "conforming",
@@ -28,15 +28,15 @@ MODULES = {
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run a command and return the exit status. A user's mistake prints one line on stderr."""
+    """Run a command and return the exit status. A user's mistake prints a line on stderr."""
     return printed(lambda: _main(arguments))
 
 
 def import_command(arguments: Sequence[str]) -> None:
     """Import the module of the command that the arguments name, or of every command.
 
-    ``__main__.py`` calls this function before `main`, because an interrupt during these imports
-    is handled in another way than an interrupt of the command (``interrupts.py``).
+    ``__main__.py`` calls this function first, because an interrupt is handled differently during
+    these imports (``interrupts.py``).
     """
     named = next((MODULES[word] for word in arguments if word in MODULES), None)
     for module in MODULES.values() if named is None else [named]:
@@ -46,7 +46,7 @@ def import_command(arguments: Sequence[str]) -> None:
 def _main(arguments: Sequence[str] | None) -> int:
     print_any_name()
     try:
-        # Load the methods first, because they declare most of the options.
+        # The methods come first, because they declare most of the options.
         arguments = _take_methods(sys.argv[1:] if arguments is None else arguments)
         if not arguments:
             command_parser().print_help()
@@ -80,7 +80,6 @@ def _main(arguments: Sequence[str] | None) -> int:
 
 
 def _show(message: Warning | str, *where: Any, **more: Any) -> None:
-    """Print a warning as one line, without the place in the code that raised it."""
     say(f"gpgpu-rt: note: {message}")
 
 
@@ -92,7 +91,7 @@ def _add_methods_from(parser: argparse.ArgumentParser) -> None:
 
 
 def _take_methods(arguments: Sequence[str]) -> list[str]:
-    """Load the folders of every --methods-from and return the other arguments."""
+    """Load the folders of every --methods-from, and return the other arguments."""
     first = Parser(prog="gpgpu-rt", add_help=False, allow_abbrev=False)
     _add_methods_from(first)
     chosen, others = first.parse_known_args(list(arguments))
@@ -102,10 +101,8 @@ def _take_methods(arguments: Sequence[str]) -> list[str]:
 
 
 def command_parser(only: str | None = None) -> Parser:
-    """Return the parser of all commands, or of the module that has the command ``only``.
-
-    The parser's ``switches`` are the switches of all these commands.
-    """
+    """Return the parser of all commands, or of the module of the command ``only``. The parser's
+    ``switches`` are those of all its commands."""
     parser = Parser(prog="gpgpu-rt", description="Ray tracing by fragment programs, as on the "
                     "graphics hardware of 2002-2007.")
     _add_methods_from(parser)

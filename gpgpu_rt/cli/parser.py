@@ -1,5 +1,4 @@
-"""Parser: an argument parser that reports a mistake in one line. Its help has three lengths
-(help.py)."""
+"""Parser: an argument parser that reports a mistake in one line (its help: help.py)."""
 from __future__ import annotations
 
 import argparse
@@ -11,8 +10,6 @@ from .help import OwnedOptions, of_owners, short, usage_of, where_to_read_on
 
 
 class _HelpAll(argparse.Action):
-    """Prints every option of a command, and ends the program."""
-
     def __call__(self, parser: argparse.ArgumentParser, *_: Any) -> None:
         assert isinstance(parser, Parser)
         parser.in_full = True
@@ -21,13 +18,13 @@ class _HelpAll(argparse.Action):
 
 
 class Parser(argparse.ArgumentParser):
-    """Reports what is wrong in one line and suggests similar words.
+    """Reports a mistake in one line, and suggests similar words.
 
     Attributes
     ----------
     switches : the words that need no value, such as --octants
-    owned : the options that belong to methods or integrators. If there are such options,
-        ``--help`` leaves out the group ``rare`` and most of these options
+    owned : the options that belong to methods or integrators. If there are any, ``--help`` leaves
+        out the group ``rare`` and most of them
     in_full : whether the help has every option
     """
 
@@ -43,13 +40,13 @@ class Parser(argparse.ArgumentParser):
 
     @property
     def rare(self) -> argparse._ArgumentGroup:
-        """The group for options of the command itself that few users need."""
+        """The group for options that few users need."""
         self._rare = self._rare or self.add_argument_group("more options")
         return self._rare
 
     def own(self, options: OwnedOptions) -> None:
-        """Let the help list the options that methods or integrators own. The caller declares each
-        of these options as an argument of the parser."""
+        """Let the help list options of methods or integrators. The caller also declares each of
+        them as an argument."""
         if not self.owned:
             self.add_argument("--help-all", action=_HelpAll, nargs=0, default=argparse.SUPPRESS,
                               help="show every option and exit")
@@ -83,13 +80,13 @@ class Parser(argparse.ArgumentParser):
         self.exit(2, f"{self.speaker}: {message} (see `{self.prog} --help`)\n")
 
     def _check_value(self, action: argparse.Action, value: Any) -> None:
-        """Check a choice or a command; argparse calls this method."""
+        """Check a choice or a command, for argparse."""
         if action.choices is not None and value not in action.choices:
             near = nearest_names(str(value), map(str, action.choices))
             raise argparse.ArgumentError(action, f"invalid choice {value!r}{near}")
 
     def refuse(self, word: str) -> None:
-        """Report a word that no option or argument of this command accepts."""
+        """Report a word that the command does not accept."""
         command = self.prog.split()[-1]
         if not word.startswith("-"):
             self.error(f"{command} {self._of_arguments(word)}")
@@ -97,7 +94,6 @@ class Parser(argparse.ArgumentParser):
         self.error(f"{command} has no {name}{did_you_mean(name, self._option_string_actions)}")
 
     def _of_arguments(self, word: str) -> str:
-        """Return the end of an error message about a surplus argument."""
         own = self._get_positional_actions()
         names = [str(action.metavar or action.dest) for action in own]
         if not own:

@@ -23,7 +23,6 @@ from .shared import (
 
 
 def add_commands(command: Command) -> None:
-    """Declare the commands; ``command(name, run, text)`` returns a parser."""
     sub = command("passes", _passes, "write the state of every ray after every pass, as pictures, "
                   "a GIF and JSON")
     sub.add_argument("scene", help="a scene's name or a mesh file")
@@ -112,6 +111,6 @@ def _heat(chosen: argparse.Namespace) -> None:
 
 
 def _in_passes(method: str, options: dict) -> dict:
-    """Return the options with a schedule that runs in many passes, unless the user chose a
-    schedule. The default schedule ``loop`` runs in a single pass, which shows nothing."""
+    """Return the options with a schedule of many passes, unless the user chose a schedule. The
+    default ``loop`` runs a single pass, which shows nothing."""
     return options if "schedule" in options else find_method(method).in_passes(options)

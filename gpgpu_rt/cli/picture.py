@@ -19,7 +19,6 @@ from .shared import add_variants, parsed
 
 
 def add_picture(sub: Parser) -> None:
-    """Declare the options of ``render`` for light."""
     group = sub.add_argument_group("light")
     group.add_argument("--integrator", metavar="NAME", help="the integrator: "
                        f"{', '.join(INTEGRATORS)}; default {DEFAULT}")
@@ -50,7 +49,7 @@ def drawing_of(chosen: argparse.Namespace, scene: Scene) -> dict[str, Any]:
 
 
 def explain(chosen: argparse.Namespace, tracer: Tracer) -> Plan | None:
-    """Return the plan, or None without --explain. Print the plan unless JSON will contain it."""
+    """Return the plan, or None without --explain. Print it unless JSON will contain it."""
     if not chosen.explain:
         return None
     plan = tracer.plan(chosen.size, **picture_options(chosen))
@@ -61,14 +60,14 @@ def explain(chosen: argparse.Namespace, tracer: Tracer) -> Plan | None:
 
 @contextmanager
 def progress_shown() -> Iterator[Callable[[int, int, float], None]]:
-    """Yield the function to which `Tracer.render` reports its progress."""
+    """Yield the function that `Tracer.render` reports its progress to."""
     with show_progress("sample", doublings("sample")) as tell:
         yield lambda done, samples, noise: tell(
             done, samples, "" if noise == float("inf") else f"noise {noise:.1%}")
 
 
 def light_options() -> Variants:
-    """Return every option of every integrator by name, with the default integrator first."""
+    """Return the integrators' options by name, the default integrator's first."""
     return variants(_integrators())
 
 

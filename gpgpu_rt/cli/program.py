@@ -1,5 +1,4 @@
-"""``gpgpu-rt program``: prints the GLSL text that a method runs. For ``gpgpu-rt methods``, finds
-the files of a method."""
+"""``gpgpu-rt program``: print the GLSL text that a method runs."""
 from __future__ import annotations
 
 import argparse
@@ -21,7 +20,6 @@ PACKAGE = Path(__file__).parents[1]
 
 
 def add_commands(command: Command) -> None:
-    """Declare the command; ``command(name, run, text)`` makes a parser."""
     sub = command("program", _program, "print the GLSL text that a method runs: "
                   "conditionals resolved, each part under the name of its file")
     sub.add_argument("method", metavar="METHOD", help="a method's name")
@@ -71,7 +69,6 @@ def _program(chosen: argparse.Namespace) -> None:
 
 
 def _card_program(method: str, chosen: argparse.Namespace) -> None:
-    """Print the kernels as a card's compiler translated them, or write them to a file."""
     options = options_for(chosen, method)
     of_tracer = {one.name: one.name in options for one in TRACER_OPTIONS}
     check_alone({"list": chosen.list, "all": chosen.all, **of_tracer})
@@ -91,11 +88,11 @@ def _joined(programs: list[TracedProgram]) -> str:
 
 
 def files_of_method(name: str) -> list[tuple[str, str]]:
-    """Return (file, purpose) for each file of a method. The Python file of the method's row in the
-    method table comes first.
+    """Return (file, purpose) for each file of a method, first the Python file of its row in the
+    method table.
 
-    The other files are found by resolving includes in an OpenGL context. Without a context, the
-    result has only the Python file and the file of kernels that the row names.
+    Without an OpenGL context, which resolves includes, the result has only this file and the row's
+    file of kernels.
     """
     row, file = find_method(name), file_of(name)
     found = [] if file is None else [(_shown(file), "row")]

@@ -1,5 +1,4 @@
-"""Progress: show a bar if tqdm is installed and the output is a terminal or a notebook. Otherwise
-print a line from time to time."""
+"""Progress: a bar if tqdm is installed and the output is a terminal or a notebook, else lines."""
 from __future__ import annotations
 
 import contextlib
@@ -16,7 +15,7 @@ Lines = Callable[[int, int, str], None]     # the count done, the total, and a n
 
 @contextlib.contextmanager
 def show_progress(unit: str, lines: Lines) -> Iterator[Callable[..., None]]:
-    """Yield a function that shows progress: ``report(done, total, note)``; the note may be ""."""
+    """Yield a function ``report(done, total, note)`` that shows progress; the note may be ""."""
     bars: list[Any] = []
 
     def tell(done: int, of: int, note: str = "") -> None:
@@ -37,7 +36,7 @@ def show_progress(unit: str, lines: Lines) -> Iterator[Callable[..., None]]:
 
 
 def tenths(unit: str) -> Lines:
-    """Return a function that prints a line for each tenth of the work."""
+    """Return a function that prints a line per tenth of the work."""
     printed = 0
 
     def tell(done: int, of: int, note: str) -> None:
@@ -50,8 +49,7 @@ def tenths(unit: str) -> Lines:
 
 
 def doublings(unit: str) -> Lines:
-    """Return a function that prints a line each time the amount done has doubled, and at
-    the end."""
+    """Return a function that prints a line at each doubling of the work done, and at the end."""
     told_of = 0
 
     def tell(done: int, of: int, note: str) -> None:
@@ -64,14 +62,14 @@ def doublings(unit: str) -> Lines:
 
 
 def _bar(unit: str, of: int) -> Any:
-    """Return a tqdm bar. Return None without tqdm, and outside of notebooks and terminals."""
+    """Return a tqdm bar, or None without tqdm and outside of notebooks and terminals."""
     try:
         with warnings.catch_warnings():
-            # In a notebook without widgets, tqdm warns and draws its bar as text.
+            # In a notebook without widgets, tqdm warns and draws text.
             warnings.simplefilter("ignore")
             from tqdm.auto import tqdm
     except ImportError:
         return None
-    # The output of a notebook is no terminal, so tqdm would show no bar unless it is told to.
+    # tqdm shows no bar in a notebook by default, because its output is no terminal.
     bar = tqdm(total=of, unit=unit, dynamic_ncols=True, disable=False if in_notebook() else None)
     return None if bar.disable else bar

@@ -11,7 +11,6 @@ from .shared import Command, print_json
 
 
 def add_commands(command: Command) -> None:
-    """Declare the command. ``command(name, run, text)`` returns its parser."""
     sub = command("remesh", _remesh, "parametrise a surface over a square, as a geometry image")
     sub.add_argument("scene", help="a scene's name or a mesh file")
     sub.add_argument("-o", "--output", required=True, metavar="IMAGE.npz",

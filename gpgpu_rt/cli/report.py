@@ -9,7 +9,6 @@ from .shared import print_json, say, size_word
 
 
 def add_commands(command: Callable[..., argparse.ArgumentParser]) -> None:
-    """Declare the command; ``command(name, run, text)`` returns a parser."""
     sub = command("report", _report, "write one self-contained page: every figure beside the "
                   "published numbers, heat maps, and films of passes")
     sub.add_argument("-o", "--output", required=True, metavar="REPORT.html",

@@ -1,4 +1,4 @@
-"""The command ``scenes``: lists the named scenes, and fetches the papers' scenes."""
+"""``gpgpu-rt scenes``: list the named scenes, and fetch the papers' scenes."""
 from __future__ import annotations
 
 import argparse
@@ -27,7 +27,6 @@ KILOBYTE = 1000
 
 
 def add_commands(command: Command) -> None:
-    """Declare the command. ``command(name, run, text)`` returns its parser."""
     sub = command("scenes", _run, "list the named scenes and the source of each, or fetch the "
                   "papers' scenes")
     sub.add_argument("--fetch", nargs="*", metavar="NAME", help="download these scenes and "
@@ -67,13 +66,13 @@ def fetch(names: Sequence[str], base: str | None, agreed: bool) -> None:
     Parameters
     ----------
     names : names of ORIGINALS
-    base : URL or folder of a copy of the originals; None for the repositories
+    base : URL or folder of a copy of the originals; None for the repositories that publish them
     agreed : whether the user agrees to the terms; if false, the user is asked
 
     Raises
     ------
     Error
-        if a scene cannot be fetched; scenes that were already finished are kept
+        if a scene cannot be fetched; finished scenes are kept
     """
     names = list(dict.fromkeys(name.removesuffix("-moving") for name in names))
     for name in names:
@@ -103,10 +102,9 @@ def fetch(names: Sequence[str], base: str | None, agreed: bool) -> None:
 
 
 def _fetch(wanted: Sequence[str], base: str | None, folder: Path) -> None:
-    """Download, convert and place the scenes, after all checks."""
     cameras = folder / "cameras.json"
     if is_file(cameras):
-        load_cameras(cameras)      # report a damaged file now, not after the download
+        load_cameras(cameras)      # report a damaged file before the download
     with _working(folder) as work, show_progress("kilobyte", tenths("kilobyte")) as report:
         missing = {name: _missing_files(name, folder) for name in wanted}
         total = -(-sum(file.size for files in missing.values() for file in files) // KILOBYTE) or 1
@@ -120,14 +118,13 @@ def _fetch(wanted: Sequence[str], base: str | None, folder: Path) -> None:
                     place = folder / catalogue.PUBLISHED / file.place
                     place.parent.mkdir(parents=True, exist_ok=True)
                     (work / file.sha256).replace(place)
-            # The mesh comes last, because a scene with a mesh counts as fetched.
+            # The mesh comes last: a scene with a mesh counts as fetched.
             _add_camera(name, cameras, work)
             _convert(name, folder, work)
         report(total, total, "")
 
 
 def _check_base(base: str | None) -> None:
-    """Raise OptionError if ``base`` is a folder that holds no copy of the originals."""
     if base is None or is_url(base):
         return
     repositories = sorted({file.place.parts[0] for files in source_files().values()
@@ -142,7 +139,6 @@ def _check_base(base: str | None) -> None:
 
 
 def _check_name(name: str) -> None:
-    """Raise SceneError if a scene cannot be fetched. The message says what to do instead."""
     if name in ORIGINALS:
         return
     row = catalogue.ROWS.get(name)
@@ -155,7 +151,6 @@ def _check_name(name: str) -> None:
 
 
 def _is_there(name: str) -> bool:
-    """Return whether the mesh of a scene and the files that its animation reads are there."""
     files = source_files()[name] if ORIGINALS[name].keeps_files else ()
     return catalogue.mesh_path(name) is not None and all(
         (path := catalogue.original_file(file.place)) is not None
@@ -163,7 +158,6 @@ def _is_there(name: str) -> bool:
 
 
 def _show(names: Sequence[str], folder: Path, base: str | None) -> None:
-    """Print the source, size and terms of each scene, and the folder that the scenes go to."""
     for name in names:
         files = source_files()[name]
         size = sum(file.size for file in files) / 1e6
@@ -174,7 +168,7 @@ def _show(names: Sequence[str], folder: Path, base: str | None) -> None:
 
 
 def _ask() -> None:
-    """Ask the user whether to fetch the scenes. Raise Error unless the answer is yes."""
+    """Raise Error unless the user agrees to fetch the scenes."""
     if not sys.stdin or not sys.stdin.isatty():
         raise Error("nothing is fetched: without a terminal, give --yes to agree to the terms")
     print("Fetch these scenes and agree to their terms? [y/N] ", end="", file=sys.stderr,
@@ -185,10 +179,8 @@ def _ask() -> None:
 
 @contextlib.contextmanager
 def _working(folder: Path) -> Iterator[Path]:
-    """Yield a folder within ``folder`` for partial downloads. Only one run at a time uses it.
-
-    At the end, empty folders that this run made are removed.
-    """
+    """Yield a folder in ``folder`` for partial downloads, locked against other runs. Finally
+    remove the empty folders that this run made."""
     created = [path for path in (folder, *folder.parents) if not path.exists()]
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -207,15 +199,14 @@ def _working(folder: Path) -> Iterator[Path]:
 
 
 def _missing_files(name: str, folder: Path) -> list[SourceFile]:
-    """Return the files of a scene that are not complete in ``folder``."""
     return [file for file in source_files()[name]
             if not is_file(path := folder / catalogue.PUBLISHED / file.place)
             or hashlib.sha256(read_input(path)).hexdigest() != file.sha256]
 
 
 def _convert(name: str, folder: Path, work: Path) -> None:
-    """Write the mesh of a scene, unless it exists already. Then remove the downloaded files,
-    unless the scene's animation reads them."""
+    """Write a scene's mesh if it is missing. Then remove the downloaded files, unless the scene's
+    animation reads them."""
     files, stay = source_files()[name], ORIGINALS[name].keeps_files
     paths = [folder / catalogue.PUBLISHED / file.place if stay else work / file.sha256
              for file in files]
@@ -227,7 +218,6 @@ def _convert(name: str, folder: Path, work: Path) -> None:
 
 
 def _add_camera(name: str, path: Path, work: Path) -> None:
-    """Add the camera of a scene to a file of cameras, unless the file has a camera for it."""
     cameras = read_json(path) if is_file(path) else {}
     camera = json.loads(camera_text()).get(name)
     if camera is None or name in cameras:

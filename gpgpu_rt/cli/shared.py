@@ -1,4 +1,4 @@
-"""Functions that the commands share: parse options and sizes, print tables and JSON."""
+"""Shared: functions of all commands, to parse options and sizes, and print tables and JSON."""
 from __future__ import annotations
 
 import argparse
@@ -16,13 +16,13 @@ from ..scene.scene import Scene
 from .help import OwnedOptions, Variants, escaped, help_of, variants
 from .parser import Parser
 
-# A function that declares a command, given its name, the function that runs it, and its help text.
+# (name of a command, function that runs it, help text) -> parser of the command
 Command = Callable[[str, Callable[[argparse.Namespace], None], str], Parser]
 
 
 NONE = "none"       # the word for no method or no engine
 _WORD = re.compile(r"--[a-z-]+")
-_PLACE = re.compile(r"-[\d.][^,]*,.*")     # a list of numbers that begins with a minus sign
+_PLACE = re.compile(r"-[\d.][^,]*,.*")     # a list of numbers with a minus sign in front
 
 
 def all_owners() -> list[tuple[str, Sequence[Option]]]:
@@ -31,23 +31,19 @@ def all_owners() -> list[tuple[str, Sequence[Option]]]:
 
 
 def all_options() -> Variants:
-    """Return every option of the tracer and of every method, by name."""
     return variants(all_owners())
 
 
 def add_options(sub: Parser, words: tuple[str, ...] = ("-m", "--method", "--methods"),
                 unowned: tuple[str, ...] = ()) -> None:
-    """Declare a ``--word`` for every option of the tracer and of the methods.
-
-    ``words`` and ``unowned`` are as in `OwnedOptions`.
-    """
+    """Declare a ``--word`` for every option of the tracer and of the methods. ``words`` and
+    ``unowned`` are as in `OwnedOptions`."""
     group = sub.add_argument_group("options of the tracer and its methods")
     add_variants(sub, group, OwnedOptions("method", all_owners(), words, "the tracer", unowned),
                  "option_")
 
 
 def names(text: str) -> list[str]:
-    """Return the list of names in a text such as grid,kd-restart."""
     found = [name.strip() for name in text.split(",")]
     if not all(found):
         raise argparse.ArgumentTypeError(f"{text!r} has an empty name; give NAME,NAME,...")
@@ -55,8 +51,7 @@ def names(text: str) -> list[str]:
 
 
 class Collect(argparse.Action):
-    """Appends the names to the names that an earlier option of the same name gave. Keeps each name
-    once."""
+    """Appends names to those of earlier options of the same word; keeps each name once."""
 
     def __call__(self, parser: argparse.ArgumentParser, chosen: argparse.Namespace, values: Any,
                  word: str | None = None) -> None:
@@ -65,8 +60,6 @@ class Collect(argparse.Action):
 
 
 class _Single(argparse.Action):
-    """Stores one value, and refuses a second value."""
-
     def __call__(self, parser: argparse.ArgumentParser, chosen: argparse.Namespace, value: Any,
                  word: str | None = None) -> None:
         before = getattr(chosen, self.dest)
@@ -76,7 +69,6 @@ class _Single(argparse.Action):
 
 
 def add_method(sub: argparse.ArgumentParser, text: str, required: bool = False) -> None:
-    """Declare ``-m`` for a single method."""
     sub.add_argument("-m", "--method", required=required, action=_Single, metavar="NAME",
                      help=text)
 
@@ -84,8 +76,8 @@ def add_method(sub: argparse.ArgumentParser, text: str, required: bool = False) 
 def add_methods(sub: argparse.ArgumentParser, default: str | None = None) -> None:
     """Declare ``-m`` for several methods; ``chosen.methods`` is their list.
 
-    ``default`` is a text for the help. If ``default`` is given, ``-m`` is optional. Without
-    ``-m``, ``chosen.methods`` is None.
+    ``default`` describes the default for the help. With it, ``-m`` is optional; without ``-m``,
+    ``chosen.methods`` is None.
     """
     sub.add_argument("-m", "--method", "--methods", required=default is None, action=Collect,
                      dest="methods", metavar="NAME,NAME,...", type=names,
@@ -100,10 +92,8 @@ def word_of(name: str) -> str:
 
 def add_variants(sub: Parser, group: argparse._ArgumentGroup, options: OwnedOptions,
                  prefix: str) -> None:
-    """In a group of a command's parser, declare a ``--word`` for each of the options.
-
-    ``prefix`` + name is the attribute of the parsed arguments that holds the user's text, or None.
-    """
+    """Declare a ``--word`` for each of the options, in a group of a command's parser. The parsed
+    arguments have the user's text, or None, in the attribute ``prefix`` + name."""
     sub.own(options)
     for name, kinds in options.table.items():
         bare = {"nargs": "?", "const": "true"} if _is_switch(kinds) else {}
@@ -127,9 +117,9 @@ def _is_switch(kinds: Iterable[Option]) -> bool:
 def spelled_out(arguments: Sequence[str], switches: Collection[str]) -> list[str]:
     """Return the arguments in a form that argparse reads without ambiguity.
 
-    A switch without a value becomes ``--word=true``. Otherwise argparse would read the next
-    argument, such as a scene, as the switch's value. A vector such as -1,0,2 is joined to the word
-    before it. Otherwise argparse would read the vector as an option.
+    A switch without a value becomes ``--word=true``, because argparse would read the next argument
+    as its value. A vector such as -1,0,2 is joined to the word before it, because argparse would
+    read it as an option.
     """
     found: list[str] = []
     for word, after in zip(arguments, [*arguments[1:], ""]):
@@ -142,10 +132,8 @@ def spelled_out(arguments: Sequence[str], switches: Collection[str]) -> list[str
 
 
 def given_options(chosen: argparse.Namespace) -> dict[str, Any]:
-    """Return name -> value of the options that the user gave; they may belong to any method.
-
-    If several options have the same name, the first option that accepts the text parses it.
-    """
+    """Return name -> value of the options that the user gave, of any method. Of several options
+    with a name, the first that accepts the text parses it."""
     table = all_options()
     words = {name: getattr(chosen, "option_" + name) for name in table}
     return {name: _read(list(table[name]), text) for name, text in words.items()
@@ -204,7 +192,6 @@ def parsed(chosen: argparse.Namespace, prefix: str, asked: Iterable[str],
 
 
 def _whose(name: str) -> str:
-    """Return a clause that names the methods with an option, or ""."""
     owners = [row.name for row in methods() if name in {option.name for option in row.options}]
     return f"; {', '.join(owners)} {'has' if len(owners) == 1 else 'have'} it" if owners else ""
 
@@ -223,7 +210,7 @@ def size_word(text: str) -> tuple[int, int]:
 
 
 def side_word(text: str) -> int:
-    """Return the side of a square in pixels, from a word such as 512 or 512x512."""
+    """Return the side of a square in pixels, from 512 or 512x512."""
     try:
         width, height = size_word(text)
     except argparse.ArgumentTypeError:
@@ -235,19 +222,16 @@ def side_word(text: str) -> int:
 
 
 def whole_word(text: str, least: int = 0) -> int:
-    """Return a whole number that is at least ``least``."""
     if not text.isdecimal() or int(text) < least:
         raise argparse.ArgumentTypeError(f"{text!r} is not a whole number of {least} or more")
     return int(text)
 
 
 def count_word(text: str) -> int:
-    """Return a count, which is at least 1."""
     return whole_word(text, 1)
 
 
 def seconds_word(text: str) -> float:
-    """Return a time in seconds, 0 or more."""
     try:
         seconds = float(text)
     except ValueError:
@@ -258,16 +242,15 @@ def seconds_word(text: str) -> float:
 
 
 def print_any_name() -> None:
-    """Make stdout and stderr print a backslash escape for each character that the terminal's
-    encoding lacks. The name of a file may contain such characters."""
+    """Make stdout and stderr escape characters that the terminal's encoding lacks, such as in
+    names of files."""
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):
             stream.reconfigure(errors="backslashreplace")
 
 
 def say(line: str) -> None:
-    """Print a line about progress to stderr, because a program may read a table or JSON from
-    stdout."""
+    """Print a line about progress, to stderr: a program may read stdout."""
     print(line, file=sys.stderr, flush=True)
 
 
@@ -276,7 +259,6 @@ def print_json(value: Any) -> None:
 
 
 def print_stand_in(scene: Scene) -> None:
-    """Print a note if the scene is a stand-in for a scene of the papers."""
     if scene.stand_in:
         print(f"{scene.name} is a procedural stand-in for {scene.stand_in} "
               "(`gpgpu-rt scenes` says how to get the original)")

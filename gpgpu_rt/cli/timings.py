@@ -1,4 +1,4 @@
-"""Timings: measure the parts of a command's time, from the process's start to the last file."""
+"""Timings: the parts of a command's time, from the process's start to the last file."""
 from __future__ import annotations
 
 import os
@@ -23,7 +23,6 @@ class Timings:
 
     @contextmanager
     def part(self, name: str) -> Iterator[None]:
-        """Add the time of the block to a part."""
         began = time.perf_counter()
         try:
             yield
@@ -31,13 +30,12 @@ class Timings:
             self.parts[name] = self.parts.get(name, 0.0) + time.perf_counter() - began
 
     def split(self, name: str, parts: dict[str, float]) -> None:
-        """Replace a part by smaller parts; the rest of the part's time keeps the part's name."""
+        """Replace a part by smaller parts; the rest keeps the part's name."""
         whole = self.parts.pop(name)
         self.parts.update(parts)
         self.parts[name] = max(0.0, whole - sum(parts.values()))
 
     def print(self) -> None:
-        """Print the parts with their shares of the sum."""
         total = sum(self.parts.values())
         print_table(("part", "seconds", "share"),
                     [(name, f"{seconds:.3f}", f"{seconds / total:.0%}")
@@ -45,10 +43,7 @@ class Timings:
 
 
 def since_start() -> float:
-    """Return the seconds since this process started, from the system's list of processes.
-
-    Without such a list, return the processor time of this process instead.
-    """
+    """Return the seconds since this process started; without /proc, its processor time."""
     try:
         fields = Path("/proc/self/stat").read_text().rpartition(")")[2].split()
         started = int(fields[19]) / os.sysconf("SC_CLK_TCK")    # 19: field 22 of proc(5)

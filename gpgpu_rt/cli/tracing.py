@@ -34,7 +34,6 @@ from .timings import Timings
 
 
 def add_commands(command: Command) -> None:
-    """Declare the commands. ``command(name, run, text)`` returns a parser."""
     sub = command("render", _render, "render a scene to an image file")
     sub.add_argument("scene", help="a scene's name, a mesh file or a scene file (.json)")
     _add_choice(sub)
@@ -99,8 +98,7 @@ def _render(chosen: argparse.Namespace) -> None:
     timings = Timings()
     with timings.part("context"):
         open_gpu(given_options(chosen).get("context"))
-    # Load the scene here only for --floor and --timings. If ``scene`` is None, `_tracer` loads
-    # the scene, after it has checked the options.
+    # Without --floor and --timings, `_tracer` loads the scene, after a check of the options.
     with timings.part("scene"):
         scene = scene_of(chosen) if chosen.floor or chosen.timings else None
     with timings.part("tracer"):
@@ -129,17 +127,15 @@ def _render(chosen: argparse.Namespace) -> None:
 
 def _watched_for_card(tracer: Tracer) -> AbstractContextManager[
         Callable[[], tuple[dict[str, Any], list[str]]]]:
-    """Return `watched_for_card` for the option ``era``, and no time and no lines without it."""
+    """Return `watched_for_card` for the option ``era``, else a context without time and lines."""
     if not tracer.options["era"]:
         return nullcontext(lambda: ({}, []))
-    # Most pictures do not need the model of the cards, and its import takes 10 ms.
+    # Import the model of the cards only here: most pictures do not need it.
     from .card_time import watched_for_card
     return watched_for_card(tracer)
 
 
 def _check_picture(chosen: argparse.Namespace) -> None:
-    """Refuse a picture that cannot be written, and --resume without --scheduler, before the
-    picture is drawn."""
     check_writable(chosen.output)
     if os.path.splitext(chosen.output)[1].lower() not in IMAGES:
         raise OptionError(f"{chosen.output} names no image format; end the name in .png")
@@ -166,8 +162,7 @@ def _trace(chosen: argparse.Namespace) -> None:
 
 
 def _tracer(chosen: argparse.Namespace, scene: Scene | None = None) -> Tracer:
-    """Return the tracer that the arguments describe. If ``scene`` is given, use it instead of the
-    scene of the arguments."""
+    """Return the tracer that the arguments describe. ``scene`` replaces their scene."""
     source = chosen.scene if scene is None else scene
     if chosen.settings is not None:
         if chosen.method is not None:
@@ -187,7 +182,6 @@ def _tracer(chosen: argparse.Namespace, scene: Scene | None = None) -> Tracer:
 
 
 def _bounds(tracer: Tracer) -> str:
-    """Return a clause with the error bounds that the tracer's settings keep; "" without bounds."""
     promise = tracer.choices.of(tracer.taken).promise
     return "" if not promise else (f": share of wrong rays at most {promise['max_wrong']:g}, "
                                    f"relative error of t at most {promise['max_t_error']:g}")

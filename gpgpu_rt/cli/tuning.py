@@ -1,4 +1,4 @@
-"""The commands that measure accuracy: ``accuracy`` and ``tune``."""
+"""``gpgpu-rt accuracy`` and ``tune``: measure errors, and find the fastest settings in bounds."""
 from __future__ import annotations
 
 import argparse
@@ -27,7 +27,6 @@ from .shared import (
 
 
 def add_commands(command: Command) -> None:
-    """Declare the commands; ``command(name, run, text)`` returns a parser."""
     sub = command("accuracy", _accuracy, "measure the errors of methods and precisions against "
                   "the float64 reference; the lines below the table explain its columns")
     sub.add_argument("scene", help="a scene's name or a mesh file")
@@ -73,13 +72,11 @@ def add_commands(command: Command) -> None:
 
 
 def _facts(scene: Scene) -> dict[str, Any]:
-    """Return the facts about the scene for JSON, with the scene's description as in settings."""
     return {**scene.facts(), "scene": settings.describe(scene)}
 
 
 # accuracy ------------------------------------------------------------------------------------
 
-# The columns of the table, with their meanings.
 _COLUMNS = {
     ("method", "precision"): "",
     ("rays",): "number of judged rays, of all kinds together",

@@ -1,5 +1,4 @@
-"""Unfinished output: keep the finished parts of a film or picture, so that a later run can resume.
-"""
+"""Unfinished output: finished parts of a film or picture, from which a later run can resume."""
 from __future__ import annotations
 
 import contextlib
@@ -23,18 +22,17 @@ RECORD = "parts.json"
 
 def follows_from(method: str, options: Mapping[str, Any], renderer: str,
                  drawing: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the settings that, together with the scene, determine a part of the output. The
-    caller adds the scene's digest.
+    """Return the settings that, with the scene, determine a part (a film's frame or a picture's
+    tile).
 
-    A part is a frame of a film or a tile of a picture. A part does not depend on the process that
-    draws it. ``options`` are resolved options; ``drawing`` holds the arguments of
-    ``Tracer.render``.
+    The caller adds the scene's digest. ``options`` are resolved; ``drawing`` holds the arguments
+    of ``Tracer.render``.
     """
     return {**drawing, "method": method, "options": options, "renderer": renderer}
 
 
 class Unfinished:
-    """The finished parts of an output, in a folder that is removed when the output is complete.
+    """The finished parts of an output, in a folder that exists until the output is complete.
 
     Parameters
     ----------
@@ -42,13 +40,13 @@ class Unfinished:
     count : the number of parts
     settings : the settings that determine a part, in types that JSON can hold
     resume : whether to keep the parts that an earlier run finished
-    files : function from the number of a part to its file, for parts that are the output itself,
-        such as numbered frames. None keeps the parts in the folder
+    files : part number -> file, for parts that are themselves output, such as numbered frames;
+        None keeps the parts in the folder
 
     Raises
     ------
     Error
-        if the folder holds parts of other settings, cannot be created, or is locked by another run
+        if the folder holds parts of other settings, cannot be created, or is locked
     """
 
     def __init__(self, output: Path, count: int, settings: Mapping[str, Any], resume: bool,
@@ -73,14 +71,13 @@ class Unfinished:
             raise
 
     def keep(self, part: int, image: Image.Image) -> None:
-        """Write a part, then record that the part is finished."""
+        """Write a part, and record that it is finished."""
         with replacing(self.file(part)) as path:
             image.save(path)
         self._done[str(part)] = _digest(self.file(part))
         self._note()
 
     def image(self, part: int) -> Image.Image:
-        """Return the image of a finished part."""
         with open_input(self.file(part)) as file, Image.open(file) as image:
             check_texels(*image.size, str(self.file(part)))
             image.load()
@@ -90,8 +87,8 @@ class Unfinished:
     def until_whole(self) -> Iterator[None]:
         """Return a context in which the caller makes the parts and assembles the output.
 
-        When the output is complete, the folder is removed. If the run is interrupted or fails, the
-        folder stays, provided that it has a finished part and a resumed run could succeed.
+        At its end, the folder is removed. After an interrupt or an error, the folder stays if it
+        has a finished part and a resumed run could succeed.
         """
         try:
             yield
@@ -115,7 +112,7 @@ class Unfinished:
             found = read_json(self._record)
             settings, done = dict(found["settings"]), dict(found["done"])
         except (OSError, ValueError, KeyError, TypeError):
-            return      # no earlier run, or its record is damaged: draw all parts
+            return      # no earlier run, or a damaged record: draw all parts
         others = [name for name in {**settings, **self._settings}
                   if settings.get(name) != self._settings.get(name)]
         if others:
@@ -126,7 +123,6 @@ class Unfinished:
         self._done = done
 
     def _is_there(self, part: int) -> bool:
-        """Return whether the file of a part is unchanged since it was written."""
         file = self.file(part)
         return str(part) in self._done and is_file(file) and (
             _digest(file) == self._done[str(part)])

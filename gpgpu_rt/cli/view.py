@@ -47,7 +47,6 @@ def _view(chosen: argparse.Namespace) -> None:
     for name, value in light.items():
         selection = selection.with_light(name, value)
     try:
-        # The window's libraries are optional dependencies.
         from ..viewer.window import run
     except ImportError as failure:
         raise Error(f"the viewer needs {failure.name}; {how_to_install('view')}, or run `make "

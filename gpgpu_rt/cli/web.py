@@ -14,7 +14,6 @@ from .shared import Command, add_methods, print_json, print_stand_in, say
 
 
 def add_commands(command: Command) -> None:
-    """Declare the command. ``command(name, run, text)`` returns its parser."""
     sub = command("web", _web, "write pages that trace a scene in a browser")
     sub.add_argument("scene", help="a scene's name or a mesh file")
     add_methods(sub, "kd-restart, grid and bvh-threaded; 'all' for every method that runs in a "
@@ -29,7 +28,7 @@ def _web(chosen: argparse.Namespace) -> None:
     named = chosen.methods or ["kd-restart", "grid", "bvh-threaded"]
     every, left_out = named == ["all"], dict[str, str]()
     names = web_names(None if every else named)
-    lenient = left_out if every else None      # a named method that does not run is an error
+    lenient = left_out if every else None      # else a method that does not run is an error
     scene = load_scene(chosen.scene)
     if not chosen.output.lower().endswith((".html", ".htm")):
         made = write_gallery(scene, names, chosen.output, lenient, say)

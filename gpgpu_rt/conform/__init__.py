@@ -1,6 +1,6 @@
 """Conform: tests any ray tracer with extreme cases whose exact answers are known.
 
-docs/conformance.md explains the suite and the command ``gpgpu-rt conform``.
+See docs/conformance.md.
 """
 from .case import FAMILIES, Case, Family
 from .families import make_case

@@ -15,11 +15,9 @@ class EngineAnswers:
 
     Attributes
     ----------
-    triangle : (n,) int, the nearest triangle that the ray hits; negative for a miss
-    t : (n,) float, the distance of the hit in units of |direction|; None if the engine gives no
-        distance
-    any_hit : (n,) bool, whether the ray hits anything, found by a separate call of the engine;
-        None if the engine has no such call
+    triangle : (n,) int, the nearest hit triangle; negative for a miss
+    t : (n,) float, the hit's distance in units of |direction|, or None
+    any_hit : (n,) bool, whether the ray hits anything, from a separate call of the engine, or None
     """
 
     triangle: np.ndarray
@@ -27,16 +25,13 @@ class EngineAnswers:
     any_hit: np.ndarray | None = None
 
 
-# A function that traces all rays of a case.
 Trace = Callable[[Case], EngineAnswers]
 
 
 def of_distances(case: Case, t: np.ndarray, triangle: np.ndarray,
                  any_hit: np.ndarray | None = None) -> EngineAnswers:
-    """Return the answers of an engine that does not accept t_max: a hit beyond t_max is a miss.
-
-    Do not use this function for a case with a t_min above 0.
-    """
+    """Return the answers of an engine without t_max: a hit beyond t_max is a miss. Do not
+    use this function for a t_min above 0."""
     t, triangle = np.array(t, np.float64), np.array(triangle)
     for name, given in (("t", t), ("triangle", triangle)):
         if given.shape != (len(case.origins),):

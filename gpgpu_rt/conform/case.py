@@ -1,5 +1,4 @@
-"""Case: a scene with rays that ray tracers may get wrong; and the table of the families of cases.
-"""
+"""Case: a scene with rays that ray tracers may get wrong; and the table of families of cases."""
 from __future__ import annotations
 
 from collections.abc import Callable
@@ -20,8 +19,8 @@ class Case:
     triangles : (m, 3, 3) float32, world units
     origins, directions : (n, 3) float32, world units; directions of any length but 0
     closed : whether every ray must hit something, however the triangle test rounds
-    options : method name -> options, for the methods whose options the case sets
-    t_min, t_max : (n,) float32, or a single value for all rays, in units of |direction|
+    options : method name -> options that the case sets
+    t_min, t_max : (n,) float32, or one value for all rays, in units of |direction|
     """
 
     triangles: np.ndarray
@@ -40,17 +39,16 @@ class Case:
 
     @property
     def rays(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """The arguments of ``Tracer.trace``: origins, directions, t_min and t_max."""
+        """The arguments of ``Tracer.trace``."""
         return self.origins, self.directions, self.t_min, self.t_max
 
     @property
     def scene(self) -> Scene:
-        """The scene of these triangles; each triangle has three vertices of its own."""
+        """The scene of these triangles, which share no vertices."""
         corners = self.triangles.reshape(-1, 3)
         return Scene.from_arrays(corners, np.arange(len(corners)).reshape(-1, 3))
 
     def part(self, rays: np.ndarray | slice) -> Case:
-        """Return the case with some of its rays."""
         n = len(self.origins)
         ends = (np.broadcast_to(end, n)[rays] for end in (self.t_min, self.t_max))
         return Case(self.triangles, self.origins[rays], self.directions[rays], self.closed,
@@ -63,11 +61,11 @@ class Family:
 
     Attributes
     ----------
-    name : the family's name in tables and files
-    row : the family's row in the table of cases in docs/extremes.md
-    what : a phrase that describes the family's scene and rays
+    name : the name in tables and files
+    row : the row in the table of cases in docs/extremes.md
+    what : describes scene and rays
     make : (rays, seed) -> case; the scene does not depend on the number of rays
-    most : the largest number of rays of the family in the suite; small for slow scenes
+    most : the largest number of rays in the suite, small for slow scenes
     """
 
     name: str
@@ -81,7 +79,7 @@ FAMILIES: dict[str, Family] = {}
 
 
 def family(name: str, row: int, what: str, most: int = 1 << 30) -> Callable:
-    """Register a function (rays, seed) -> case in FAMILIES, with its row in docs/extremes.md."""
+    """Register a function (rays, seed) -> case in FAMILIES."""
     def register(make: Callable[[int, int], Case]) -> Callable[[int, int], Case]:
         FAMILIES[name] = Family(name, row, what, make, most)
         return make

@@ -1,5 +1,4 @@
-"""The chart of a run of the suite: the share of wrong rays of each engine in each family. This
-module needs matplotlib."""
+"""Chart: the share of wrong rays of each engine in each family. Needs matplotlib."""
 from __future__ import annotations
 
 from collections.abc import Sequence
@@ -11,11 +10,11 @@ from .suite import Row
 
 __all__ = ["FORMATS", "draw"]
 
-LEAST = 1e-4    # smaller shares have the same colour as this share
+LEAST = 1e-4    # smaller shares have the same colour
 
 
 def draw(rows: Sequence[Row], path: str) -> None:
-    """Write a chart of the suite's results to the file ``path``: families down, engines across."""
+    """Write a chart to the file ``path``: families down, engines across."""
     engines = list(dict.fromkeys(row.engine for row in rows))
     families = list(dict.fromkeys(row.family for row in rows))
     shares = np.full((len(families), len(engines)), np.nan)

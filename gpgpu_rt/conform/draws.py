@@ -1,10 +1,9 @@
-"""Draws: random numbers that are the same on every machine.
+"""Draws: random numbers with the same bits on every machine.
 
-The suite promises the same bits on every machine. Its generators therefore use only operations
-whose results are defined to the bit: operations on integers, +, -, *, /, square roots, minima,
-maxima and scaling by powers of two, each in its own numpy call. Sines, powers, normal
-distributions, matrix products and norms may differ between machines, because they come from vector
-libraries or because a compiler fuses a multiplication with an addition.
+These functions use only operations whose results are defined to the bit: on integers, +, -, *, /,
+square roots, minima, maxima and scaling by powers of two, each in its own numpy call. Results of
+sines, powers, normal distributions, matrix products and norms depend on vector libraries, or on
+compilers that fuse a multiplication with an addition.
 """
 from __future__ import annotations
 
@@ -21,7 +20,7 @@ def between(rng: np.random.Generator, low: float, high: float, shape: Shape) -> 
 
 
 def bell(rng: np.random.Generator, shape: Shape) -> np.ndarray:
-    """Return float64 of this shape with mean 0 and variance 1: sums of four uniform numbers."""
+    """Return float64 of this shape with mean 0 and variance 1, as sums of uniform numbers."""
     total = between(rng, -1, 1, shape)
     for _ in range(3):
         total = total + between(rng, -1, 1, shape)
@@ -29,8 +28,7 @@ def bell(rng: np.random.Generator, shape: Shape) -> np.ndarray:
 
 
 def directions(rng: np.random.Generator, n: int) -> np.ndarray:
-    """Return (n, 3) float64 unit vectors in random directions, denser towards the corners of a
-    cube."""
+    """Return (n, 3) float64 unit vectors, denser towards the corners of a cube."""
     return unit(between(rng, -1, 1, (n, 3)) + 2.0 ** -60)
 
 
@@ -47,16 +45,14 @@ def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 
 
 def binades(rng: np.random.Generator, low: float, high: float, shape: Shape) -> np.ndarray:
-    """Return float64 of this shape, in [2^a, 2^b): 2^a is the power of two above ``low``, and 2^b
-    the power of two above ``high``. A binade is an interval from a power of two to the next. All
-    binades in the range are equally probable."""
+    """Return float64 of this shape in [2^a, 2^b), between the powers of two above ``low`` and
+    ``high``. All binades [2^k, 2^(k + 1)) between are equally probable."""
     first, last = np.frexp(low)[1], np.frexp(high)[1]
     return np.ldexp(1 + rng.random(shape), rng.integers(first, last, shape))
 
 
 def chosen(rng: np.random.Generator, values: Sequence[float] | np.ndarray,
            shape: Shape) -> np.ndarray:
-    """Return elements of ``values``, each equally probable."""
     return np.asarray(values)[rng.integers(len(values), size=shape)]
 
 

@@ -1,10 +1,8 @@
 """Engines: the ray tracers that people install, each behind the same function.
 
 Every engine is optional, and is imported only in the process that runs it. A wrapper is an engine
-that calls another engine of this table. A wrong answer of a wrapper counts as the wrapper's own
-error if the wrapped engine is tested too, and answers the same ray correctly.
-
-Some libraries trace only a single ray per call. Their adapters loop over rays in Python.
+that calls another engine of this table. A wrong answer is the wrapper's own error if the wrapped
+engine is tested too, and answers the ray correctly.
 """
 from __future__ import annotations
 
@@ -19,7 +17,7 @@ from . import warp_kernel
 from .answers import EngineAnswers, Trace, of_distances
 from .case import Case
 
-NEGATIVE = "negative t_min"     # Embree does not accept a negative t_min
+NEGATIVE = "negative t_min"     # which Embree does not accept
 ALL_T = (NEGATIVE, "t_min", "t_max")
 
 
@@ -32,12 +30,11 @@ class Adapter:
     name : the name on the command line and in tables
     package : the distribution whose version is printed
     modules : the modules that must be installed
-    prepare : a function that imports the engine, and returns the function that traces a case
-    wraps : the name of the engine that this engine calls, or ""
-    ends : the members of ALL_T that the engine accepts. "t_min" stands for intervals that begin at
-        a t_min other than 0, "t_max" stands for intervals that end at a finite t_max, and NEGATIVE
-        stands for intervals that begin at a negative t_min
-    most : the largest number of rays of a family that a slow engine traces
+    prepare : imports the engine, and returns the function that traces a case
+    wraps : the engine that this engine calls, or ""
+    ends : the members of ALL_T that the engine accepts: "t_min" for a t_min other than 0, "t_max"
+        for a finite t_max, NEGATIVE for a negative t_min
+    most : the largest number of rays of a family, for a slow engine
     """
 
     name: str
@@ -58,14 +55,13 @@ class Adapter:
 
     @property
     def missing(self) -> str:
-        """The reason why the engine cannot run; "" if it can."""
+        """Why the engine cannot run; "" if it can."""
         for module in self.modules:
             if importlib.util.find_spec(module) is None:
                 return f"{self.package} is not installed"
         return ""
 
     def traces(self, case: Case) -> bool:
-        """Return whether the engine accepts the intervals of the case's rays."""
         begins, ends = bool((case.t_min != 0).any()), bool((case.t_max != np.inf).any())
         return ((not begins or "t_min" in self.ends) and (not ends or "t_max" in self.ends)
                 and (case.t_min.min(initial=0) >= 0 or NEGATIVE in self.ends))
@@ -83,8 +79,8 @@ def _ends(case: Case) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _finite_ends(case: Case) -> np.ndarray:
-    """Return (n,) float32, t_max, with the largest float32 in place of infinity, for engines that
-    multiply by t_max."""
+    """Return t_max, (n,) float32, for engines that multiply by it: the largest float32 replaces
+    infinity."""
     return np.minimum(_ends(case)[1], np.finfo(np.float32).max)
 
 
@@ -96,7 +92,7 @@ def _embreex() -> Trace:
         scene = EmbreeScene()
         TriangleMesh(scene, case.triangles)
         n = len(case.origins)
-        # embreex has no t_min, and uses 1e37 as the end of an infinite ray.
+        # embreex has no t_min, and its rays end at 1e37.
         ends = np.minimum(_ends(case)[1], np.float32(1e37))
         found = scene.run(case.origins, case.directions, dists=ends.copy(), output=True)
         any_hit = scene.run(case.origins, case.directions, dists=ends.copy(), query="OCCLUDED")
@@ -113,8 +109,8 @@ def _trimesh(engine: str) -> Callable[[], Trace]:
         def trace(case: Case) -> EngineAnswers:
             mesh = trimesh.Trimesh(*_mesh(case), process=False)
             rays = module.RayMeshIntersector(mesh)
-            # trimesh returns locations instead of t, and its functions may find different hits.
-            # Judge the triangles of `intersects_first`, which people use for visibility.
+            # trimesh returns no t, and its functions may find different hits. Judge
+            # `intersects_first`, which people use for visibility.
             return EngineAnswers(rays.intersects_first(case.origins, case.directions), None,
                                  rays.intersects_any(case.origins, case.directions))
         return trace
@@ -199,7 +195,7 @@ def _vtk() -> Trace:
         locator.BuildLocator()
         t, place, inside = vtk.mutable(0.0), [0.0] * 3, [0.0] * 3
         part, cell = vtk.mutable(0), vtk.mutable(0)
-        # VTK intersects segments. Let each segment end beyond the scene, or at the ray's t_max.
+        # VTK intersects segments: let each end beyond the scene, or at t_max.
         directions = case.directions.astype(np.float64)
         length = np.linalg.norm(directions, axis=1)
         size = np.abs(vertices).max(initial=0) + np.abs(case.origins).max(axis=1, initial=0)

@@ -1,8 +1,8 @@
-"""Export: the suite as plain data, which another project can keep in its own tests.
+"""Export: the suite as plain data, for the tests of other projects.
 
-Each family is a pair of files with the same rays and answers, ``NAME.json`` and ``NAME.npz``.
-``schema.json`` describes the JSON files. ``read_cases.py`` reads a JSON file and judges a tracer's
-answers; it needs only Python.
+Each family's rays and answers are in ``NAME.json`` and in ``NAME.npz``. ``schema.json`` describes
+the JSON files. ``read_cases.py``, which needs only Python, reads a JSON file and judges a
+tracer's answers.
 """
 from __future__ import annotations
 
@@ -26,8 +26,7 @@ READER, SCHEMA, INDEX = "read_cases.py", "schema.json", "index.json"
 
 
 def case_to_dict(case: Case) -> dict[str, Any]:
-    """Return the triangles and rays of a case, ready for JSON; an infinite t_min or t_max is
-    None."""
+    """Return the triangles and rays of a case for JSON; an infinite t_min or t_max is None."""
     n = len(case.origins)
     ends = {name: [None if np.isinf(value) else value
                    for value in np.broadcast_to(getattr(case, name), n).tolist()]
@@ -37,7 +36,7 @@ def case_to_dict(case: Case) -> dict[str, Any]:
 
 
 def answers_to_dict(known: Acceptance) -> dict[str, Any]:
-    """Return the right answers of a case, ready for JSON."""
+    """Return the right answers for JSON."""
     exact, entries = known.exact, list(zip(known.triangle.tolist(), known.t_low.tolist(),
                                            known.t_high.tolist()))
     bounds = known.starts.tolist()
@@ -49,7 +48,7 @@ def answers_to_dict(known: Acceptance) -> dict[str, Any]:
 
 
 def arrays(case: Case, known: Acceptance) -> dict[str, np.ndarray]:
-    """Return a case and its right answers as the arrays of an .npz file."""
+    """Return a case and its right answers for an .npz file."""
     n = len(case.origins)
     return {"triangles": case.triangles, "origins": case.origins, "directions": case.directions,
             "t_min": np.broadcast_to(case.t_min, n), "t_max": np.broadcast_to(case.t_max, n),
@@ -60,7 +59,7 @@ def arrays(case: Case, known: Acceptance) -> dict[str, np.ndarray]:
 
 
 def digest(case: Case) -> str:
-    """Return the SHA-256 digest of a case's triangles and rays, the same on every machine."""
+    """Return the SHA-256 digest of triangles and rays, equal on every machine."""
     total = hashlib.sha256()
     for array in (case.triangles, *case.rays):
         little = np.ascontiguousarray(np.broadcast_to(
@@ -70,7 +69,7 @@ def digest(case: Case) -> str:
 
 
 def export(folder: Path, names: Iterable[str], rays: int, seed: int) -> Iterator[str]:
-    """Write families into a folder, and yield the name of each family when it is written.
+    """Write families into a folder, and yield the name of each written family.
 
     Parameters
     ----------
@@ -102,7 +101,6 @@ def export(folder: Path, names: Iterable[str], rays: int, seed: int) -> Iterator
 
 
 def _listed(folder: Path) -> list[dict[str, Any]]:
-    """Return the families that the index of an earlier export lists and whose files are there."""
     try:
         index = read_json(folder / INDEX)
         return [one for one in index["families"] if index["format"] == FORMAT

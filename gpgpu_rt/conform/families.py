@@ -1,8 +1,7 @@
 """Families: scenes with rays that ray tracers get wrong, each with its row in docs/extremes.md.
 
-A case is made from its family's name, a number of rays and a seed. In the suite `gpgpu-rt
-conform`, every engine answers these cases. The tests trace the cases with every method, and the
-figure `extremes` measures the methods on them.
+The family's name, a number of rays and a seed determine a case. `gpgpu-rt conform` gives the cases
+to engines; the tests and the figure `extremes` give them to the methods.
 """
 from __future__ import annotations
 
@@ -21,7 +20,6 @@ EMBREE_CASE = np.float64([148376, 1234, -223423])   # where Embree's own tests p
 
 @keeps_denormals
 def make_case(name: str, rays: int, seed: int) -> Case:
-    """Return the case of a family with ``rays`` rays."""
     return FAMILIES[name].make(rays, seed)
 
 
@@ -66,15 +64,15 @@ def _(n: int, seed: int) -> Case:
 
 
 def square_case(quads: int, n: int, seed: int) -> Case:
-    """Return a square with rays from a point in front of it, half of them to vertices and half to
-    random points."""
+    """Return a square with rays from a point in front of it, half to vertices and half to random
+    points."""
     rng = np.random.default_rng(seed)
     triangles = square(quads)
     inner = triangles.reshape(-1, 3)
     aims = np.concatenate([inner[rng.integers(len(inner), size=n // 2)],
                            np.column_stack([between(rng, -1, 1, (n - n // 2, 2)),
                                             np.full(n - n // 2, -1)])])
-    aims[:, :2] *= 1 - 2.0**-12    # move the points away from the border of the square
+    aims[:, :2] *= 1 - 2.0**-12    # stay off the border of the square
     origin = (between(rng, -0.3, 0.3, 3) + [0, 0, 0.5]).astype(np.float32)
     return Case(triangles, np.tile(origin, (n, 1)), aims - origin, closed=True)
 
@@ -126,8 +124,8 @@ for _k in (-20, 20):
 
 
 def moved(power: int, n: int, seed: int) -> Case:
-    """Return the bumpy sphere, moved away from 0 by 10^power times its size. Rays go from inside
-    to vertices and edges."""
+    """Return the bumpy sphere, moved by 10^power times its size, with rays from inside to vertices
+    and edges."""
     rng = np.random.default_rng(seed)
     at = 2.0 * 10**power * np.float64([1, -0.6, 0.3])
     triangles = bumpy_sphere(at=at)
@@ -181,7 +179,7 @@ def _(n: int, seed: int) -> Case:
 
 
 def _turned(points: np.ndarray) -> np.ndarray:
-    """Return points (..., 3), turned by the unit quaternion (1, 2, 4, 10) / 11."""
+    """Return points (..., 3) rotated by the unit quaternion (1, 2, 4, 10) / 11."""
     x, y, z = points[..., 0], points[..., 1], points[..., 2]
     return np.stack([-111 * x - 4 * y + 48 * z, 36 * x - 87 * y + 76 * z,
                      32 * x + 84 * y + 81 * z], -1) / 121

@@ -1,9 +1,8 @@
 """Flat families: scenes that are flat along an axis, and rays that start on or next to the scene.
 
-A scene lies in a plane perpendicular to an axis, at the coordinate 0, 0.5 or 1000, or one float32
-value beside this coordinate. The scene may be tilted by a float32 spacing. Shadow rays from a
-floor are rays of this kind: along the flat axis, origin and scene differ by less than the rounding
-errors along the other two axes.
+A scene lies at the coordinate 0, 0.5 or 1000 of its axis, or one float32 value beside it, and may
+be tilted by a float32 spacing. Shadow rays from a floor are of this kind: along the flat axis,
+origin and scene differ by less than the rounding errors along the other axes.
 """
 from __future__ import annotations
 
@@ -15,8 +14,7 @@ import numpy as np
 from .case import Case, family
 from .draws import bell, between, binades, chosen, directions
 
-# Distances of ray origins from the scene, above it or below it. Some origins lie one float32
-# spacing from the scene instead.
+# Distances of ray origins from the scene. Some origins are one float32 spacing away instead.
 HEIGHTS = (0.0, 1e-12, 1e-11, 1e-10, 1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3)
 STARTS = (-1.0, -1e-6, 0.0, 0.0, 1e-9, 1e-6, 0.3)     # values of t_min
 
@@ -30,8 +28,7 @@ class Flat:
     axis : the axis along which the scene is flat
     at : the scene's coordinate on this axis
     spacings : number of float32 values by which the scene is moved further along the axis
-    tilted : whether the scene is tilted, by one float32 spacing (at least 2^-24) per unit of
-        length
+    tilted : whether the scene rises by a float32 spacing (at least 2^-24) per unit of length
     count : number of triangles; 2 triangles form a square
     """
 
@@ -61,13 +58,13 @@ class Flat:
         return self._turned(flat, height).astype(np.float32)
 
     def case(self, n: int, seed: int, together: bool = False) -> Case:
-        """Return a case of n rays that start on the scene or next to it.
+        """Return a case of n rays that start on or next to the scene.
 
         Directions are random, in the plane, nearly in the plane, or along a coordinate axis.
 
         Parameters
         ----------
-        together : whether all rays start at one point, with t_min 0
+        together : whether all rays start at one point with t_min 0
         """
         rng = np.random.default_rng((seed, int(together)))
         spacing = float(np.spacing(self.height))
@@ -86,7 +83,7 @@ class Flat:
         return Case(self.triangles(seed), origins, towards, t_min=t_min)
 
     def _turned(self, flat: np.ndarray, height: np.ndarray) -> np.ndarray:
-        """Return (..., 3) points from points in the plane, (..., 2), and their heights, (...)."""
+        """Return points (..., 3) from points (..., 2) in the plane and their heights (...)."""
         height = np.broadcast_to(height, flat.shape[:-1])
         return np.roll(np.concatenate([height[..., None], flat], -1), self.axis, -1)
 

@@ -1,5 +1,4 @@
-"""Interval families: intervals of t that begin or end at a hit or next to a hit, segments between
-points, and empty intervals."""
+"""Interval families: intervals of t with an end at or next to a hit, segments, empty intervals."""
 from __future__ import annotations
 
 import numpy as np
@@ -8,7 +7,7 @@ from .case import Case, family
 from .draws import between, chosen, directions
 from .shapes import aims_at, bumpy_sphere, lattice
 
-# An end of an interval lies at the hit's t times one of these factors.
+# An end of an interval is the hit's t times one of these factors.
 FACTORS = (0.5, 1 - 2.0 ** -10, 1 - 2.0 ** -24, 1.0, 1 + 2.0 ** -23, 1 + 2.0 ** -10, 2.0)
 
 

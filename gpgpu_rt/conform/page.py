@@ -1,4 +1,4 @@
-"""The page of a run of the suite: one HTML file, which has no scripts and needs no other files."""
+"""Page: the results of the suite as one HTML file without scripts."""
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
@@ -25,14 +25,13 @@ def write_page(rows: Sequence[Row], missing: Mapping[str, str], path: str) -> No
 
     Parameters
     ----------
-    missing : engines that were not run, and why
+    missing : engine -> why it was not run
     """
     with replacing(path) as file:
         file.write_text(page(rows, missing), encoding="utf-8")
 
 
 def page(rows: Sequence[Row], missing: Mapping[str, str]) -> str:
-    """Return the text of the page."""
     engines = list(dict.fromkeys(row.engine for row in rows))
     families = list(dict.fromkeys(row.family for row in rows))
     cells = {(row.engine, row.family): row for row in rows}

@@ -17,8 +17,8 @@ from .case import Case
 from .spec import Spec
 
 START_SECONDS = 120
-SECONDS = 300       # an engine that needs more time for one case is recorded as crashed
-MOST_WORDS = 300    # at most this many bytes of an engine's last words are shown
+SECONDS = 300       # an engine that needs more time for a case counts as crashed
+MOST_WORDS = 300    # bytes to show of an engine's last words
 NO_ANSWER = "no answer"
 
 
@@ -27,14 +27,14 @@ class Crash(Exception):
 
 
 class Runner:
-    """Runs engines in another process. After the process ended or gave no answer in time, the next
-    call starts a new process."""
+    """Runs engines in another process. After a crash or a timeout, the next call starts a new
+    process."""
 
     def __init__(self, seconds: float = SECONDS) -> None:
         self.seconds = seconds
         self._process: multiprocessing.process.BaseProcess | None = None
         self._ours: Connection | None = None
-        self._errors: Any = None    # a file: what the engine last wrote to stderr
+        self._errors: Any = None    # file for the engine's stderr
 
     def load(self, spec: Spec) -> None:
         """Load the engine without a case.
@@ -95,14 +95,12 @@ class Runner:
                     "__name__ == \"__main__\":` above the lines that call the suite")
 
     def _last_words(self) -> str:
-        """Return the last line that the engine wrote to stderr, such as an error of the C
-        library."""
+        """Return the engine's last line on stderr, such as a C library's error."""
         self._errors.seek(max(0, os.stat(self._errors.name).st_size - MOST_WORDS))
         lines = self._errors.read().decode(errors="replace").splitlines()
         return next((line.strip() for line in reversed(lines) if line.strip()), "")
 
     def close(self) -> None:
-        """End the process."""
         if self._process is not None:
             self._process.kill()
             self._process.join()
@@ -120,8 +118,7 @@ class Runner:
 
 
 def _serve(theirs: Connection, errors: str) -> None:
-    """Answer cases until the other process closes its end of the pipe. ``errors`` is the file for
-    what engines write to stderr."""
+    """Answer cases until the other process closes the pipe. ``errors`` is the file for stderr."""
     loaded: dict[Spec, Trace] = {}
     theirs.send("ready")
     while True:
@@ -150,8 +147,7 @@ def _serve(theirs: Connection, errors: str) -> None:
 
 @contextmanager
 def _silent(errors: str) -> Iterator[None]:
-    """Discard the output of engines, including the output of C code. The file ``errors`` gets what
-    this call writes to stderr."""
+    """Discard the output of engines and their C code; stderr goes to the file ``errors``."""
     kept = [os.dup(1), os.dup(2)]
     files = [os.open(os.devnull, os.O_WRONLY), os.open(errors, os.O_WRONLY | os.O_TRUNC)]
     try:

@@ -1,4 +1,4 @@
-"""Shapes of the families' scenes, and points to aim rays at; the same bits on every machine."""
+"""Shapes: the families' scenes, and points to aim rays at; the same bits on every machine."""
 from __future__ import annotations
 
 import numpy as np
@@ -13,9 +13,8 @@ _OCTANTS = np.array([[0, 2, 4], [2, 1, 4], [1, 3, 4], [3, 0, 4],
 
 
 def sphere(subdivisions: int) -> np.ndarray:
-    """Return a unit sphere, (8 * 4^subdivisions, 3, 3) float64: each triangle of an octahedron is
-    divided into four, repeatedly, and new vertices move to the sphere. Shared vertices are equal
-    to the bit."""
+    """Return a unit sphere, (8 * 4^subdivisions, 3, 3) float64, from an octahedron. Shared
+    vertices are equal to the bit."""
     triangles = _OCTAHEDRON[_OCTANTS]
     for _ in range(subdivisions):
         a, b, c = triangles[:, 0], triangles[:, 1], triangles[:, 2]
@@ -28,8 +27,8 @@ def sphere(subdivisions: int) -> np.ndarray:
 def bumpy_sphere(subdivisions: int = 3, at: np.ndarray | float = 0.0) -> np.ndarray:
     """Return a closed bumpy sphere of 8 * 4^(subdivisions + 1) triangles, (n, 3, 3) float32.
 
-    Shared vertices are equal to the bit. The sphere is star-shaped around its centre ``at``, with
-    radii from 0.8 to 1.2.
+    Shared vertices are equal to the bit. The sphere is star-shaped around ``at``, with radii from
+    0.8 to 1.2.
     """
     v = sphere(subdivisions + 1)
     x, y, z = v[..., 0], v[..., 1], v[..., 2]
@@ -38,8 +37,8 @@ def bumpy_sphere(subdivisions: int = 3, at: np.ndarray | float = 0.0) -> np.ndar
 
 
 def box(cells: int = 1) -> np.ndarray:
-    """Return the closed cube [-1, 1]^3, (12 cells^2, 3, 3) float32. Each face is a grid of cells^2
-    squares."""
+    """Return the closed cube [-1, 1]^3, (12 cells^2, 3, 3) float32, with cells^2 squares per
+    face."""
     face = square(cells)
     sides = [np.roll(face, turn, axis=2) for turn in range(3)]
     return np.concatenate([*sides, *(-side[:, ::-1] for side in sides)])
@@ -49,7 +48,7 @@ def tube(sections: int, height: float) -> np.ndarray:
     """Return a closed tube of radius 1 along z, (4 sections, 3, 3) float64: a wall of triangles as
     long as the tube, and two fans. ``sections`` is a multiple of 4.
 
-    A quarter of the circle has the points (1 - s^2, 2 s) / (1 + s^2).
+    The points (1 - s^2, 2 s) / (1 + s^2) form a quarter of the circle.
     """
     s = np.arange(sections // 4) / (sections // 4)
     x, y = (1 - s * s) / (1 + s * s), 2 * s / (1 + s * s)
@@ -75,10 +74,9 @@ def soup(count: int, seed: int, size: float = 0.2) -> np.ndarray:
 
 
 def lattice(cells: int) -> np.ndarray:
-    """Return the walls of an eighth of the cells of a lattice in the unit box, float32.
+    """Return the walls of the cells of a lattice whose three indices are even, in the unit box.
 
-    A cell has walls if all three of its indices are even. For even ``cells``, the result is (12 *
-    (cells / 2)^3, 3, 3).
+    The result is (12 (cells / 2)^3, 3, 3) float32 for even ``cells``.
 
     If ``cells`` is a power of two, coordinates are exact, so rays can run in planes, through edges
     and through corners.
@@ -98,8 +96,8 @@ def square(quads: int) -> np.ndarray:
 
 
 def aims_at(triangles: np.ndarray, n: int, rng: np.random.Generator, at: str) -> np.ndarray:
-    """Return (n, 3) float64 random points. ``at`` decides where they lie: "vertices", "edges" or
-    "insides" of triangles."""
+    """Return (n, 3) float64 random points ``at`` the "vertices", "edges" or "insides" of
+    triangles."""
     corners = triangles.astype(np.float64)[rng.integers(len(triangles), size=n)]
     weights = spread_over(rng, n)
     if at != "insides":
@@ -114,10 +112,8 @@ def aims_at(triangles: np.ndarray, n: int, rng: np.random.Generator, at: str) ->
 
 def outside_rays(triangles: np.ndarray, n: int, rng: np.random.Generator,
                  distance: float = 1.0) -> Rays:
-    """Return rays from a sphere around the scene to points of the scene's triangles.
-
-    The radius of the sphere is ``distance`` times the diagonal of the scene.
-    """
+    """Return rays to the scene's triangles from a sphere around the scene, whose radius is
+    ``distance`` times the scene's diagonal."""
     corners = triangles.reshape(-1, 3).astype(np.float64)
     lo, hi = corners.min(axis=0), corners.max(axis=0)
     x, y, z = hi - lo

@@ -13,20 +13,20 @@ from .runner import Crash, Runner
 from .spec import Spec
 from .suite import Known
 
-# Lengths in bits of the significands to which `shrink` tries to round the numbers of a case.
+# `shrink` tries to round numbers to significands of so many bits.
 FEW_BITS = (4, 6, 8, 10, 12, 16, 20)
 
 
 @dataclass
 class Minimal:
-    """A minimal case.
+    """A minimal case: a ray with a wrong answer, and its triangles.
 
     Attributes
     ----------
-    engine, version, family, kind : the engine that gives the wrong answer, the engine's version,
-        the family of the original case, and the kind of the wrong answer
-    case : a single ray and its triangles
-    answers : the engine's answers to the ray
+    engine, version, family, kind : the engine that answers wrongly, its version, the family of the
+        original case, and the kind of the wrong answer
+    case : the ray and the triangles
+    answers : the engine's answers
     """
 
     engine: str
@@ -37,8 +37,8 @@ class Minimal:
     answers: EngineAnswers
 
     def to_python(self) -> str:
-        """Return Python text for an issue of the engine's project: the mesh, the ray, the right
-        answer and the engine's answer. Its numbers are exact."""
+        """Return Python text, with exact numbers, for an issue of the engine's project: the mesh,
+        the ray, the right answer and the engine's answer."""
         known = acceptance(self.case.triangles, *self.case.rays)
         hit = bool(known.exact.hit[0])
         expected = (f"a hit of triangle {known.exact.triangle[0]} at t = "
@@ -66,10 +66,8 @@ class Minimal:
 
 
 def minimal_cases(spec: Spec, known: Known, runner: Runner) -> list[Minimal]:
-    """Return a minimal case of each kind of wrong answer that an engine gives in a family.
-
-    A kind is left out if none of its first three rays shows the fault when it is traced alone.
-    """
+    """Return a minimal case of each kind of wrong answer of an engine in a family. A kind is left
+    out if none of its first three rays, traced alone, shows the fault."""
     part = slice(0, spec.engine.most)
     try:
         answers, _ = runner.trace(spec, known.case.part(part))
@@ -80,7 +78,7 @@ def minimal_cases(spec: Spec, known: Known, runner: Runner) -> list[Minimal]:
     for kind in np.unique(kinds[kinds >= KINDS.index("leak")]):
         for ray in np.flatnonzero(kinds == kind)[:3]:
             case = known.case.part(slice(ray, ray + 1))
-            if _kind(spec, case, runner)[0] == kind:    # the ray alone still shows the fault
+            if _kind(spec, case, runner)[0] == kind:    # the fault shows without the other rays
                 small = shrink(case, lambda one: _kind(spec, one, runner)[0] == kind)
                 told = _kind(spec, small, runner)[1]
                 assert told is not None
@@ -91,12 +89,11 @@ def minimal_cases(spec: Spec, known: Known, runner: Runner) -> list[Minimal]:
 
 
 def shrink(case: Case, fails: Callable[[Case], bool]) -> Case:
-    """Return a smaller case that still fails: fewer triangles, and then numbers of fewer bits.
+    """Return a smaller case that still fails: fewer triangles, then numbers of fewer bits.
 
-    The function tries to remove each half of the triangles, then each quarter, and so on. A part
-    is removed if the case still fails without it. The method is that of Zeller and Hildebrandt,
-    "Simplifying and Isolating Failure-Inducing Input", IEEE Transactions on Software Engineering
-    28(2), 2002.
+    The function tries to remove each half of the triangles, then each quarter, and so on (Zeller
+    and Hildebrandt, "Simplifying and Isolating Failure-Inducing Input", IEEE Transactions on
+    Software Engineering 28(2), 2002).
 
     Parameters
     ----------
@@ -125,8 +122,8 @@ def shrink(case: Case, fails: Callable[[Case], bool]) -> Case:
 
 
 def _kind(spec: Spec, case: Case, runner: Runner) -> tuple[int, EngineAnswers | None]:
-    """Return the verdict on an engine's answer to a single ray, an index into KINDS, and the
-    answer; -1 and None if the engine gives no valid answer."""
+    """Return the verdict (an index into KINDS) on an engine's answer to a ray, and the answer; -1
+    and None without a valid answer."""
     try:
         answers, _ = runner.trace(spec, case)
         verdicts = check(case.triangles, case.origins, case.directions, answers.t,

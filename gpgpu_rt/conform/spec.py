@@ -1,7 +1,6 @@
-"""Spec: names an engine to test, in a form that another process can load.
+"""Spec: names an engine, a method of this project, a user's function or a user's program.
 
-A spec is an engine of the table, a method of this project, a user's Python function or a user's
-program.
+Another process can load a spec.
 """
 from __future__ import annotations
 
@@ -32,7 +31,7 @@ from .export import case_to_dict
 
 ENGINE, METHOD, FUNCTION, COMMAND = "engine", "method", "function", "command"
 PLACES = ("{cases}", "{answers}")
-COMMAND_SECONDS = 120   # limit for one call; `runner.SECONDS` exceeds the limits of two calls
+COMMAND_SECONDS = 120   # limit for a call; `runner.SECONDS` exceeds the limits of two calls
 
 
 @dataclass(frozen=True)
@@ -78,7 +77,6 @@ class Spec:
 
     @classmethod
     def of(cls, word: str) -> Spec:
-        """Return the spec of a word of ``--engine``: a name of the table or module:function."""
         return cls(FUNCTION if ":" in word else ENGINE, word)
 
     @property
@@ -88,15 +86,14 @@ class Spec:
 
     @property
     def engine(self) -> Adapter:
-        """The engine's row of the table. For a method, function or program, a row made for it."""
+        """The engine's row of the table, or a new row for a method, function or program."""
         if self.kind == ENGINE:
             return ENGINES[self.name]
         return Adapter(self.title, PROJECT if self.kind == METHOD else "", (), self.load,
                        ends=() if self.kind == FUNCTION else ALL_T)
 
     def load(self) -> Trace:
-        """Import the engine, method or function of the spec. Return a function that maps a case to
-        answers."""
+        """Import the engine, method or function, and return its function case -> answers."""
         if self.kind == ENGINE:
             return ENGINES[self.name].prepare()
         if self.kind == METHOD:
@@ -149,14 +146,12 @@ class Spec:
 
 
 def _described(found: Any) -> str:
-    """Return what a function returned, in words: its type and its size."""
     size = f" of shape {found.shape}" if isinstance(found, np.ndarray) else (
         f" of {len(found)}" if isinstance(found, (tuple, list)) else "")
     return f"{type(found).__name__}{size}"
 
 
 def _found(module: str) -> bool:
-    """Return whether a module can be found in Python's path or in the current folder."""
     sys.path.insert(0, os.getcwd())
     try:
         return importlib.util.find_spec(module) is not None
@@ -167,8 +162,7 @@ def _found(module: str) -> bool:
 
 
 def _call(words: list[str]) -> None:
-    """Run a program. If the program exceeds its time limit, or the call is interrupted, kill the
-    program and its child processes."""
+    """Run a program. At its time limit or an interrupt, kill it and its children."""
     with subprocess.Popen(words, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
                           start_new_session=True) as program:
         try:
@@ -186,8 +180,8 @@ def answers_from_dict(found: Any, rays: int) -> EngineAnswers:
 
     Parameters
     ----------
-    found : ``triangle`` (negative or null for a miss), and optionally ``t`` and ``any_hit``; a
-        list of each, with an entry per ray
+    found : lists with an entry per ray: ``triangle`` (negative or null for a miss), and optionally
+        ``t`` and ``any_hit``
 
     Raises
     ------

@@ -16,12 +16,12 @@ from .case import Case
 from .families import FAMILIES, make_case
 from .suite import family_names
 
-# The scenes of these families are large, or take an engine a long time.
+# Families with large or slow scenes.
 SLOW = ("long-way", "coincident", "coplanar", "one-centroid")
 
 
 def families(names: Sequence[str] = ()) -> st.SearchStrategy[str]:
-    """Return a strategy of names of families: the given names, or all but the slow families."""
+    """Return a strategy of the given names, or of all families but the slow ones."""
     return st.sampled_from(family_names(names) if names
                            else [name for name in FAMILIES if name not in SLOW])
 
@@ -33,10 +33,9 @@ def cases(draw: st.DrawFn, names: Sequence[str] = (), most_rays: int = 64,
 
     Parameters
     ----------
-    names : the families to draw from; all but the slow families by default
+    names : the families to draw from; by default all but the slow families
     most_rays : the largest number of rays of a case
-    intervals : whether rays keep their family's t_min and t_max; if not, t_min is 0 and t_max
-        infinite
+    intervals : whether rays keep their family's t_min and t_max, instead of 0 and infinity
     """
     case = make_case(draw(families(names)), draw(st.integers(1, most_rays)),
                      draw(st.integers(0, 2 ** 32 - 1)))
@@ -46,6 +45,5 @@ def cases(draw: st.DrawFn, names: Sequence[str] = (), most_rays: int = 64,
 
 
 def single_rays(names: Sequence[str] = ()) -> st.SearchStrategy[Case]:
-    """Return a strategy of cases with a single ray, which Hypothesis can shrink to a short
-    reproduction."""
+    """Return a strategy of cases with one ray, which Hypothesis can shrink well."""
     return cases(names, most_rays=1)

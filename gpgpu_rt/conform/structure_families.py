@@ -1,5 +1,5 @@
-"""Structure families: hard cases for acceleration structures, rows 25 to 39 of
-docs/extremes.md."""
+"""Structure families: hard cases for acceleration structures, rows 25 to 39 of docs/extremes.md.
+"""
 from __future__ import annotations
 
 import numpy as np
@@ -11,8 +11,8 @@ from .shapes import aims_at, box, lattice, outside_rays, soup
 
 @family("in-planes", 25, "rays and triangles in the planes that split a lattice, inside a box")
 def _(n: int, seed: int) -> Case:
-    """The rays meet the lattice only at edges, where float32 cannot tell a hit from a miss. But
-    every ray must hit the box."""
+    """The rays meet the lattice only at edges, where float32 cannot decide. All rays hit
+    the box."""
     rng = np.random.default_rng(seed)
     triangles = np.concatenate([lattice(8), 2.5 * box(3) + np.float32(0.46875)])
     axis = rng.integers(3, size=n)[:, None] == np.arange(3)
@@ -79,8 +79,7 @@ def _(n: int, seed: int) -> Case:
 
 
 def long_way(count: int, n: int, seed: int) -> Case:
-    """Return a row of triangles. The rays cross all boxes, but miss all triangles except the
-    last."""
+    """Return a row of triangles, and rays that cross all boxes but hit only the last triangle."""
     rng = np.random.default_rng(seed)
     at = np.arange(count)[:, None, None] * np.float64([0, 0, -1])
     triangles = at + np.float64([[0, 0, 0.1], [1, 0, 0], [0, 1, 0]])

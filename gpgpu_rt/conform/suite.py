@@ -1,5 +1,4 @@
-"""Suite: lets engines answer the rays of every family of hard cases, and counts the wrong answers
-by kind."""
+"""Suite: lets engines answer the rays of every family, and counts wrong answers by kind."""
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -19,7 +18,7 @@ from .families import FAMILIES, make_case
 from .runner import NO_ANSWER, SECONDS, Crash, Runner
 from .spec import ENGINE, FUNCTION, METHOD, Spec
 
-RAYS, SEED = 300, 1     # default largest number of rays of a family, and default seed
+RAYS, SEED = 300, 1     # defaults; RAYS is the largest number of rays of a family
 CRASH = "crash"
 UNLOADED = "it cannot be loaded"
 KINDS = (*WRONG_KINDS, CRASH)
@@ -33,14 +32,14 @@ class Row:
     ----------
     engine, version : The engine, and its package's version or "".
     family : The family's name.
-    rays : Number of rays that the engine traced; 0 if the engine does not accept the rays'
-        t_min and t_max, or gave no answer in an earlier family.
+    rays : Number of traced rays; 0 if the engine does not accept their t_min and t_max, or gave no
+        answer in an earlier family.
     undecidable : Number of rays with a right answer for which a hit and a miss are both right.
     wrong : Number of wrong rays by kind, of KINDS. A crash counts for all ``rays``.
-    seconds : Time of the engine's call in seconds, including the construction of its structure.
-    note : The reason of a crash, or the reason why no ray was traced; else "".
-    own : For an engine that wraps another engine, the number of wrong rays that the wrapped engine
-        answers correctly. None for other engines, or if the wrapped engine gave no answers.
+    seconds : Time of the engine's call in seconds, with the construction of its structure.
+    note : Why the engine crashed or traced no ray; else "".
+    own : For a wrapper of another engine, the number of wrong rays that the other engine answers
+        correctly; else None.
     """
 
     engine: str
@@ -55,11 +54,9 @@ class Row:
 
     @property
     def wrong_rays(self) -> int:
-        """The number of wrong rays of all kinds."""
         return sum(self.wrong.values())
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the fields, ready for JSON."""
         return asdict(self)
 
 
@@ -73,12 +70,12 @@ class Known:
 
     @classmethod
     def of(cls, name: str, rays: int, seed: int = SEED) -> Known:
-        """Make the case with at most ``rays`` rays, and decide its answers."""
+        """Make the case, with at most ``rays`` rays, and its right answers."""
         case = make_case(name, min(rays, FAMILIES[name].most), seed)
         return cls(name, case, acceptance(case.triangles, *case.rays))
 
     def judge(self, answers: EngineAnswers, part: slice) -> Verdicts:
-        """Judge the answers to the rays of ``part``, a slice that begins at the first ray."""
+        """Judge the answers to ``part``, a slice from the first ray."""
         case = self.case.part(part)
         known = first_rays(self.answers, len(case.origins))
         return check(case.triangles, case.origins, case.directions, answers.t, answers.triangle,
@@ -86,7 +83,6 @@ class Known:
 
 
 def first_rays(known: Acceptance, n: int) -> Acceptance:
-    """Return the acceptance of the first n rays."""
     if n == len(known):
         return known
     end, exact = known.starts[n], known.exact
@@ -96,7 +92,7 @@ def first_rays(known: Acceptance, n: int) -> Acceptance:
 
 
 def family_names(words: Sequence[str] = ()) -> list[str]:
-    """Return ``words``, which must be names of families. Without words, return all names.
+    """Return ``words``, which must be names of families; without words, all names.
 
     Raises
     ------
@@ -110,23 +106,22 @@ def family_names(words: Sequence[str] = ()) -> list[str]:
 
 
 def installed() -> tuple[list[Spec], dict[str, str]]:
-    """Return the engines of the table that are installed, and why each other engine is not run."""
+    """Return the installed engines, and other engine -> why it is not run."""
     missing = {name: engine.missing for name, engine in ENGINES.items() if engine.missing}
     return [Spec(ENGINE, name) for name in ENGINES if name not in missing], missing
 
 
 def run(specs: Sequence[Spec], names: Iterable[str], rays: int = RAYS, seed: int = SEED,
         seconds: float = SECONDS) -> Iterator[Row]:
-    """Let each engine answer the rays of each family, and yield a `Row` for each engine
-    and family. An engine has at most ``seconds`` for a case.
+    """Yield the `Row` of each engine and family; an engine has at most ``seconds`` for a case.
 
     Raises
     ------
     OptionError
         a user's function cannot be loaded; raised before any engine runs
     """
-    # A wrapper comes after the engine that it wraps. Every engine has a process of its own, since
-    # an engine may change the state of its process; this project's methods share a process.
+    # A wrapper comes after the engine that it wraps. Every engine has its own process, whose state
+    # it may change; this project's methods share a process.
     ordered = sorted(dict.fromkeys(specs), key=lambda spec: bool(spec.engine.wraps))
     with ExitStack() as stack:
         runners = {key: stack.enter_context(Runner(seconds)) for key in map(_process_of, ordered)}

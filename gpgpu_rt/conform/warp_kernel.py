@@ -1,7 +1,6 @@
-"""Warp kernel: nearest hits and any hits of rays with NVIDIA Warp's mesh, on the processor.
+"""Warp kernel: nearest and any hits with NVIDIA Warp's mesh, on the processor.
 
-Warp reads a kernel's text and its annotations, so this file has no ``from __future__ import
-annotations``.
+Warp reads the kernel's annotations, so this file has no ``from __future__ import annotations``.
 """
 from .answers import EngineAnswers, Trace
 from .case import Case
@@ -34,7 +33,7 @@ def prepare() -> Trace:
                    for array in (vertices, case.origins, case.directions)]
         mesh = warp.Mesh(vectors[0], warp.array(np.arange(len(vertices), dtype=np.int32),
                                                 dtype=int, device="cpu"))
-        # Warp multiplies by the end of a ray, so replace infinity by the largest float32.
+        # Warp multiplies by the end of a ray, so it must be finite.
         ends = np.minimum(np.broadcast_to(case.t_max, n), np.finfo(np.float32).max)
         found = [warp.zeros(n, dtype=kind, device="cpu") for kind in (int, float, int)]
         warp.launch(trace_rays, n, device="cpu", inputs=[

@@ -1,2 +1,1 @@
-"""Disk: reads and writes files safely, limits the memory that a file may require, and makes
-private folders."""
+"""Disk: safe reading and writing of files, limits on their memory, and private folders."""

@@ -15,7 +15,7 @@ from .files import open_input
 
 _HEADERS = {(1, 0): np.lib.format.read_array_header_1_0,
             (2, 0): np.lib.format.read_array_header_2_0}
-# The exceptions that zipfile, zlib and NumPy raise for a damaged archive.
+# Errors of zipfile, zlib and NumPy for a damaged archive.
 DAMAGED = (OSError, ValueError, EOFError, TypeError, AttributeError, RuntimeError, KeyError,
            IndexError, OverflowError, SyntaxError, MemoryError, zipfile.BadZipFile, zlib.error)
 
@@ -64,7 +64,6 @@ def read_npy(path: str | os.PathLike[str]) -> np.ndarray:
 
 
 def reason(failure: BaseException, what: str) -> str:
-    """Return the reason why arrays cannot be read, as text for a message."""
     if isinstance(failure, FileNotFoundError):
         return "no such file"
     if isinstance(failure, MemoryError):
@@ -73,7 +72,7 @@ def reason(failure: BaseException, what: str) -> str:
 
 
 def _member(archive: zipfile.ZipFile, info: zipfile.ZipInfo) -> np.ndarray:
-    # Other compressions decode a whole block at once, and the size of a block is not limited.
+    # Other compressions decode a whole block at once, of unlimited size.
     if info.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
         raise ValueError(f"{info.filename}: a compression that NumPy does not write")
     with archive.open(info) as file:
@@ -81,13 +80,13 @@ def _member(archive: zipfile.ZipFile, info: zipfile.ZipInfo) -> np.ndarray:
 
 
 def _array(file: BinaryIO | IO[bytes], size: int) -> np.ndarray:
-    """Return the array of a file after a check that its header declares at most ``size`` bytes."""
+    """Return the array of a file whose header declares at most ``size`` bytes."""
     version = np.lib.format.read_magic(file)
     if version not in _HEADERS:
         raise ValueError(f"version {version} of NumPy's format is not read")
     try:
         shape, fortran, dtype = _HEADERS[version](file)
-    except Exception as failure:    # a damaged header may raise any exception in numpy's parser
+    except Exception as failure:    # numpy's parser may raise any
         raise ValueError("its header cannot be read") from failure
     count = 1
     for length in shape:

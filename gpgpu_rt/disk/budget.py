@@ -1,10 +1,7 @@
 """Budget: a limit on the memory that a small file may require.
 
-A header of a few bytes can declare gigabytes. Readers therefore compare the declared size with
-this budget before they allocate memory. `check_bytes` always allows data that are no larger than
-the file itself.
-
-The budget is $GPGPU_RT_BUDGET in MiB, 1024 by default. All limits are derived from the budget.
+A header of a few bytes can declare gigabytes, so readers check the declared size before they
+allocate memory. The budget is $GPGPU_RT_BUDGET in MiB, 1024 by default.
 """
 from __future__ import annotations
 
@@ -14,8 +11,8 @@ from ..errors import LimitError, OptionError
 
 VARIABLE = "GPGPU_RT_BUDGET"
 DEFAULT_MIB = 1024
-TEXEL_BYTES = 16        # bytes per texel during conversion: 3 decoded, 12 as float32, 1 spare
-TRIANGLE_BYTES = 64     # bytes per triangle with colour and material: 2^24 triangles per GiB
+TEXEL_BYTES = 16        # per texel during conversion: 3 decoded, 12 as float32, 1 spare
+TRIANGLE_BYTES = 64     # per triangle with colour and material: 2^24 triangles per GiB
 
 
 def budget_bytes() -> int:
@@ -50,15 +47,14 @@ def check_bytes(declared: int, stored: int, where: str) -> None:
 
 
 def check_texels(width: int, height: int, where: str) -> None:
-    """Raise LimitError if an image has more texels than the budget allows."""
+    """Raise LimitError if an image has too many texels for the budget."""
     if width * height > budget_bytes() // TEXEL_BYTES:
         raise LimitError(f"{where}: an image of {width} x {height} texels takes "
                          f"{_mib(width * height * TEXEL_BYTES)}; make it smaller, or {_advice()}")
 
 
 def check_triangles(count: int, where: str) -> None:
-    """Raise LimitError if instances or generated shapes have more triangles than the budget
-    allows."""
+    """Raise LimitError if a scene has too many triangles for the budget."""
     if count > budget_bytes() // TRIANGLE_BYTES:
         raise LimitError(f"{where}: has {count:,} triangles in all, {_mib(count * TRIANGLE_BYTES)}"
                          f"; use fewer, or {_advice()}")

@@ -1,4 +1,4 @@
-"""Files: opens only regular files for reading, and writes each file completely or not at all."""
+"""Files: opens only regular files for reading, and writes a file completely or not at all."""
 from __future__ import annotations
 
 import contextlib
@@ -13,18 +13,16 @@ from typing import Any, BinaryIO
 
 from ..errors import Error
 
-WRITING = ".writing-"     # prefix of the name of a file that is being written
+WRITING = ".writing-"     # prefix of unfinished files
 _KINDS = {stat.S_IFDIR: "a folder", stat.S_IFIFO: "a FIFO", stat.S_IFCHR: "a device",
           stat.S_IFBLK: "a device", stat.S_IFSOCK: "a socket", stat.S_IFLNK: "a link"}
-# Error numbers of a full disk, a quota, and a limit on the size of files.
+# A full disk, a quota, and a limit on the size of files.
 FULL = (errno.ENOSPC, errno.EFBIG, getattr(errno, "EDQUOT", errno.ENOSPC))
-_NO_OUTPUT = ("/dev", "/proc", "/sys")      # folders that hold no files of a user
+_NO_OUTPUT = ("/dev", "/proc", "/sys")      # no place for a user's files
 
 
 def open_input(path: str | os.PathLike[str]) -> BinaryIO:
-    """Open a regular file for reading.
-
-    A FIFO is not opened, because it could block its reader for ever.
+    """Open a regular file for reading. A FIFO, which could block its reader for ever, is an error.
 
     Raises
     ------
@@ -33,7 +31,7 @@ def open_input(path: str | os.PathLike[str]) -> BinaryIO:
     """
     try:
         _check_regular(os.stat(path).st_mode, path)
-        # O_NONBLOCK, because another process may replace the file by a FIFO at this moment.
+        # O_NONBLOCK, because another process may now replace the file by a FIFO.
         handle = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0)
                          | getattr(os, "O_BINARY", 0))
     except ValueError as failure:       # the name contains a zero byte
@@ -56,13 +54,12 @@ def _check_regular(mode: int, path: str | os.PathLike[str]) -> None:
 
 
 def kind_of(mode: int) -> str:
-    """Return a name such as "a folder" for the kind of a file that is not regular. ``mode`` is the
-    file's ``st_mode``."""
+    """Return a name such as "a folder" for the ``st_mode`` of a file that is not regular."""
     return _KINDS.get(stat.S_IFMT(mode), "something else")
 
 
 def is_file(path: str | os.PathLike[str]) -> bool:
-    """Return whether the path is a regular file; False for a name that no file can have."""
+    """Return whether the path is a regular file; False for an impossible name."""
     try:
         return os.path.isfile(path)
     except ValueError:
@@ -70,7 +67,7 @@ def is_file(path: str | os.PathLike[str]) -> bool:
 
 
 def read_input(path: str | os.PathLike[str]) -> bytes:
-    """Return the bytes of a regular file; raises OSError as `open_input` does."""
+    """Return the bytes of a regular file; raise OSError as `open_input` does."""
     with open_input(path) as file:
         return file.read()
 
@@ -94,7 +91,7 @@ def read_json(path: str | os.PathLike[str]) -> Any:
 
 
 def decoded(text: bytes) -> str:
-    """Return text decoded as UTF-8, else as Latin-1; a byte order mark is removed."""
+    """Return text decoded as UTF-8, else as Latin-1, without a byte order mark."""
     try:
         return text.decode("utf-8-sig")
     except UnicodeDecodeError:
@@ -102,12 +99,12 @@ def decoded(text: bytes) -> str:
 
 
 def check_writable(path: str | os.PathLike[str]) -> Path:
-    """Return the path after a check that a file can be written there, before any work begins.
+    """Return the path if a file can be written there.
 
     Raises
     ------
     Error
-        if the file cannot be written; the message names the folder that is missing or read-only
+        if no file can be written; the message names the missing or read-only folder
     """
     named, path = os.fspath(path), Path(path)
     folder = path.parent

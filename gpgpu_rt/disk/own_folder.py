@@ -1,8 +1,7 @@
 """Own folder: makes this user's folder for temporary files, and checks whether to trust a folder.
 
-All users share the folder for temporary files. Another user could create a link in this folder,
-with the name that this program is about to use. The program would then write its files through the
-link. A FIFO with this name would block the program.
+All users share the folder for temporary files. Another user could create a link there, through
+which this program would write its files, or a FIFO, which would block this program.
 """
 from __future__ import annotations
 
@@ -19,7 +18,7 @@ _ROOT = 0
 
 
 def own_folder(name: str = "") -> Path:
-    """Return this user's own folder in the folder for temporary files; create it if missing.
+    """Return this user's own folder for temporary files; create it if missing.
 
     Parameters
     ----------
@@ -28,7 +27,7 @@ def own_folder(name: str = "") -> Path:
     Raises
     ------
     Error
-        if the folder cannot be created, or `fault_of` finds that it cannot be trusted
+        if the folder cannot be created or trusted (`fault_of`)
     """
     top = Path(tempfile.gettempdir()) / f"gpgpu_rt-{_user()}"
     for folder in (top, top / name) if name else (top,):
@@ -45,13 +44,13 @@ def own_folder(name: str = "") -> Path:
 
 
 def fault_of(folder: Path, follow: bool = False, shared: bool = False) -> str | None:
-    """Return the reason why this user cannot trust the contents of a folder, or None.
+    """Return why this user cannot trust the contents of a folder, or None.
 
     Parameters
     ----------
     folder : the folder
     follow : whether the folder may be a link, if link and target belong to this user
-    shared : whether the folder can be trusted although other users can write into it
+    shared : whether other users may write into the folder
     """
     link = os.lstat(folder)
     if stat.S_ISLNK(link.st_mode) and not (follow and is_own(link)):
@@ -67,12 +66,11 @@ def fault_of(folder: Path, follow: bool = False, shared: bool = False) -> str | 
 
 
 def is_own(there: os.stat_result) -> bool:
-    """Return whether a file or folder belongs to this user or to root."""
     return not hasattr(os, "geteuid") or there.st_uid in (os.geteuid(), _ROOT)
 
 
 def open_lock(path: Path) -> IO[bytes]:
-    """Open a file to lock and create it if missing; a link or a FIFO is refused.
+    """Open a file to lock, created if missing; refuse a link or a FIFO.
 
     Raises
     ------

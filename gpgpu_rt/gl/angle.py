@@ -1,8 +1,8 @@
 """AngleLoader: an OpenGL ES context of ANGLE, which draws by SwiftShader on the processor.
 
-ANGLE is the OpenGL of Chromium. ANGLE has its own GLSL compiler, and SwiftShader has its own code
-generator. Neither shares code with Mesa, so hits that are equal on ANGLE and on Mesa are evidence
-from two independent compilers. Use this context only to compare hits, because it is slow.
+ANGLE, the OpenGL of Chromium, has its own GLSL compiler, and SwiftShader its own code generator.
+Neither shares code with Mesa, so equal hits on ANGLE and on Mesa are evidence from two independent
+compilers. This context is slow: use it only to compare hits.
 """
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ from .desktop_functions import DesktopFunctions
 from .fragment_counter import TARGETS
 
 FOLDERS = ("/usr/lib/chromium", "/usr/lib/chromium-browser", "/opt/google/chrome")
-LIBRARIES = ("libGLESv2.so", "libEGL.so")    # libEGL.so loads libGLESv2.so from its own folder
+LIBRARIES = ("libGLESv2.so", "libEGL.so")    # libEGL.so loads its neighbour
 HINT = ("set GPGPU_RT_ANGLE to a folder with ANGLE's libEGL.so, libGLESv2.so and "
         "libvk_swiftshader.so")
-# The context offers one render target fewer than ANGLE, because FragmentCounter counts fragments
-# in the last target. A program with 8 targets still runs, and all pixels of its viewport count.
+# One render target fewer than ANGLE has, because FragmentCounter counts fragments in the last
+# target. A program with 8 targets still runs, but counts all pixels of its viewport.
 MOST_TARGETS = TARGETS - 1
 ES_VERSION = 310
 EXTENSIONS = ("GL_EXT_color_buffer_float", "GL_EXT_float_blend", "GL_OES_draw_buffers_indexed",
               "GL_ANGLE_get_image")
-# Features that are switched off. With framebuffer fetch, ANGLE offers only 6 render targets on
-# SwiftShader; without framebuffer fetch, it offers the 8 that OpenGL 3.3 promises.
+# Features to switch off: with framebuffer fetch, ANGLE on SwiftShader offers only 6 render targets
+# instead of the 8 that OpenGL 3.3 promises.
 DISABLED = ("supportsShaderFramebufferFetch", "supportsShaderFramebufferFetchNonCoherent",
             "supportsShaderFramebufferFetchDepthStencil", "supportShaderPixelLocalStorageAngle",
             "emulatePixelLocalStorage", "supportsBlendOperationAdvanced")
@@ -44,13 +44,12 @@ GL_EXTENSIONS = 0x1F03
 class AngleLoader:
     """An ANGLE context with the interface of moderngl's loaders.
 
-    The context's surface has only 1 x 1 pixels, because all draws go to framebuffers.
+    Its surface has 1 x 1 pixels, because all draws go to framebuffers.
 
     Raises
     ------
     ContextError
-        if the libraries are missing or incomplete, or ANGLE gives no context. The message has one
-        line.
+        if the libraries are missing or incomplete, or ANGLE gives no context
     """
 
     def __init__(self) -> None:
@@ -105,7 +104,6 @@ class AngleLoader:
         return self._egl.eglGetProcAddress(name.encode()) or 0
 
     def load_opengl_function(self, name: str) -> int:
-        """Return the address of a GL function."""
         return self._functions.address(name)
 
     load = load_opengl_function
@@ -117,7 +115,7 @@ class AngleLoader:
         return self
 
     def __exit__(self, *exception: object) -> None:
-        # Another thread may make the context current only after this thread has left it.
+        # Leave the context, so that another thread can make it current.
         self._egl.eglMakeCurrent(self._display, None, None, None)
 
     def release(self) -> None:
@@ -129,12 +127,12 @@ class AngleLoader:
 
 
 def angle_folder() -> Path:
-    """Return the folder of ANGLE's libraries: ``GPGPU_RT_ANGLE``, or else Chromium's folder.
+    """Return the folder of ANGLE's libraries: ``GPGPU_RT_ANGLE``, else Chromium's folder.
 
     Raises
     ------
     ContextError
-        if no folder has the libraries.
+        if no folder has the libraries
     """
     named = os.environ.get("GPGPU_RT_ANGLE")
     folders = [Path(named)] if named else [Path(folder) for folder in FOLDERS]

@@ -1,11 +1,10 @@
 """Programs for ANGLE: `es_text` translates a program's text, and this module makes four changes.
 
-* A fragment program writes 1 to the render target in which ``FragmentCounter`` counts fragments.
-  A program that needs this target itself is not counted in this way.
-* Points have the size 1, as in OpenGL. ES leaves their size undefined.
-* Loops are written as `without_do` writes them, because SwiftShader compiles some loops wrongly.
-* Selections are written as `without_branches` writes them, because SwiftShader compiles branches
-  slowly.
+* A fragment program writes 1 to the render target in which ``FragmentCounter`` counts fragments,
+  unless it uses this target itself.
+* Points have the size 1, which ES leaves undefined.
+* `without_do` rewrites loops, because SwiftShader compiles some loops wrongly.
+* `without_branches` rewrites selections, because SwiftShader compiles branches slowly.
 """
 from __future__ import annotations
 
@@ -40,7 +39,7 @@ void main() {{
 
 
 def angle_texts(vertex: str, fragment: str) -> tuple[str, str]:
-    """Return the texts of a (vertex, fragment) program. Lines keep their numbers.
+    """Return the texts of a (vertex, fragment) program, with unchanged line numbers.
 
     Raises
     ------
@@ -53,8 +52,7 @@ def angle_texts(vertex: str, fragment: str) -> tuple[str, str]:
 
 
 def _with_end(text: str, end: str) -> str:
-    """Return the text with a new ``main`` that calls the program's ``main``."""
-    # Append the functions to the line before the first #define, so that lines keep their numbers.
+    # Put the functions on the line before the first #define, to keep the line numbers.
     header = HEADER.rstrip("\n").replace("\n#define", f" {FUNCTIONS}\n#define", 1)
     body = without_branches(without_do(es_text(text).removeprefix(HEADER)))
     return f"{header}\n#define main {_MAIN}\n{body}{end}"

@@ -1,5 +1,4 @@
-"""Gpu: an OpenGL context from EGL, OSMesa, the system, ANGLE or a window. This file makes all
-contexts except those of windows."""
+"""Gpu: an OpenGL context from EGL, OSMesa, the system, ANGLE or a window."""
 from __future__ import annotations
 
 import functools
@@ -21,13 +20,12 @@ from .observation import HostQuery, Observer, Observers
 from .occlusion_query import OcclusionQuery
 from .osmesa import HINT, OsMesaLoader
 
-# Backends that "auto" tries. A key is a value of ``sys.platform``. Windows and macOS have neither
-# EGL nor OSMesa of their own. There, moderngl itself makes a context without a window, by WGL or
-# CGL.
+# The backends that "auto" tries, by ``sys.platform``. Windows and macOS have neither EGL nor
+# OSMesa; there, moderngl makes a context by WGL or CGL.
 AUTOMATIC = {"win32": ("native",), "darwin": ("native",)}
 ELSEWHERE = ("egl", "osmesa")
 GL_VERSION = 330
-# words in the names of renderers that run on the processor
+# words in the names of renderers on the processor
 SOFTWARE = ("llvmpipe", "softpipe", "swrast", "swiftshader")
 # renderer -> pattern of the names of its threads
 THREADS = {"llvmpipe": r"llvmpipe-\d+", "swiftshader": r"Thread<\d+>"}
@@ -39,27 +37,23 @@ def automatic() -> tuple[str, ...]:
 
 
 def backends() -> tuple[str, ...]:
-    """Return all backends of this system."""
     return (*automatic(), "angle")
 
 
 def hint() -> str:
-    """Return what to do if this system has no context."""
+    """Return advice for a system without a context."""
     return HINT if automatic() == ELSEWHERE else (
         "install the driver of the graphics card, then try `gpgpu-rt info`")
 
 
 def is_software(renderer: str) -> bool:
-    """Return whether a renderer runs on the processor, not on a graphics card."""
+    """Return whether a renderer runs on the processor."""
     return any(word in renderer.lower() for word in SOFTWARE)
 
 
 def threads_of(renderer: str) -> int | None:
-    """Return the number of threads with which a software renderer draws in this process.
-
-    Call this after the renderer has drawn, because its threads take their names when they start.
-    Return None for a graphics card, or if the system does not list threads.
-    """
+    """Return the number of threads of a software renderer in this process, once it has drawn.
+    Return None for a graphics card, or if the system does not list threads."""
     if not is_software(renderer):
         return None
     names = next((names for word, names in THREADS.items() if word in renderer.lower()), None)
@@ -69,17 +63,16 @@ def threads_of(renderer: str) -> int | None:
     if not tasks.is_dir():
         return None
     for task in tasks.iterdir():
-        with suppress(OSError):     # the thread has just ended
+        with suppress(OSError):     # the thread may have ended
             found.add((task / "comm").read_text().strip())
-    # With LP_NUM_THREADS=0 there are no llvmpipe threads, and the calling thread draws.
+    # With LP_NUM_THREADS=0, the calling thread draws, without llvmpipe threads.
     return max(1, sum(bool(re.fullmatch(names, name)) for name in found))
 
 
 class Gpu:
-    """A moderngl context, its limits, its programs and its observers.
+    """A moderngl context with its limits, programs and observers.
 
-    ``with gpu:`` makes the context current in this thread and locks out other threads until the
-    end of the block, so only one thread traces at a time.
+    ``with gpu:`` makes the context current in this thread and locks out other threads.
 
     Parameters
     ----------
@@ -88,7 +81,7 @@ class Gpu:
 
     Attributes
     ----------
-    is_es : whether the context is OpenGL ES, which compiles another dialect of GLSL
+    is_es : whether the context is OpenGL ES, with another dialect of GLSL
     max_draw_buffers : largest number of render targets of a program
     """
 
@@ -105,8 +98,8 @@ class Gpu:
         self.max_texture_size: int = context.info["GL_MAX_TEXTURE_SIZE"]
         self.max_draw_buffers: int = min(context.info["GL_MAX_DRAW_BUFFERS"],
                                          MOST_TARGETS if self.is_es else 64)
-        # softpipe's gl_VertexID restarts every 4096 vertices. 4092 is the largest number below
-        # 4096 that is divisible by 2 and 3, so a draw in parts cuts no line and no triangle.
+        # softpipe's gl_VertexID restarts every 4096 vertices. 4092 is divisible by 2 and 3, so
+        # draws in parts cut no line and no triangle.
         self.most_vertices = 4092 if self.renderer.startswith("softpipe") else None
         self.programs: dict[Any, moderngl.Program] = {}   # filled by gl/shader.py
         self.compilations: list[Any] | None = None    # filled by gl/shader.py
@@ -130,7 +123,7 @@ class Gpu:
         return self
 
     def __exit__(self, *exception: Any) -> None:
-        """Leave the ``with`` block. Inside an outer block, the context stays current."""
+        """Leave the ``with`` block. The context stays current inside an outer block."""
         self._entered -= 1
         if not self._entered:
             self.context.__exit__(*exception)
@@ -138,11 +131,8 @@ class Gpu:
 
     @contextmanager
     def observed(self, observer: Observer, whole: bool = False) -> Iterator[None]:
-        """Call an observer for every pass within the block.
-
-        With ``whole``, passes cover their whole targets, including texels that they know to be
-        empty.
-        """
+        """Call an observer for every pass in the block. With ``whole``, passes also draw texels
+        that they know to be empty."""
         before, self.whole = self.whole, whole or self.whole
         self.observers.all.append(observer)
         try:
@@ -152,15 +142,14 @@ class Gpu:
             self.observers.all = [one for one in self.observers.all if one is not observer]
 
     def note_moved(self, up: int = 0, down: int = 0) -> None:
-        """Tell the observers how many bytes were uploaded to the card or read back."""
+        """Tell the observers how many bytes were uploaded or read back."""
         self.observers.moved(up, down)
 
     def text_of(self, program: moderngl.Program) -> tuple[str, str]:
-        """Return the (vertex, fragment) texts of a program."""
         return next(texts for texts, one in self.programs.items() if one is program)
 
     def query(self) -> Any:
-        """Return a new occlusion query: draw in a ``with`` block, then read ``samples``."""
+        """Return an occlusion query: draw in a ``with`` block, then read ``samples``."""
         query = OcclusionQuery(self.context, self._queries, self.fences)
         return HostQuery(self.observers, query) if self.observers else query
 
@@ -170,25 +159,21 @@ class Gpu:
         self.fences.keep()
 
     def check_size(self, width: int, height: int, what: str) -> None:
-        """Raise LimitError for a texture that GL cannot hold, because GL would fail silently."""
+        """Raise LimitError for a texture that is too large. GL would fail silently."""
         limit = self.max_texture_size
         if width > limit or height > limit:
             raise LimitError(f"{what} needs a {width} x {height} texture, {self.renderer} holds "
                              f"{limit} x {limit}; trace fewer rays at a time or a smaller scene")
 
     def check_error(self, what: str) -> None:
-        """Raise LimitError if GL recorded an error. moderngl itself does not report all errors,
-        such as a lack of memory."""
+        """Raise LimitError if GL recorded an error, which moderngl may not report."""
         error = self.context.error
         if error != "GL_NO_ERROR":
             raise LimitError(f"OpenGL says {error} after {what} on {self.renderer}")
 
     def release(self, framebuffer: moderngl.Framebuffer) -> None:
-        """Bind another framebuffer, then release this framebuffer.
-
-        Otherwise moderngl would still regard the released framebuffer as bound and bind it again,
-        which is a GL error.
-        """
+        """Release ``framebuffer`` after binding another. moderngl would bind a released
+        framebuffer again, which is a GL error."""
         if self._rest is None:
             self._rest = self.context.simple_framebuffer((1, 1))
         self._rest.use()
@@ -199,7 +184,7 @@ class Gpu:
         self.context.finish()
 
     def info(self) -> dict[str, Any]:
-        """Return the facts that `gpgpu-rt info` prints and every measurement records."""
+        """Return the facts that `gpgpu-rt info` prints and measurements record."""
         return {"backend": self.backend, "renderer": self.renderer, "version": self.version,
                 "max_texture_size": self.max_texture_size,
                 "max_draw_buffers": self.max_draw_buffers}
@@ -213,7 +198,7 @@ def _create_egl() -> Gpu:
     try:
         context = moderngl.create_context(standalone=True, backend="egl", require=GL_VERSION,
                                           **settings)
-    except Exception as failure:   # moderngl raises bare Exception for everything
+    except Exception as failure:   # moderngl raises bare Exception
         advice = HINT if device is None else (
             "set GPGPU_RT_EGL_DEVICE to another index, or unset it")
         raise ContextError(f"EGL gives no OpenGL 3.3 context ({failure}); {advice}") from failure
@@ -221,7 +206,7 @@ def _create_egl() -> Gpu:
 
 
 def _create_osmesa() -> Gpu:
-    # OSMesa of Mesa 22.3 crashes the process when it is asked for zink.
+    # OSMesa of Mesa 22.3 crashes when asked for zink.
     if os.environ.get("GALLIUM_DRIVER") == "zink":
         raise ContextError("OSMesa has no driver zink; unset GALLIUM_DRIVER, or choose egl")
     return Gpu(moderngl.create_context(require=GL_VERSION, context=OsMesaLoader()), "osmesa")
@@ -230,7 +215,7 @@ def _create_osmesa() -> Gpu:
 def _create_native() -> Gpu:
     try:
         context = moderngl.create_context(standalone=True, require=GL_VERSION)
-    except Exception as failure:   # moderngl raises bare Exception for everything
+    except Exception as failure:   # moderngl raises bare Exception
         raise ContextError(f"{sys.platform} gives no OpenGL 3.3 context ({failure}); {hint()}"
                            ) from failure
     return Gpu(context, "native")
@@ -250,7 +235,7 @@ _making = threading.Lock()
 
 
 def _shared(backend: str) -> Gpu:
-    with _making:    # otherwise two threads could each make a context
+    with _making:    # so that two threads make only one context
         return _made(backend)
 
 
@@ -258,7 +243,7 @@ def _shared(backend: str) -> Gpu:
 def _made(backend: str) -> Gpu:
     gpu = {"egl": _create_egl, "osmesa": _create_osmesa, "native": _create_native,
            "angle": _create_angle}[backend]()
-    # A new context is current in this thread. Leave it, so that other threads can use it.
+    # Leave the new context, so that other threads can use it.
     gpu.context.__exit__(None, None, None)
     return gpu
 
@@ -269,13 +254,13 @@ def open_gpu(context: str | moderngl.Context | Gpu | None = None) -> Gpu:
     Parameters
     ----------
     context : "auto", one of `backends`, a moderngl.Context (such as a window's), a Gpu, or None.
-        None reads the environment variable ``GPGPU_RT_CONTEXT``; if it is unset, None means
-        "auto": EGL, then OSMesa; on Windows and macOS, the system's own context.
+        None means the environment variable ``GPGPU_RT_CONTEXT``, or "auto" if it is unset.
+        "auto" tries EGL, then OSMesa; on Windows and macOS, the system's own context.
 
     Raises
     ------
     ContextError
-        if no context can be made; the message says what to install.
+        if no context can be made; the message says what to install
     """
     if isinstance(context, Gpu):
         return context
@@ -296,13 +281,13 @@ def open_gpu(context: str | moderngl.Context | Gpu | None = None) -> Gpu:
             return _shared(backend)
         except ContextError as failure:
             if backend == "egl" and "GPGPU_RT_EGL_DEVICE" in os.environ:
-                raise      # a user who names a device wants no other device
+                raise      # the user wants no other device
             failures.append(f"{backend}: {failure}".split(";")[0])
     raise ContextError(f"no OpenGL context ({'; '.join(failures)}); {hint()}")
 
 
 def probe() -> Iterator[tuple[str, Gpu | ContextError]]:
-    """Yield each backend with its Gpu, or with the error if the backend gives no context."""
+    """Yield each backend with its Gpu, or with its error."""
     for backend in backends():
         try:
             yield backend, _shared(backend)

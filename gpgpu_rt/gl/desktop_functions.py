@@ -1,7 +1,4 @@
-"""DesktopFunctions: give moderngl the functions of OpenGL 3.3 that it calls, on OpenGL ES 3.1.
-
-Most functions are the same. A few have another name or other arguments in ES, or ES lacks them.
-"""
+"""DesktopFunctions: give moderngl the functions of OpenGL 3.3 that it calls, on OpenGL ES 3.1."""
 from __future__ import annotations
 
 import ctypes
@@ -10,22 +7,20 @@ from typing import Any
 
 from .fragment_counter import FragmentCounter
 
-# ES 3.1 has these functions as an extension, with the suffix OES. A call without the suffix is an
-# error.
+# ES 3.1 has these functions only with the suffix OES.
 INDEXED = ("ColorMaski", "Enablei", "Disablei", "IsEnabledi", "BlendEquationi",
            "BlendEquationSeparatei", "BlendFunci", "BlendFuncSeparatei")
 RENAMED = {**{f"gl{name}": f"gl{name}OES" for name in INDEXED},
            "glGetTexImage": "glGetTexImageANGLE", "glPolygonMode": "glPolygonModeANGLE",
            "glProvokingVertex": "glProvokingVertexANGLE"}
-# ES knows no names for these capabilities: PROGRAM_POINT_SIZE, TEXTURE_CUBE_MAP_SEAMLESS,
-# PRIMITIVE_RESTART and MULTISAMPLE. ES has no PRIMITIVE_RESTART; the others are always enabled.
+# ES has no names for PROGRAM_POINT_SIZE, TEXTURE_CUBE_MAP_SEAMLESS, PRIMITIVE_RESTART and
+# MULTISAMPLE. It has no PRIMITIVE_RESTART, and always enables the others.
 NO_CAPABILITIES = (0x8642, 0x884F, 0x8F9D, 0x809D)
-# The name of the range of point sizes in OpenGL, and the name in ES, where points are not
-# smoothed.
+# The range of point sizes in OpenGL, and in ES, where points are not smoothed.
 GL_POINT_SIZE_RANGE, GL_ALIASED_POINT_SIZE_RANGE = 0x0B12, 0x846D
-# Floats that are read from a float framebuffer are never clamped in ES.
+# ES never clamps floats that are read from a float framebuffer.
 WITHOUT_EFFECT = ("glClampColor",)
-# moderngl asks whether a context has these functions, and can do without them.
+# moderngl can do without these functions.
 MAY_BE_MISSING = ("glPrimitiveRestartIndex",)
 GL_NO_ERROR, GL_INVALID_OPERATION = 0, 0x0502
 UINT, INT, POINTER, FLOAT, DOUBLE = (
@@ -35,19 +30,18 @@ UINT, INT, POINTER, FLOAT, DOUBLE = (
 class DesktopFunctions:
     """Addresses of functions. The object must live as long as the context.
 
-    If ES lacks a function, a call of it only sets the error GL_INVALID_OPERATION. A call of a
-    function in `WITHOUT_EFFECT` does not even set an error. An exception in a function of this
-    class also sets GL_INVALID_OPERATION.
+    A function that ES lacks only sets the error GL_INVALID_OPERATION, or does nothing if it is in
+    `WITHOUT_EFFECT`. An exception in this class sets GL_INVALID_OPERATION, too.
 
     Parameters
     ----------
-    address_of : name -> the address of a function of ES, or 0. The context must be current
+    address_of : name -> address of a function of ES, or 0. The context must be current
     """
 
     def __init__(self, address_of: Callable[[str], int]) -> None:
         self._address_of = address_of
         self._failed = False
-        # Callbacks by name. ctypes would free a callback to which no reference is left.
+        # Callbacks by name. ctypes frees a callback without a reference.
         self._kept: dict[str, Any] = {}
         enable, disable = (self._es(name, None, UINT) for name in ("glEnable", "glDisable"))
         clear_depth = self._es("glClearDepthf", None, FLOAT)
@@ -78,7 +72,7 @@ class DesktopFunctions:
                       INT)
 
     def address(self, name: str) -> int:
-        """Return the address of a function of OpenGL 3.3, or 0 if moderngl can do without it."""
+        """Return the address of an OpenGL 3.3 function; 0 if moderngl can do without it."""
         if name not in self._kept:
             found = self._address_of(RENAMED.get(name, name))
             if found or name in MAY_BE_MISSING:
@@ -87,7 +81,6 @@ class DesktopFunctions:
         return int(ctypes.cast(self._kept[name], ctypes.c_void_p).value or 0)
 
     def _es(self, name: str, result: Any, *arguments: Any) -> Callable[..., Any]:
-        """Return the function of ES for a name of OpenGL. ``RENAMED`` has names that differ."""
         return ctypes.CFUNCTYPE(result, *arguments)(self._address_of(RENAMED.get(name, name)))
 
     def _replace(self, name: str, call: Callable[..., object], *arguments: Any) -> None:

@@ -17,17 +17,16 @@ _ROOT = Path(__file__).parents[2]
 
 @dataclass(frozen=True)
 class RunEnvironment:
-    """The software and the hardware with which a measurement is made.
+    """The software and the hardware of a measurement.
 
     Parameters
     ----------
-    version, commit : the version of gpgpu_rt, and its commit (None if gpgpu_rt does not run from a
-        checkout)
+    version, commit : the version of gpgpu_rt, and the commit of its checkout, or None
     python : the version of Python, such as "3.11.2"
     libraries : name -> version of each installed library of `LIBRARIES`
     renderer : OpenGL's name of the renderer; for llvmpipe with the width of its vectors
-    opengl : OpenGL's version; it contains the version of Mesa, if Mesa is the driver
-    processor : the model of the processor, or its architecture if the system names no model
+    opengl : OpenGL's version, with the version of Mesa if Mesa is the driver
+    processor : the model of the processor, or its architecture if the model is unknown
     system : the operating system, such as "Debian GNU/Linux 12 (bookworm)"
     """
 
@@ -42,10 +41,7 @@ class RunEnvironment:
 
 
 def environment(gpu: Gpu | None = None) -> RunEnvironment:
-    """Return the environment of this process.
-
-    ``gpu`` is the context that measures; default: the context of ``open_gpu()``.
-    """
+    """Return this process's environment with the context ``gpu``, by default ``open_gpu()``."""
     gpu, facts = gpu or open_gpu(), processors()
     return RunEnvironment(
         __version__, commit(), platform.python_version(),
@@ -56,10 +52,8 @@ def environment(gpu: Gpu | None = None) -> RunEnvironment:
 
 @functools.cache
 def commit() -> str | None:
-    """Return the commit of gpgpu_rt's checkout; None if gpgpu_rt does not run from a checkout.
-
-    A repository around an installed gpgpu_rt, such as the user's own, does not count.
-    """
+    """Return the commit of gpgpu_rt's checkout, or None without a checkout. A repository around an
+    installed gpgpu_rt does not count."""
     if not (_ROOT / ".git").exists():
         return None
     try:
@@ -70,7 +64,7 @@ def commit() -> str | None:
 
 
 def processors() -> list[dict[str, str]]:
-    """Return the entries of /proc/cpuinfo for each logical processor; empty without this file."""
+    """Return /proc/cpuinfo, a dict per logical processor; empty without this file."""
     try:
         text = Path("/proc/cpuinfo").read_text()
     except OSError:

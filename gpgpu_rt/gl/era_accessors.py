@@ -1,8 +1,7 @@
 """Accessors of records in the era dialect: GLSL 1.20 without integers (glsl/era/card.frag).
 
-An index is a float, and an accessor computes the texture coordinates of a texel by a single
-multiply-add. The whole part of a texel's x coordinate is then the texel's row. A table therefore
-repeats along x (wrap mode), so that only the fraction of the x coordinate has an effect.
+An index is a float. A single multiply-add computes a texel's texture coordinates. The whole part
+of x is then the texel's row, so a table repeats along x (wrap mode).
 """
 from __future__ import annotations
 
@@ -12,13 +11,13 @@ from ..errors import LimitError
 from .record import Field, Record
 from .textures import TABLE_WIDTH
 
-# Above this number of rows, rounding to float32 could move a coordinate into the next row.
+# With more rows, rounding to float32 could move a coordinate into the next row.
 MOST_ROWS = 1000
 
 
 def table_glsl(record: Record) -> str:
-    """Return accessors of a table with a texture for each texel of a record (`Record.apart`), such
-    as ``kd_node_split(i)`` for a float ``i``."""
+    """Return accessors such as ``kd_node_split(i)``, for a float ``i``, of a table with a texture
+    per texel of a record (`Record.apart`)."""
     name = record.name
     lines = [f"uniform sampler2D {sampler};" for sampler in table_samplers(record)]
     lines += [f"uniform vec2 {name}_step;    // texture coordinates from an element to the next",
@@ -31,7 +30,6 @@ def table_glsl(record: Record) -> str:
 
 
 def table_samplers(record: Record) -> list[str]:
-    """Return the samplers of a table with a texture for each texel of a record."""
     return [f"{record.name}{plane.suffix}_table" for plane in record.planes]
 
 
@@ -56,10 +54,8 @@ def _sampler_of_fields(record: Record) -> list[str]:
 
 
 def streams_glsl(reads: Iterable[Record], writes: Iterable[Record]) -> str:
-    """Return accessors of the streams that a fragment reads and writes at its own texel.
-
-    The written streams use the render targets in their order.
-    """
+    """Return accessors of the streams that a fragment reads and writes at its own texel. Written
+    streams use the render targets in order."""
     texts, target, read, written = [], 0, tuple(reads), tuple(writes)
     for record in dict.fromkeys((*read, *written)):
         texts += [f"#ifndef {constant}\n#define {constant} {float(value)}\n#endif"
@@ -74,17 +70,17 @@ def streams_glsl(reads: Iterable[Record], writes: Iterable[Record]) -> str:
 
 
 def changes_glsl(changed: Record) -> str:
-    """Return a store function for some fields of a stream whose struct is already declared.
+    """Return a store function for some fields of a stream whose struct is declared.
 
     Parameters
     ----------
-    changed : a record that has the stream's name and only the fields to store
+    changed : a record with the stream's name and only the fields to store
     """
     return _store_glsl(changed, 0)
 
 
 def far_stream_glsl(record: Record) -> str:
-    """Return an accessor of a stream that a pass reads at any texel: ``name_load(texel)``."""
+    """Return an accessor of a stream at any texel: ``name_load(texel)``."""
     size = f"{record.name}_texel_size"
     return "\n".join([_struct_glsl(record),
                       f"uniform vec2 {size};    // of a texel, in texture coordinates",
@@ -97,8 +93,7 @@ def _struct_glsl(record: Record) -> str:
 
 
 def _load_glsl(record: Record, parameter: str = "", fetch: str = "texel_of(%s)") -> str:
-    """Return the load function. ``fetch`` is the GLSL that reads a texture, with %s for the
-    texture's name."""
+    """Return the load function; ``fetch`` is GLSL that reads the texture %s."""
     samplers = [f"{record.name}_texel_{k}" for k in range(record.texels)]
     struct = record.name.capitalize()
     read = ", ".join(f"texel_{field.texel}.{field.swizzle}" for field in record.fields)
@@ -120,5 +115,4 @@ def _store_glsl(record: Record, first: int) -> str:
 
 
 def _type(field: Field) -> str:
-    """Return the type of a field. Integers are declared as floats."""
     return {"int": "float", "ivec3": "vec3", "ivec4": "vec4"}.get(field.type, field.type)

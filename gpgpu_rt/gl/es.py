@@ -1,8 +1,8 @@
 """ES: rewrites a program's text from GLSL 3.30 to GLSL ES 3.00, the language of WebGL 2.
 
-The rewriting is mechanical. ES has no `precise`, so the macro PRECISE is empty. A global variable
-must be initialised by a constant, so a variable with any other initialiser becomes a macro. ES's
-preprocessor cannot join names by ``##``, so macros that join names are expanded here.
+ES has no `precise`, so the macro PRECISE is empty. A global variable of ES needs a constant
+initialiser, so a variable with another initialiser becomes a macro. ES cannot join names by
+``##``, so macros that join names are expanded here.
 """
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import re
 
 from ..errors import ShaderError
 
-# The header has as many lines as the header that it replaces, so that errors name the right lines.
+# The header replaces as many lines, so that errors name the right lines.
 HEADER = """#version 300 es
 precision highp float;
 precision highp int;
@@ -20,7 +20,7 @@ precision highp usampler2D;
 
 """
 # In a compiled text, the lines after #version enable the extension and define PRECISE. A printed
-# text only enables the extension, in a later line.
+# text only enables the extension, later.
 _VERSION = re.compile(r"\A#version 330 core\n(?:#extension .*?#endif\n)?", re.S)
 _EXTENSION = re.compile(r"^#extension .*\n", re.M)
 _GLOBAL = re.compile(r"^(?:const )?(?:float|int|uint|i?vec[234]) (\w+) = ([^;]+);([ \t]*//.*)?$",
@@ -59,10 +59,9 @@ def es_text(text: str) -> str:
 
 
 def _without_joined_names(text: str) -> str:
-    """Expand each macro that joins names by ``##``."""
     macros = {name: ([one.strip() for one in names.split(",")], body)
               for name, names, body in _MACRO.findall(text)}
-    # A macro such as EACH_TARGET gets the name of another macro and calls that macro.
+    # A macro such as EACH_TARGET calls the macro whose name it is given.
     callers = {name: (names, body) for name, (names, body) in macros.items()
                if any(re.search(rf"\b{one}\(", body) for one in names)}
     joining = {name: macro for name, macro in macros.items() if "##" in macro[1]}
@@ -80,7 +79,6 @@ def _without_joined_names(text: str) -> str:
 
 
 def _expanded(text: str, name: str, names: list[str], body: str) -> str:
-    """Replace the calls of a macro by its body."""
     call = re.compile(rf"\b{name}\(")
     while (found := call.search(text)) is not None:
         values, end = _arguments(text, found.end())
@@ -98,7 +96,7 @@ def _expanded(text: str, name: str, names: list[str], body: str) -> str:
 
 
 def _arguments(text: str, start: int) -> tuple[list[str], int]:
-    """Return the values of a call whose opening bracket ends at ``start``, and the call's end."""
+    """Return the values of a call from behind its opening bracket, and the call's end."""
     values, depth, at = [""], 0, start
     while at < len(text):
         letter = text[at]

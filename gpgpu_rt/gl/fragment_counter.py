@@ -1,11 +1,11 @@
 """FragmentCounter: occlusion queries that count fragments, on OpenGL ES.
 
 An occlusion query of ES says only whether a fragment passed. Inside a query, each fragment here
-therefore also adds 1 to its texel of an extra render target. The depth test and `discard` act on
-this target too, so the sum of its texels is the count that OpenGL 3.3 gives.
-`angle_text.py` adds the output to each fragment program. A draw into 8 render targets leaves no
-target for the count. Such a draw counts as many fragments as the viewport has pixels, because the
-programs of 8 targets are full-screen passes that discard nothing.
+also adds 1 to its texel of an extra render target (`angle_text.py` adds this output). The depth
+test and `discard` apply to the target, so the sum of its texels is OpenGL 3.3's count.
+
+A draw into 8 render targets leaves no target for the count. Such a draw counts all pixels of the
+viewport, because programs of 8 targets are full-screen passes that discard nothing.
 """
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 TARGETS = 8                     # render targets that OpenGL 3.3 promises
-COUNTING_TARGET = TARGETS - 1   # the target in which fragments are counted
+COUNTING_TARGET = TARGETS - 1   # the target that counts fragments
 
 GL_SAMPLES_PASSED, GL_PRIMITIVES_GENERATED, GL_QUERY_RESULT = 0x8914, 0x8C87, 0x8866
 GL_DRAW_FRAMEBUFFER, GL_DRAW_FRAMEBUFFER_BINDING = 0x8CA9, 0x8CA6
@@ -30,7 +30,7 @@ UINT, INT, POINTER = ctypes.c_uint, ctypes.c_int, ctypes.c_void_p
 
 
 class FragmentCounter:
-    """Replacements for OpenGL's functions that make queries and draw.
+    """Replacements for OpenGL's functions for queries and draws.
 
     Parameters
     ----------
@@ -62,7 +62,7 @@ class FragmentCounter:
         self._disable = function("glDisablei", UINT, UINT)
         self._blend_equation = function("glBlendEquationi", UINT, UINT)
         self._blend_function = function("glBlendFunci", UINT, UINT, UINT)
-        self._open: dict[int, int] = {}       # target -> query that is running
+        self._open: dict[int, int] = {}       # target -> running query
         self._results: dict[int, int] = {}    # query -> result
         self._texture, self._size = UINT(0), (0, 0)
         self._is_clear = False
@@ -71,7 +71,6 @@ class FragmentCounter:
     # Replaced functions -------------------------------------------------------------------------
 
     def begin(self, target: int, query: int) -> None:
-        """Replace glBeginQuery."""
         if target == GL_SAMPLES_PASSED:
             self._counted, self._is_clear = 0, False
         elif target == GL_PRIMITIVES_GENERATED:
@@ -82,7 +81,6 @@ class FragmentCounter:
         self._open[target] = query
 
     def end(self, target: int) -> None:
-        """Replace glEndQuery."""
         query = self._open.pop(target, None)
         if query is None:
             self._end(target)
@@ -93,7 +91,6 @@ class FragmentCounter:
             self._results[query] = self._counted
 
     def result(self, query: int, name: int, into: int) -> None:
-        """Replace glGetQueryObjectuiv."""
         if query in self._results:
             ctypes.cast(into, ctypes.POINTER(UINT))[0] = (
                 self._results[query] if name == GL_QUERY_RESULT else 1)
@@ -101,13 +98,11 @@ class FragmentCounter:
             self._result(query, name, into)
 
     def draw_arrays(self, mode: int, first: int, vertices: int, instances: int) -> None:
-        """Replace glDrawArraysInstanced."""
         self._draw(mode, vertices, instances,
                    lambda: self._arrays(mode, first, vertices, instances))
 
     def draw_elements(self, mode: int, vertices: int, kind: int, first: int | None,
                       instances: int) -> None:
-        """Replace glDrawElementsInstanced."""
         self._draw(mode, vertices, instances,
                    lambda: self._elements(mode, vertices, kind, first, instances))
 
@@ -137,7 +132,7 @@ class FragmentCounter:
         self._blend_equation(COUNTING_TARGET, GL_FUNC_ADD)
         self._blend_function(COUNTING_TARGET, GL_ONE, GL_ONE)
         draw()
-        if not is_blended:      # restore the state: programs may use this target themselves
+        if not is_blended:      # programs may use this target themselves
             self._disable(GL_BLEND, COUNTING_TARGET)
         self._attach_to_counting_target(0)
         self._draw_buffers(TARGETS, present)
@@ -147,7 +142,7 @@ class FragmentCounter:
                      texture, 0)
 
     def _prepare(self) -> None:
-        """Make the texture large enough for the viewport. Clear it at a query's first draw."""
+        """Fit the texture to the viewport. Clear it at a query's first draw."""
         x, y, width, height = self._integers(GL_VIEWPORT, 4)
         wanted = x + width, y + height
         if wanted != self._size:
@@ -157,8 +152,8 @@ class FragmentCounter:
             self._size, self._is_clear = wanted, False
             self._with_texture(lambda: self._storage(GL_TEXTURE_2D, 1, GL_R32F, *wanted))
         if not self._is_clear:
-            # ANGLE delays glClearTexImage until a draw, and then clears only the part of the
-            # texture that is as large as the smallest render target.
+            # ANGLE delays glClearTexImage until a draw, and then clears only the area of the
+            # smallest render target.
             none = np.zeros(wanted, np.float32)
             self._pack(GL_UNPACK_ALIGNMENT, 4)
             self._with_texture(lambda: self._write(GL_TEXTURE_2D, 0, 0, 0, *wanted, GL_RED,
@@ -166,7 +161,6 @@ class FragmentCounter:
             self._is_clear = True
 
     def _add_up(self) -> None:
-        """Add the texels to the count of the running query."""
         if not self._is_clear:      # nothing was drawn
             return
         texels = np.empty(self._size[::-1], np.float32)

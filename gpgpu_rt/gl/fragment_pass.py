@@ -16,7 +16,7 @@ GL_SAMPLERS = (0x8B5E, 0x8DD2)   # sampler2D, usampler2D
 
 
 class FragmentPass:
-    """A linked program, its uniforms and its samplers. Subclasses supply the geometry.
+    """A linked program with uniforms and samplers. Subclasses add the geometry.
 
     Parameters
     ----------
@@ -27,9 +27,9 @@ class FragmentPass:
     ----------
     name : the fragment program's file
     vertex : the vertex program's file
-    texts : the (vertex, fragment) texts that were compiled
+    texts : the compiled (vertex, fragment) texts
     label : the pass's name in logs; if empty, logs use ``name``
-    kernel : the method's kernel, as in ``ObservedPass``; empty for a program without a kernel
+    kernel : the method's kernel, as in ``ObservedPass``, or empty
     samplers : names of the textures that the compiled program reads
     uniforms : the values set so far, by name
     """
@@ -42,8 +42,8 @@ class FragmentPass:
         self.program = compile_program(gpu, fragment, defines, virtual, vertex)
         self.texts = gpu.text_of(self.program)
         self.uniforms: dict[str, object] = {}
-        # The program gets this mark when it has the uniforms of this pass. The mark is not a
-        # reference to the pass, because a reference would keep the pass alive.
+        # The program gets this mark with this pass's uniforms. A reference to the pass as a mark
+        # would keep the pass alive.
         self._mark = object()
         self.samplers = tuple(name for name in self.program if getattr(
             self.program[name], "gl_type", None) in GL_SAMPLERS)
@@ -51,28 +51,26 @@ class FragmentPass:
             self.program[name].value = unit
 
     def set(self, **uniforms: object) -> None:
-        """Set uniforms by name. Ignore uniforms that the compiler removed from this variant."""
+        """Set uniforms by name. Ignore uniforms that the compiler removed."""
         self.uniforms.update({name: value for name, value in uniforms.items()
                               if name in self.program})
         self.program.extra = None   # the program's values are out of date
 
     def covered(self, size: tuple[int, int]) -> np.ndarray | None:
-        """Return the texels that the last draw covered before the depth test, (n, 2) int, x and y.
-
-        ``size`` is the (width, height) of the target. The result is None if the pass cannot tell.
-        """
+        """Return the texels that the last draw covered before the depth test, (n, 2) int, x and y,
+        on a target of the (width, height) ``size``; None if the pass cannot tell."""
         return None
 
     def issue(self, geometry: moderngl.VertexArray, target: Drawable,
               textures: Mapping[str, moderngl.Texture], mode: int, vertices: int = -1,
               instances: int = 1) -> None:
-        """Bind textures, set uniforms, draw geometry into ``target`` and call the observers.
+        """Draw geometry into ``target`` and call the observers.
 
         Parameters
         ----------
-        textures : sampler name -> texture. Textures that the program does not sample are ignored
+        textures : sampler name -> texture; unsampled textures are ignored
         mode : moderngl.POINTS, TRIANGLES, ...
-        vertices : number of vertices of each instance; -1 for all vertices of the geometry
+        vertices : number of vertices per instance; -1 for all of the geometry
         """
         self._take_program()
         framebuffer = framebuffer_of(target)
@@ -93,8 +91,8 @@ class FragmentPass:
         self.gpu.fences.keep()
 
     def _take_program(self) -> None:
-        """Set this pass's uniforms, unless the program has them already. Passes with the same
-        texts share a program."""
+        """Set this pass's uniforms, unless the program has them. Passes with the same texts share
+        a program."""
         if self.program.extra is not self._mark:
             for name, value in self.uniforms.items():
                 self.program[name].value = value
@@ -102,11 +100,8 @@ class FragmentPass:
 
     def _render(self, geometry: moderngl.VertexArray, mode: int, vertices: int,
                 instances: int) -> int:
-        """Draw, and return the number of draw calls.
-
-        Separate primitives (`LISTS`) with more vertices than the renderer can number are drawn in
-        parts.
-        """
+        """Draw, and return the number of draw calls. Separate primitives (`LISTS`) are drawn in
+        parts if the renderer cannot number all vertices."""
         count = geometry.vertices if vertices < 0 else vertices
         most = self.gpu.most_vertices
         if most is None or instances != 1 or mode not in LISTS:

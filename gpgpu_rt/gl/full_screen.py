@@ -16,7 +16,7 @@ MOST_RECTANGLES = 1 << 14
 
 
 class Rectangles:
-    """Rectangles of a target in a vertex buffer. A pass draws on these rectangles.
+    """Rectangles of a target, in a vertex buffer.
 
     Parameters
     ----------
@@ -29,8 +29,8 @@ class Rectangles:
         self.corners = np.zeros((0, 4), np.float32)
 
     def write(self, corners: np.ndarray) -> None:
-        """Replace the rectangles by (n, 4) corners: x0, y0, x1, y1. They are in texels, or in
-        smaller units (see the parameter ``unit`` of `FullScreenPass.draw`)."""
+        """Replace the rectangles by (n, 4) corners x0, y0, x1, y1, in texels or in the ``unit`` of
+        `FullScreenPass.draw`."""
         self.corners, self.count = np.ascontiguousarray(corners, np.float32), len(corners)
         if self.count:
             self.buffer.write(self.corners)
@@ -69,10 +69,10 @@ class FullScreenPass(FragmentPass):
 
         Parameters
         ----------
-        textures : sampler name -> texture. Textures that the program does not sample are ignored
+        textures : sampler name -> texture; unsampled textures are ignored
         depth : window depth in [0, 1], written and tested
         rectangles : the rectangles to draw; None draws the whole target
-        unit : side of a texel in the units of the rectangles' corners; 1 for corners in texels
+        unit : side of a texel in units of the corners
         """
         size = target.size
         if rectangles is None:
@@ -87,7 +87,7 @@ class FullScreenPass(FragmentPass):
         if geometry is None:
             geometry = self._geometry[rectangles] = self.gpu.context.vertex_array(
                 self.program, [(rectangles.buffer, "4f/i", "rectangle")])
-        if rectangles is self._whole:   # draw a triangle that is twice as large as the target
+        if rectangles is self._whole:   # a triangle twice as large as the target
             self.issue(geometry, target, textures, moderngl.TRIANGLES, 3)
         else:
             self.issue(geometry, target, textures, moderngl.TRIANGLE_STRIP, 4, rectangles.count)
@@ -95,7 +95,7 @@ class FullScreenPass(FragmentPass):
     def count(self, target: Drawable, textures: Mapping[str, moderngl.Texture],
               statistics: Statistics, depth: float = 0.0,
               rectangles: Rectangles | None = None) -> int:
-        """Draw, and return the number of texels that an occlusion query counted."""
+        """Draw, and return an occlusion query's count of texels."""
         query = self.gpu.query()
         with query:
             self.draw(target, textures, depth, rectangles)

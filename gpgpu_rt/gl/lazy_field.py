@@ -1,4 +1,4 @@
-"""Column: a field of a table that is made slice by slice, so no table is copied as a whole."""
+"""Column: a field of a table that is made slice by slice, never as a whole."""
 from __future__ import annotations
 
 from collections.abc import Callable
@@ -10,10 +10,7 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Column:
-    """An object that can replace an array of ``count`` rows.
-
-    make : function of a slice that returns the rows of the slice
-    """
+    """A replacement for an array of ``count`` rows. ``make`` returns the rows of a slice."""
 
     count: int
     make: Callable[[slice], np.ndarray]

@@ -1,8 +1,7 @@
 """Loops: rewrites ``do`` loops, which test their condition after their body, as ``for`` loops.
 
-SwiftShader compiles some ``do`` loops wrongly if they contain other loops. With such loops,
-kd-packet with two or more stack entries lost the hits of a few rays in a thousand. Mesa's
-renderers run the same text correctly, and SwiftShader runs the ``for`` loops correctly.
+SwiftShader compiles some ``do`` loops that contain other loops wrongly: rays lost hits. It
+compiles the ``for`` loops correctly.
 """
 from __future__ import annotations
 
@@ -14,7 +13,7 @@ _BRACKET = re.compile(r"//[^\n]*|[(){}]")
 
 
 def without_do(text: str) -> str:
-    """Write each ``do {} while (...)`` as a ``for`` loop of the same meaning."""
+    """Write each ``do {} while (...)`` as an equivalent ``for`` loop."""
     loops = list(_DO.finditer(text))
     for number, loop in reversed(list(enumerate(loops))):    # inner loops before outer loops
         body = _closed(text, loop.end())

@@ -1,7 +1,6 @@
-"""Observation: a context calls its observers with each pass after the pass was drawn.
+"""Observation: a context calls its observers with each pass after drawing it.
 
-A context has no observers by default, and passes then cost nothing extra. Draws that an observer
-itself makes are not observed.
+Passes cost nothing extra without observers. Draws of observers are not observed.
 """
 from __future__ import annotations
 
@@ -32,16 +31,15 @@ class ObservedPass:
     name, vertex : Files of the fragment and the vertex program, below ``glsl/``.
     kernel : Name of the method's kernel that ran. "init" sets up states, "all" runs the kernel
         that each ray's own state asks for, "visit" and "intersect" run packets. Empty for a
-        program that runs no kernel.
+        program without kernels.
     label : The kernel's name if the program runs a single kernel, else ``name``.
     texts : The compiled (vertex, fragment) texts.
-    uniforms : Values by name, as the draw had them.
-    inputs : Textures by sampler name, for all textures that the program samples.
-    target : The Target that was drawn into, or a framebuffer that belongs to no Target.
+    uniforms : Values by name.
+    inputs : Textures by sampler name.
+    target : The Target that was drawn into, or a framebuffer without Target.
     outputs : The textures that were drawn into.
     program : The linked program.
-    draws : Number of draw calls. It is more than 1 if the renderer cannot number all vertices in a
-        single call.
+    draws : Number of draw calls, above 1 if the renderer cannot number all vertices in a call.
     """
 
     number: int
@@ -61,23 +59,23 @@ class ObservedPass:
 
     @property
     def fragments(self) -> int | None:
-        """Fragments that passed the depth test and were not discarded; None without counting."""
+        """Fragments that passed the depth test and were not discarded; None if not counted."""
         return None if self._count is None else self._count.fragments
 
     @property
     def primitives(self) -> int | None:
-        """Points, lines or triangles that were drawn; None without counting."""
+        """Points, lines or triangles that were drawn; None if not counted."""
         return None if self._count is None else self._count.primitives
 
 
 class Observer:
-    """Receives passes. A subclass overrides the methods that it needs.
+    """Receives passes. Subclasses override the methods that they need.
 
     Attributes
     ----------
     counts : whether queries around each draw count fragments and primitives
     states : whether the observer needs each ray's state in textures. The schedule ``loop`` then
-        stores the states that it otherwise keeps in registers
+        stores its states, which are otherwise in registers
     """
 
     counts = states = False
@@ -93,13 +91,13 @@ class Observer:
 
 
 class Observers:
-    """The observers of a context. The object is false if the context has no observers. It is also
-    false while an observer receives a pass, because draws of observers are not observed."""
+    """The observers of a context. The object is false without observers, and while an observer
+    receives a pass: draws of observers are not observed."""
 
     def __init__(self) -> None:
         self.all: list[Observer] = []
         self._telling = False
-        self._waiting: list[ObservedPass] | None = None    # passes inside a query of the host
+        self._waiting: list[ObservedPass] | None = None    # passes in a query of the host
         self._free: dict[bool, list[moderngl.Query]] = {True: [], False: []}
 
     def __bool__(self) -> bool:
@@ -107,12 +105,11 @@ class Observers:
 
     @property
     def states(self) -> bool:
-        """Whether an observer needs each ray's state in textures."""
         return any(observer.states for observer in self.all)
 
     def draw(self, one: FragmentPass, target: Drawable, framebuffer: moderngl.Framebuffer,
              inputs: Mapping[str, moderngl.Texture], render: Callable[[], int]) -> None:
-        """Draw, count fragments if an observer counts, and tell the observers of the pass."""
+        """Draw, count fragments if an observer counts, and call the observers."""
         count = None
         if any(observer.counts for observer in self.all):
             within = self._waiting is not None      # GL runs only one occlusion query at a time
@@ -147,15 +144,13 @@ class Observers:
             observer.moved(up, down)
 
     def begin_query(self) -> None:
-        """Begin an occlusion query of the host. The observers receive the passes inside the query
-        when the query ends."""
+        """Begin an occlusion query of the host. Observers receive its passes at its end."""
         self._waiting = []
         for observer in self.all:
             observer.queried()
 
     def end_query(self, query: OcclusionQuery) -> None:
-        """End an occlusion query of the host. The last pass inside the query gets the query's
-        fragment count."""
+        """End an occlusion query of the host, whose count belongs to its last pass."""
         waiting, self._waiting = self._waiting or [], None
         for at, one in enumerate(waiting):
             if one._count is not None and at == len(waiting) - 1:
@@ -164,8 +159,8 @@ class Observers:
 
 
 class HostQuery:
-    """An occlusion query with which the host counts rays, while passes are observed. OpenGL cannot
-    nest occlusion queries, so its result is also the fragment count of the last pass inside it."""
+    """An occlusion query of the host while passes are observed. Its result is also the fragment
+    count of its last pass, because OpenGL cannot nest occlusion queries."""
 
     def __init__(self, observers: Observers, query: OcclusionQuery) -> None:
         self._observers, self._query = observers, query
@@ -186,11 +181,11 @@ class HostQuery:
 
 
 class _Count:
-    """The result of a query. It is read at the first request; then the query can be reused."""
+    """The result of a query, read at the first request. The query is then free."""
 
     def __init__(self, query: moderngl.Query, within: bool, free: list[moderngl.Query]) -> None:
         self._query: moderngl.Query | None = query
-        # ``within``: the pass is inside a query of the host, which counts the fragments instead.
+        # ``within``: the pass is in a query of the host, which counts the fragments instead.
         self._within, self._free = within, free
         self.of_host: OcclusionQuery | None = None
         self._found = 0, 0
@@ -213,7 +208,6 @@ class _Count:
 
 
 class Passes(list[ObservedPass], Observer):
-    """The passes observed so far, in their order."""
 
     def __init__(self, look: Look | None = None, fragments: bool = False) -> None:
         super().__init__()
@@ -227,11 +221,11 @@ class Passes(list[ObservedPass], Observer):
 
 @contextmanager
 def observe(gpu: Gpu, look: Look | None = None, fragments: bool = False) -> Iterator[Passes]:
-    """Observe every pass that is drawn within the block; see ``Tracer.observe``."""
+    """Observe every pass in the block; see ``Tracer.observe``."""
     passes = Passes(look, fragments)
     with gpu, gpu.observed(passes):
         try:
             yield passes
         finally:
-            for one in passes:    # counts are read while the context is current
+            for one in passes:    # read counts while the context is current
                 one.fragments

@@ -1,4 +1,4 @@
-"""Occlusion query: counts the fragments that pass the depth test, in one or more draws."""
+"""Occlusion query: counts the fragments of draws that pass the depth test."""
 from __future__ import annotations
 
 import moderngl
@@ -9,13 +9,12 @@ from .kept_fences import KeptFences
 class OcclusionQuery:
     """An occlusion query for one use: draw in a ``with`` block, then read ``samples``.
 
-    moderngl cannot delete a query of OpenGL. A schedule with millions of passes would therefore
-    fill the memory, so queries of OpenGL are used again.
+    Queries of OpenGL are reused, because moderngl cannot delete them and millions of passes would
+    fill the memory.
 
     Parameters
     ----------
-    free : the context's queries that no `OcclusionQuery` uses. The query returns to these
-        queries when its result is read
+    free : the context's unused queries. The query returns to them when its result is read
     """
 
     def __init__(self, context: moderngl.Context, free: list[moderngl.Query],
@@ -25,7 +24,7 @@ class OcclusionQuery:
         self._free, self._fences, self._samples = free, fences, 0
 
     def __enter__(self) -> OcclusionQuery:
-        assert self._query is not None      # an `OcclusionQuery` can be used once
+        assert self._query is not None      # only for one use
         self._query.__enter__()
         self._fences.keep()
         return self

@@ -13,7 +13,7 @@ HINT = ("install the Mesa libraries (Debian, Ubuntu: apt-get install libegl1 lib
 class OsMesaLoader:
     """An off-screen Mesa context with the interface of moderngl's loaders.
 
-    OSMesa requires a buffer. It has only 1 x 1 pixels, because all draws go to framebuffers.
+    OSMesa requires a buffer. 1 x 1 pixels suffice, because all draws go to framebuffers.
     """
 
     PROFILE, CORE, MAJOR, MINOR, FORMAT, RGBA, DEPTH_BITS = (
@@ -48,7 +48,7 @@ class OsMesaLoader:
         raise ContextError(f"no libOSMesa found; {HINT}")
 
     def load_opengl_function(self, name: str) -> int:
-        """Return the address of a GL function; 0 for an unknown function."""
+        """Return the address of a GL function, or 0."""
         return self.library.OSMesaGetProcAddress(name.encode()) or 0
 
     load = load_opengl_function

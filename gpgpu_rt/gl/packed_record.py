@@ -42,7 +42,6 @@ class PackedRecord:
 
     @property
     def texels(self) -> int:
-        """Number of texels of a record."""
         return (self.layout.count("|") + 4) // 4
 
     def pack(self, **arrays: np.ndarray) -> np.ndarray:
@@ -70,11 +69,11 @@ class PackedRecord:
 
     @property
     def planes(self) -> tuple[Plane, ...]:
-        """The planes, as in ``Record.planes``. There is only one plane, a texture of integers."""
+        """The single plane, a texture of integers."""
         return (Plane("", 0, self.texels, self.channels // self.texels, "u4"),)
 
     def table_glsl(self) -> str:
-        """Return GLSL accessors, a function per field: ``quantised_node_lo_x(i)``."""
+        """Return a GLSL accessor per field: ``quantised_node_lo_x(i)``."""
         lines = [sampler_glsl("usampler2D", self.name)]
         for name, channel, shift, bits in self.fields:
             place = f"i * {self.texels} + {channel // 4}" if self.texels > 1 else "i"

@@ -1,8 +1,7 @@
 """The log of a call's passes: draws, fragments, and bytes read and written.
 
-``Tracer`` keeps a log with ``statistics=True``. An occlusion query around each draw counts the
-fragments that pass the depth test and are not discarded. Without a log, these queries are not
-made and logging costs nothing.
+``Tracer`` keeps a log with ``statistics=True``. Occlusion queries around each draw count the
+fragments that pass the depth test and are not discarded.
 """
 from __future__ import annotations
 
@@ -17,20 +16,20 @@ from ..statistics import Statistics
 from .context import Gpu
 from .observation import ObservedPass, Observer
 
-AT_ONCE = 64    # largest number of queries that wait for their readback
+AT_ONCE = 64    # largest number of queries in flight
 
 
 @dataclass
 class PassWork:
-    """The total work of all draws of a program under the same name.
+    """The total work of a program's draws under a name.
 
     Attributes
     ----------
-    name : the kernel of the program, or the program's file
-    texts : the (vertex, fragment) texts of the program
+    name : the kernel or the file of the program
+    texts : the (vertex, fragment) texts
     draws, fragments : number of draws and of fragments
-    streams_read : bytes that fragments read from streams, if each fragment reads a single texel
-        of each stream texture
+    streams_read : bytes that fragments read from streams, if each fragment reads one texel of each
+        stream texture
     tables : names of the sampled tables. ``gpgpu_rt.hardware`` counts the fetches
     texel_bytes : sampler -> bytes of a texel of the sampled texture
     written : bytes written to render targets
@@ -48,8 +47,7 @@ class PassWork:
 
 @dataclass
 class PassLog(Observer):
-    """The work of a call's passes, keyed by name and texts, and the bytes moved between host and
-    card."""
+    """The work of a call's passes by name and texts, and the bytes moved between host and card."""
 
     passes: dict[tuple[str, tuple[str, str]], PassWork] = field(default_factory=dict)
     queries: int = 0
@@ -60,7 +58,6 @@ class PassLog(Observer):
     counts = True
 
     def passed(self, one: ObservedPass) -> None:
-        """Add a pass to the work of its program."""
         work = self.passes.get((one.label, one.texts))
         if work is None:
             work = self.passes[one.label, one.texts] = PassWork(one.label, one.texts)
@@ -74,12 +71,11 @@ class PassLog(Observer):
             self._read()
 
     def moved(self, up: int, down: int) -> None:
-        """Add bytes uploaded to the card and read back."""
+        """Add bytes uploaded and read back."""
         self.uploaded += up
         self.read_back += down
 
     def queried(self) -> None:
-        """Count a query of the host."""
         self.queries += 1
 
     def _read(self) -> None:
@@ -91,7 +87,7 @@ class PassLog(Observer):
         self._waiting = []
 
     def to_list(self) -> list[dict[str, Any]]:
-        """Return every program's work as plain data, in the order of first draws."""
+        """Return each program's work as plain data, in the order of first draws."""
         self._read()
         return [{key: value for key, value in asdict(one).items() if key != "texts"}
                 for one in self.passes.values()]
@@ -99,7 +95,7 @@ class PassLog(Observer):
 
 @contextmanager
 def logged(gpu: Gpu, statistics: Statistics) -> Iterator[PassLog]:
-    """Log the passes within the block, then put the log into the statistics."""
+    """Log the passes within the block into the statistics."""
     with gpu.observed(log := PassLog()):
         yield log
     statistics.pass_log = log.to_list()

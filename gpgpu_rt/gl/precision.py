@@ -1,14 +1,13 @@
 """Number formats of the hardware of 2002-2007: how textures store and kernels round numbers.
 
 ``storage`` is the format of the geometric channels of ray, state, hit and node textures.
-``arithmetic`` is the format to which each result of a kernel is rounded. Indices stay exact in all
-formats. ``glsl/core/precision.glsl`` rounds in the same way as this module; a test checks that the
-bits are the same.
+``arithmetic`` is the format to which each result of a kernel is rounded. Indices stay exact.
+``glsl/core/precision.glsl`` rounds to the same bits.
 
-The format fp16 is s10e5 with denormals, as in OpenEXR and NV30. The format fp24 is ATI's s16e7 of
-R300 to R500, without denormals, emulated in float32. No source states with certainty how these
-units rounded; therefore the option ``rounding`` exists. A finite value above the largest number
-becomes the largest number, so infinity only means "no end".
+fp16 is s10e5 with denormals, as in OpenEXR and NV30. fp24 is ATI's s16e7 of R300 to R500, without
+denormals, emulated in float32. The option ``rounding`` exists because no source states for certain
+how these units rounded. A finite value above the largest number becomes the largest number, so
+infinity only means "no end".
 """
 from __future__ import annotations
 
@@ -33,8 +32,8 @@ class Format:
     ----------
     mantissa_bits : explicit bits of the mantissa
     smallest : the smallest normal number
-    quantum : distance between neighbouring numbers below ``smallest``; equal to ``smallest`` for a
-        format without denormals
+    quantum : distance between neighbouring numbers below ``smallest``; equal to ``smallest``
+        without denormals
     largest : the largest finite number
     """
 
@@ -45,15 +44,12 @@ class Format:
 
     @property
     def unit(self) -> float:
-        """The unit roundoff of rounding to nearest."""
+        """The unit roundoff to nearest."""
         return 2.0 ** -(self.mantissa_bits + 1)
 
     def round(self, values: np.ndarray, rounding: str = "nearest") -> np.ndarray:
-        """Return float32 values rounded to this format, as float32.
-
-        ``rounding`` is to the nearest number with ties to even (``nearest``), towards zero
-        (``chop``), or towards plus infinity (``up``).
-        """
+        """Return float32 values rounded to this format, as float32: to nearest with ties to even
+        (``nearest``), towards zero (``chop``), or towards plus infinity (``up``)."""
         x = np.ascontiguousarray(values, np.float32)
         dropped = np.uint32(23 - self.mantissa_bits)
         if not dropped:
@@ -86,7 +82,7 @@ FORMATS = {
 
 @dataclass(frozen=True)
 class Precision:
-    """The precision of a tracer, from its options ``storage``, ``arithmetic`` and ``rounding``."""
+    """A tracer's options ``storage``, ``arithmetic`` and ``rounding``."""
 
     storage: str = "fp32"
     arithmetic: str = "fp32"
@@ -103,16 +99,15 @@ class Precision:
     def layout(self, record: PackedRecord) -> PackedRecord: ...
 
     def layout(self, record: Record | PackedRecord) -> Record | PackedRecord:
-        """Return the record in the layout of its textures."""
         return record if isinstance(record, PackedRecord) else record.stored(self.storage)
 
     def stored(self, values: np.ndarray) -> np.ndarray:
-        """Return geometric values rounded to the format of textures, as float32."""
+        """Return geometric values rounded for textures, as float32."""
         return FORMATS[self.storage].round(values, self.rounding)
 
     def stored_fields(self, record: Record | PackedRecord,
                       arrays: Mapping[str, np.ndarray]) -> Mapping[str, np.ndarray]:
-        """Return a table's fields: geometric fields rounded, integer fields unchanged."""
+        """Return a table's fields, with rounded geometric fields."""
         if isinstance(record, PackedRecord):
             return arrays
         integer = {field.name for field in record.fields if field.is_integer}
@@ -127,7 +122,7 @@ class Precision:
 
 
 def _format_defines(prefix: str, name: str) -> dict[str, object]:
-    """Return the defines of a format; none for fp32, whose programs do not round."""
+    """Return a format's defines; none for fp32, whose programs do not round."""
     if name == "fp32":
         return {}
     chosen = FORMATS[name]

@@ -12,8 +12,8 @@ from .textures import release
 
 
 class PrimitivePass(FragmentPass):
-    """Draws primitives. Their vertices come from a buffer, or the vertex program makes each vertex
-    from its number.
+    """Draws primitives. Vertices come from a buffer, or the vertex program makes each from its
+    number.
 
     Parameters
     ----------
@@ -33,8 +33,7 @@ class PrimitivePass(FragmentPass):
         Parameters
         ----------
         layout : in moderngl's notation: "3f 1i" for a vertex or "4f/i" for an instance
-        attributes : the name of an attribute for each word of the layout. Unused attributes are
-            ignored
+        attributes : an attribute's name for each word of the layout; unused ones are ignored
         """
         if self._buffer is not buffer:
             release(self._geometry)
@@ -43,7 +42,7 @@ class PrimitivePass(FragmentPass):
 
     def draw(self, target: Drawable, textures: Mapping[str, moderngl.Texture],
              mode: int, vertices: int = -1, instances: int = 1) -> None:
-        """Draw the primitives. ``issue`` explains the parameters."""
+        """Draw the primitives, with the parameters of ``issue``."""
         if self._geometry is None:
             self._geometry = self.gpu.context.vertex_array(self.program, [])
         self.issue(self._geometry, target, textures, mode, vertices, instances)

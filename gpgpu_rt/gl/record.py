@@ -1,13 +1,12 @@
-"""Records: a declaration lists fields in texels; numpy packs the fields, and GLSL reads them. The
-texels of records form a table, which is read by index, or a stream, which passes read and write.
+"""Records: a declaration lists fields in texels; numpy packs the fields, and GLSL reads them.
 
+Texels of records form a table, which is read by index, or a stream, which passes read and write.
 A declaration lists fields texel by texel: ``"v0:vec3 index:int | v1:vec3 last:int | v2:vec3"``.
-Types are float (the default), vec2, vec3, vec4, int, ivec3 and ivec4. Integers are stored as float
-values, which are exact from -2^24 to 2^24. Packing raises an error outside this range.
+Types are float (the default), vec2, vec3, vec4, int, ivec3 and ivec4. Integers are stored as
+floats, exact from -2^24 to 2^24.
 
-All fields other than integers are geometric: their format follows the option ``storage``, unless
-the record has ``full_precision``. Under fp16, geometric fields have their own texels in half float
-textures, and integers stay in float32 textures.
+All other fields are geometric: the option ``storage`` sets their format, unless the record has
+``full_precision``. Under fp16, geometric fields have their own texels, in half float textures.
 """
 from __future__ import annotations
 
@@ -55,22 +54,20 @@ class Field:
         return values.astype(np.int32) if self.is_integer else values
 
     def decode(self, texel: str) -> str:
-        """Return GLSL that reads the field from a texel."""
         value = f"{texel}.{self.swizzle}"
         return f"{self.type}({value})" if self.is_integer else value
 
     def encode(self, value: str) -> str:
-        """Return GLSL that converts the field's value to the value of its channels."""
         floats = {"int": "float", "ivec3": "vec3", "ivec4": "vec4"}
         return f"{floats[self.type]}({value})" if self.is_integer else value
 
 
 @dataclass(frozen=True)
 class Plane:
-    """Consecutive texels of a record that share a texture.
+    """Consecutive texels of a record in the same texture.
 
-    ``suffix`` distinguishes the textures of a table. ``components`` is 1, 2 or 4, because
-    three-channel targets are not portable. ``dtype`` is f4, f2 or u4.
+    ``suffix`` distinguishes a table's textures. ``components`` is 1, 2 or 4, because targets with
+    three channels are not portable. ``dtype`` is f4, f2 or u4.
     """
 
     suffix: str
@@ -82,25 +79,21 @@ class Plane:
 
 @dataclass(frozen=True)
 class Record:
-    """A record. Its texels hold fields, which numpy packs and GLSL reads.
+    """A record: fields in texels, which numpy packs and GLSL reads.
 
     Attributes
     ----------
     name : Name of the record, and prefix of its accessors in GLSL.
     layout : Declaration of the fields.
     storage : Format of the geometric fields. Set by ``stored``.
-    half_texels : Number of texels in half float textures; these texels come first. Set by
-        ``stored``.
-    uniform_texels : Texels of a stream that are the same for all its records. A program reads
-        these texels from uniforms. For texel 0 of ``rays``, GLSL finds the define
-        RAYS_TEXEL_0_UNIFORM.
-    define : GLSL define that accompanies a stream's accessors. A program uses it to distinguish
-        records of the same name with different fields.
-    constants : Names and values of integers with a special meaning in fields. GLSL knows them by
-        these names.
-    full_precision : Whether geometric fields stay float32, whatever the option ``storage`` is.
-    is_apart : Whether each texel of a table's records lies in a separate texture. Set by
-        ``apart``.
+    half_texels : Number of texels in half float textures, which come first. Set by ``stored``.
+    uniform_texels : Texels that are the same for all of a stream's records. Programs read them
+        from uniforms. Texel 0 of ``rays`` sets the define RAYS_TEXEL_0_UNIFORM.
+    define : GLSL define of a stream, which distinguishes records of the same name with different
+        fields.
+    constants : Names and values of integers with a special meaning in fields, also in GLSL.
+    full_precision : Whether geometric fields stay float32 under every ``storage``.
+    is_apart : Whether each texel of a table's records has its own texture. Set by ``apart``.
     """
 
     name: str
@@ -126,18 +119,17 @@ class Record:
                        half_texels=len(groups[0]))
 
     def extended(self, more: str) -> Record:
-        """Return this record with more texels after its own texels."""
         return replace(self, layout=f"{self.layout} | {more}")
 
     def without(self, name: str) -> Record:
-        """Return this record without a field, and without texels that are then empty."""
+        """Return this record without a field and without emptied texels."""
         kept = [[word for word in texel.split() if word.partition(":")[0] != name]
                 for texel in self.layout.split("|")]
         return replace(self, layout=" | ".join(" ".join(words) for words in kept if words))
 
     def apart(self) -> Record:
-        """Return this record with each texel in a separate texture, as the papers stored
-        tables: the texels of an element then have the same texture coordinates."""
+        """Return this record with a texture for each texel, as in the papers: the texels of an
+        element then have the same texture coordinates."""
         return replace(self, is_apart=True)
 
     @cached_property
@@ -156,12 +148,11 @@ class Record:
 
     @property
     def texels(self) -> int:
-        """Number of texels of a record."""
         return self.layout.count("|") + 1
 
     @cached_property
     def planes(self) -> tuple[Plane, ...]:
-        """The planes of the record: its texels grouped by texture type."""
+        """The texels of the record, grouped by texture type."""
         half = self.half_texels
         parts: tuple[tuple[str, int, int, str], ...] = (
             ("_half", 0, half, "f2"), ("", half, self.texels - half, "f4"))
@@ -200,13 +191,13 @@ class Record:
 
         Parameters
         ----------
-        planes : an array per texel, (n, 4) float32 with any strides. None skips the texel
-        arrays : (n,) or (n, width) each, by field name. A missing field is zero
+        planes : an array per texel, (n, 4) float32 with any strides; None skips the texel
+        arrays : (n,) or (n, width) each, by field name; a missing field is zero
 
         Raises
         ------
         LimitError
-            for an integer below -2^24 or above 2^24, or for more records than floats can index.
+            for an integer outside of -2^24 to 2^24, or more records than floats can index
         """
         unknown = set(arrays) - {f.name for f in self.fields}
         if unknown:
@@ -230,14 +221,11 @@ class Record:
                 planes[field.texel][:, field.channel + k] = values[:, k]
 
     def unpack(self, texels: np.ndarray) -> dict[str, np.ndarray]:
-        """Return arrays by field name from texels, (..., texels, 4): the inverse of ``pack``.
-
-        Arrays are (...) or (..., width). Arrays of float fields are views.
-        """
+        """Return arrays by field name, (...) or (..., width), from texels, (..., texels, 4): the
+        inverse of ``pack``. Arrays of float fields are views."""
         return self.unpack_planes(np.moveaxis(texels, -2, 0))
 
     def field(self, name: str) -> Field:
-        """Return the field with a name."""
         return next(field for field in self.fields if field.name == name)
 
     def unpack_planes(self, planes: Sequence[np.ndarray] | np.ndarray) -> dict[str, np.ndarray]:
@@ -245,7 +233,7 @@ class Record:
         return {f.name: f.of(planes[f.texel]) for f in self.fields}
 
     def table_glsl(self) -> str:
-        """Return GLSL accessors of a table record, a function per field: ``kd_node_split(i)``."""
+        """Return a table's GLSL accessors, a function per field: ``kd_node_split(i)``."""
         lines = [sampler_glsl("sampler2D", self.name + plane.suffix) for plane in self.planes]
         for f in self.fields:
             plane = self.plane_of(f.texel)
@@ -259,9 +247,9 @@ class Record:
     def stream_glsl(self, writes: bool, first_target: int = 0, reads: bool = True) -> str:
         """Return the GLSL struct and load function of a stream record.
 
-        With ``writes``, add the store function, which rounds to ``storage``. ``first_target`` is
-        the render target of the record's first texel. Without ``reads``, the record stays in
-        registers: leave out the load function and its textures, and add the function that rounds.
+        ``writes`` adds the store function, which rounds to ``storage`` and draws into the render
+        targets from ``first_target`` on. Without ``reads``, the record stays in registers: a
+        function that rounds replaces the load function.
         """
         name, struct = self.name, self.name.capitalize()
         lines = ['#include "core/texel.glsl"']
@@ -280,7 +268,6 @@ class Record:
         return "\n".join(lines)
 
     def _load_glsl(self, struct: str) -> list[str]:
-        """Return GLSL that loads the record from textures, or from uniforms."""
         name = self.name
         kinds = ["vec4" if k in self.uniform_texels else "sampler2D" for k in range(self.texels)]
         lines = [f"uniform {kind} {name}_texel_{k};" for k, kind in enumerate(kinds)]
@@ -302,7 +289,6 @@ class Record:
         return self.storage != "fp32" and not all(f.is_integer for f in self.fields)
 
     def _stored_glsl(self, struct: str) -> list[str]:
-        """Return GLSL that rounds the record to its storage."""
         rounded = [f for f in self.fields if not f.is_integer] if self._is_rounded else []
         return [f"{struct} {self.name}_stored({struct} record) {{",
                 *(f"    record.{f.name} = stored(record.{f.name});" for f in rounded),
@@ -310,7 +296,6 @@ class Record:
 
     def _store_glsl(self, struct: str, by_texel: Sequence[Sequence[Field]],
                     first_target: int) -> list[str]:
-        """Return GLSL that stores the record into render targets."""
         name = self.name
         lines = [f"layout(location = {first_target + k}) out vec4 {name}_target_{k};"
                  for k in range(self.texels)]
@@ -324,7 +309,7 @@ class Record:
 
 
 def sampler_glsl(sampler: str, name: str) -> str:
-    """Return the GLSL that TABLE_FETCH(name, i) needs: the texture, and the height of a row."""
+    """Return GLSL that TABLE_FETCH(name, i) needs: the texture, and the height of a row."""
     return (f"uniform {sampler} {name}_table;\n"
             f"float {name}_table_row = 1.0 / float(textureSize({name}_table, 0).y);")
 
@@ -337,8 +322,8 @@ def check_count(name: str, count: int) -> None:
 
 
 def _cut_into_texels(fields: Iterable[Field]) -> list[str]:
-    """Return the layouts of texels that hold the fields in order. A field that does not fit into
-    the last texel begins a new texel."""
+    """Return the layouts of texels with the fields in order. A field that does not fit begins a
+    new texel."""
     texels: list[str] = []
     used = 4
     for field in fields:
@@ -356,8 +341,8 @@ def streams_glsl(reads: Iterable[Record], writes: Iterable[Record],
                  registers: Iterable[Record] = ()) -> str:
     """Return the text of ``#include <streams>``: the accessors of a pass's streams.
 
-    The written streams use the render targets in their order. Records in ``registers`` stay in
-    registers: the pass neither reads nor writes their textures.
+    Written streams use the render targets in order. Records in ``registers`` have no textures in
+    the pass.
     """
     texts, target = [record.stream_glsl(writes=False) for record in reads], 0
     texts += [record.stream_glsl(writes=False, reads=False) for record in registers]

@@ -1,4 +1,4 @@
-"""RowPass: draws points or triangles that the vertex program makes from a list of integers."""
+"""RowPass: draws points or triangles from a list of integers."""
 from __future__ import annotations
 
 from collections.abc import Mapping
@@ -13,13 +13,13 @@ from .textures import release
 
 
 class RowPass(FragmentPass):
-    """Draws ``vertices`` vertices for each integer, or each row of integers, of a list.
+    """Draws ``vertices`` vertices for each integer, or row of integers, of a list.
 
     Parameters
     ----------
     vertex, fragment : files under ``glsl/``
-    attribute : name of the integer, or of the vector of integers, in the vertex program
-    vertices : vertices per integer. 1 draws points, other numbers draw triangles
+    attribute : name of the integer or integer vector in the vertex program
+    vertices : vertices per integer: 1 for points, other numbers for triangles
     """
 
     def __init__(self, gpu: Gpu, vertex: str, fragment: str, attribute: str, vertices: int,

@@ -2,15 +2,13 @@
 
 ANGLE translates `a ? b : c`, `a && b` and `a || b` into a branch, unless b and c are plain names
 or constants. SwiftShader compiles a loop in a time and memory that double with each branch of the
-loop: while it searches the loop's back edges (`Spirv::Function::ExistsPath`), it enters a block
-into its queue again for each path that leads there. A loop with 36 selections took more than 8
-GiB. The arguments of a function are plain names inside it, so `picked_value(a, b, c)` is no
-branch.
+loop: its search for back edges (`Spirv::Function::ExistsPath`) queues a block for each path to the
+block. In a function, arguments are plain names, so `picked_value(a, b, c)` is no branch.
 
-A selection is rewritten only if both values can be computed in any case: they assign nothing, and
-call no function that could have an effect or a loop. If a value reads an element of an array, the
-index must be a parameter of a function. As such an index, programs pass only the number of a ray
-or of an axis, and these numbers lie inside the array.
+A selection is rewritten only if both values can always be computed: they assign nothing, and call
+no function with an effect or a loop. The index of an array element must be a function's parameter:
+as such a parameter, programs pass only the number of a ray or an axis, which lies inside the
+array.
 """
 from __future__ import annotations
 
@@ -20,7 +18,7 @@ from dataclasses import dataclass
 
 _VALUES = ("float", "int", "uint", "bool")
 TYPES = (*_VALUES, *(f"{kind}vec{size}" for kind in ("", "i", "u", "b") for size in (2, 3, 4)))
-# These functions are in a single line, so that lines keep their numbers.
+# In one line, so that lines keep their numbers.
 FUNCTIONS = " ".join(
     [f"{kind} picked_value(bool a, {kind} b, {kind} c) {{ return a ? b : c; }}" for kind in TYPES]
     + ["bool both_hold(bool a, bool b) { return a && b; }",
@@ -45,8 +43,8 @@ _MACRO = re.compile(r"^[ \t]*#define (\w+)\([^()]*\) (.*)$", re.M)
 
 @dataclass(frozen=True)
 class Bracketed:
-    """Tokens in brackets. A bracket that both branches of an ``#if`` open is closed once, so the
-    group of the first branch has no closing bracket."""
+    """Tokens in brackets. If both branches of an ``#if`` open a bracket that is closed once, the
+    first branch's group has no closing bracket."""
 
     opening: str
     items: tuple[Item, ...]
@@ -57,7 +55,7 @@ Item = str | Bracketed
 
 
 def without_branches(text: str) -> str:
-    """Write selections in functions as calls of ``FUNCTIONS``. Lines keep their numbers."""
+    """Write selections in functions as calls of ``FUNCTIONS``; lines keep their numbers."""
     items = _grouped(text)
     functions = _functions(items)
     parameters = frozenset(item for _, _, arguments, _ in functions
@@ -67,7 +65,7 @@ def without_branches(text: str) -> str:
 
 def _grouped(text: str) -> tuple[Item, ...]:
     open_groups: list[tuple[str, list[Item]]] = [("", [])]
-    conditionals: list[int] = []    # the number of open groups at each open ``#if``
+    conditionals: list[int] = []    # number of open groups at each open ``#if``
 
     def close(closing: str) -> None:
         opening, items = open_groups.pop()
@@ -94,7 +92,6 @@ def _grouped(text: str) -> tuple[Item, ...]:
 
 
 def _plain(item: Item) -> str:
-    """Return the text of an item as it stands."""
     if isinstance(item, str):
         return item
     return item.opening + "".join(map(_plain, item.items)) + item.closing
@@ -112,7 +109,7 @@ def _is_directive(item: Item) -> bool:
 
 
 def _flat(items: Iterable[Item]) -> Iterable[Item]:
-    """Yield all items without blanks, and each group before its own items."""
+    """Yield all items without blanks, each group before its items."""
     for item in items:
         if not _is_blank(item):
             yield item
@@ -121,7 +118,6 @@ def _flat(items: Iterable[Item]) -> Iterable[Item]:
 
 
 def _calls(items: Sequence[Item]) -> set[str]:
-    """Return the names in front of round brackets."""
     found = set()
     inside = [item for item in items if not _is_blank(item)]
     for before, item in zip(["", *inside], inside):
@@ -133,7 +129,7 @@ def _calls(items: Sequence[Item]) -> set[str]:
 
 
 def _statements(items: Sequence[Item]) -> Iterable[list[Item]]:
-    """Yield the statements outside of functions, and the functions."""
+    """Yield the functions, and the statements outside of them."""
     statement: list[Item] = []
     for item in items:
         if not _is_blank(item) and not _is_directive(item):
@@ -144,17 +140,14 @@ def _statements(items: Sequence[Item]) -> Iterable[list[Item]]:
 
 
 def _functions(items: Sequence[Item]) -> list[tuple[str, str, Bracketed, Bracketed]]:
-    """Return the (type, name, arguments, body) of each function."""
     return [(str(one[0]), str(one[1]), one[2], one[3]) for one in _statements(items)
             if len(one) == 4 and isinstance(one[2], Bracketed) and isinstance(one[3], Bracketed)]
 
 
 def harmless_functions(text: str, items: Sequence[Item], parameters: frozenset[str]
                        ) -> frozenset[str]:
-    """Return the names of functions and macros that may be called although their value is not
-    needed."""
+    """Return the functions and macros that may be called without need for their value."""
     bodies: dict[str, list[Sequence[Item]]] = {}
-    # the names of variables that are declared outside of functions
     changing = set().union(*map(_declared, _statements(items)))
     for kind, name, arguments, body in _functions(items):
         is_plain = kind in TYPES and not {"out", "inout"} & set(map(str, _flat(arguments.items)))
@@ -165,7 +158,7 @@ def harmless_functions(text: str, items: Sequence[Item], parameters: frozenset[s
             ("discard",) if _CHANGING & set(map(str, _flat(macro))) else macro)
 
     def is_harmless(body: Sequence[Item], harmless: set[str]) -> bool:
-        # `for (` and `while (` look like calls of unknown functions, so they are not harmless.
+        # `for (` and `while (` look like calls of unknown functions.
         words = {item.partition(".")[0] for item in _flat(body) if isinstance(item, str)}
         return (not words & (changing | {"discard"}) and _calls(body) <= harmless
                 and not _reads_element(body, parameters))
@@ -187,7 +180,7 @@ def _declared(statement: Sequence[Item]) -> set[str]:
 
 
 def _reads_element(items: Sequence[Item], parameters: frozenset[str]) -> bool:
-    """Return whether a value is an element of an array whose index may be outside of the array."""
+    """Return whether a value reads an array at an index that may lie outside."""
     return any(isinstance(item, Bracketed) and item.opening == "["
                and _plain(item)[1:-1].strip() not in parameters for item in _flat(items))
 
@@ -200,7 +193,6 @@ class _Writer:
         self._harmless, self._parameters = harmless, parameters
 
     def written(self, items: Sequence[Item], in_function: bool) -> str:
-        """Return the text of statements or of a list of arguments."""
         parts, segment, is_constant = [], [], False
         for item in (*items, ""):
             if item == "" or item in _ENDS or (
@@ -244,7 +236,7 @@ class _Writer:
         return _called("picked_value", texts)
 
     def _folded(self, parts: list[Sequence[Item]], operator: str, function: str) -> str:
-        """Write `a && b && c` as nested calls where possible, from the left to the right."""
+        """Write `a && b && c` as nested calls where possible, from left to right."""
         text, is_harmless = self._expression(parts[0]), self._changes_nothing(parts[0])
         for part in parts[1:]:
             other = self._expression(part)
@@ -254,14 +246,14 @@ class _Writer:
         return text
 
     def _changes_nothing(self, items: Sequence[Item]) -> bool:
-        """Return whether computing a value changes nothing. The first value of a selection must
-        pass only this test, because it is computed in any case."""
+        """Return whether computing a value changes nothing. A selection's first value, which is
+        always computed, must pass only this test."""
         words = [item for item in _flat(items) if isinstance(item, str)]
         return _calls(items) <= self._harmless and not any(
             word in _CHANGING or _is_directive(word) for word in words)
 
     def _is_harmless(self, items: Sequence[Item]) -> bool:
-        """Return whether a value may be computed although it is not needed."""
+        """Return whether a value may be computed without need."""
         return self._changes_nothing(items) and not _reads_element(items, self._parameters)
 
 
@@ -277,7 +269,7 @@ def _is_name(items: Sequence[Item]) -> bool:
 
 
 def _called(name: str, values: list[str]) -> str:
-    """Write a call. Blanks around the selection stay around the call."""
+    """Write a call, and keep the blanks around the selection."""
     joined = ", ".join(value.strip(" ") for value in values)
     before, after = (value[:len(value) - len(value.lstrip(" "))]
                      for value in (values[0], values[-1][::-1]))

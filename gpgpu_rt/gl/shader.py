@@ -1,12 +1,10 @@
 """Compilation of programs: resolves includes and defines, and formats compile errors.
 
-A program has two entry files, a ``.vert`` and a ``.frag``. An entry file begins with ``#version``
-and includes other texts. ``#include "core/hit.glsl"`` names a file under ``glsl/``. ``#include
-<records>`` names a text that Python generated, such as the accessors of records. Each file is
-included once.
+A program has two entry files, a ``.vert`` and a ``.frag``, which begin with ``#version``.
+``#include "core/hit.glsl"`` names a file under ``glsl/``. ``#include <records>`` names a text that
+Python generated, such as the accessors of records. Each file is included once.
 
-A table maps lines to their files. ``#line`` would not suffice: Mesa reports an undeclared name in
-file 0 despite ``#line``.
+A table maps lines to their files, because Mesa reports some errors in file 0 despite ``#line``.
 """
 from __future__ import annotations
 
@@ -29,33 +27,33 @@ from .context import Gpu
 
 ROOT = Path(str(importlib.resources.files("gpgpu_rt.glsl")))
 
-DEFINES = "<defines>"    # file name of the lines that are inserted below ``#version``
-MOST_PROGRAMS = 512      # programs to keep for reuse; a software renderer needs 1 MiB for each
+DEFINES = "<defines>"    # file name of the lines below ``#version``
+MOST_PROGRAMS = 512      # programs to keep; a software renderer needs 1 MiB for each
 
 _INCLUDE = re.compile(r'^\s*#\s*include\s+(?:"(?P<file>[^"]+)"|<(?P<virtual>\w+)>)\s*$')
 _VERSION = re.compile(r"^\s*#\s*version\b")
 # "0:12(5): error" (Mesa), "0(12) : error" (NVIDIA), "ERROR: 0:12:" (others)
 _LOCATION = re.compile(r"(?P<a>\d+):(?P<b>\d+)(?:\(\d+\))?:|(?P<c>\d+)\((?P<d>\d+)\)\s*:")
 
-# Contraction to FMA breaks the watertight test. `precise` forbids contraction; drivers without
-# this keyword may contract.
+# Contraction to FMA breaks the watertight test. `precise` forbids it; drivers without `precise`
+# may contract.
 _PREAMBLE = """#extension GL_ARB_gpu_shader5 : enable
 #ifdef GL_ARB_gpu_shader5
 #define PRECISE precise
 #else
 #define PRECISE
 #endif"""
-_OLD_PREAMBLE = "#define PRECISE"       # GLSL 1.20 has no such extension
+_OLD_PREAMBLE = "#define PRECISE"       # GLSL 1.20 lacks the extension
 
 
 @dataclass
 class Source:
-    """A resolved program text, and the origin of its lines.
+    """A resolved program text with the origin of its lines.
 
     Attributes
     ----------
-    runs : runs of consecutive lines of a file, as (number of lines of the text before the run,
-        file, first line of the run in the file, number of lines of the run)
+    runs : runs of consecutive lines of a file: (number of lines of the text before the run, file,
+        first line in the file, number of lines)
     """
 
     text: str
@@ -66,8 +64,7 @@ class Source:
         return [name for _, name, _, count in self.runs for _ in range(count)]
 
     def origin(self, line: int) -> tuple[str, int] | None:
-        """Return the file from which a line of the text comes, and the line's number in the file.
-        Lines are counted from 1."""
+        """Return the (file, line in the file) of a line of the text; lines count from 1."""
         for before, name, first, count in self.runs:
             if before < line <= before + count:
                 return name, first + line - before - 1
@@ -76,8 +73,8 @@ class Source:
 
 @dataclass(frozen=True)
 class Compilation:
-    """A call of ``compile_program``: the entry files, their resolved texts, and the defines of the
-    fragment program."""
+    """A call of ``compile_program``: entry files, their resolved texts, and the fragment program's
+    defines."""
 
     fragment_file: str
     vertex_file: str
@@ -87,7 +84,7 @@ class Compilation:
 
 
 class _LineBlock(NamedTuple):
-    """Lines of a file up to an ``#include`` or up to and including ``#version``."""
+    """Lines of a file before an ``#include``, or up to ``#version``."""
 
     first: int
     lines: tuple[str, ...]
@@ -117,14 +114,14 @@ def resolve(entry: str, defines: Mapping[str, object] | None = None,
     Parameters
     ----------
     entry : path of the entry file, relative to ``glsl/`` or absolute
-    defines : name -> value. True defines the name without a value; None and False define nothing
-    virtual : name -> generated text for ``#include <name>``. A value that begins with ``file:``
-        names a file, relative to ``glsl/`` or absolute
+    defines : name -> value. True defines a name without a value; None and False define nothing
+    virtual : name -> generated text for ``#include <name>``, or ``file:`` and a file's name,
+        relative to ``glsl/`` or absolute
 
     Raises
     ------
     ShaderError
-        for a missing file, an unknown virtual include or a cycle.
+        for a missing file, an unknown virtual include or a cycle
     """
     virtual = virtual or {}
     source = Source("")
@@ -186,7 +183,7 @@ def compile_program(gpu: Gpu, fragment: str, defines: Mapping[str, object] | Non
     Raises
     ------
     ShaderError
-        for a compile error; the message names the file, the line and the defines.
+        for a compile error; the message names the file, the line and the defines
     """
     vertex_source = resolve(vertex, {}, virtual)
     source = resolve(fragment, defines, virtual)
@@ -202,19 +199,16 @@ def compile_program(gpu: Gpu, fragment: str, defines: Mapping[str, object] | Non
             with interrupts.deferred():
                 program = gpu.context.program(vertex_shader=texts[0], fragment_shader=texts[1])
         except moderngl.Error as failure:
-            # moderngl writes the kind of the wrong program as a heading above the compiler's log.
+            # A heading above the log says which program is wrong.
             wrong = vertex_source if "\nvertex_shader\n=" in str(failure) else source
             raise ShaderError(_word_log(str(failure), wrong, defines or {})) from failure
-    gpu.programs[key] = program    # now the most recently requested program
+    gpu.programs[key] = program    # now the most recently used
     return program
 
 
 @contextmanager
 def compilations(gpu: Gpu) -> Iterator[list[Compilation]]:
-    """List every call of ``compile_program`` within the block.
-
-    The list includes calls whose program was kept from an earlier call.
-    """
+    """List every call of ``compile_program`` in the block, also calls that reuse a program."""
     before, gpu.compilations = gpu.compilations, []
     try:
         yield gpu.compilations
@@ -223,11 +217,11 @@ def compilations(gpu: Gpu) -> Iterator[list[Compilation]]:
 
 
 def _let_go(gpu: Gpu) -> None:
-    """Release the least recently requested programs that nobody uses, if there are too many."""
+    """Release the least recently requested unused programs above MOST_PROGRAMS."""
     for key in list(gpu.programs):
         if len(gpu.programs) < MOST_PROGRAMS:
             return
-        if sys.getrefcount(gpu.programs[key]) == 2:    # only the table and the call refer to it
+        if sys.getrefcount(gpu.programs[key]) == 2:    # only the table and this call
             gpu.programs.pop(key).release()
 
 

@@ -1,4 +1,4 @@
-"""Target: textures of the same size that hold records, and a framebuffer to draw into them all."""
+"""Target: textures of one size that hold records, and a framebuffer to draw into all of them."""
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
@@ -18,28 +18,24 @@ ByRay = Callable[[np.ndarray], np.ndarray]    # texels (k, 4) -> (n, 4), a row p
 
 
 def whole(texels: np.ndarray) -> np.ndarray:
-    """Return the texels unchanged."""
     return texels
 
 
 class Target:
-    """Render targets that hold a record, or several records, at each position.
-
-    Passes draw into a Target, and later passes read its textures.
+    """Render targets that hold one or several records at each position.
 
     Parameters
     ----------
     records : a Record, or several Records in the order of the render targets
     size : (width, height) in texels
-    depth : a depth buffer of the same size. Draws test against it and do not write it
-    borrowed : name -> textures that another object owns and releases. For a record of this name,
-        the target uses these textures and makes none. If no record has the name, the textures
-        become further render targets after the records
+    depth : a depth buffer of the same size, which draws test and do not write
+    borrowed : name -> textures of another object, which releases them. The record of this name
+        uses these textures. Without such a record, the textures become further render targets
 
     Attributes
     ----------
     records : name -> Record
-    streams : name -> textures, a texture per texel of the record
+    streams : name -> textures, one per texel of the record
     textures : all textures, in the order of the render targets
     framebuffer : draws into all textures at once
     length : number of positions, width * height
@@ -62,19 +58,17 @@ class Target:
 
     @property
     def record(self) -> Record:
-        """The first record. Most targets have only this record."""
+        """The first, for most targets the only, record."""
         return next(iter(self.records.values()))
 
     def part(self, record: Record) -> Target:
-        """Return a new target for a single record. The new target borrows the record's textures;
-        ``self`` still owns them."""
+        """Return a new target for a record, which borrows its textures from ``self``."""
         return Target(self.gpu, record, self.size,
                       borrowed={record.name: self.streams[record.name]})
 
     def samplers(self, as_name: str | None = None) -> Mapping[str, moderngl.Texture]:
         """Return sampler name -> texture, read-only. ``as_name`` renames the only record."""
-        # Every draw asks for the names, so the answer without ``as_name`` is kept until the
-        # streams change.
+        # Every draw needs the names: keep them until the streams change.
         if as_name is None and self._sampled[0] is self.streams:
             return self._sampled[1]
         found = MappingProxyType({
@@ -90,7 +84,7 @@ class Target:
         Parameters
         ----------
         name : the record; None for the first record
-        by_ray : selects the texels of rays and puts them into the order of the rays
+        by_ray : selects the texels of rays, in the order of the rays
 
         Returns
         -------
@@ -112,17 +106,17 @@ class Target:
         self.gpu.clear(self.framebuffer, *colour, **more)
 
     def bytes(self) -> int:
-        """Return the bytes of the textures, without borrowed textures."""
+        """Return the bytes of the textures, without borrowed ones."""
         return sum(map(texture_bytes, self._own.values()))
 
     def release(self) -> None:
-        """Free the framebuffer and the textures, without borrowed textures."""
+        """Free the framebuffer and the textures, without borrowed ones."""
         release(self.framebuffer, self._own)
 
 
 def read_record(record: Record, samplers: Mapping[str, moderngl.Texture],
                 by_ray: ByRay = whole) -> dict[str, np.ndarray]:
-    """Read a record back from the textures that a pass samples; see ``Target.fields``."""
+    """Read a record from the textures that a pass samples; see ``Target.fields``."""
     texels = [by_ray(read_texture(samplers[f"{record.name}_texel_{texel}"]).reshape(-1, 4))
               for texel in range(record.texels)]
     return record.unpack(texels[0][:, None] if len(texels) == 1 else np.stack(texels, axis=1))
@@ -132,5 +126,4 @@ Drawable = Target | moderngl.Framebuffer    # a target of draws
 
 
 def framebuffer_of(target: Drawable) -> moderngl.Framebuffer:
-    """Return the framebuffer of a Target, or ``target`` itself if it is a framebuffer."""
     return target.framebuffer if isinstance(target, Target) else target

@@ -1,4 +1,4 @@
-"""Textures: make textures for tables and for render targets, write them and read them back."""
+"""Textures: make textures for tables and render targets, write them and read them back."""
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
@@ -15,14 +15,13 @@ from .precision import Precision
 from .record import TABLE_WIDTH_LOG2, Plane, Record, check_count
 
 TABLE_WIDTH = 1 << TABLE_WIDTH_LOG2
-# Number of records that are packed together. They fill whole rows, whatever the number of texels
-# of a record.
+# Records to pack together, which fill whole rows for any number of texels of a record.
 RECORDS_AT_ONCE = 32 * TABLE_WIDTH
 
 
 def make_texture(gpu: Gpu, size: tuple[int, int], components: int, what: str,
                  data: np.ndarray | None = None, dtype: str = "f4") -> moderngl.Texture:
-    """Return a texture that programs read without filtering; check its size first.
+    """Return a texture that programs read without filtering.
 
     Parameters
     ----------
@@ -34,7 +33,7 @@ def make_texture(gpu: Gpu, size: tuple[int, int], components: int, what: str,
     Raises
     ------
     LimitError
-        if the texture exceeds the renderer's limit, or for lack of memory.
+        if the texture exceeds the renderer's limit, or for lack of memory
     """
     gpu.check_size(*size, what)
     try:
@@ -58,8 +57,7 @@ def table_textures(gpu: Gpu, record: Record | PackedRecord,
     ----------
     arrays : field name -> array
     precision : the format of geometric fields; None if they are rounded already
-    into : an older version of this table. Its textures are reused if their size fits, and released
-        otherwise
+    into : an older version of this table. Textures that fit are reused, and the others released
 
     Returns
     -------
@@ -68,13 +66,13 @@ def table_textures(gpu: Gpu, record: Record | PackedRecord,
     Raises
     ------
     LimitError
-        for more than 2^24 records, or if a texture exceeds the renderer's limit.
+        for more than 2^24 records, or if a texture exceeds the renderer's limit
     """
     count = check_table(gpu, record, arrays)
     textures = {f"{record.name}{plane.suffix}_table": _room(gpu, record.name, count, plane,
                                                             into or {})
                 for plane in record.planes}
-    # Pack slice by slice, because a table is several times as large as its source.
+    # Pack by slices: a table is several times as large as its source.
     for start in range(0, max(count, 1), RECORDS_AT_ONCE):
         part = {name: values[start:start + RECORDS_AT_ONCE] for name, values in arrays.items()}
         packed = record.pack(**(precision.stored_fields(record, part) if precision else part))
@@ -87,7 +85,7 @@ def table_textures(gpu: Gpu, record: Record | PackedRecord,
 
 def largest_integer(record: Record | PackedRecord, arrays: Mapping[str, np.ndarray | Column]
                     ) -> int:
-    """Return the largest absolute value of the integers in a table's float textures."""
+    """Return the largest absolute integer in a table's float textures."""
     fields = record.fields if isinstance(record, Record) else ()
     return max((int(np.abs(arrays[field.name][start:start + RECORDS_AT_ONCE]).max())
                 for field in fields if field.is_integer and field.name in arrays
@@ -111,7 +109,6 @@ def _rows(count: int, plane: Plane) -> int:
 
 def _room(gpu: Gpu, name: str, count: int, plane: Plane,
           old: Mapping[str, moderngl.Texture]) -> moderngl.Texture:
-    """Return a texture for ``count`` records: the old texture if its size fits."""
     rows = _rows(count, plane)
     texture = old.get(f"{name}{plane.suffix}_table")
     if texture is not None:
@@ -119,13 +116,13 @@ def _room(gpu: Gpu, name: str, count: int, plane: Plane,
             return texture
         texture.release()
     texture = make_texture(gpu, (TABLE_WIDTH, rows), plane.components, name, dtype=plane.dtype)
-    # Programs sample only inside the texture. Without repetition llvmpipe samples faster.
+    # Programs sample only inside the texture. llvmpipe is faster without repetition.
     texture.repeat_x = texture.repeat_y = False
     return texture
 
 
 def _write_rows(texture: moderngl.Texture, row: int, texels: np.ndarray, dtype: str) -> None:
-    """Write (n, components) texels from ``row`` on. Fill the rest of the last row with zeros."""
+    """Write (n, components) texels from ``row`` on; zeros fill the last row."""
     rows = max(1, -(-len(texels) // TABLE_WIDTH))
     padded = np.zeros((rows * TABLE_WIDTH, texels.shape[1]), "<" + dtype)
     padded[:len(texels)] = texels
@@ -152,7 +149,7 @@ def read_texels(texture: moderngl.Texture, first: int, count: int) -> np.ndarray
 
     Parameters
     ----------
-    first : number of the first texel; a row has TABLE_WIDTH texels
+    first : index of the first texel, in rows of TABLE_WIDTH texels
     """
     kind = np.uint32 if texture.dtype == "u4" else np.float32
     found = np.empty((count, texture.components), kind)
@@ -168,7 +165,7 @@ def read_texels(texture: moderngl.Texture, first: int, count: int) -> np.ndarray
 
 def write_texture(texture: moderngl.Texture, values: np.ndarray,
                   viewport: tuple[int, int, int, int] | None = None) -> None:
-    """Upload texels into a whole texture, or into (x, y, width, height) of the texture."""
+    """Upload texels into a texture, or into its part (x, y, width, height)."""
     texture.write(values, viewport)
     note_moved(texture, up=values.nbytes)
 
@@ -181,12 +178,11 @@ def vector_texture(gpu: Gpu, vectors: np.ndarray, what: str) -> moderngl.Texture
 
 
 def note_moved(texture: moderngl.Texture, up: int = 0, down: int = 0) -> None:
-    """Report the bytes of an upload or a readback to the observers of the texture's context."""
+    """Report uploaded and read back bytes to the context's observers."""
     texture.ctx.extra.note_moved(up, down)
 
 
 def texture_bytes(textures: Iterable[moderngl.Texture]) -> int:
-    """Return the bytes of textures."""
     return sum(t.width * t.height * t.components * int(t.dtype[1]) for t in textures)
 
 
@@ -195,7 +191,7 @@ def bytes_of(*parts: Any) -> int:
 
     Parameters
     ----------
-    parts : textures, objects, None, or lists, tuples and dicts of these. Other parts count 0
+    parts : textures, objects, None, or lists, tuples and dicts of these; other parts count 0
     """
     total = 0
     for part in parts:
@@ -227,5 +223,5 @@ def release(*parts: Any) -> None:
 
 
 def stream_samplers(name: str, textures: list[moderngl.Texture]) -> dict[str, moderngl.Texture]:
-    """Return sampler name -> texture of a stream record that GLSL reads as ``name``."""
+    """Return sampler name -> texture of a stream that GLSL calls ``name``."""
     return {f"{name}_texel_{k}": texture for k, texture in enumerate(textures)}

@@ -1,4 +1,4 @@
-"""The graphics cards of the survey: their figures, and the programs that each could run."""
+"""The graphics cards of the survey: their figures, and which programs each could run."""
 from __future__ import annotations
 
 import functools
@@ -16,10 +16,10 @@ class Needs:
 
     Attributes
     ----------
-    arithmetic, textures : numbers of arithmetic instructions and of fetches in the program's text;
-        0 for a program that no card's compiler has compiled
-    dependent_reads : levels of fetches whose coordinates depend on another fetch; 0 for a program
-        that no card's compiler has compiled
+    arithmetic, textures : numbers of arithmetic instructions and of fetches; 0 if no card's
+        compiler has compiled the program
+    dependent_reads : levels of fetches whose coordinates depend on another fetch; 0 if no card's
+        compiler has compiled the program
     loops : whether the program has loops
     targets : number of render targets
     texture_size : side of the largest table in texels, if the table were square
@@ -41,7 +41,7 @@ class Needs:
 
 @dataclass(frozen=True)
 class Refusal:
-    """The reason why a card cannot run a program: a word for the limit, and a sentence."""
+    """Why a card cannot run a program: a word for the limit, and a sentence."""
 
     limit: str
     says: str
@@ -49,7 +49,7 @@ class Refusal:
 
 @dataclass(frozen=True)
 class Sourced:
-    """A card or machine whose figures have sources. The value of a figure is an attribute, such as
+    """A card or machine whose figures have sources. A figure's value is an attribute, such as
     ``card.clock``."""
 
     name: str
@@ -65,11 +65,8 @@ class Sourced:
 
 @dataclass(frozen=True)
 class Card(Sourced):
-    """A graphics card."""
-
     def refuses(self, needs: Needs) -> list[Refusal]:
-        """Return the reasons why the card cannot run a program with these needs; empty if the card
-        can run the program."""
+        """Return why the card cannot run a program; empty if it can."""
         limits = (("slots", "arithmetic_slots", needs.arithmetic, "arithmetic instructions"),
                   ("fetches", "texture_slots", needs.textures, "fetches in the text"),
                   ("dependent", "dependent_reads", needs.dependent_reads,
@@ -90,19 +87,18 @@ class Card(Sourced):
         return reasons
 
     def to_dict(self) -> dict[str, Any]:
-        """Return name, chip, year, and every figure with its unit and source."""
+        """Return name, chip, year, and the figures with units and sources."""
         return {"name": self.name, "chip": self.chip, "year": self.year, "figures": self.figures}
 
 
 @functools.cache
 def cards() -> tuple[Card, ...]:
-    """Return the cards in the order of their years."""
     text = (importlib.resources.files("gpgpu_rt.hardware") / "cards.json").read_text()
     return tuple(Card(**row) for row in json.loads(text)["cards"])
 
 
 def find_card(name: str) -> Card:
-    """Return a card by its name or by the name of its chip; raise OptionError for another name."""
+    """Return a card by its name or its chip's name; raise OptionError for another name."""
     for card in cards():
         if name in (card.name, card.chip):
             return card

@@ -1,7 +1,7 @@
 """Era packet time: the time that a card with loops would have taken for packets that ran here.
 
-The program of packets is one loop, so no pass shows how often its kernels ran. Therefore the
-same rays are traced once more, step by step, as for the figures about the papers' cards.
+The program of packets is one loop, so no pass shows how often its kernels ran. Therefore its rays
+are traced again, step by step.
 """
 from __future__ import annotations
 
@@ -24,16 +24,13 @@ from .machine_model import CardTime, host_time, stream_fetches, time_of_loop
 from .static_costs import static_cost
 from .trace import record_trace
 
-TILE, TILES = 48, 2     # least side of a tile in packets, and the number of tiles along an axis
+TILE, TILES = 48, 2     # least side of a tile in packets, and number of tiles along an axis
 
 
 @dataclass(frozen=True)
 class _Traced:
-    """The rays of a pass over packets.
-
-    ``texels`` is (h, w, 2, 4) and holds the tiles that are traced again, side by side. ``share``
-    is the share of these rays in all rays of the pass, and ``pixels`` is the number of all rays.
-    """
+    """The rays of a pass over packets. ``texels``, (h, w, 2, 4), holds the tiles to trace again,
+    side by side. The tiles have the ``share`` of the pass's ``pixels`` rays."""
 
     any_hit: bool
     texels: np.ndarray
@@ -49,7 +46,6 @@ class PacketRays(Observer):
         self.passes: list[_Traced] = []
 
     def passed(self, one: ObservedPass) -> None:
-        """Keep the rays of the pass if its program is the loop of packets."""
         if one.kernel != LOOP:
             return
         across, down = packet_of(self.tracer.options)
@@ -63,7 +59,7 @@ class PacketRays(Observer):
                                    len(rows) * len(columns) / (height * width), height * width))
 
     def time_on(self, card: Card) -> CardTime:
-        """Return the predicted time of all passes so far.
+        """Return the predicted time of all passes.
 
         Raises
         ------
@@ -81,11 +77,10 @@ class PacketRays(Observer):
 
 
 def _sampled(side: int, packet: int, group: int) -> np.ndarray:
-    """Return the indices of the rows, or of the columns, of an image that are traced.
+    """Return the indices of the rows, or of the columns, of an image to trace.
 
-    A small image is traced whole. A large image is divided into TILES parts along the axis, and a
-    tile in the middle of each part is traced. A tile holds whole groups of packets that branch
-    together.
+    Trace a small image whole. Divide the axis of a large image into TILES parts, and trace a tile
+    in the middle of each part. A tile holds whole groups of packets that branch together.
     """
     tile = -(-TILE // group) * group * packet
     if side <= TILES * tile:

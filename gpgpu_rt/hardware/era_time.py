@@ -19,7 +19,7 @@ from .static_costs import static_cost
 
 @dataclass(frozen=True)
 class EraTime:
-    """The passes of a tracer whose kernels run in the era form (docs/era.md).
+    """The passes of a tracer in the era form (docs/era.md).
 
     Attributes
     ----------
@@ -33,14 +33,12 @@ class EraTime:
     packets: PacketRays
 
     def on_card(self) -> tuple[Card, CardTime]:
-        """Return the card and the predicted time of the traversal's passes.
-
-        The passes of shading are not predicted.
+        """Return the card and the predicted time of the traversal's passes, without shading.
 
         Raises
         ------
         OptionError
-            if the kernels were not compiled for the card, or if the card could not have run them
+            if the kernels were not compiled for the card, or the card could not have run them
         """
         chip, method = str(self.tracer.options["era"]), self.tracer.method
         card = find_card(chip.upper())
@@ -56,7 +54,7 @@ class EraTime:
         assert buffers is not None
         pixels = buffers.size[0] * buffers.size[1]
         time = host_time(card, self.log.queries, pixels=pixels)
-        self.log.to_list()      # reads the fragments that occlusion queries counted
+        self.log.to_list()      # reads the counts of occlusion queries
         for (name, texts), work in self.log.passes.items():
             if name in method.kernels:
                 any_hit = "#define ANY_HIT\n" in texts[1]
@@ -70,7 +68,7 @@ class EraTime:
 
 @contextmanager
 def era_timed(tracer: Tracer) -> Iterator[EraTime]:
-    """Log the passes within the block."""
+    """Log the passes in the block."""
     packets = PacketRays(tracer)
     with tracer.gpu, logged(tracer.gpu, Statistics()) as log, tracer.gpu.observed(packets):
         yield EraTime(tracer, log, packets)

@@ -1,5 +1,4 @@
-"""Issue: counts from a trace of the rays how often groups of pixels issue each kernel. The pixels
-of a group branch together."""
+"""Issue: counts from a trace how often groups of pixels that branch together issue each kernel."""
 from __future__ import annotations
 
 from collections.abc import Collection
@@ -9,34 +8,33 @@ import numpy as np
 
 from .trace import FINISHED, KernelTrace
 
-QUAD = (2, 2)        # every card of the survey shades pixels in quads, for their derivatives
-# The (h, w) in pixels of a group of pixels that branch together. A group has `branch_width` pixels
-# (cards.json). The survey states no shape of the groups, so these rectangles are nearest to a
-# square. R420 cannot branch.
+QUAD = (2, 2)        # every card of the survey shades pixels in quads, for derivatives
+# The (h, w) in pixels of a group that branches together: the rectangle nearest to a square with
+# `branch_width` pixels (cards.json), because the survey states no shape. R420 cannot branch.
 GROUPS: dict[str, tuple[int, int] | None] = {
     "R420": None, "NV40": (32, 32), "R580": (6, 8), "G80": (4, 8)}
-PASSES_A_CHOICE = 16    # the schedule `kernels` runs this many passes between occlusion queries
+PASSES_A_CHOICE = 16    # passes of the schedule `kernels` between occlusion queries
 WHILE_WHILE, STEP = "while-while", "step"
 ORDERS = (WHILE_WHILE, STEP)
 # Kernels without an inner loop: a program with a loop runs them right after the step that asks for
-# them. `push` and `pop` are kernels of methods whose stack lies in textures under `step`
-# (glsl/methods/bvh/packet_steps_stack.glsl), and of kd-packet on R580 (packet_trace.py). `leave`
-# and `begin` are kernels of kd packets (glsl/methods/kdtree/packet_steps.glsl).
+# them. `push` and `pop` belong to methods with a stack in textures under `step`
+# (glsl/methods/bvh/packet_steps_stack.glsl) and to kd-packet on R580 (packet_trace.py). `leave`
+# and `begin` belong to kd packets (glsl/methods/kdtree/packet_steps.glsl).
 WITHIN = ("push", "pop", "leave", "begin")
 
 
 @dataclass(frozen=True)
 class KernelIssues:
-    """How often kernels are issued. Each tuple has one entry per kernel.
+    """How often kernels are issued; each tuple has an entry per kernel.
 
     Attributes
     ----------
     kernels : names
     runs : useful runs, summed over rays
     lanes : lanes that the issues occupy, idle lanes included
-    iterations : iterations of the outer loop, summed over lanes; 0 for a schedule of passes
+    iterations : iterations of the outer loop, summed over lanes; 0 for passes
     passes : number of passes that the host draws; empty for a loop
-    queries : number of occlusion queries of the host; 0 for a loop
+    queries : number of the host's occlusion queries; 0 for a loop
     """
 
     kernels: tuple[str, ...]
@@ -48,15 +46,14 @@ class KernelIssues:
 
     @property
     def idle(self) -> float:
-        """The share of issued lanes that do not run the kernel for their ray."""
+        """The share of issued lanes without a useful run."""
         return 1 - sum(self.runs) / sum(self.lanes) if sum(self.lanes) else 0.0
 
 
 def in_groups(steps: np.ndarray, group: tuple[int, int]) -> np.ndarray:
-    """Return the steps (n, h, w) of an image regrouped as (n, groups, lanes). ``group`` is the
-    (height, width) of a group in pixels.
+    """Return the steps (n, h, w) of an image, or another field of a trace, as (n, groups, lanes).
 
-    Lanes beyond the image's edge are FINISHED. ``steps`` may also be another field of the trace.
+    ``group`` is a group's (height, width) in pixels. Lanes beyond the image's edge are FINISHED.
     """
     count, height, width = steps.shape
     down, across = -(-height // group[0]), -(-width // group[1])
@@ -69,16 +66,16 @@ def in_groups(steps: np.ndarray, group: tuple[int, int]) -> np.ndarray:
 
 def issued_in_loop(trace: KernelTrace, group: tuple[int, int], order: str,
                    within: Collection[str] = ()) -> KernelIssues:
-    """Return the issues of a program with a loop, whose pixels branch together in groups.
+    """Return the issues of a program with a loop, for groups of pixels that branch together.
 
     Parameters
     ----------
     group : (h, w) of the pixels that branch together
     order : WHILE_WHILE has a loop for each kernel inside the outer loop: a group issues a kernel
-        while any of its rays waits for the kernel. STEP has one loop, whose iteration runs one
-        step of each ray: a group issues each kernel that any of its rays needs
-    within : under WHILE_WHILE, kernels without an inner loop. A ray runs such a kernel right
-        after the kernel before it, and its group issues the kernel if any ray runs it
+        while any of its rays waits for the kernel. STEP has one loop, which runs a step of each
+        ray per iteration: a group issues each kernel that any of its rays needs
+    within : under WHILE_WHILE, kernels without an inner loop. A ray runs such a kernel right after
+        the kernel before it, and its group issues the kernel if any ray runs it
     """
     steps, count = in_groups(trace.steps, group), len(trace.kernels)
     lanes = steps.shape[2]
@@ -98,9 +95,8 @@ def _in_step(steps: np.ndarray, count: int) -> tuple[np.ndarray, int]:
 def _in_turns(steps: np.ndarray, within: np.ndarray) -> tuple[np.ndarray, int]:
     """Return the issues of each kernel and the iterations of the outer loop, over all groups.
 
-    All groups advance side by side, in rounds. In a round, every unfinished group issues one
-    kernel, and then the kernels marked in ``within`` that the group's rays ask for. ``within[k]``
-    says whether kernel number k has no inner loop.
+    All groups advance in rounds. In a round, every unfinished group issues one kernel, and then
+    the kernels without an inner loop (``within[k]``) that its rays ask for.
     """
     count = len(within) - 1
     padded = np.concatenate([steps, np.zeros((1, *steps.shape[1:]), np.uint8)])
@@ -116,12 +112,12 @@ def _in_turns(steps: np.ndarray, within: np.ndarray) -> tuple[np.ndarray, int]:
             groups, place, kernel, waits = groups[live], place[live], kernel[live], waits[live]
         if not len(groups):
             return issues, iterations
-        # Leave inner loops that no ray waits for, in the order of the program.
+        # Leave inner loops that no ray waits for, in program order.
         any_waits = np.stack([(waits == k).any(axis=1) for k in range(1, count + 1)])
         ahead = (kernel - 1 + np.arange(count)[:, None]) % count
         chosen = any_waits[ahead, np.arange(len(groups))].argmax(axis=0)
         after = ahead[chosen, np.arange(len(groups))] + 1
-        # Each return to an earlier kernel begins an iteration of the outer loop.
+        # Each return to an earlier kernel is an iteration of the outer loop.
         iterations += int((after < kernel).sum())
         kernel = after
         issues += np.bincount(kernel - 1, minlength=count)
@@ -140,9 +136,9 @@ def issued_in_passes(trace: KernelTrace, choice: int = PASSES_A_CHOICE,
                      block: tuple[int, int] = QUAD) -> KernelIssues:
     """Return the issues of the schedule ``kernels``, which runs one kernel per pass.
 
-    The host counts by occlusion queries how many rays wait for each kernel. It then draws
-    ``choice`` passes of the kernel with the most waiting rays. Early depth rejects the blocks of
-    (h, w) pixels in which no ray waited for this kernel at the time of the queries.
+    The host counts by occlusion queries the rays that wait for each kernel. It then draws
+    ``choice`` passes of the kernel with the most waiting rays. Early depth rejects blocks of (h,
+    w) pixels in which no ray waited for this kernel at the time of the queries.
     """
     count = len(trace.kernels)
     steps = in_groups(trace.steps, block)

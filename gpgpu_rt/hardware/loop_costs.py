@@ -1,4 +1,4 @@
-"""Loop costs: what a run of a kernel costs within a loop, as Mesa's compiler for a card says."""
+"""Loop costs: what a run of a kernel costs in a loop, according to Mesa's compiler for a card."""
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -9,20 +9,19 @@ from .machine_model import issue_slots, stream_fetches
 from .static_costs import era_programs, packet_methods, static_cost
 
 PACKET_RAYS = 4     # rays of a packet in the era form (traversal/era_packets.py)
-ON_CHIP = ("push", "pop")     # kernels that access a stack, which lies in on-chip memory here
+ON_CHIP = ("push", "pop")     # kernels that access a stack, here in on-chip memory
 
 
 @dataclass(frozen=True)
 class LoopCost:
-    """The cost of a run of a kernel inside a loop that keeps ray, state and hit in registers.
+    """The cost of a run of a kernel in a loop that keeps ray, state and hit in registers.
 
     Attributes
     ----------
     instructions : arithmetic instructions as the card issues them
     fetches : texels of tables
-    levels : levels of texture indirection among these fetches: the length of the longest chain in
-        which each fetch needs the result of the fetch before. The texels of a record are fetched
-        at the same time
+    levels : levels of texture indirection: the length of the longest chain of fetches that each
+        need the fetch before. The texels of a record are fetched together
     """
 
     instructions: int
@@ -31,12 +30,12 @@ class LoopCost:
 
 
 def loop_costs(card: str, method: str, **options: Any) -> dict[str, LoopCost]:
-    """Return the cost of each kernel of a method that has an era form.
+    """Return the cost of each kernel of a method with an era form.
 
     Parameters
     ----------
     card : the compiler, one of `static_costs.COMPILERS`
-    options : the method's options. An option that is not given has its default
+    options : the method's options
     """
     found = {}
     for program in era_programs(method, **options):
@@ -50,16 +49,16 @@ def loop_costs(card: str, method: str, **options: Any) -> dict[str, LoopCost]:
 
 
 def setup_slots(card: str, method: str, any_hit: bool = False, **options: Any) -> float:
-    """Return the instruction slots of a ray before the loop and after it.
+    """Return the instruction slots of a ray before and after the loop.
 
-    For a method without packets they are the slots of the kernel `init`. For packets, the whole
-    loop was compiled as one program. The slots by which the whole exceeds the sum of its kernels
-    are divided among the rays of the packet.
+    Without packets, these are the slots of the kernel `init`. For packets, the whole loop was
+    compiled as one program. Its slots beyond the sum of its kernels are divided among the packet's
+    rays.
 
     Parameters
     ----------
     card : the compiler, one of `static_costs.COMPILERS`
-    options : the options of a packet method. Other methods ignore them and use their defaults
+    options : the options of a packet method; other methods use their defaults
     """
     if method not in packet_methods():
         return issue_slots(static_cost(card, method, "init", any_hit))

@@ -1,17 +1,16 @@
 """Machine model: the seconds that a card needs for issued kernels, without a fitted constant.
 
-A kernel's time is the largest of its arithmetic, its fetches and its streams. These units of a
-card work side by side.
+A kernel's time is the largest of its arithmetic, its fetches and its streams, because these units
+of a card work side by side:
 
     time = lanes * max(instructions / issue rate, fetches / texel rate, bytes / bandwidth).
 
-On NV40, fetches take slots of the arithmetic (``fetches_beside`` of cards.json), so the sum of the
-first two terms replaces these two terms. The texels of a stream are not in the texture cache, so a
-pass fetches them at a lower rate (``stream_fetch``). Lanes include idle lanes. Passes and
-occlusion queries add the host's time and the time in which early depth rejects pixels. All rates
-come from cards.json. `Assumptions` holds the numbers that no source states; they are the same for
-every card. The model leaves out cache misses. It also assumes that enough fragments are in flight
-to hide the latency of fetches.
+On NV40, fetches take slots of the arithmetic (``fetches_beside`` of cards.json), so the first two
+terms are added. The texels of a stream are not in the texture cache, so a pass fetches them at a
+lower rate (``stream_fetch``). Lanes include idle lanes. Passes and occlusion queries add the
+host's time and the time in which early depth rejects pixels. All rates come from cards.json;
+`Assumptions` holds the numbers without a source. The model leaves out cache misses, and assumes
+enough fragments in flight to hide the latency of fetches.
 """
 from __future__ import annotations
 
@@ -36,15 +35,15 @@ SHARES = ("arithmetic", "texture", "bandwidth", "waiting lanes", "passes", "quer
 
 @dataclass(frozen=True)
 class Assumptions:
-    """The numbers of the model that no source states, for all cards.
+    """The numbers of the model that no source states, the same for all cards.
 
     Attributes
     ----------
     draw_seconds : the host's time for a draw call with a change of target
     query_seconds : the time until the host has an occlusion query's result and goes on
-    branch_instructions : instruction slots that the branch of each issue takes in a loop, on cards
-        without a unit for branches
-    texel_bytes : bytes of a texel of a stream; the papers' streams are RGBA32F
+    branch_instructions : instruction slots of each issue's branch in a loop, on cards without a
+        unit for branches
+    texel_bytes : bytes of a stream's texel; the papers' streams are RGBA32F
     """
 
     draw_seconds: float = 15e-6
@@ -53,7 +52,7 @@ class Assumptions:
     texel_bytes: float = 16.0
 
     def varied(self) -> dict[str, tuple[Assumptions, Assumptions]]:
-        """Return for each number a pair: all assumptions with this number halved, and doubled."""
+        """Return for each number all assumptions with this number halved, and doubled."""
         return {one.name: (replace(self, **{one.name: getattr(self, one.name) / 2}),
                            replace(self, **{one.name: getattr(self, one.name) * 2}))
                 for one in fields(self)}
@@ -64,12 +63,12 @@ ASSUMED = Assumptions()
 
 @dataclass(frozen=True)
 class CardTime:
-    """Predicted seconds, divided among the parts that SHARES names.
+    """Predicted seconds in parts.
 
     Attributes
     ----------
     parts : name of SHARES -> seconds. A kernel's time counts as the part that bounds it; the idle
-        lanes' share of this time counts as "waiting lanes"
+        lanes' share of the time counts as "waiting lanes"
     """
 
     parts: Mapping[str, float]
@@ -82,7 +81,6 @@ class CardTime:
         return CardTime({name: self.parts[name] + other.parts[name] for name in SHARES})
 
     def scaled(self, factor: float) -> CardTime:
-        """Return the time of ``factor`` times the work."""
         return CardTime({name: factor * seconds for name, seconds in self.parts.items()})
 
 
@@ -90,20 +88,20 @@ def stream_fetches(method: str, kernel: str, any_hit: bool = False, in_loop: boo
                    **options: Any) -> int:
     """Return how many fetches of a kernel read the ray, its state and its hit.
 
-    A pass makes these fetches. A loop does not: it keeps ray, state and hit in registers. NV40's
-    listing shows these fetches, because their coordinates are those of the fragment. All compilers
-    keep the same fetches of streams.
+    A loop does not make these fetches: it keeps ray, state and hit in registers. NV40's listing
+    shows these fetches, because their coordinates are the fragment's. All compilers keep the same
+    fetches of streams.
     """
     cost = static_cost(_LISTED, method, kernel, any_hit, in_loop, **options)
     return len(_OWN_FETCH.findall(cost.listing))
 
 
 def issue_slots(cost: StaticCost) -> int:
-    """Return the issue slots of a kernel's arithmetic: its instructions, or on NV40 the clocks in
-    which a pipe issues them (`nv40_pairing`)."""
+    """Return the issue slots of a kernel's arithmetic: its instructions, or on NV40 a pipe's
+    clocks (`nv40_pairing`)."""
     if cost.card != _LISTED or not cost.listing:
         return cost.arithmetic
-    # The listing lacks a few copies that the driver adds. Each copy is issued alone.
+    # The driver adds copies that the listing lacks. Each copy is issued alone.
     copies = cost.arithmetic - len(arithmetic_of(cost.listing))
     return clocks(cost.listing) + max(copies, 0)
 
@@ -134,22 +132,21 @@ def time_of_passes(card: Card, issued: KernelIssues, costs: Mapping[str, StaticC
 def time_of_loop(card: Card, issued: KernelIssues, costs: Mapping[str, StaticCost],
                  streams: Mapping[str, int], pixels: int, assumed: Assumptions = ASSUMED,
                  sharing: int = 1, uncoalesced: bool = False, setup: float = 0) -> CardTime:
-    """Predict the time of a single pass with a loop, which keeps ray, state and hit in registers.
+    """Predict the time of a pass with a loop, which keeps ray, state and hit in registers.
 
     Parameters
     ----------
     issued : the issues, from `issue.issued_in_loop`
     costs : the cost of each kernel in a loop
     streams : fetches of each kernel that a loop does not make (`stream_fetches`)
-    pixels : number of pixels of the image, all of which the pass covers
-    sharing : number of lanes that load a table's texel together, once for all of them
-    uncoalesced : whether each run loads the tables' texels from memory by itself, without the
-        texture units and their cache
-    setup : instruction slots per pixel before the loop and after it (`loop_costs.setup_slots`)
+    pixels : number of pixels of the image, all covered by the pass
+    sharing : number of lanes for which a table's texel is loaded once
+    uncoalesced : whether each run loads texels from memory by itself, without the texture units
+        and their cache
+    setup : instruction slots per pixel before and after the loop (`loop_costs.setup_slots`)
     """
     branch = 0.0 if card.branch_unit else assumed.branch_instructions
     total = _kernel_time(card, branch, 0, 0, issued.iterations, issued.iterations)
-    # Each pixel reads its ray and writes its hit.
     total += _kernel_time(card, setup, card.stream_fetch * RAY_TEXELS.texels,
                           (RAY_TEXELS.texels + 1) * assumed.texel_bytes, pixels, pixels)
     total += _parts(passes=assumed.draw_seconds)
@@ -165,13 +162,13 @@ def time_of_loop(card: Card, issued: KernelIssues, costs: Mapping[str, StaticCos
 
 def host_time(card: Card, queries: int, passes: int = 0, pixels: int = 0,
               assumed: Assumptions = ASSUMED) -> CardTime:
-    """Predict the host's time for passes and occlusion queries over an image of ``pixels``, the
-    time in which early depth rejects pixels, and the time in which queries count rays.
+    """Predict the time of passes and occlusion queries over an image of ``pixels``: the host's
+    time, the time in which early depth rejects pixels, and the time in which queries count rays.
 
-    The depth test of a pass asks for equal depths (traversal/schedules.py), which hierarchical
-    depth buffers do not support. So the card tests each pixel. The pass of a query fetches the
-    state of each pixel, and marks by depth the rays that wait for a kernel
-    (drivers/classify.frag). Early depth rejects none of its pixels, because its program discards.
+    A pass asks for equal depths (traversal/schedules.py), which hierarchical depth buffers do not
+    support, so the card tests each pixel. A query's pass fetches the state of each pixel, and
+    marks by depth the rays that wait for a kernel (drivers/classify.frag). Early depth rejects
+    none of its pixels, because its program discards.
     """
     rejected = passes * pixels / card.depth_rate
     marked = queries * pixels * card.stream_fetch / card.texel_rate

@@ -1,15 +1,14 @@
 """A cost model of machines with units for ray tracing, and of the Cell processor.
 
-The survey's section 5 proposes such units; section 4.4 describes machines that were built. If a
-unit executes a kernel, the kernel costs the shader nothing. The unit needs a clock for each step
-of a ray, or of a packet. Shader, units and memory work in parallel, and the slowest decides.
-Memory traffic is the misses of a simulated cache of the machine's size (`local_store`). Nothing is
-fitted: each time is the work of traced rays, done at the machine's peak rates. The work leaves out
-the setting up of rays and the loops' own branches.
+The survey's section 5 proposes such units; section 4.4 describes machines that were built. A unit
+executes its kernels at no cost for the shader, in a clock for each step of a ray or a packet.
+Shader, units and memory work in parallel, and the slowest decides. Memory traffic is the misses of
+a simulated cache of the machine's size (`local_store`). Nothing is fitted: each time is the work
+of traced rays at the machine's peak rates, without the setting up of rays and the loops' own
+branches.
 
-The cost of a kernel follows from the code that a card's compiler generated for it (`loop_costs`).
-For a machine without a compiler, ``compiler`` in ``machines.json`` names the card whose
-instructions are most like the machine's.
+A kernel's cost comes from the code of a card's compiler (`loop_costs`). For a machine without a
+compiler, ``compiler`` in ``machines.json`` names the card with the most similar instructions.
 """
 from __future__ import annotations
 
@@ -24,7 +23,7 @@ from .cards import Card, Sourced
 from .issue import WITHIN
 from .loop_costs import LoopCost
 
-TESTS = ("intersect",)     # kernels that test triangles; all other kernels traverse
+TESTS = ("intersect",)     # kernels that test triangles; the others traverse
 
 
 class Machine(Sourced):
@@ -33,15 +32,15 @@ class Machine(Sourced):
 
 @functools.cache
 def machines() -> dict[str, Machine]:
-    """Return the machines by their short names."""
+    """Return the machines by short name."""
     text = (importlib.resources.files("gpgpu_rt.hardware") / "machines.json").read_text()
     return {row["chip"]: Machine(**row) for row in json.loads(text)["machines"]}
 
 
 @dataclass(frozen=True)
 class Least:
-    """The least seconds per ray on each resource, if every resource works at its peak rate. The
-    resources work in parallel; ``waiting`` adds to the slowest of them."""
+    """The least seconds per ray on each resource, at its peak rate. The resources work in
+    parallel, and ``waiting`` adds to the slowest."""
 
     shader: float = 0.0
     steps: float = 0.0
@@ -62,20 +61,14 @@ class Least:
 
 
 def by_unit(kernel: str, taken: str) -> bool:
-    """Return whether units execute a kernel.
-
-    ``taken`` names the kernels of the units: "steps" are kernels that traverse, "tests" are
-    kernels that test triangles, "both" are all kernels, and "" is none.
-    """
+    """Return whether units execute a kernel. ``taken`` names their kernels: "steps" (which
+    traverse), "tests" (which test triangles), "both", or "" for none."""
     return taken in ("tests" if kernel in TESTS else "steps", "both")
 
 
 def runs(work: Mapping[str, Any], kind: str, width: int = 1) -> float:
-    """Return how often groups of ``width`` rays ran the kernels of a kind ("steps" or "tests"),
-    divided by the number of rays.
-
-    A stack's push or pop is part of the step before it.
-    """
+    """Return the runs per ray of the kernels of a ``kind`` ("steps" or "tests"), by groups of
+    ``width`` rays. A stack's push or pop is part of the step before it."""
     lanes = work["lanes"][str(width)]
     return sum(count for kernel, count in lanes.items()
                if kernel not in WITHIN and by_unit(kernel, kind)) / width / work["count"]
@@ -83,10 +76,8 @@ def runs(work: Mapping[str, Any], kind: str, width: int = 1) -> float:
 
 def instructions_a_ray(work: Mapping[str, Any], costs: Mapping[str, LoopCost], width: int = 1,
                        taken: str = "") -> float:
-    """Return the instructions per ray that groups of ``width`` rays issue, idle lanes included.
-
-    ``taken`` names the kernels that cost nothing, because units execute them.
-    """
+    """Return the instructions per ray that groups of ``width`` rays issue, with idle lanes. The
+    kernels ``taken`` cost nothing, because units execute them."""
     return sum(lanes * costs[kernel].instructions
                for kernel, lanes in work["lanes"][str(width)].items()
                if not by_unit(kernel, taken)) / work["count"]
@@ -94,15 +85,15 @@ def instructions_a_ray(work: Mapping[str, Any], costs: Mapping[str, LoopCost], w
 
 def on_card(card: Card, work: Mapping[str, Any], costs: Mapping[str, LoopCost],
             units: Machine | None = None, taken: str = "", width: int | None = None) -> Least:
-    """Return the time on a card's shaders, with units that execute some of the kernels.
+    """Return the time on a card's shaders, with units for some of the kernels.
 
     Parameters
     ----------
     card : the card
-    work : the work of ``count`` rays. ``runs`` maps a kernel's name to its number of runs.
-        ``lanes`` maps the number of rays in a group, and then a kernel's name, to the number of
-        lanes that groups occupied. ``transfers`` has numbers of cache misses. Its key "8192 16 4"
-        stands for a cache of 8192 bytes, lines of 16 bytes and 4 rays that fetch together
+    work : the work of ``count`` rays. ``runs`` maps a kernel to its runs. ``lanes`` maps a number
+        of rays in a group, then a kernel, to the lanes that groups occupied. ``transfers`` has
+        numbers of cache misses; "8192 16 4" means a cache of 8192 bytes, lines of 16 bytes and 4
+        rays that fetch together
     costs : each kernel's cost by the card's compiler
     units : the units; None for a card without units
     taken : the kernels that the units execute, as for `by_unit`
@@ -126,9 +117,9 @@ def on_prototype(machine: Machine, work: Mapping[str, Any],
                  costs: Mapping[str, LoopCost]) -> Least:
     """Return the time on a machine whose units traverse.
 
-    If the machine also has units for triangle tests, these do the tests, and ``costs`` has no
-    effect. Otherwise the machine's shader does the tests, for a packet at a time. ``work`` and
-    ``costs`` are as for `on_card`.
+    Units for triangle tests do the tests, and ``costs`` has no effect. Without such units, the
+    machine's shader does the tests, a packet at a time. ``work`` and ``costs`` are as for
+    `on_card`.
     """
     each, packet = machine.units * machine.clock, machine.packet
     steps = runs(work, "steps", packet) / (each * machine.steps)
@@ -151,8 +142,8 @@ def on_cell(cell: Machine, work: Mapping[str, Any], costs: Mapping[str, LoopCost
     ----------
     cell : the machine
     work, costs : as for `on_card`; the costs are in scalar instructions
-    hidden : whether another packet runs while a packet waits for a transfer. Benthin et al. (2006)
-        call this "software hyperthreading"
+    hidden : whether another packet runs during a transfer ("software hyperthreading" of Benthin et
+        al. 2006)
     """
     count, packet = work["count"], cell.together
     fetched = sum(lanes / packet * costs[kernel].fetches
@@ -167,9 +158,9 @@ def on_cell(cell: Machine, work: Mapping[str, Any], costs: Mapping[str, LoopCost
 def with_shading(cell: Machine, traced: Least, times: float = 1.0) -> Least:
     """Return the time of tracing a ray and of shading its hit on the same processors.
 
-    The survey (section 4.4) reports that shading is the bottleneck on the Cell, because shading
-    reads memory at random. So a processor always waits for the transfers of shading. ``times``
-    multiplies the assumed number of transfers per hit.
+    Shading is the bottleneck on the Cell, because it reads memory at random (survey, section 4.4).
+    So a processor always waits for the transfers of shading. ``times`` multiplies the assumed
+    transfers per hit.
     """
     transfers = times * cell.shading_transfers
     waited = transfers * cell.latency / (cell.clock * cell.units)
@@ -183,6 +174,5 @@ def _missed(work: Mapping[str, Any], machine: Machine) -> int:
 
 
 def _memory(work: Mapping[str, Any], machine: Machine, bandwidth: float | None = None) -> float:
-    """Return the seconds per ray of cache misses, at the machine's bandwidth or at another."""
     moved = _missed(work, machine) * machine.line
     return moved / (bandwidth or machine.bandwidth) / work["count"]

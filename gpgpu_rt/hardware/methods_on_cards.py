@@ -1,12 +1,11 @@
 """Methods on cards: compare the programs of each method with the limits of a card.
 
 The era form of a method (docs/era.md) is judged by the counts of Mesa's compiler for the card.
-Today's programs are judged only by their targets, tables, loops, queries and float textures,
-because no card's compiler accepts them.
+Today's programs, which no card's compiler accepts, are judged by their targets, tables, loops,
+queries and float textures.
 
-A card may refuse a method that once ran on it. For example, Carr et al. (2002) ran the ray engine
-in fixed point on the Radeon 8500. The ray engine of this project needs float textures, even where
-it emulates fixed point.
+A card may refuse a method that once ran on it: Carr et al. (2002) ran the ray engine in fixed
+point on the Radeon 8500, but this project emulates fixed point in float textures.
 """
 from __future__ import annotations
 
@@ -21,28 +20,23 @@ from ..traversal.era_packets import LOOP
 from .cards import Card, Needs, Refusal
 from .static_costs import COMPILERS, PACKETS, era_programs, packet_methods, static_cost
 
-# This program is left out: it is an addition of this project, and its only use is to save time. It
-# finds tiles without live rays.
+# An addition of this project that only saves time: it finds tiles without live rays.
 LEFT_OUT = {"drivers/tile_counts.frag"}
-# Under the schedule `loop`, these programs have a loop whose length depends on the rays.
+# Under `loop`, these programs have a loop whose length depends on the rays.
 LOOPS = {"drivers/traverse.frag", "drivers/packet.frag"}
-ERA = "era"     # stands for the era form in the place of a schedule
-SIZE = 8   # side of the image in pixels; programs do not depend on the size
+ERA = "era"     # stands for the era form in place of a schedule
+SIZE = 8   # side of the image in pixels; programs do not depend on it
 
 
 class _Programs(Observer):
-    """Collects every program of a call. The key of a program is the pair of its texts.
-
-    An entry holds the program's name, the largest number of render targets of its passes, and the
-    number of texels in the largest table that it reads. The name is the kernel's name if the
-    program runs a single kernel, else the file's name.
-    """
+    """Collects every program of a call, by its texts: the program's name (a single kernel's, else
+    the file's), the largest number of render targets of its passes, and the number of texels in
+    the largest table that it reads."""
 
     def __init__(self) -> None:
         self.found: dict[tuple[str, str], tuple[str, int, int]] = {}
 
     def passed(self, one: ObservedPass) -> None:
-        """Add the program of a pass."""
         if one.name in LEFT_OUT:
             return
         name, targets, texels = self.found.get(one.texts, (one.label, 0, 0))
@@ -53,7 +47,7 @@ class _Programs(Observer):
 
 def method_needs(names: list[str] | None = None, scene_name: str = "cornell"
                  ) -> dict[tuple[str, str], dict[str, Needs]]:
-    """Return (method, schedule) -> the program's name -> the needs of the program.
+    """Return (method, schedule) -> the program's name -> its needs.
 
     Parameters
     ----------
@@ -101,11 +95,11 @@ def era_texels(names: Sequence[str] | None = None, scene_name: str = "cornell"
 
 
 def era_refusals(card: Card, texels: Mapping[str, int]) -> dict[tuple[str, str], list[Refusal]]:
-    """Return the reasons why a card cannot run each method in the era form, which runs one kernel
-    per pass, or a packet in a loop.
+    """Return why a card cannot run each method in the era form, with a kernel per pass, or a
+    packet in a loop.
 
-    The counts of instructions are those of Mesa's compiler for the card. For R200 and NV25, which
-    have no compiler in COMPILERS, the counts are those of R300's compiler.
+    Mesa's compiler for the card counts instructions. R200 and NV25 have no compiler in COMPILERS;
+    their counts are those of R300's compiler.
 
     Parameters
     ----------
@@ -115,7 +109,7 @@ def era_refusals(card: Card, texels: Mapping[str, int]) -> dict[tuple[str, str],
     found = {}
     for name, largest in texels.items():
         loops = name in packet_methods()
-        # `dict` keeps the last entry of a method, which has all improvements of Horn et al.
+        # `dict` keeps a method's last entry, which has all improvements of Horn et al.
         own = dict(PACKETS).get(name, {})
         costs = [static_cost(compiler, name, kernel, in_loop=loops, **own) for kernel in (
             [LOOP] if loops else [one.kernel for one in era_programs(name)])]
@@ -127,14 +121,13 @@ def era_refusals(card: Card, texels: Mapping[str, int]) -> dict[tuple[str, str],
 
 
 def _side(texels: int) -> int:
-    """Return the side of the smallest square table that holds ``texels`` texels."""
     return math.isqrt(max(texels - 1, 0)) + 1
 
 
 def refusals(card: Card, needs: dict[tuple[str, str], dict[str, Needs]]
              ) -> dict[tuple[str, str], list[Refusal]]:
-    """Return (method, schedule) -> the reasons why a card cannot run the method. The list is empty
-    if the programs exceed no limit of the card; their instructions are not compared."""
+    """Return (method, schedule) -> why a card cannot run the method, apart from instructions;
+    empty if the programs exceed no limit."""
     return {key: list(dict.fromkeys(reason for one in programs.values()
                                     for reason in card.refuses(one)))
             for key, programs in needs.items()}

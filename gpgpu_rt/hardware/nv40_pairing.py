@@ -4,9 +4,9 @@ A pipe has two units. In a clock, the first unit multiplies, computes a special 
 a texel, and the second multiplies and adds, or compares. Each unit can split its four components
 between two independent operations, as 3 + 1 or 2 + 2 (E. Kilgariff and R. Fernando, GPU Gems 2,
 chapter 30; tweakers.net 2004-08-21 on 3DCenter's article). Mesa's driver pairs nothing. `clocks`
-schedules the operations of the driver's listing as early as their operands allow. Fetches are not
-counted; the machine model adds them. No source says that the second unit can use a result of the
-first unit in the same clock, so `clocks` does not assume it.
+schedules the operations of the driver's listing as early as their operands allow. The machine
+model adds the fetches. No source says that the second unit can use a result of the first unit in
+the same clock, so `clocks` does not assume it.
 """
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ from dataclasses import dataclass
 
 FIRST, SECOND = 0, 1
 COMPONENTS = 4      # of a unit
-# SPECIAL: operations of the first unit only. EITHER: operations that both units can compute; a
-# copy is a product with 1. All other operations run on the second unit only.
+# SPECIAL: operations of the first unit. EITHER: operations of both units (a copy is a product with
+# 1). The second unit runs all other operations.
 SPECIAL, EITHER = ("RCP", "RSQ", "EX2", "LG2", "SIN", "COS"), ("MUL", "MOV")
 _LINE = re.compile(r"^\s*\d+: *(\w+) ([A-Z]+\[\d+\])(?:\.([xyzw]+))?, (.*)$", re.M)
 _OPERAND = re.compile(r"([A-Z]+\[\d+\](?:\[\d+\])?)(?:\.([xyzw]+))?")
 FETCH = "TEX"
 _WHOLE = ("DP2", "DP3", "DP4", FETCH)     # operations that read all components of their operands
-_CONDITION = "CC"     # the register of the condition, which a selection sets
+_CONDITION = "CC"     # the condition register, which a selection sets
 
 
 @dataclass(frozen=True)
@@ -34,7 +34,7 @@ class ListedOperation:
     ----------
     name : mnemonic
     reads, writes : components such as "TEMP[3].x"
-    width : number of components that it computes
+    width : number of computed components
     """
 
     name: str
@@ -44,8 +44,8 @@ class ListedOperation:
 
 
 def operations(listing: str) -> list[ListedOperation]:
-    """Return the operations of NV40's listing. A selection becomes three operations, as Mesa's
-    driver emits it: a copy that sets the condition, a copy, and a conditional copy."""
+    """Return the operations of NV40's listing. A selection becomes three, as in Mesa's driver: a
+    copy that sets the condition, a copy, and a conditional copy."""
     found = []
     for name, register, mask, operands in _LINE.findall(listing):
         mask = mask or "xyzw"
@@ -76,13 +76,12 @@ def _read(name: str, register: str, swizzle: str, mask: str) -> frozenset[str]:
 
 
 def arithmetic_of(listing: str) -> list[ListedOperation]:
-    """Return the operations of a listing that are no fetches."""
     return [one for one in operations(listing) if one.name != FETCH]
 
 
 @functools.cache
 def clocks(listing: str) -> int:
-    """Return the clocks in which a pipe issues the arithmetic of a listing, without fetches."""
+    """Return the clocks in which a pipe issues a listing's arithmetic."""
     ready: dict[str, int] = {}     # component -> first clock that may read it
     last_read: dict[str, int] = {}     # component -> last clock that reads it
     used: dict[tuple[int, int], list[int]] = {}     # clock and unit -> widths
@@ -91,7 +90,7 @@ def clocks(listing: str) -> int:
         start = max([ready.get(name, 0) for name in one.reads | one.writes]
                     + [last_read.get(name, 0) for name in one.writes], default=0)
         if one.name == FETCH:
-            at = start      # in a separate clock, which the machine model counts
+            at = start      # in a clock that the machine model counts
         else:
             at = next(clock for clock in range(start, start + 10_000)
                       if _issue(one, clock, used))
@@ -104,7 +103,7 @@ def clocks(listing: str) -> int:
 
 
 def _issue(one: ListedOperation, clock: int, used: dict[tuple[int, int], list[int]]) -> bool:
-    """Put the operation into a unit with free components in this clock; return whether it fits."""
+    """Put the operation into a unit with free components in this clock, if there is one."""
     units = ((FIRST,) if one.name in SPECIAL else (FIRST, SECOND) if one.name in EITHER
              else (SECOND,))
     for unit in units:

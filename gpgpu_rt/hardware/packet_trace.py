@@ -1,9 +1,8 @@
 """Packet trace: the kernels that a packet of kd-packet runs in a loop, from a trace of its steps.
 
-Under the schedule ``step``, the kernel `traverse` of kd-packet includes the push, and the kernel
-`leave` includes the pops. In the loop on R580, `push` and `pop` are separate kernels
-(glsl/methods/kdtree/kd_packet_era.glsl). Packets that branch together skip `push` if none of them
-pushes.
+Under ``step``, kd-packet's kernel `traverse` includes the push, and `leave` the pops. In the loop
+on R580, `push` and `pop` are kernels (glsl/methods/kdtree/kd_packet_era.glsl), and packets that
+branch together skip `push` if none of them pushes.
 """
 from __future__ import annotations
 
@@ -14,26 +13,24 @@ import numpy as np
 from .trace import FINISHED, KernelTrace
 
 PUSH, POP = "push", "pop"
-BOTH = 3      # value of the field `needed` of a packet that enters both children
+BOTH = 3      # the field `needed` of a packet that enters both children
 
 
 def fields_of(stack: bool) -> tuple[str, ...]:
-    """Return the fields that `in_loop` needs, for packets with or without a stack."""
+    """Return the fields that `in_loop` needs."""
     return ("needed", "pushing", *(("popped",) if stack else ()))
 
 
 def in_loop(trace: KernelTrace, stack: bool) -> KernelTrace:
-    """Return the trace of packets in a loop. A push becomes a separate step after the step
-    `traverse` that pushes, and pops become separate steps after the step `leave` that pops. A
-    restart is a pop from an empty stack.
+    """Return the trace of packets in a loop: pushes become steps after the step `traverse`, and
+    pops become steps after the step `leave`. A restart is a pop from an empty stack.
 
     Parameters
     ----------
     trace : a trace of kd-packet, with the fields of `fields_of`
     stack : whether packets have a stack
     """
-    # A step's fields were read before the step. The values after a step are the values before the
-    # next step.
+    # Fields were read before their step, so the values after a step are those of the next step.
     after = {name: _next(values) for name, values in trace.fields.items()}
     next_steps, number = _next(trace.steps), {
         name: at for at, name in enumerate(trace.kernels, 1)}
@@ -46,7 +43,7 @@ def in_loop(trace: KernelTrace, stack: bool) -> KernelTrace:
 
 
 def with_more_runs(trace: KernelTrace, more: Mapping[str, np.ndarray]) -> KernelTrace:
-    """Return the trace with more kernels, each of which follows steps of the trace.
+    """Return the trace with more kernels, which follow steps of the trace.
 
     Parameters
     ----------
@@ -71,5 +68,5 @@ def with_more_runs(trace: KernelTrace, more: Mapping[str, np.ndarray]) -> Kernel
 
 
 def _next(values: np.ndarray) -> np.ndarray:
-    """Return for each step the value of the next step; 0 for the last step."""
+    """Return each step's value in the next step, or 0."""
     return np.concatenate([values[1:], np.zeros_like(values[:1])])

@@ -1,4 +1,4 @@
-"""Published kernels: the instruction counts that papers published for their kernels."""
+"""Published kernels: the instruction counts that papers published."""
 from __future__ import annotations
 
 import functools
@@ -16,7 +16,7 @@ class PublishedKernel:
     method, kernel : this project's names of the method and the kernel
     instructions : the paper's count
     source : paper and kernel
-    read : whether the count was read in the source; False for a count that was only remembered
+    read : whether the count was read in the source, not only remembered
     """
 
     method: str
@@ -27,18 +27,15 @@ class PublishedKernel:
 
     @property
     def text(self) -> str:
-        """The count with its source."""
         return f"{self.instructions} ({self.source}{'' if self.read else '; from memory'})"
 
 
 @functools.cache
 def published_kernels() -> tuple[PublishedKernel, ...]:
-    """Return all published counts."""
     text = (importlib.resources.files("gpgpu_rt.hardware") / "published_kernels.json").read_text()
     return tuple(PublishedKernel(**row) for row in json.loads(text)["kernels"])
 
 
 def published_kernel(method: str, kernel: str) -> PublishedKernel | None:
-    """Return the published count of a kernel, or None."""
     return next((one for one in published_kernels()
                  if (one.method, one.kernel) == (method, kernel)), None)

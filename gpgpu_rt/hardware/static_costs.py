@@ -1,9 +1,8 @@
 """Static costs: the instructions that Mesa's compilers for old cards generate from kernels.
 
-Mesa's drivers for cards of 2002-2006 also start on a machine without such a card. They compile the
-era form of a kernel (traversal/era.py, dialect ``card``). ``tools/static_costs.py`` writes the
-results into ``static_costs/CARD.json``, keyed by the digest of the program. Everything else reads
-these files, so no compiler of a card is needed.
+Mesa's drivers for cards of 2002-2006 can compile without such a card. They compile the era form of
+kernels (traversal/era.py, dialect ``card``). ``tools/static_costs.py`` writes the results into
+``static_costs/CARD.json``, keyed by the program's digest. All other code reads these files.
 """
 from __future__ import annotations
 
@@ -22,14 +21,14 @@ from ..traversal.era import EraKernel, era_kernels
 from ..traversal.era_packets import packet_kernels, packet_loop
 
 COMPILERS = ("r300", "r420", "r580", "nv40", "g80")
-# A full stack is as deep as the scene's tree. The depth changes a constant of the program, but no
-# instruction, so any depth serves here. The depth of a short stack is an option of the method.
+# The depth of a full stack changes a constant of the program, but no instruction. The depth of a
+# short stack is an option of the method.
 DEFINES: Mapping[str, object] = {"STACK_SIZE": 32}
-# Settings that are compiled beside the defaults: (method, options).
+# Settings to compile beside the defaults: (method, options).
 SETTINGS: tuple[tuple[str, Mapping[str, Any]], ...] = (
     ("bvh-threaded", {"octants": True}), ("tree-unit", {"criterion": "box"}))
-# Packet methods that are compiled: (method, options). They are compiled only as kernels in a loop.
-# Each entry adds one improvement of Horn et al. to the entry before.
+# Packet methods to compile, as kernels in a loop: (method, options). Each entry adds an
+# improvement of Horn et al.
 PACKETS: tuple[tuple[str, Mapping[str, Any]], ...] = tuple(
     ("kd-packet", {"push_down": down, "stack_size": size, "skip_empty_leaves": False})
     for down, size in ((False, 0), (True, 0), (True, 3)))
@@ -60,18 +59,18 @@ class StaticCost:
     ----------
     card, method, kernel : Names.
     arithmetic : Arithmetic instructions as the card issues them. R300 to R580 issue a vector and a
-        scalar operation together, which count once. NV40's driver pairs no instructions, so each
-        instruction that it emits counts.
-    vector, scalar : Numbers of vector and of scalar operations. Both are 0 where the driver does
-        not tell them apart.
+        scalar operation together, which count once. NV40's driver pairs nothing, so
+        each instruction counts.
+    vector, scalar : Numbers of vector and of scalar operations, or 0 where the driver does not
+        tell them apart.
     fetches : Texture fetches.
-    levels : Levels of texture indirection. A fetch whose coordinates depend on other fetches is
-        one level above these fetches.
+    levels : Levels of texture indirection. A fetch is one level above the fetches on which its
+        coordinates depend.
     registers : Temporary registers of a fragment.
     targets : Render targets written.
     cycles : The driver's own estimate of clocks, or None.
-    listing : The compiled program as the driver prints it. Empty for G80, whose driver prints
-        counts only.
+    listing : The compiled program as the driver prints it. Empty for G80, whose driver prints only
+        counts.
     digest : Digest of the program.
     refused : The compiler's message if it refused the program, else empty.
     """
@@ -93,12 +92,11 @@ class StaticCost:
 
     @property
     def slots(self) -> int:
-        """Instruction slots. An instruction of R300 to R580 is a pair of a vector and a scalar
-        operation, and takes a slot for each."""
+        """Instruction slots. On R300 to R580, an instruction has a slot for its vector operation
+        and a slot for its scalar operation."""
         return 2 * self.arithmetic if self.vector else self.arithmetic
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the cost as plain data."""
         return dict(self.__dict__)
 
 
@@ -119,27 +117,27 @@ class CompiledCosts:
 
 
 def era_methods() -> list[str]:
-    """Return the names of the methods whose era form runs one kernel per pass."""
+    """Return the methods whose era form runs one kernel per pass."""
     return [row.name for row in methods()
             if not row.why_no_era_form() and row.era_packets is None]
 
 
 def packet_methods() -> list[str]:
-    """Return the names of the methods whose era form runs packets. This form is always a loop."""
+    """Return the methods whose era form runs packets, always in a loop."""
     return [row.name for row in methods() if row.era_packets is not None]
 
 
 def era_programs(method: str, any_hit: bool = False, in_loop: bool = False,
                  **options: Any) -> tuple[EraProgram, ...]:
-    """Return the kernels of a method in the era form, in the dialect of the cards. For packets,
-    the last program is the whole loop.
+    """Return the kernels of a method in the era form, in the dialect of the cards. The last
+    program of packets is the whole loop.
 
     Parameters
     ----------
     method : a name of the method table
     any_hit : whether rays stop at their first hit
     in_loop : whether the kernels are branches in a loop, not passes; must be true for packets
-    options : the method's options. An option that is not given has its default
+    options : the method's options
 
     Raises
     ------
@@ -149,7 +147,7 @@ def era_programs(method: str, any_hit: bool = False, in_loop: bool = False,
     return _programs(method, any_hit, in_loop, tuple(sorted(options.items())))
 
 
-@functools.cache    # making a text takes 20 ms
+@functools.cache    # making a text is slow
 def _programs(method: str, any_hit: bool, in_loop: bool,
               options: tuple[tuple[str, Any], ...]) -> tuple[EraProgram, ...]:
     row = find_method(method)
@@ -157,8 +155,7 @@ def _programs(method: str, any_hit: bool, in_loop: bool,
         resolved = row.resolved(dict(options))
         return tuple(_program(method, kernel) for kernel in (
             *packet_kernels(row, resolved, any_hit), packet_loop(row, resolved, any_hit)))
-    # Choose a chip with fp32, for which kernels contain no code that rounds. A card rounds by its
-    # own arithmetic.
+    # Choose a chip with fp32, whose kernels do not round. A card rounds by its own arithmetic.
     resolved = row.resolved({**dict(options), "era": "nv40"})
     defines = {name: value for name, value in DEFINES.items() if name not in row.defines(resolved)}
     kernels = era_kernels(row.formed(resolved), resolved, any_hit, defines, in_loop)
@@ -171,11 +168,8 @@ def _program(method: str, kernel: EraKernel) -> EraProgram:
 
 
 def all_era_programs() -> list[EraProgram]:
-    """Return the kernels of every method that has an era form, for nearest and for any hits.
-
-    The kernels of passes and of loops come first, with the method's default options and with
-    SETTINGS. The kernels of PACKETS follow.
-    """
+    """Return the kernels of every method with an era form, for nearest and for any hits: with
+    default options and SETTINGS, as passes and loops; then those of PACKETS."""
     chosen = [*((name, {}) for name in era_methods()), *SETTINGS]
     return [program for some, forms in ((chosen, (False, True)), (PACKETS, (True,)))
             for name, options in some for any_hit in (False, True) for in_loop in forms
@@ -183,14 +177,14 @@ def all_era_programs() -> list[EraProgram]:
 
 
 def digest_of(text: str) -> str:
-    """Return the digest of a program's code: comments and empty lines do not count."""
+    """Return the digest of a program's code, without comments and empty lines."""
     lines = (" ".join(line.partition("//")[0].split()) for line in text.splitlines())
     return hashlib.sha256("\n".join(line for line in lines if line).encode()).hexdigest()
 
 
 @functools.cache
 def compiled_costs(card: str) -> CompiledCosts:
-    """Return what a card's compiler said of all kernels; empty if the compiler was never run.
+    """Return the results of a card's compiler; empty if it was never run.
 
     Raises
     ------
@@ -211,7 +205,7 @@ def compiled_costs(card: str) -> CompiledCosts:
 
 def static_cost(card: str, method: str, kernel: str, any_hit: bool = False,
                 in_loop: bool = False, **options: Any) -> StaticCost:
-    """Return what a card's compiler said of a kernel of a method.
+    """Return the cost of a method's kernel on a card.
 
     Raises
     ------

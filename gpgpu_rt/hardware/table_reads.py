@@ -1,7 +1,7 @@
 """Table reads: finds from a trace of kernels the addresses of the table texels that rays fetch.
 
 The state that a kernel reads names the record: the node to visit, or the position in a list of
-triangles. The trace has both fields (``FIELDS``), so fetches need not be observed.
+triangles. The trace has both (``FIELDS``), so fetches need not be observed.
 """
 from __future__ import annotations
 
@@ -20,20 +20,19 @@ from .trace import KernelTrace
 
 FIELDS = ("node", "cursor")
 TABLES = (KD_NODE, BVH_NODE, REFERENCE, TRIANGLE)
-# The records that a run of each kernel reads, in this order. `push` and `pop` access the stack.
+# The records that each kernel reads, in order. `push` and `pop` access the stack.
 READS: Mapping[str, tuple[Record, ...]] = {
     "down": (KD_NODE,), "traverse": (BVH_NODE,), "intersect": (REFERENCE, TRIANGLE),
     "push": (), "pop": ()}
-TABLE = 1 << 40     # distance between the first places of two successive tables
+TABLE = 1 << 40     # distance between the first places of successive tables
 
 
 def table_reads(trace: KernelTrace, tables: Mapping[str, Mapping[str, Any]],
                 group: tuple[int, int]) -> np.ndarray:
     """Return the places that rays read, (reads,) int64, one group of (h, w) rays after another.
 
-    A place is an address: the offset of a byte in its table, plus the table's number times TABLE.
-    The rays of a group run their steps side by side, kernel by kernel: all rays read their first
-    texel before any ray reads its second texel.
+    A place is an address: a byte's offset in its table, plus the table's number times TABLE. The
+    rays of a group run side by side: all rays read their first texel before any reads its second.
 
     Parameters
     ----------
@@ -71,7 +70,7 @@ def _by_group(values: np.ndarray, group: tuple[int, int]) -> np.ndarray:
 
 def _places(records: tuple[Record, ...], index: Mapping[str, np.ndarray],
             tables: Mapping[str, Mapping[str, Any]]) -> Iterator[np.ndarray]:
-    """Yield the places of each texel that the runs of a kernel read, one entry per run."""
+    """Yield the places of each texel that a kernel reads, an entry per run."""
     at = index["cursor" if TRIANGLE in records else "node"]
     for record in records:
         if record.name not in tables:

@@ -1,6 +1,6 @@
-"""Trace: the kernel that each ray runs in each step, recorded from passes that really ran.
+"""Trace: the kernel that each ray runs in each step, recorded from real passes.
 
-Under the schedule ``step``, every pass runs one step of each ray, and the phase in the ray's state
+Under the schedule ``step``, every pass runs one step of each ray, and the phase in a ray's state
 names the kernel of the next step. The phases determine the work and the waiting of any group of
 pixels that branch together (issue.py).
 """
@@ -26,13 +26,13 @@ FINISHED = 0    # the kernel number of a ray that has ended
 
 @dataclass(frozen=True)
 class KernelTrace:
-    """The kernels of an image's rays, step by step. A packet of rays counts as one ray.
+    """The kernels of an image's rays, step by step. A packet counts as one ray.
 
     Attributes
     ----------
     kernels : names of the method's kernels; kernel number k has the name ``kernels[k - 1]``
-    steps : (n, h, w) uint8, the number of the kernel that each ray runs in each step, or FINISHED.
-        A ray that has ended stays FINISHED
+    steps : (n, h, w) uint8, the number of the kernel that each ray runs in each step, or FINISHED
+        from its end on
     fields : name of a field of the state -> (n, h, w) int32, its value before each step
     """
 
@@ -46,12 +46,12 @@ class KernelTrace:
         return int((self.steps[0] != FINISHED).sum()) if len(self.steps) else 0
 
     def runs(self, kernel: str) -> np.ndarray:
-        """Return the number of times that each ray runs a kernel, (h, w) int."""
+        """Return how often each ray runs a kernel, (h, w) int."""
         return (self.steps == self.kernels.index(kernel) + 1).sum(axis=0)
 
     def totals(self) -> Mapping[str, int]:
-        """Return the number of runs of each kernel, summed over all rays."""
-        # Count step by step: a long trace would need gigabytes in any type but uint8.
+        """Return the runs of each kernel, summed over all rays."""
+        # Count by steps: a long trace needs gigabytes in any type but uint8.
         counts = sum((np.bincount(step.reshape(-1), minlength=len(self.kernels) + 1)
                       for step in self.steps), np.zeros(len(self.kernels) + 1, np.int64))
         return {name: int(counts[number]) for number, name in enumerate(self.kernels, 1)}
@@ -59,19 +59,19 @@ class KernelTrace:
 
 def record_trace(tracer: Tracer, size: tuple[int, int], trace: Callable[[], object],
                  fields: Sequence[str] = ()) -> KernelTrace:
-    """Trace the rays of an image and record the kernels that they run.
+    """Trace the rays of an image and record their kernels.
 
     Parameters
     ----------
     tracer : a tracer under the schedule ``step``, with one step per pass
     size : (h, w) of the image
     trace : calls ``tracer.trace`` or ``tracer.occluded`` once, with h times w rays row by row
-    fields : integer fields of the state to record as well
+    fields : integer fields of the state to record, too
 
     Raises
     ------
     OptionError
-        for a tracer under another schedule, or a tracer whose states cannot be observed
+        for another schedule, or a tracer whose states cannot be observed
     """
     if tracer.options["schedule"] != "step" or tracer.options["steps_per_pass"] != 1:
         raise OptionError(f"method {tracer.method.name} does not run exactly one step of each "
@@ -86,12 +86,12 @@ def record_trace(tracer: Tracer, size: tuple[int, int], trace: Callable[[], obje
     def take(one: ObservedPass) -> None:
         assert isinstance(one.target, Target)
         if packets and HIT.name in one.target.records:
-            return      # this pass runs over rays; another pass writes the packets' states
+            return      # a pass over rays; another writes the packets' states
         states = {name: texels[:size[0] * size[1]].reshape(size)
                   for name, texels in one.target.fields(state).items()
                   if name == "phase" or name in fields}
         phase = states["phase"]
-        # If a phase is not the number of a kernel, the ray has ended.
+        # A ray whose phase is no kernel's number has ended.
         found.append(np.where((phase >= 1) & (phase <= len(kernels)), phase, FINISHED)
                      .astype(np.uint8))
         for name in fields:
@@ -99,7 +99,7 @@ def record_trace(tracer: Tracer, size: tuple[int, int], trace: Callable[[], obje
 
     with observe_states(tracer, take):
         trace()
-    # The host looks for unfinished rays every few passes, so the last passes may run no ray.
+    # The host looks for live rays every few passes, so the last passes may run no ray.
     while found and not found[-1].any():
         found.pop()
     steps = np.stack(found) if found else np.zeros((0, *size), np.uint8)

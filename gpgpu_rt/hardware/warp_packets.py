@@ -1,11 +1,10 @@
 """Warp packets: the walk of a warp's packet of 32 rays, from the traces of smaller packets.
 
 Packets of this project have at most 4x4 rays. In Günther et al. 2007 and Popov et al. 2007, each
-warp traced a packet of 32 rays. A packet visits a node if any of its rays needs the node, so the
-larger packet visits the union of the nodes that its parts visit. A node counts as often as in the
-part that visits it most often. The larger packet may visit more nodes than the union: it may find
-a hit later than one of its parts, and a later hit prunes less. The union is therefore a lower
-bound.
+warp traced a packet of 32 rays. A packet visits a node if any of its rays needs it, so the larger
+packet visits the union of its parts' nodes. A node counts as often as in the part that visits it
+most often. The result is a lower bound: the larger packet may find a hit later than one of its
+parts, and a later hit prunes less.
 """
 from __future__ import annotations
 
@@ -22,10 +21,10 @@ LANES = WARP[0] * WARP[1]
 
 def growth(trace: KernelTrace, packet: tuple[int, int],
            places: Mapping[str, str]) -> dict[str, float]:
-    """Return for each kernel the lanes that warps' packets occupy, divided by the lanes that their
-    parts occupy.
+    """Return each kernel's growth: the lanes of warps' packets, divided by the lanes of their
+    parts.
 
-    The result is 1 if the parts of each warp visit the same places, and the number of parts if
+    The growth is 1 if the parts of each warp visit the same places, and the number of parts if
     they have no place in common.
 
     Parameters
@@ -34,7 +33,7 @@ def growth(trace: KernelTrace, packet: tuple[int, int],
         ``places``
     packet : (width, height) of these packets in rays
     places : kernel -> the field that names the node, or the position in a list of triangles, that
-        a run of the kernel visits
+        the kernel visits
     """
     group = WARP[1] // packet[1], WARP[0] // packet[0]
     steps = in_groups(trace.steps, group)
@@ -48,12 +47,11 @@ def growth(trace: KernelTrace, packet: tuple[int, int],
 
 
 def _growth(warp: np.ndarray, part: np.ndarray, place: np.ndarray, parts: int) -> float:
-    """Return the growth of a kernel, as `growth` does. ``warp``, ``part`` (of the warp's
-    ``parts``) and ``place`` have one entry for each run of the kernel."""
+    """Return a kernel's growth. ``warp``, ``part`` (of the warp's ``parts``) and ``place`` have an
+    entry per run."""
     if not len(place):
         return 1.0
     ordered = (warp.astype(np.int64) << 32 | place) * parts + part
     visits, count = np.unique(ordered, return_counts=True)
-    # A place counts as often as the part that visits it most often.
     _, first = np.unique(visits // parts, return_index=True)
     return float(np.maximum.reduceat(count, first).sum() * parts / len(place))

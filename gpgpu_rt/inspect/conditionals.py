@@ -1,4 +1,4 @@
-"""Conditionals of GLSL: evaluates ``#if`` and related directives as a preprocessor does."""
+"""Conditionals of GLSL: evaluates ``#if`` and related directives like a preprocessor."""
 from __future__ import annotations
 
 import operator
@@ -11,9 +11,9 @@ from ..errors import ShaderError
 _DIRECTIVE = re.compile(r"\s*#\s*(?P<word>\w+)(?P<rest>.*)")
 _DEFINE = re.compile(r"\s*(?P<name>\w+)(?P<parameters>\([^)]*\))?(?P<value>.*)")
 _TOKEN = re.compile(r"\s*(?:(\w+)|(&&|\|\||[=!<>]=|[-+*/%<>!()]))")
-_MOST_EXPANSIONS = 100      # in a condition; a macro that names itself would expand without end
+_MOST_EXPANSIONS = 100      # in a condition; a macro that names itself expands without end
 
-# Operator -> its precedence and its function.
+# operator -> (precedence, function)
 _OPERATORS: Mapping[str, tuple[int, Callable[[int, int], int]]] = {
     "||": (1, lambda a, b: a or b), "&&": (2, lambda a, b: a and b),
     "==": (3, operator.eq), "!=": (3, operator.ne),
@@ -24,13 +24,13 @@ _OPERATORS: Mapping[str, tuple[int, Callable[[int, int], int]]] = {
 
 @dataclass
 class _Group:
-    """An ``#if`` whose ``#endif`` has not been read yet.
+    """An ``#if`` whose ``#endif`` is still to come.
 
     Attributes
     ----------
     start : number of lines kept before the ``#if``
     in_force : whether the present branch is compiled
-    decided : whether a branch has been compiled, so that later branches are not
+    decided : whether a branch was compiled, so that later branches are not
     """
 
     start: int
@@ -39,9 +39,8 @@ class _Group:
 
 
 def lines_in_force(lines: Sequence[str], defined: Collection[str] = ()) -> list[int]:
-    """Return the indices of the lines that a compiler sees, without the conditionals themselves.
-
-    If no branch of a conditional is compiled, the comment directly above it is omitted too.
+    """Return the indices of the lines that a compiler sees, without the conditionals. The comment
+    directly above a conditional without compiled lines is omitted, too.
 
     Parameters
     ----------
@@ -93,14 +92,14 @@ def lines_in_force(lines: Sequence[str], defined: Collection[str] = ()) -> list[
 
 
 def switches(lines: Sequence[str]) -> set[str]:
-    """Return the names of macros that conditionals test."""
+    """Return the macros that conditionals test."""
     found = [_DIRECTIVE.match(line) for line in lines]
     return {name for one in found if one and one["word"] in ("if", "elif", "ifdef", "ifndef")
             for name in re.findall(r"[A-Za-z_]\w*", one["rest"].partition("//")[0])} - {"defined"}
 
 
 def _leave_out_empty(lines: Sequence[str], kept: list[int], start: int) -> None:
-    """Remove the comment above a group without compiled lines."""
+    """Remove a group without compiled lines, and the comment above it."""
     if any(lines[at].strip() for at in kept[start:]):
         return
     del kept[start:]
@@ -116,7 +115,7 @@ def _holds(word: str, rest: str, macros: Mapping[str, str]) -> bool:
 
 class _Expression:
     """A condition of ``#if``. Operators of equal precedence are evaluated from left to right. A
-    name that is not a macro is 0."""
+    name that is no macro is 0."""
 
     def __init__(self, text: str, macros: Mapping[str, str]) -> None:
         self._text, self._macros = text.strip(), macros
@@ -149,7 +148,7 @@ class _Expression:
         return self._tokens.pop(0)
 
     def _operation(self, least: int) -> int:
-        """Evaluate an operand and the following operators with at least this precedence."""
+        """Evaluate an operand and the next operators of at least this precedence."""
         left = self._operand()
         while self._tokens and _OPERATORS.get(self._tokens[0], (0,))[0] >= least:
             level, compute = _OPERATORS[self._tokens.pop(0)]

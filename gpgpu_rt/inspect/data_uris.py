@@ -1,4 +1,4 @@
-"""Data URIs: pictures that a page itself contains."""
+"""Data URIs: pictures inside a page."""
 from __future__ import annotations
 
 import base64
@@ -9,9 +9,9 @@ from pathlib import Path
 
 from PIL import Image
 
-# Limit on the size of a chart, about 100 MB decoded, because a file may declare any size.
+# Largest chart, about 100 MB decoded. A file may declare any size.
 MOST_PIXELS = 1 << 25
-DESCRIPTION = "Description"     # the key of the text in a PNG file that describes the picture
+DESCRIPTION = "Description"     # key of the describing text in a PNG file
 
 
 def data_uri(content: bytes, kind: str) -> str:
@@ -20,9 +20,8 @@ def data_uri(content: bytes, kind: str) -> str:
 
 
 def png_uri(picture: Image.Image | Path, width: int) -> str:
-    """Return a picture as the data URI of a PNG, at most ``width`` pixels wide.
-
-    The PNG has 256 colours if that makes it smaller.
+    """Return a picture as the data URI of a PNG, at most ``width`` pixels wide. The PNG has 256
+    colours if that makes it smaller.
 
     Raises
     ------
@@ -30,7 +29,7 @@ def png_uri(picture: Image.Image | Path, width: int) -> str:
         if the file is not a picture, or has more than MOST_PIXELS
     """
     if isinstance(picture, Path):
-        if not picture.is_file():       # reading a pipe would block, and a device may never end
+        if not picture.is_file():       # reading a pipe or a device may never end
             raise FileNotFoundError(picture)
         with _opened(picture) as file:
             if file.width * file.height > MOST_PIXELS:
@@ -50,7 +49,7 @@ def png_uri(picture: Image.Image | Path, width: int) -> str:
 
 
 def description_of(path: Path) -> str:
-    """Return the text in a PNG file that describes the picture; "" if there is none."""
+    """Return the describing text of a PNG file, or ""."""
     try:
         with _opened(path) as file:
             return str(file.info.get(DESCRIPTION, ""))
@@ -59,7 +58,7 @@ def description_of(path: Path) -> str:
 
 
 def _opened(path: Path) -> Image.Image:
-    """Open a picture without decoding it, whatever size it declares."""
+    """Open a picture of any declared size without decoding it."""
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", Image.DecompressionBombWarning)
@@ -69,9 +68,7 @@ def _opened(path: Path) -> Image.Image:
 
 
 def image_tag(uri: str, text: str, attributes: str = "") -> str:
-    """Return an HTML image element with a text for readers who cannot see the picture.
-
-    ``attributes`` are further attributes in HTML.
-    """
+    """Return an HTML image element with further ``attributes``, and a ``text`` for readers who
+    cannot see the picture."""
     more = f" {attributes}" if attributes else ""
     return f'<img src="{uri}" alt="{html.escape(text, quote=True)}" loading="lazy"{more}>'

@@ -22,9 +22,9 @@ class Declaration:
     ----------
     file : File of the declaration, or ``<name>`` for a generated text.
     comment, code : Lines as the file has them.
-    names : Names that the declaration declares. Empty for a declaration that is always kept.
+    names : Declared names. Empty for a declaration that is always kept.
     is_used : Whether ``main`` reaches the declaration.
-    is_spaced : Whether the file has an empty line above the declaration.
+    is_spaced : Whether an empty line is above the declaration.
     """
 
     file: str
@@ -36,17 +36,16 @@ class Declaration:
 
     @property
     def bare(self) -> str:
-        """The code without comments."""
         return "\n".join(line.partition("//")[0].rstrip() for line in self.code)
 
 
 def used_declarations(lines: Sequence[str], files: Sequence[str]) -> list[Declaration]:
     """Return the declarations that ``main`` reaches, and their comments.
 
-    A declaration is reached if its name occurs in a reached declaration. By this rule, unneeded
-    declarations may be kept, but no declaration that the program needs is removed. A separate
-    comment is kept if a declaration between it and the next separate comment is used. A file's
-    first comment is kept if any declaration of the file is used.
+    A declaration is reached if its name occurs in a reached declaration. This rule may keep
+    unneeded declarations, but removes no needed one. A separate comment is kept if a declaration
+    between it and the next separate comment is used. A file's first comment is kept if any
+    declaration of the file is used.
 
     Parameters
     ----------
@@ -88,11 +87,8 @@ def _is_complete(code: str) -> bool:
 
 
 def _declared(code: str) -> set[str]:
-    """Return the names that a declaration declares.
-
-    Main, inputs, outputs, macro calls, and directives other than #define give no names, so they
-    are always kept.
-    """
+    """Return the names that a declaration declares. Declarations that are always kept have no
+    names: main, inputs, outputs, macro calls, and directives other than #define."""
     if found := _DEFINE.match(code):
         return {found[1]}
     head = _LAYOUT.sub("", code)
@@ -107,7 +103,7 @@ def _declared(code: str) -> set[str]:
         return {found[1], *inside} if found[1] != "main" else set()
     if _MACRO_CALL.match(head):
         return set()
-    while (flat := _BRACKETS.sub("", head)) != head:    # also removes commas between arguments
+    while (flat := _BRACKETS.sub("", head)) != head:    # removes commas between arguments, too
         head = flat
     declarators = [part.partition("=")[0] for part in head.partition(";")[0].split(",")]
     return {found[-1] for part in declarators if (found := _WORD.findall(part))}
@@ -122,7 +118,7 @@ def _mark_reached(declarations: Sequence[Declaration]) -> None:
             one.is_used = True
             words.update(_WORD.findall(one.bare))
             pastes.update(_PASTE.findall(one.bare))
-        # The parameter of a pasting macro may be any word of the program.
+        # A pasting macro's parameter may be any word of the program.
         made = {text for a, b in pastes for word in words for text in (word + b, a + word)}
         fresh = [one for one in declarations if not one.is_used and one.names & (words | made)]
 

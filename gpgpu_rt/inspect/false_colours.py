@@ -7,11 +7,11 @@ from collections.abc import Sequence
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
-# A ramp from dark blue to light yellow. Grey levels grow evenly, so greyscale prints are readable.
+# Dark blue to light yellow, with evenly growing lightness for greyscale prints.
 RAMP = np.array([[8, 10, 38], [58, 22, 100], [128, 34, 108], [194, 58, 84], [238, 104, 48],
                  [252, 168, 38], [252, 242, 160]], np.float64)
-# Colours of ray phases. They differ in hue and in lightness, so readers with red-green colour
-# blindness can tell them apart.
+# Colours of ray phases. They differ in hue and in lightness, for readers with red-green colour
+# blindness.
 _CATEGORIES = np.array([[230, 159, 0], [86, 180, 233], [0, 158, 115], [240, 228, 66],
                         [204, 121, 167], [0, 114, 178]], np.uint8)
 OVER = (38, 38, 44)         # a finished ray
@@ -19,7 +19,7 @@ STOPPED = (255, 30, 30)     # a ray that the step cap stopped
 FULL = (255, 0, 200)        # a ray with a full stack
 NOTHING = (176, 176, 184)   # no value
 PAPER, INK = (250, 250, 248), (24, 24, 28)
-MARGIN, LINE, TEXT = 8, 16, 12     # in pixels: margin, height of a text line, font size
+MARGIN, LINE, TEXT = 8, 16, 12     # pixels: margin, height of a text line, font size
 
 
 def ramp(values: np.ndarray) -> np.ndarray:
@@ -31,18 +31,15 @@ def ramp(values: np.ndarray) -> np.ndarray:
 
 
 def palette(pictures: Sequence[np.ndarray]) -> Image.Image:
-    """Return an image whose palette ``Image.quantize`` accepts: 256 colours for all ``pictures``.
-
-    The palette contains the colours of phases and of text exactly, and 42 colours of the ramp. It
-    approximates the other colours.
-    ``pictures`` are (h, w, 3) uint8 of the same size.
-    """
+    """Return an image whose palette ``Image.quantize`` accepts: 256 colours for all ``pictures``,
+    (h, w, 3) uint8 of the same size. The colours of phases and text, and 42 colours of the ramp,
+    are exact."""
     exact = np.concatenate([_CATEGORIES, [OVER, STOPPED, FULL, NOTHING, PAPER, INK],
                             ramp(np.linspace(0, 1, 42))])
     all_of_them = Image.fromarray(np.concatenate(pictures)).quantize(256 - len(exact))
     found = np.reshape(all_of_them.getpalette(), (-1, 3)).astype(int)
-    # Pillow groups similar colours into cells when it searches the palette. So a colour close to a
-    # legend's colour could replace the legend's colour: drop such colours.
+    # Drop colours close to a legend's colour, which could replace it: Pillow groups similar
+    # colours when it searches the palette.
     apart = np.abs(found[:, None] - exact[None].astype(int)).max(2).min(1) > 8
     made = Image.new("P", (1, 1))
     made.putpalette(np.concatenate([exact, found[apart]])[:256].ravel().tolist())
@@ -50,17 +47,15 @@ def palette(pictures: Sequence[np.ndarray]) -> Image.Image:
 
 
 def category(number: int) -> tuple[int, int, int]:
-    """Return the colour of a phase: 0 is done, above 0 waits for a kernel, below 0 is stopped."""
+    """Return the colour of a phase: 0 is done, above 0 waits for a kernel, below 0 stopped."""
     if number <= 0:
         return {0: OVER, -1: STOPPED}.get(number, FULL)
     return tuple(int(c) for c in _CATEGORIES[(number - 1) % len(_CATEGORIES)])
 
 
 def scrambled(numbers: np.ndarray) -> np.ndarray:
-    """Return colours, (n, 3) uint8, of integers, (n,), or of vectors of integers, (n, 3).
-
-    Equal numbers have equal colours. Neighbouring numbers have different colours.
-    """
+    """Return colours, (n, 3) uint8, of integers, (n,), or of integer vectors, (n, 3). Equal
+    numbers have equal colours, and neighbouring numbers different colours."""
     numbers = np.atleast_2d(np.asarray(numbers, np.int64).T).astype(np.uint32)
     mixed = np.zeros(numbers.shape[1], np.uint32)
     for part, factor in zip(numbers, (2654435761, 2246822519, 3266489917)):
@@ -81,7 +76,7 @@ def enlarged(pixels: np.ndarray, least: int = 256) -> Image.Image:
 
 def sheet(panels: Sequence[tuple[str, Image.Image]], head: Sequence[str],
           legend: Image.Image) -> Image.Image:
-    """Return a page: text lines, pictures of the same size with titles, and a legend."""
+    """Return a page: text lines, titled pictures of the same size, and a legend."""
     width, height = panels[0][1].size
     top = MARGIN + LINE * len(head)
     wide = max(len(panels) * (width + MARGIN) + MARGIN, legend.width + 2 * MARGIN,
@@ -100,13 +95,11 @@ def sheet(panels: Sequence[tuple[str, Image.Image]], head: Sequence[str],
 
 def colour_bar(highest: float, unit: str, width: int, lowest: float = 0.0,
                beyond: bool = False) -> Image.Image:
-    """Return the colour ramp from ``lowest`` to ``highest``, with round numbers below it.
-
-    With ``beyond``, the label says that the last colour includes larger numbers.
-    """
+    """Return the colour ramp from ``lowest`` to ``highest``, with round numbers below it. With
+    ``beyond``, the label says that the last colour includes larger numbers."""
     label = unit + (f" (last colour: {tick_text(highest)} and more)" if beyond else "")
     lines = [""]
-    for word in label.split():      # break the label into lines that are at most `width` wide
+    for word in label.split():      # break the label into lines of at most `width`
         longer = f"{lines[-1]} {word}".strip()
         lines[-1:] = [longer] if text_width(longer) <= width else [lines[-1], word]
     image = Image.new("RGB", (width, (2 + len(lines)) * LINE), PAPER)
@@ -125,7 +118,7 @@ def colour_bar(highest: float, unit: str, width: int, lowest: float = 0.0,
 
 
 def round_ticks(lowest: float, highest: float, most: int) -> list[float]:
-    """Return at most ``most`` round numbers at equal distances between two numbers."""
+    """Return at most ``most`` evenly spaced round numbers between two numbers."""
     if not lowest < highest:
         return []
     step = 10.0 ** math.floor(math.log10((highest - lowest) / most))
@@ -138,19 +131,18 @@ def round_ticks(lowest: float, highest: float, most: int) -> list[float]:
 
 
 def tick_text(value: float) -> str:
-    """Return a number of a scale as text."""
     return f"{value:,.0f}" if abs(value) >= 1000 else f"{value:.4g}"
 
 
 def round_up(value: float) -> float:
-    """Return the smallest round number that is at least ``value``, which must be positive."""
+    """Return the smallest round number that is at least ``value`` > 0."""
     unit = 10.0 ** math.floor(math.log10(value))
     return next(factor * unit for factor in (1, 1.5, 2, 2.5, 3, 4, 5, 6, 8, 10)
                 if factor * unit >= value * (1 - 1e-9))
 
 
 def swatches(entries: Sequence[tuple[str, tuple[int, int, int]]], width: int) -> Image.Image:
-    """Return a legend of colours with names; a line has as many entries as fit."""
+    """Return a legend of named colours, as many in a line as fit."""
     places, left, row = [], 0, 0
     for name, _ in entries:
         wide = LINE + 4 + text_width(name) + 2 * MARGIN
@@ -167,7 +159,6 @@ def swatches(entries: Sequence[tuple[str, tuple[int, int, int]]], width: int) ->
 
 
 def stacked(images: Sequence[Image.Image]) -> Image.Image:
-    """Return an image with the images below each other."""
     page = Image.new("RGB", (max(i.width for i in images), sum(i.height for i in images)), PAPER)
     top = 0
     for image in images:
@@ -177,10 +168,9 @@ def stacked(images: Sequence[Image.Image]) -> Image.Image:
 
 
 def text_width(text: str) -> int:
-    """Return the width of a text line in pixels."""
     return int(np.ceil(ImageFont.load_default(TEXT).getlength(text)))
 
 
 def write(pen: ImageDraw.ImageDraw, at: tuple[int, int], text: str) -> None:
-    """Draw a line of text; ``at`` is its upper left corner."""
+    """Draw a line of text with its upper left corner ``at``."""
     pen.text(at, text, fill=INK, font=ImageFont.load_default(TEXT))

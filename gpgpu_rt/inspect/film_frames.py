@@ -1,4 +1,4 @@
-"""Film frames: which passes a film shows, so that each frame shows about the same progress."""
+"""Film frames: the passes that a film shows, with about the same progress between frames."""
 from __future__ import annotations
 
 from collections.abc import Sequence
@@ -7,9 +7,8 @@ from collections.abc import Sequence
 class EvenLoss:
     """Chooses passes by their live rays, one pass after another.
 
-    Most rays of a trace end within few passes. Most passes run only for the few rays that remain.
-    Frames at equal distances in passes would therefore mostly show these few rays. Here a
-    frame is due whenever an equal share of the first pass's live rays has ended.
+    Most rays of a trace end within few passes, and most passes run only for the few other rays.
+    Therefore a frame is due whenever an equal share of the first pass's live rays has ended.
 
     Parameters
     ----------
@@ -19,14 +18,14 @@ class EvenLoss:
     def __init__(self, frames: int) -> None:
         self.frames = max(2, frames)
         self._first: int | None = None
-        self._due = 0       # the number of the next frame
+        self._due = 0       # number of the next frame
 
     def takes(self, live: int) -> bool:
         """Return whether the next pass is a frame, given its number of live rays."""
         if self._first is None:
             self._first = live
-        # The last frame is due at 0 live rays. The number of live rays may also increase, but
-        # `_due` does not go back.
+        # The last frame is due at 0 live rays. `_due` never decreases, although live rays may
+        # increase.
         lost = self._first - live
         reached = (lost * (self.frames - 1)) // max(self._first, 1)
         if self._due and reached < self._due:
@@ -35,9 +34,8 @@ class EvenLoss:
         return True
 
     def is_replaced(self, count: int, live: int, at_end: int) -> bool:
-        """Return whether the trace's last pass replaces the last chosen pass. If not, it becomes a
-        further frame. It replaces the chosen pass if there is no space for both passes, or if no
-        ray has ended between them.
+        """Return whether the trace's last pass replaces the last chosen pass: there is no space
+        for both, or no ray has ended between them. Otherwise it becomes a further frame.
 
         Parameters
         ----------
@@ -50,8 +48,7 @@ class EvenLoss:
 def even_loss(live: Sequence[int], frames: int) -> list[int]:
     """Return the indices of at most ``frames`` passes with an even loss of live rays between them.
 
-    The first and the last pass are among them. If there are at most ``frames`` passes, all are
-    chosen: a short film also shows passes in which no ray ends.
+    The first and the last pass are chosen. If there are at most ``frames`` passes, all are chosen.
 
     Parameters
     ----------

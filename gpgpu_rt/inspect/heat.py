@@ -1,4 +1,4 @@
-"""Heat maps: the cost of each pixel's ray, for several methods on a common scale."""
+"""Heat maps: the cost of each pixel's ray, for several methods on one scale."""
 from __future__ import annotations
 
 from collections.abc import Sequence
@@ -13,7 +13,6 @@ from ..tracer import Tracer
 from . import false_colours as colours
 from .time_travel import Pass, travel
 
-# The counts, and their titles in a picture.
 KINDS = {"steps": "kernel runs per ray", "nodes": "nodes visited per ray",
          "leaves": "leaves visited per ray", "triangles": "triangles tested per ray",
          "passes": "passes until the ray finished"}
@@ -23,7 +22,7 @@ _COUNTERS = {"steps": "steps", "nodes": "nodes_visited", "leaves": "leaves_visit
 
 @dataclass
 class Heat:
-    """The costs of a picture's eye rays, traced by a method.
+    """The costs of a picture's eye rays by a method.
 
     Attributes
     ----------
@@ -46,8 +45,7 @@ def heat(tracer: Tracer, what: str, size: tuple[int, int], camera: Camera | None
 
     Parameters
     ----------
-    tracer : a tracer with statistics=True; but if ``what`` is "passes", a tracer with the schedule
-        ``step`` or ``kernels``
+    tracer : a tracer with statistics=True; for "passes", with the schedule ``step`` or ``kernels``
     what : a key of KINDS
     size : (width, height) pixels
     camera : by default the scene's own camera
@@ -73,14 +71,14 @@ def heat(tracer: Tracer, what: str, size: tuple[int, int], camera: Camera | None
 
 
 def scale_of(maps: Sequence[Heat]) -> float:
-    """Return the end of a common scale: the largest of the maps' 99 % quantiles, rounded up, and
-    at least 1."""
+    """Return the end of a common scale: the maps' largest 99 % quantile, rounded up, at least
+    1."""
     return colours.round_up(max(1.0, *(one.summary()["quantile_99"] for one in maps)))
 
 
 def scale_bar(maps: Sequence[Heat], what: str, top: float, width: int) -> Image.Image:
-    """Return a picture of the maps' common scale, which ends at ``top``. Its label says if the
-    cost of some rays exceeds ``top``."""
+    """Return a picture of the common scale, which ends at ``top``. Its label says if some rays
+    cost more."""
     return colours.colour_bar(
         top, KINDS[what] + (", common scale" if len(maps) > 1 else ""), width,
         beyond=any(one.values.max() > top for one in maps))
@@ -92,7 +90,7 @@ def draw_heat(maps: Sequence[Heat], what: str, scene: str,
 
     Parameters
     ----------
-    highest : end of the scale; by default as `scale_of` computes it
+    highest : end of the scale; default: `scale_of`
     """
     top = highest or scale_of(maps)
     panels = []

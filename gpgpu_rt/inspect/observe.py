@@ -1,5 +1,4 @@
-"""Observe: call a function after each pass of a tracer, or after each pass that draws ray states.
-"""
+"""Observe: call a function after each pass of a tracer, or each pass that draws ray states."""
 from __future__ import annotations
 
 from collections.abc import Iterator
@@ -14,8 +13,6 @@ __all__ = ["Look", "ObservedPass", "Observer", "Passes", "observe", "observe_sta
 
 
 class _StateObserver(Observer):
-    """Calls ``look`` after each pass into a target that holds states."""
-
     states = True
 
     def __init__(self, state: str, look: Look) -> None:
@@ -28,13 +25,13 @@ class _StateObserver(Observer):
 
 @contextmanager
 def observe_states(tracer: Tracer, look: Look) -> Iterator[None]:
-    """Within the block, call ``look`` after each pass over the tracer's rays or packets.
+    """Within the block, call ``look`` after each pass over rays or packets.
 
     Parameters
     ----------
-    look : receives an ObservedPass, whose ``target`` is a Target. The target's records are the
-        method's state and HIT. HIT is missing in a target of packets' states, and in the era form
-        after a kernel that cannot change hits. The ``kernel`` "init" sets up states
+    look : receives an ObservedPass, whose ``target`` is a Target with the method's state and HIT.
+        HIT is missing for packets' states, and in the era form after a kernel that cannot change
+        hits. The ``kernel`` "init" sets up states
 
     Raises
     ------

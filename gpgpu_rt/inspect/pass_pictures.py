@@ -1,4 +1,4 @@
-"""Pictures of every pass: each ray's phase, its position in the structure, and its hit so far."""
+"""Pictures of every pass: each ray's phase, position in the structure, and hit so far."""
 from __future__ import annotations
 
 import json
@@ -22,10 +22,10 @@ from . import false_colours as colours
 from .film_frames import even_loss
 from .time_travel import Pass, decode, phase_names, travel
 
-# Fields with a ray's position in the structure.
+# Fields with a ray's position.
 PLACES = ("node", "place", "cell", "cursor", "first")
 MOST_PICTURES = 200     # default for the approximate number of pictures
-MOST_FRAMES = 150       # frames of the GIF; the first and the last pass are among them
+MOST_FRAMES = 150       # frames of the GIF, including the first and the last pass
 FRAME_MS, LAST_MS = 80, 1500
 
 
@@ -38,14 +38,14 @@ def write_passes(tracer: Tracer, folder: Path, size: tuple[int, int], every: int
 
     The files are ``pass_0000.png`` and so on, ``passes.gif`` with up to MOST_FRAMES frames, and
     ``passes.json``. With ``states``, ``pass_0000.npz`` and so on hold the fields of each ray's
-    state and hit. Files that the ``passes.json`` of an earlier run lists are removed. All files
-    are moved into the folder at the end, so an interrupted run leaves the folder unchanged.
+    state and hit. Files in an earlier run's ``passes.json`` are removed. An interrupted run leaves
+    the folder unchanged.
 
     Parameters
     ----------
     folder : made if it does not exist
     size : (width, height) pixels
-    every : interval of passes between pictures. The first and the last pass are always drawn
+    every : passes between pictures. The first and the last pass are always drawn
     states : whether to write states too
     camera : by default the scene's own camera
     most : approximate number of pictures if ``every`` is None
@@ -118,7 +118,6 @@ def _write(tracer: Tracer, folder: Path, size: tuple[int, int], every: int | Non
 
 
 def _listed(folder: Path) -> set[str]:
-    """Return the files of pictures and states that the JSON of an earlier run lists."""
     try:
         passes = read_json(folder / "passes.json")["passes"]
         names = {one[key] for one in passes for key in ("picture", "states") if key in one}
@@ -129,8 +128,7 @@ def _listed(folder: Path) -> set[str]:
 
 @contextmanager
 def _room(folder: Path) -> Iterator[None]:
-    """Make the folder if it does not exist. If the block fails, remove a new folder that is still
-    empty."""
+    """Make the folder if it is missing. If the block fails, remove a new folder that is empty."""
     is_new = not folder.exists()
     try:
         folder.mkdir(exist_ok=True)
@@ -149,7 +147,7 @@ def _room(folder: Path) -> Iterator[None]:
 
 
 def _write_gif(folder: Path, pictures: list[str]) -> None:
-    # Choose the palette from the first half of the frames: in late frames few rays are live.
+    # Late frames have few live rays, so the first half of the frames gives the palette.
     palette = colours.palette([np.asarray(_rgb(folder / pictures[len(pictures) * k // 8]))
                                for k in (0, 1, 2, 4)])
     frames = [_rgb(folder / picture).quantize(palette=palette, dither=Image.Dither.NONE)
@@ -164,7 +162,6 @@ def _rgb(path: Path) -> Image.Image:
 
 
 def phase_pixels(phases: np.ndarray, names: Mapping[int, str]) -> np.ndarray:
-    """Return the colour of each ray's phase, (n, 3) uint8."""
     shown = np.zeros((len(phases), 3), np.uint8)
     for phase in names:
         shown[phases == phase] = colours.category(phase)
@@ -172,19 +169,19 @@ def phase_pixels(phases: np.ndarray, names: Mapping[int, str]) -> np.ndarray:
 
 
 def distance_pixels(hits: Hits, lo: float, hi: float) -> np.ndarray:
-    """Return colours, (n, 3) uint8, of each ray's t between ``lo`` and ``hi``; grey is a miss."""
+    """Return colours, (n, 3) uint8, of each ray's t from ``lo`` to ``hi``; grey is a miss."""
     shown = np.full((len(hits), 3), colours.NOTHING, np.uint8)
     shown[hits.hit] = colours.ramp((hits.t[hits.hit] - lo) / max(hi - lo, 1e-30))
     return shown
 
 
 class PassPainter:
-    """Draws three panels per pass: phase, position and t. Each pixel is a ray.
+    """Draws three panels per pass: phase, position and t. A pixel is a ray.
 
     Attributes
     ----------
     names : the meaning of each phase
-    lo, hi : the smallest and the largest t of the final hits, the ends of the scale of t
+    lo, hi : the smallest and the largest t of the final hits, ends of the scale of t
 
     Parameters
     ----------
@@ -210,12 +207,11 @@ class PassPainter:
                                       ("t of the nearest hit so far", distance))]
 
     def legend(self) -> list[tuple[str, tuple[int, int, int]]]:
-        """Return the name and the colour of each phase, and of rays without a hit."""
+        """Return the names and colours of the phases, and of rays without a hit."""
         return [*((name, colours.category(phase)) for phase, name in self.names.items()),
                 ("no hit yet", colours.NOTHING)]
 
     def picture(self, one: Pass) -> Image.Image:
-        """Return the panels with a head and a legend."""
         tracer = self.tracer
         panels = [(title, colours.enlarged(pixels)) for title, pixels in self.panels(one)]
         width = panels[0][1].width

@@ -1,4 +1,4 @@
-"""Places: the nodes or cells that a ray's state names, with their boxes and decoded records."""
+"""Places: the nodes or cells that ray states name, with their boxes and decoded records."""
 from __future__ import annotations
 
 from collections.abc import Mapping
@@ -16,12 +16,12 @@ Decoded = dict[str, dict[str, np.ndarray]]
 
 
 class Places:
-    """The places of a tracer's structure: the nodes of a tree, or the cells of a grid.
+    """The places of a tracer's structure: a tree's nodes or a grid's cells.
 
     Parameters
     ----------
-    tracer : a tracer, whose structure has the places
-    state : fields of rays' states. The field ``node`` or ``cell`` names the place of a ray
+    tracer : a tracer with the structure
+    state : fields of rays' states; ``node`` or ``cell`` names a ray's place
 
     Attributes
     ----------
@@ -42,7 +42,7 @@ class Places:
             self.count = 0
 
     def numbers(self, state: Mapping[str, np.ndarray]) -> np.ndarray:
-        """Return the number of each ray's place, (n,) int64; -1 for a ray that has no place."""
+        """Return each ray's place, (n,) int64, or -1."""
         phase = state["phase"]
         if not self.kind:
             return np.full(len(phase), -1)
@@ -64,11 +64,8 @@ class Places:
         return np.stack([lo, lo + grid.cell_size], axis=1).astype(np.float64)
 
     def records(self, number: int) -> Decoded:
-        """Return the records of a place as the textures hold them: record -> field -> value.
-
-        A table holds records of places if it has as many records as there are places and is no
-        table of triangles.
-        """
+        """Return a place's records as the textures hold them: record -> field -> value, from the
+        tables with a record per place, other than tables of triangles."""
         tracer, session = self._tracer, self._tracer.session
         found: Decoded = {}
         for record in tracer.method.tables_for(tracer.options):
@@ -83,7 +80,6 @@ class Places:
 
 def _decoded(record: Record | PackedRecord, textures: Mapping, number: int
              ) -> dict[str, np.ndarray]:
-    """Return the fields of a table's record, from its texels."""
     kind = np.uint32 if isinstance(record, PackedRecord) else np.float32
     texels = np.zeros((record.texels, 4), kind)
     for plane in record.planes:

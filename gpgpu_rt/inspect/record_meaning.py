@@ -1,4 +1,4 @@
-"""The meaning of records: the text below the declaration of a record in Python."""
+"""The meaning of records: the text below a record's declaration in Python."""
 from __future__ import annotations
 
 import ast
@@ -16,8 +16,8 @@ def meaning(record: Record) -> dict[str, str]:
     Returns
     -------
     dict
-        the Python name of the record -> the text below its declaration, and then the same for
-        each record that a text names. Empty for a record that no module declares
+        the record's name in Python -> the text below its declaration, and the same for each record
+        that a text names. Empty for a record that no module declares
     """
     found: dict[str, str] = {}
     texts = _texts()
@@ -32,7 +32,6 @@ def meaning(record: Record) -> dict[str, str]:
 
 @lru_cache(maxsize=None)
 def _texts() -> dict[str, tuple[Record, str]]:
-    """Return the Python name of each declared record -> the record and its text."""
     package = __name__.partition(".")[0] + "."
     return {name: (getattr(module, name), text)
             for module_name, module in sorted(sys.modules.items())
@@ -42,9 +41,8 @@ def _texts() -> dict[str, tuple[Record, str]]:
 
 
 def texts_below(file: Path) -> dict[str, str]:
-    """Return a map from each name that a Python module assigns to the text below the assignment.
-    If there is no text between two assignments, the text below the second also belongs to the
-    first."""
+    """Return name -> the text below the name's assignment in a Python module. Assignments without
+    a text between them share the next text."""
     found: dict[str, str] = {}
     waiting: list[str] = []
     for statement in ast.parse(file.read_text(encoding="utf-8")).body:
@@ -58,5 +56,4 @@ def texts_below(file: Path) -> dict[str, str]:
 
 
 def _joined(text: str) -> str:
-    """Return a text with each paragraph on a line."""
     return "\n\n".join(" ".join(part.split()) for part in text.split("\n\n")).strip()

@@ -1,9 +1,8 @@
 """Time travel: the state of every ray after every pass.
 
-A pass draws into one of two buffers. Under ``kernels``, a pass draws only the rays that wait for
-its kernel, so the texels of the other rays hold older states. A ray's number of steps never
-decreases, so the state with more steps is the newer state. By this rule, the states in the buffer
-after a pass are merged with the states before the pass.
+Under ``kernels``, a pass draws only the rays that wait for its kernel into one of two buffers, so
+the texels of other rays hold older states. A ray's number of steps never decreases: of the states
+before and after a pass, the state with more steps is newer.
 """
 from __future__ import annotations
 
@@ -28,7 +27,7 @@ from ..traversal.packet_steps import PacketSteps
 from .observe import observe_states
 
 Fields = dict[str, np.ndarray]
-INTERSECT = 2    # the phase of packets at a leaf; a separate pass tests their rays
+INTERSECT = 2    # the phase of packets at a leaf, whose rays a separate pass tests
 ENDS = {DONE: "done", UNFINISHED: "stopped by the step cap", OVERFLOWN: "stack full"}
 
 
@@ -41,11 +40,10 @@ class Pass:
     number : Index of the pass; pass 0 sets up states.
     kernel : "init", a kernel's name, or "all" if each ray runs the kernel that its state names.
         For packets, "visit" or "intersect".
-    served : Name of a kernel -> number of rays for which the kernel ran in this pass.
+    served : Kernel -> number of rays for which it ran in this pass.
     live : Number of unfinished rays.
     state, hit : Fields of the method's state and of HIT, an entry per ray. For a ray of a packet,
-        ``state`` holds the fields of the packet's state, and the further fields of the ray's own
-        state.
+        ``state`` holds the packet's state, and the further fields of the ray's own state.
     """
 
     number: int
@@ -56,7 +54,7 @@ class Pass:
     hit: Fields
 
     def to_dict(self) -> dict[str, Any]:
-        """Return number, kernel and counts as plain data, without the states."""
+        """Return number, kernel and counts as plain data."""
         return {"pass": self.number, "kernel": self.kernel, "served": self.served,
                 "live": self.live}
 
@@ -69,7 +67,7 @@ def travel(tracer: Tracer, origins: np.ndarray, directions: np.ndarray,
     ----------
     tracer : a tracer under the schedule ``step`` or ``kernels``
     origins, directions, more : as for ``Tracer.trace``
-    look : receives a Pass, whose arrays the caller may keep
+    look : receives a Pass, whose arrays it may keep
 
     Returns
     -------
@@ -78,8 +76,8 @@ def travel(tracer: Tracer, origins: np.ndarray, directions: np.ndarray,
     Raises
     ------
     OptionError
-        under the schedule ``loop``, whose single pass is the whole traversal, or for a tracer
-        whose states cannot be observed
+        under the schedule ``loop``, whose single pass is the whole traversal, or if states cannot
+        be observed
     """
     batch = RayBatch(origins, directions, bounds=tracer.scene.bounds, **more)
     with tracer.sessions.turn(batch) as session:    # the session that `trace` will use
@@ -94,7 +92,7 @@ def travel(tracer: Tracer, origins: np.ndarray, directions: np.ndarray,
 
 
 def _one_pass(tracer: Tracer) -> str:
-    """Return the message for a tracer under the schedule ``loop``, with a way to see passes."""
+    """Return a message for the schedule ``loop`` that says how to see passes."""
     method, options = tracer.method, tracer.options
     if options["era"]:
         return f"method {method.name} under schedule loop has one pass to look at; leave era out"
@@ -102,7 +100,7 @@ def _one_pass(tracer: Tracer) -> str:
     if watched:
         return (f"method {method.name} under schedule loop has one pass to look at; use the "
                 f"schedule {' or '.join(watched)}")
-    # tracer.method is the form that the options give; its row may support more schedules.
+    # tracer.method is the form for the options; its row may support more schedules.
     row = find_method(method.name)
     bound = [o for o in TRACER_OPTIONS + row.options if options[o.name] != o.default
              and {*row.schedules_for({**options, o.name: o.default})} > {"loop"}]
@@ -114,8 +112,8 @@ def _one_pass(tracer: Tracer) -> str:
 
 
 def watchable_relatives(method: Method) -> list[str]:
-    """Return the names of the family's methods that run in passes which can be observed. If some
-    of them use stacks and packets as ``method`` does, return only these."""
+    """Return the family's methods whose passes can be observed. If some of them use stacks and
+    packets as ``method`` does, return only these."""
     family = [row for row in methods() if family_of(row.name) == family_of(method.name)
               and {"step", "kernels"} & set(row.schedules)]
     alike = [row for row in family if (row.stack, row.packet) == (method.stack, method.packet)]
@@ -123,21 +121,20 @@ def watchable_relatives(method: Method) -> list[str]:
 
 
 def decode(batch: RayBatch, one: Pass) -> Hits:
-    """Return the hits of the rays after a pass, in the caller's units."""
+    """Return the rays' hits after a pass, in the caller's units."""
     return batch.hits(one.hit)
 
 
 def phase_names(tracer: Tracer) -> dict[int, str]:
     """Return the meaning of each value of the state's ``phase``."""
-    # Only a stack of entries in a texture can be full. The short stacks overwrite an entry.
+    # Only a stack of entries in a texture can be full; short stacks overwrite an entry.
     ends = {phase: name for phase, name in ENDS.items()
             if phase != OVERFLOWN or tracer.method.stack_entry is not None}
     return {**ends, **dict(enumerate(kernels_of(tracer), 1))}
 
 
 def kernels_of(tracer: Tracer) -> tuple[str, ...]:
-    """Return the kernels for which a ray, or a packet, can wait. The kernels are in the order
-    of the phases."""
+    """Return the kernels for which a ray or packet can wait, in the order of phases."""
     driver = tracer.session.driver
     if isinstance(driver, PacketSteps):
         assert tracer.method.packet_state is not None
@@ -146,7 +143,6 @@ def kernels_of(tracer: Tracer) -> tuple[str, ...]:
 
 
 class _StateRecorder:
-    """Merges the states, pass by pass."""
 
     def __init__(self, tracer: Tracer, batch: RayBatch, look: Callable[[Pass], None]) -> None:
         self.names, self.look, self.count = phase_names(tracer), look, batch.count
@@ -155,18 +151,18 @@ class _StateRecorder:
         self.packets = isinstance(tracer.session.driver, PacketSteps)
         self.state: Fields = {}
         self.hit: Fields = {}
-        self.packet: Fields = {}    # the fields of the state that come from the ray's packet
+        self.packet: Fields = {}    # fields of the state that come from the ray's packet
         self.number = 0
 
     def take(self, one: ObservedPass) -> None:
-        """Merge the states that a pass has drawn."""
+        """Merge a pass's states."""
         kernel, target = one.kernel, one.target
         assert isinstance(target, Target)
         if self.packets and HIT.name not in target.records:
             self._take_packets(kernel, target)
             return
         state = self._rays(target.fields(self.state_name))
-        # In the era form (docs/era.md), a kernel that cannot change hits draws only states.
+        # In the era form (docs/era.md), kernels that cannot change hits draw only states.
         hit = self._rays(target.fields(HIT.name)) if HIT.name in target.records else self.hit
         served = {}
         if self.packets:    # this pass does not change the packets' states
@@ -183,16 +179,13 @@ class _StateRecorder:
         self._show(kernel, served)
 
     def _newer_rays(self, kernel: str, state: Fields) -> np.ndarray:
-        """Return which rays a pass has changed; the target may hold older states of other rays.
-
-        The era form counts no steps, but its passes run all rays that wait for their kernel.
-        """
+        """Return which rays a pass has changed; its target may hold older states of other rays.
+        The era form counts no steps, but its passes run all rays that wait for their kernel."""
         if "steps" in state:
             return state["steps"] > self.state["steps"]
         return self.state["phase"] == self.numbers[kernel]
 
     def _take_packets(self, kernel: str, target: Target) -> None:
-        """Copy each packet's state to its rays."""
         (width, height), across = self.size, target.size[0]
         packet = -(-width // across), -(-height // target.size[1])
         x, y = np.arange(width) // packet[0], np.arange(height) // packet[1]
@@ -201,12 +194,12 @@ class _StateRecorder:
                  for name, values in target.fields(self.state_name).items()}
         served = {}
         if kernel != "init":
-            # A push or pop changes a packet's phase without counting as a step.
+            # A push or pop changes the phase without counting as a step.
             before = self.state["phase"]
             on = (state["phase"] != before) & (before > INTERSECT)
             served = self._served(on | (state["steps"] > self.state["steps"]))
         self.packet, self.state = state, {**self.state, **state}
-        if kernel != "init":    # after "init" the pass over the rays calls `_show`
+        if kernel != "init":    # after "init", the pass over rays calls `_show`
             self._show(kernel, served)
 
     def _rays(self, fields: Fields) -> Fields:

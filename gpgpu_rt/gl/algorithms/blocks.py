@@ -1,10 +1,10 @@
 """Stream reduction by blocks: removes elements from a stream and closes the gaps.
 
 D. Roger, U. Assarsson, N. Holzschuch, "Efficient Stream Reduction on the GPU", 2007 (survey,
-section 3.6). A block has a constant number s of elements. For each block a line of texels is drawn
-at the block's final position; each fragment of the line finds its element in the block in log s
-steps. The scan runs over the blocks' totals alone. `compact` instead scans all n elements of the
-stream, and finds each element in log n steps.
+section 3.6). A block has a constant number s of elements. A line of texels is drawn at each
+block's final position; each fragment of the line finds its element in the block in log s steps.
+The scan runs over the blocks' totals alone. `compact` instead scans all n elements, and finds each
+element in log n steps.
 """
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ BLOCK = 16      # texels of a block, with four elements each
 
 
 def reduce_by_blocks(room: StreamRoom, stream: Stream, flags: Stream) -> Stream:
-    """Return the elements of ``stream`` whose flag is 1, in their order, as `compact` does.
+    """Return the elements of ``stream`` whose flag is 1, in order, as `compact` does.
 
     Parameters
     ----------
-    flags : a stream of VALUES with 0 or 1 in the first channel, one for each element
+    flags : a stream of VALUES with 0 or 1 in the first channel for each element
     """
     record = stream.record
     defines = {"LOAD": f"{record.name}_load", "STORE": f"{record.name}_store"}
@@ -39,13 +39,13 @@ def reduce_by_blocks(room: StreamRoom, stream: Stream, flags: Stream) -> Stream:
 
 def reduce_children(room: StreamRoom, children: Stream, count: int, pair: Record,
                     into: Stream | None = None) -> tuple[Stream, int]:
-    """Return a stream of the pairs in the first ``count`` elements of ``children``, and the number
-    of pairs. A pair is, for example, a triangle and a node of rays.
+    """Return a stream of the pairs (such as a triangle and a node of rays) in the first ``count``
+    elements of ``children``, and the number of pairs.
 
     Parameters
     ----------
     pair : the record of a pair; an element of ``children`` holds up to four pairs
-    into : a stream for the pairs. If it is too short, it is dropped and a new stream is made
+    into : a stream for the pairs; one that is too short is replaced by a new stream
     """
     defines = {"CHILDREN": True}
     ranks, starts, kept = _ranks(room, children, count, defines)
@@ -59,11 +59,8 @@ def reduce_children(room: StreamRoom, children: Stream, count: int, pair: Record
 
 def _ranks(room: StreamRoom, source: Stream, texels: int, defines: Mapping[str, object],
            **uniforms: object) -> tuple[Stream, Stream, int]:
-    """Return the rank of each kept element in its block, the start of each block in the result,
-    and the number of kept elements.
-
-    A texel of the ranks holds the ranks of four elements.
-    """
+    """Return the kept elements' ranks in their blocks (four per texel), each block's start in the
+    result, and the number of kept elements."""
     flags = room.stream(VALUES, texels).called("flags")
     room.draw("algorithms/block_flags", flags, [source], count=texels, defines=defines, **uniforms)
     ranks = room.stream(VALUES, texels).called("ranks")
@@ -79,8 +76,7 @@ def _ranks(room: StreamRoom, source: Stream, texels: int, defines: Mapping[str, 
 
 def _segments(room: StreamRoom, target: Stream, source: Stream, ranks: Stream, starts: Stream,
               defines: Mapping[str, object]) -> None:
-    """Draw the line of each block, as two lines if it crosses the end of a texture row. Then drop
-    ranks and starts."""
+    """Draw each block's line (two lines across the end of a row). Drop ranks and starts."""
     target.framebuffer.viewport = (0, 0, 2 * TABLE_WIDTH, rows_of(target.length))
     room.scatter("algorithms/segments", target, [source, ranks, starts], 4 * (starts.length - 1),
                  mode=moderngl.LINES, defines={"BLOCK": BLOCK, **defines}, texels=ranks.length)

@@ -1,4 +1,4 @@
-"""Stream reduction: moves the kept elements together, in their order."""
+"""Stream reduction: moves the kept elements together, in order."""
 from __future__ import annotations
 
 from .records import SOURCE
@@ -9,12 +9,11 @@ from .streams import Stream, StreamRoom
 def compact(room: StreamRoom, stream: Stream, flags: Stream) -> Stream:
     """Return the elements of ``stream`` whose flag is 1 (D. Horn, GPU Gems 2, 2005).
 
-    The host reads back a single number, the number of kept elements, because it must know how many
-    elements to draw.
+    The host reads back how many elements to draw.
 
     Parameters
     ----------
-    flags : a stream of VALUES with 0 or 1 in the first channel, one for each element
+    flags : a stream of VALUES with 0 or 1 in the first channel for each element
     """
     sums = scan(room, flags)
     sources = kept_sources(room, sums)
@@ -24,7 +23,7 @@ def compact(room: StreamRoom, stream: Stream, flags: Stream) -> Stream:
 
 
 def kept_sources(room: StreamRoom, sums: Stream) -> Stream:
-    """Return the index of every kept element (SOURCE), from the scan of the flags."""
+    """Return the index (SOURCE) of every kept element, from the scan of the flags."""
     kept = int(sums.read_one(sums.length - 1)["value"][0])
     sources = room.stream(SOURCE, kept)
     room.draw("algorithms/source", sources,
@@ -33,7 +32,7 @@ def kept_sources(room: StreamRoom, sums: Stream) -> Stream:
 
 
 def gather(room: StreamRoom, stream: Stream, sources: Stream) -> Stream:
-    """Return a stream with element ``sources[i]`` of ``stream`` for each i."""
+    """Return a stream whose element i is element ``sources[i]`` of ``stream``."""
     record = stream.record
     gathered = room.stream(record, sources.length)
     room.draw("algorithms/gather", gathered, [stream, sources], count=sources.length,

@@ -4,14 +4,13 @@ from __future__ import annotations
 from ..record import Record
 
 VALUES = Record("values", "value:vec4")
-"""Four numbers per element, which are reduced, scanned or used as flags."""
+"""Four numbers per element."""
 
 SORT_KEY = Record("sort_key", "hi:int lo:int index:int")
-"""A sort key: two integers of up to 24 bits, and an index. Keys are sorted by hi, lo and index."""
+"""A sort key, ordered by hi and lo (integers of up to 24 bits), then index."""
 
 SOURCE = Record("source", "index:int")
 """The index of the element to copy."""
 
 BOX = Record("box", "lo:vec3 | hi:vec3")
-"""A box of a triangle, of a node, or of a run of slots. A slot is a place in the order of
-triangles."""
+"""A box of a triangle, a node or a run of slots. A slot is a place in the order of triangles."""

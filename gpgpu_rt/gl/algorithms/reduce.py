@@ -4,14 +4,14 @@ from __future__ import annotations
 from .records import VALUES
 from .streams import Stream, StreamRoom
 
-FAN = 8     # number of elements that a pass combines
+FAN = 8     # elements that a pass combines into one
 OPERATIONS = {"sum": "SUM", "min": "min", "max": "max"}
 
 
 def reduce_stream(room: StreamRoom, values: Stream, operation: str) -> Stream:
-    """Return a stream of one element: the "sum", "min" or "max" of ``values`` in each channel.
+    """Return one element: the "sum", "min" or "max" of ``values`` in each channel.
 
-    Sums are exact if they and all partial sums are integers up to 2^24.
+    Sums are exact if all partial sums are integers up to 2^24.
 
     Parameters
     ----------
@@ -23,7 +23,7 @@ def reduce_stream(room: StreamRoom, values: Stream, operation: str) -> Stream:
 
 
 def reduce_once(room: StreamRoom, values: Stream, operation: str = "sum") -> Stream:
-    """Return a stream with one combined element for every FAN elements of ``values``."""
+    """Return a stream with one combined element for every FAN of ``values``."""
     reduced = room.stream(VALUES, -(-values.length // FAN))
     room.draw("algorithms/reduce", reduced.called("reduced"), [values.called("values")],
               count=reduced.length, defines={"FAN": FAN, "COMBINE": OPERATIONS[operation]},

@@ -9,10 +9,10 @@ from .streams import Stream, StreamRoom
 def scan(room: StreamRoom, values: Stream) -> Stream:
     """Return the exclusive prefix sums, n + 1 elements called "sums". The last sum is the total.
 
-    First make levels upwards: an element of a level is the sum of a block of the level below. Then
-    compute the prefix sums downwards (G. Blelloch, "Prefix Sums and Their Applications", 1990). A
-    prefix sum has two parts: the sum of all blocks before its block, which the level above has
-    computed, and the sum inside its block. Sums are exact if they are integers up to 2^24.
+    Make levels upwards: an element of a level is the sum of a block of the level below. Then
+    compute prefix sums downwards (G. Blelloch, "Prefix Sums and Their Applications", 1990), each
+    from the sum of all earlier blocks, known from the level above, and the sum inside its block.
+    Sums are exact if they are integers up to 2^24.
 
     Parameters
     ----------

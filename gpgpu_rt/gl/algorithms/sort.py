@@ -8,10 +8,9 @@ from .streams import Stream, StreamRoom
 def sort(room: StreamRoom, keys: Stream) -> Stream:
     """Return the keys (SORT_KEY) in the order of hi, lo and index, for any number of keys.
 
-    Equal keys are in the order of their index, so the sort is stable if indices ascend. For n
-    keys and k = ceil(log2 n), the sort takes k (k + 1) / 2 steps, two steps per pass. Passes draw
-    alternately into ``keys`` and into another stream. The stream with the result is returned, and
-    the other stream is dropped.
+    The sort is stable if indices ascend. For n keys and k = ceil(log2 n), it takes k (k + 1) / 2
+    steps, two per pass. Passes draw alternately into ``keys`` and another stream, and the stream
+    without the result is dropped.
     """
     now, spare = keys, room.stream(SORT_KEY, keys.length)
     steps = flips(keys.length)
@@ -23,8 +22,8 @@ def sort(room: StreamRoom, keys: Stream) -> Stream:
 
 
 def flips(length: int) -> list[int]:
-    """Return an integer for each step. The step compares elements whose indices differ in exactly
-    the bits that are set in this integer."""
+    """Return an integer for each step: its set bits are those in which the indices of compared
+    elements differ."""
     merged, result = 1, []
     while merged < length:
         result.append(2 * merged - 1)          # mirror a block of two sorted halves

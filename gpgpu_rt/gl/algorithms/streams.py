@@ -1,9 +1,9 @@
 """Streams: lists of records in textures, and the passes that read streams and draw a stream.
 
-The term is from the stream programming of 2002-2007. Element i of n is at texel i, in rows of
-TABLE_WIDTH texels, and a pass runs a fragment program once per element. The program can read any
-other element i, at ``table_texel(i)`` (gather). To scatter, a pass draws points instead, one or
-several per element: the vertex stage reads the element and chooses the texel of each point.
+A stream, a term of 2002-2007, has element i at texel i, in rows of TABLE_WIDTH texels. A pass runs
+a fragment program once per element. The program can read any other element i, at
+``table_texel(i)`` (gather). To scatter, a pass draws points: the vertex stage reads an element and
+chooses the texels of its points.
 """
 from __future__ import annotations
 
@@ -58,7 +58,6 @@ class Stream(Target):
         return self.fields(by_ray=lambda texels: texels[:count])
 
     def read_one(self, i: int) -> dict[str, np.ndarray]:
-        """Read back element i."""
         corner = (i % TABLE_WIDTH, i // TABLE_WIDTH, 1, 1)
         note_moved(self.textures[0], down=16 * len(self.textures))
         read = self.framebuffer.read
@@ -69,11 +68,11 @@ class Stream(Target):
 
 
 class StreamRoom:
-    """The streams and programs of a task. The end of the ``with`` block releases them all.
+    """The streams and programs of a task, released at the end of the ``with`` block.
 
     Parameters
     ----------
-    folder : the folder under ``glsl/`` of the programs whose names contain no folder
+    folder : the folder under ``glsl/`` of programs whose names have no folder
     """
 
     def __init__(self, gpu: Gpu, folder: str = "algorithms") -> None:
@@ -101,7 +100,7 @@ class StreamRoom:
         return stream
 
     def drop(self, *streams: Stream) -> None:
-        """Release these streams now, to free their memory."""
+        """Release streams now."""
         for stream in streams:
             self._streams = [
                 other for other in self._streams if other.textures is not stream.textures]
@@ -114,8 +113,7 @@ class StreamRoom:
 
         Parameters
         ----------
-        reads : the streams that the program reads. If several have the same name, the program
-            reads the first of these
+        reads : the streams that the program reads; of several with one name, only the first
         """
         count = target.length - first if count is None else count
         if count <= 0:
@@ -136,10 +134,8 @@ class StreamRoom:
     def scatter(self, program: str, target: Target, reads: Sequence[Target], vertices: int, *,
                 mode: int = moderngl.POINTS, defines: Mapping[str, object] | None = None,
                 **uniforms: object) -> None:
-        """Draw points, or lines, into the texels that the program's vertex stage chooses.
-
-        If several points fall into a texel, the current blending decides the result.
-        """
+        """Draw points or lines into the texels that the program's vertex stage chooses. The
+        current blending combines several points in a texel."""
         if vertices <= 0:
             return
         records, samplers = _sources(reads, target.record)
@@ -159,7 +155,6 @@ class StreamRoom:
         return program if "/" in program else f"{self.folder}/{program}"
 
     def bytes(self) -> int:
-        """Return the bytes of the streams."""
         return bytes_of(self._streams)
 
     def release(self) -> None:
@@ -173,8 +168,7 @@ def rows_of(length: int) -> int:
 
 
 def span(first: int, count: int) -> np.ndarray:
-    """Return (k, 4) rectangles, at most three, that cover the elements from ``first`` to ``first``
-    + ``count`` - 1."""
+    """Return at most three rectangles, (k, 4), that cover ``count`` elements from ``first``."""
     (top, left), (bottom, right) = (divmod(i, TABLE_WIDTH) for i in (first, first + count))
     if top == bottom:
         parts = [(left, top, right, top + 1)]
@@ -187,7 +181,6 @@ def span(first: int, count: int) -> np.ndarray:
 
 def _sources(reads: Iterable[Target],
              written: Record | None = None) -> tuple[str, dict[str, moderngl.Texture]]:
-    """Return the GLSL of all records, and the samplers of the records that are read."""
     glsl = {} if written is None else {written.name: written.stream_glsl(True)}
     samplers: dict[str, moderngl.Texture] = {}
     for stream in reads:
