@@ -1,5 +1,5 @@
-// Layout of hits in render targets: a target holds the triangles of four rays' hits, and no other numbers.
-// Shadow rays need only the triangle.
+// Layout of hits in render targets: a target holds only the triangles of four rays' hits, which is all that
+// shadow rays need.
 
 #define TARGET vec4
 #define TARGET_SAMPLER sampler2D

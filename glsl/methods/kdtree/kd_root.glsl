@@ -1,4 +1,4 @@
-// A ray begins its search at the root of the kd-tree. This file replaces kd_entries.glsl.
+// A ray begins its search at the root of the kd-tree: replaces kd_entries.glsl.
 
 #define BEGIN DOWN
 
