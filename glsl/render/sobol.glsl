@@ -7,8 +7,8 @@
 //
 // Departures: the keys come from the hash of random.glsl. The direction numbers of dimensions 2 and 3 (Joe
 // and Kuo 2008) come from their recurrences instead of a table. Two dimensions of a point choose a
-// direction, and two choose the light sample at the vertex to which this direction leads.
-// gpgpu_rt/reference/sobol.py computes the same bits.
+// direction, and two the light sample at the vertex to which it leads. gpgpu_rt/reference/sobol.py computes
+// the same bits.
 
 #include "render/random.glsl"
 

@@ -7,10 +7,10 @@
 // x > y. `interval_in` gives the interval of the ray in a node's box. `is_settled` tells whether no node
 // beyond the present leaf can hold a nearer hit.
 //
-// This file, and not the criterion, handles links, leaves and the way back to parents. The nodes of
-// kd-trees and BVHs have the same format. A stack would not fit all schedules, so a ray climbs one parent
-// per step, as in kd-backtrack (Foley and Sugerman 2005). From a near child the ray goes to the far sibling
-// if it meets the sibling's box before its nearest hit.
+// This file handles links, leaves and the way back to parents. The nodes of kd-trees and BVHs have the same
+// format. A stack would not fit all schedules, so a ray climbs one parent per step, as in kd-backtrack
+// (Foley and Sugerman 2005). From a near child the ray goes to the far sibling if it meets the sibling's
+// box before its nearest hit.
 
 #include "core/axis.glsl"
 
@@ -85,8 +85,7 @@ void intersect(Ray ray, inout State state, inout Hit hit) {
     }
 }
 
-// Go to the far sibling of a near child, if the ray meets the sibling's box. Otherwise go to the parent, and
-// climb on.
+// Go to the far sibling of a near child if the ray meets the sibling's box, else to the parent.
 void climb(Ray ray, inout State state, inout Hit hit) {
     COUNT(nodes_visited);
     int node = state.node;
