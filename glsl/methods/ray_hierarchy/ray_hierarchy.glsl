@@ -64,10 +64,10 @@ Cone cone_over(Cone children[4]) {
 // sphere's centre to the ball's centre, h its part along the axis, w its part across the axis, and s the
 // sum of both radii. The ball must satisfy three conditions:
 //   w cos a - h sin a <= s   The ball reaches the cone. For each half-angle a up to 180 degrees, the left
-//   side is at most the distance from the cone.
+//                            side is at most the distance from the cone.
 //   |q| <= reach + s         The ball reaches the rays' ends.
 //   -h <= s                  The ball is not behind the sphere. This condition applies only to a cone that
-//   opens forward.
+//                            opens forward.
 //
 // Rounding: q has a relative error of U. The errors of h and w are at most UNIT_ERROR * |q|, for an axis
 // with an error of UNIT_ERROR. The error of cos a is 2 U, and sin a has a relative error of 16 U below
