@@ -4,7 +4,6 @@
 #define TARGET vec4
 #define TARGET_SAMPLER sampler2D
 
-// Write target k.
 #define NUMBER(k, r) numbers[k / 4 * 4 + r][k % 4]
 #define STORE(k) packet_target[k] = vec4(NUMBER(k, 0), NUMBER(k, 1), NUMBER(k, 2), NUMBER(k, 3));
 

@@ -20,7 +20,6 @@ Hit hit_of_row(uint texel, ivec2 pixel, out bool settled) {
     return hit;
 }
 
-// Write target k.
 #define ROW(r) packed_row(rows[r], is_settled(r))
 #define STORE(k) packet_target[k] = uvec4(ROW(4 * k), ROW(4 * k + 1), ROW(4 * k + 2), ROW(4 * k + 3));
 

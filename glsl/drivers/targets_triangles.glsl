@@ -4,7 +4,6 @@
 #define TARGET vec4
 #define TARGET_SAMPLER sampler2D
 
-// Write target k.
 #define TRIANGLE(k, r) numbers[4 * k + r].w
 #define STORE(k) packet_target[k] = vec4(TRIANGLE(k, 0), TRIANGLE(k, 1), TRIANGLE(k, 2), TRIANGLE(k, 3));
 

@@ -34,7 +34,6 @@ void bound_for_culling(int r) {
     cull_shear_hi = here ? max(cull_shear_hi, ray.shear.xy) : cull_shear_hi;
 }
 
-// Bound the rays of the current turn.
 void bound_frustum() {
     cull_axes = 0;
     cull_dominant = bvec2(false);
@@ -45,8 +44,8 @@ void bound_frustum() {
     EACH(bound_for_culling)
 }
 
-// Return, for each of the four sides, whether a corner lies outside the side for all rays: x and y say
-// whether the moved corner is below 0 along x and y, and z and w whether it is above 0.
+// Return, for each of the four sides, whether a corner lies outside the side for all rays: the moved corner
+// is below 0 along x and y (components x and y) or above 0 (z and w).
 bvec4 sides_outside(vec3 corner) {
     vec3 at = permuted(cull_dominant, corner);
     PRECISE vec3 lo = R(at - cull_origin_hi);

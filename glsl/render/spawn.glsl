@@ -1,7 +1,6 @@
-// The start of a ray that leaves a hit, off the triangle by the error of the hit point plus the error of
-// the triangle test, so that the ray does not hit the triangle that it leaves. `spawn` in
-// gpgpu_rt/reference/spawn.py computes the same start. This code needs the triangle table in the scene's
-// order.
+// The start of a ray that leaves a hit. The start lies off the triangle by the error of the hit point plus
+// the error of the triangle test, so that the ray does not hit its own triangle. `spawn` in
+// gpgpu_rt/reference/spawn.py computes the same start. Needs the triangle table in the scene's order.
 //
 // The error of the hit point. A unit is the relative error of one rounding. The point p = b0 v0 + u v1 + v
 // v2 lies in the plane for any u and v if b0 = 1 - u - v. The rounded b0 has an absolute error of one unit

@@ -15,7 +15,7 @@ flat out vec3 corner_a;
 flat out vec3 corner_b;
 flat out vec3 corner_c;
 
-// Project a vertex in front of the eye. The result is in pixels.
+// Project a vertex in front of the eye, to pixels.
 vec2 projected(vec3 corner) {
     float z = dot(corner, forward);
     vec2 at = vec2(dot(corner, right) / dot(right, right), -dot(corner, up) / dot(up, up)) / z;

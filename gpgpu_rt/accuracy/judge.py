@@ -2,9 +2,10 @@
 
 An answer is right if the watertight test could have given it, within the bounds of its rounding
 errors (`error_bounds`). A hit is right under three conditions: the ray possibly hits the answer's
-triangle, the error of t is within its bound, and no other triangle is certainly hit at a nearer t,
-with disjoint intervals of error. A miss is right if no triangle is certainly hit. A ray through an
-edge or a vertex may therefore miss; `leaks` decides whether such a ray escaped from a closed mesh.
+triangle, the error of t is within its bound, and no other triangle is certainly hit at a nearer t.
+"Nearer" means that the intervals of the two t with their errors are disjoint. A miss is right if
+no triangle is certainly hit. A ray through an edge or a vertex may therefore miss; `leaks` decides
+whether such a ray escaped from a closed mesh.
 """
 from __future__ import annotations
 

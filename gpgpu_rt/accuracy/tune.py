@@ -14,11 +14,10 @@ search has four stages:
 
 By default the search runs twice: for coherent rays, timed on eye rays, and for incoherent rays,
 timed on random rays. A tracer picks one of the two results according to its rays. With a bound on
-bytes, or without eye or random rays, the search runs once (`Promise.split`). A time is the median
-of several runs in one process, in which candidates alternate. Two assumptions let the search skip
-most combinations: a candidate that is slower at default accuracy is slower at any accuracy, and a
-value of an option that exceeds the error bounds with all other accuracy options at their defaults
-exceeds them in every combination.
+bytes, or without eye or random rays, the search runs once (`Promise.split`). Two assumptions let
+the search skip most combinations. A candidate that is slower at default accuracy is slower at any
+accuracy. If a value of an option exceeds the error bounds with all other accuracy options at their
+defaults, it exceeds them in every combination.
 """
 from __future__ import annotations
 
@@ -222,8 +221,8 @@ class _Searcher:
 
     def _relaxed(self, config: Candidate, change: dict[str, Any]) -> Candidate:
         """Return the candidate with changed accuracy options, and with a step cap unless only the
-        intersection test changes: low precision can send a ray around an endless loop, which the
-        default cap, as large as the structure, would end late.
+        intersection test changes. Low precision can send a ray around an endless loop. The default
+        cap, as large as the structure, would end it late.
         """
         if set(change) <= {"intersection"}:
             return config.changed(**change)

@@ -105,7 +105,7 @@ def ranked(entries: Sequence[Entry]) -> list[Entry]:
     """Return the entries in order of speed, the fastest first.
 
     The order follows the median ratio to embreex's rate, as does the verdict; without embreex it
-    follows the rate. The two may differ, because a busy moment slows all entries of a round.
+    follows the rate.
     """
     return sorted(entries, key=lambda entry: -(
         statistics.median(entry.over) if entry.over else entry.rays_per_second))

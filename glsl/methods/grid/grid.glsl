@@ -83,7 +83,6 @@ void traverse(Ray ray, inout State state, inout Hit hit) {
     }
 }
 
-// Test one entry of the cell's list.
 void intersect(Ray ray, inout State state, inout Hit hit) {
     int triangle = reference_triangle(state.cursor);
     ++state.cursor;

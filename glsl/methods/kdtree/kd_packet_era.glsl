@@ -54,7 +54,6 @@ void init(Packet_rays rays, out State state) {
     state.phase = dot(vec4(lessThan(state.t_turn, vec4(NEVER))), vec4(1.0)) > 0.0 ? BEGIN : DONE;
 }
 
-// Begin a turn with all waiting rays whose directions have the same signs as the first waiting ray.
 void begin(Packet_rays rays, inout State state, inout Hit hit) {
     vec4 waits = waiting(state, hit);
     vec4 first = waits * vec4(1.0, 1.0 - waits.x, 1.0 - max(waits.x, waits.y),
@@ -76,8 +75,7 @@ void begin(Packet_rays rays, inout State state, inout Hit hit) {
     state.phase = TRAVERSE;
 }
 
-// Visit a node: go on to the near child if any ray needs it, else to the far child, or to the triangles of
-// a leaf. `far` is the node to push, or 0.
+// Go on to the near child if any ray needs it, else to the far child. `far` is the node to push, or 0.
 void traverse(Packet_rays rays, inout State state, inout Hit hit) {
     float axis = kd_node_axis(state.node);
     float left = kd_node_left(state.node);
@@ -111,8 +109,7 @@ void traverse(Packet_rays rays, inout State state, inout Hit hit) {
     }
 }
 
-// Push the far child, with the ends of the rays' intervals before the visit. A full stack drops its lowest
-// entry.
+// A full stack drops its lowest entry.
 void push(Packet_rays rays, inout State state, inout Hit hit) {
     state.node_2 = STACK_SIZE > 2 ? state.node_1 : FREE;
     state.node_1 = STACK_SIZE > 1 ? state.node_0 : FREE;
@@ -173,7 +170,7 @@ void restart(inout State state) {
     state.phase = TRAVERSE;
 }
 
-// Pop a node. If no ray is awake in this node, pop another node. If the stack is empty, restart.
+// If no ray is awake in the popped node, pop another.
 void pop(Packet_rays rays, inout State state, inout Hit hit) {
 #if STACK_SIZE > 0
     if (state.node_0 > FREE) {

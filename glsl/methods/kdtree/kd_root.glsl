@@ -5,7 +5,6 @@
 void begin_entries(inout State state) {
 }
 
-// The node at which a restart begins.
 int root_of(State state) {
     int root = 0;
     return root;

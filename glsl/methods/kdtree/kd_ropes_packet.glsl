@@ -71,7 +71,6 @@ void start_packet() {
     EACH(start_ray)
 }
 
-// Begin the search of a turn at the root.
 void begin_turn() {
     EACH(take_turn)
     EACH(find_start)

@@ -4,9 +4,10 @@
 //
 // Departure: this test is a reconstruction, because the paper's program is not known to this project. We
 // assume that the host scales the scene into the range, and attaches the triangle's unit normal and the
-// unit normals of its edges to each quad: the determinant of small edges would be zero in fixed point. Here
-// the shader computes these normals, in float32. The division stands for the lookup texture by which such a
-// card would divide. u and v are not rounded, because they do not decide which triangle is hit.
+// unit normals of its edges to each quad. Without these normals, a determinant of small edges would be zero
+// in fixed point. Here the shader computes the normals, in float32. The division stands for the lookup
+// texture by which such a card would divide. u and v are not rounded, because they do not decide which
+// triangle is hit.
 
 #include "core/triangle.glsl"
 

@@ -2,11 +2,11 @@
 // using a Ray-Space Hierarchy on the GPU", EGSR 2007 (survey, section 3.6). A node is a sphere around its
 // rays' origins and a cone around their directions. The triangles need no acceleration structure.
 //
-// Departures: a node also holds `reach`, the largest distance that its rays still search, which culls
-// triangles behind nearer hits or behind the ends of shadow rays, and all triangles if all rays of the node
-// have ended. The hierarchy is rebuilt after every batch of triangles. Instead of the cone's angle a node
-// holds a chord: the largest distance of a unit direction from the axis. The chord of a parent follows from
-// its children's chords by sums. A cosine would round the angle of a narrow cone to 0.
+// Departures: a node also holds `reach`, the largest distance that its rays still search. It culls
+// triangles behind nearer hits, triangles behind the ends of shadow rays, and all triangles if all rays of
+// the node have ended. The hierarchy is rebuilt after every batch of triangles. Instead of the cone's angle
+// a node holds a chord: the largest distance of a unit direction from the axis. The chord of a parent
+// follows from its children's chords by sums. A cosine would round the angle of a narrow cone to 0.
 
 #include "methods/ray_hierarchy/cone_units.glsl"
 

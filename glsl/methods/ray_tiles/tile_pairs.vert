@@ -3,9 +3,8 @@
 // triangle, the square moves outside the image, so the fragment stage sees only the pairs that pass.
 // Triangles stream through in their order, each once for each tile.
 //
-// With `equal` (the second draw), triangles beyond the ends of the rays are not rejected: a very small t
-// loses bits, so it may be less than the distance to its triangle, which the second draw must find
-// nevertheless.
+// With `equal` (the second draw), triangles beyond the ends of the rays are not rejected. A very small t
+// loses bits and may be less than the distance to its triangle, which the second draw must find.
 //
 // Departure: with POINTS the square is a point as large as the tile. For a point this program runs once for
 // each pair, and for a quad four times.

@@ -74,7 +74,6 @@ void down(Ray ray, inout State state, inout Hit hit) {
     }
 }
 
-// Test one triangle of the leaf's list.
 void intersect(Ray ray, inout State state, inout Hit hit) {
     test_triangle(ray, reference_triangle(state.cursor), hit);
     ++state.cursor;

@@ -1,6 +1,6 @@
 // Counts the leading bits that the Morton codes of two slots share. A slot is a position in the sorted
-// order of the codes. The counts give the binary tree over the slots without a search from the top down:
-// each gap between two neighbouring slots is a node, which spans all slots that share the common leading
+// order of the codes. The counts give the binary tree over the slots without a search from the top down.
+// Each gap between two neighbouring slots is a node. The node spans all slots that share the common leading
 // bits of the two neighbours. Departure: Lauterbach et al. 2009 sort a list of all splits with their
 // levels.
 
