@@ -5,7 +5,7 @@
 // through the ray's origin perpendicular to the dominant axis. It rejects a triangle if all moved corners
 // have the same sign of x, or of y. Here the same operations work on intervals that contain the operands of
 // every ray. Rounding is monotonic, so an interval contains the result of each ray, and every ray would
-// reject a culled triangle. Culling needs no margin and loses no triangle, in any precision.
+// reject a culled triangle. So culling needs no margin, in any precision.
 //
 // Departures: the frustum is computed once for each turn of the packet (drivers/packet_turns.glsl) and not
 // anew in each leaf, so a packet whose rays diverge culls little. If the rays have different dominant axes,

@@ -11,10 +11,9 @@
 //   because the edge function is rounded. The distance is 2^-23 of the square of the longest edge, divided
 //   by the length of the short edge. The test also rejects rays outside the triangle's bounding box, which
 //   limits the distance to a few lengths of the short edge.
-// A triangle is `cut` if a corner is less than `nearest` deep. A corner behind the eye has no place in the
-// image, and a corner near the eye has an inexact place. The edges of a cut triangle become planes through
-// the eye. Their error is the rounding of products of two corners in the test, and grows with the product
-// of the two corners' distances.
+// A triangle is `cut` if a corner is less than `nearest` deep. Such a corner has no place in the image or
+// an inexact one, so the edges of a cut triangle become planes through the eye. Their error is the rounding
+// of products of two corners in the test, and grows with the product of the two corners' distances.
 //
 // The depth of a hit is the depth of the triangle's plane, clamped to the range of the corners' depths, so
 // it is never less than `depth`. The depth of the plane is 1 / (slope . ray). `slope_off` covers the errors

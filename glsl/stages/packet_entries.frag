@@ -9,8 +9,8 @@
 // beam may miss rays, so a packet begins at the entry only if an exact comparison shows that its rays lie
 // within the beam (drivers/packet_entry.glsl). In the paper, the entry is the deepest node that holds every
 // leaf that the beam meets. Here the entry is the first node into which the beam does not descend: a leaf,
-// or a node at which the beam's rays would part. Links say how the walk continues after this node (<walk>).
-// In BOUNDED tiles whose beam meets nothing, no packet is traced at all (drivers/packet_tiles.vert).
+// or a node at which the beam's rays would part. In BOUNDED tiles whose beam meets nothing, no packet is
+// traced at all (drivers/packet_tiles.vert).
 
 #include "core/precision.glsl"
 #include "core/fetch.glsl"

@@ -8,7 +8,7 @@
 // levels first. The first FREE_LEVELS levels of the key come from the origin alone. After these levels,
 // each level of the origin is followed by a level of the second end. The bits form a Gray code: consecutive
 // cells of this code differ in one bit, so a run of rays spans fewer cells than along the Morton curve. A
-// key is two numbers, and the first number holds the first half of the levels. Empty rays come last.
+// key is two numbers, each with half of the levels. Empty rays come last.
 
 #include "core/precision.glsl"
 #include <streams>

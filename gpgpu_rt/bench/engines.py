@@ -24,8 +24,8 @@ from .workloads import Workload
 # Traces all rays. Returns each ray's triangle or -1, (n,) int; or whether it hits any, (n,) bool.
 Run = Callable[[], np.ndarray]
 CORES = cores()
-# trimesh's own engine gets blocks of this many rays: it tests all triangles near a ray's line, tens
-# of thousands in a room, and holds the tests of all its rays in memory at once.
+# trimesh's own engine gets blocks of this many rays. It tests all triangles near a ray's line,
+# tens of thousands in a room, and holds the tests of all its rays in memory at once.
 BLOCK = 32
 
 

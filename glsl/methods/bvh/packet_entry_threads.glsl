@@ -1,8 +1,7 @@
-// Finds the entry of packets in a threaded BVH, after Reshetov, Soupikov, Hurley, "Multi-Level Ray Tracing
-// Algorithm", SIGGRAPH 2005 (see stages/packet_entries.frag). A beam bounds the rays of a tile, walks the
-// tree in the order of their octant, and stops at nodes that it meets but does not descend into
-// (methods/bvh/beam_step.glsl). The entry starts at the first of these nodes, and holds jumps to the next
-// two.
+// Finds the entry of packets in a threaded BVH, after Reshetov et al. 2005 (see
+// stages/packet_entries.frag). A beam bounds the rays of a tile, walks the tree in the order of their
+// octant, and stops at nodes that it meets but does not descend into (methods/bvh/beam_step.glsl). The
+// entry starts at the first of these nodes, and holds jumps to the next two.
 
 #include "methods/bvh/beam_step.glsl"
 
