@@ -27,8 +27,8 @@ FLIGHT = 1 << 18          # largest number of rays per call, as in a 512 x 512 p
 UNIT_ROUNDOFF = 2.0 ** -24
 # The numbers of rays in a ring that `KnownRays._through_the_surface` traces around a ray that may
 # have leaked. A small ring may overlook a gap of the surface between two of its rays, and then
-# reports a false leak. So larger rings test at most FEW suspected rays again; among more suspected
-# rays, a few false leaks do not matter.
+# reports a false leak. So larger rings test the suspected rays again, if there are at most FEW. Among
+# more suspected rays, a few false leaks do not matter.
 RINGS = (8, 32, 256)
 FEW = 200
 
@@ -87,7 +87,7 @@ class Answers:
         return np.logical_or.reduce([self.categories[name] for name in WRONG])
 
     def over(self, bound: float) -> tuple[int, int]:
-        """Return how many rays have a relative error of t above ``bound``, of how many
+        """Return how many rays have a relative error of t above ``bound``, and how many are
         compared."""
         compared = ~np.isnan(self.t_error)
         return int((self.t_error[compared] > bound).sum()), int(compared.sum())

@@ -64,8 +64,8 @@ class Yardstick:
 
         Parameters
         ----------
-        timing : returns a context manager, in which the timed traces run, each after an untimed
-            trace
+        timing : returns a context manager, in which the timed traces run, after an untimed
+            trace of each kind of rays
 
         Returns
         -------
