@@ -27,8 +27,8 @@ FLIGHT = 1 << 18          # largest number of rays per call, as in a 512 x 512 p
 UNIT_ROUNDOFF = 2.0 ** -24
 # The numbers of rays in a ring that `KnownRays._through_the_surface` traces around a ray that may
 # have leaked. A small ring may overlook a gap of the surface between two of its rays, and then
-# reports a false leak. So larger rings test the suspected rays again, if there are at most FEW. Among
-# more suspected rays, a few false leaks do not matter.
+# reports a false leak. So larger rings test the suspected rays again, if there are at most FEW.
+# Among more suspected rays, a few false leaks do not matter.
 RINGS = (8, 32, 256)
 FEW = 200
 
