@@ -56,8 +56,8 @@ if TYPE_CHECKING:
     from .scene.texture import Texture
     from .tracer import Tracer
 
-# The module of each public name. A name is imported at its first use. The commands can thus
-# handle interrupts before the libraries load, and an error message does not wait for OpenGL.
+# The module of each public name, imported at the name's first use: the commands handle interrupts
+# before the libraries load, and an error message does not wait for OpenGL.
 _HOMES = {
     "Animation": "scene.animation", "load_animation": "scene.animation",
     "Environment": "scene.light", "PointLight": "scene.light", "Material": "scene.material",
@@ -83,9 +83,9 @@ __all__ = [
 class _Package(types.ModuleType):
     """The class of this package.
 
-    The public name `gpgpu_rt.methods` is a function. When Python imports a module of a package, it
-    assigns the module to its name in the package. An import of the module `methods` would
-    therefore replace the function. This class ignores such assignments.
+    The public name `gpgpu_rt.methods` is a function. An import of the module `methods` would
+    replace the function, because Python assigns an imported module to its name in the package.
+    This class ignores such assignments.
     """
 
     def __setattr__(self, name: str, value: Any) -> None:

@@ -1,7 +1,7 @@
 #version 330 core
 // Keeps the fragments of the rays in one phase, so that an occlusion query counts these rays. If the pass
 // also writes depth, the depth selects the same rays in the passes of their kernel. Phase UNFINISHED
-// selects every stopped ray, whether the step cap or a full stack stopped it.
+// selects every stopped ray.
 
 #include "core/phase.glsl"
 #include <streams>

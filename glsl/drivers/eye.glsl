@@ -1,7 +1,6 @@
 // Rays from the eye through places of the image, row 0 at the top. If the eye is far outside the sphere
-// around the scene, rays start nearer to the scene, as in gpgpu_rt/rays/far_origins.py. Their t then counts
-// from this start, which is harmless because a picture needs no t. Rounding the start moves a ray less than
-// rounding the direction does.
+// around the scene, rays start nearer to the scene (gpgpu_rt/rays/far_origins.py), and t counts from this
+// start. A picture needs no t.
 
 uniform vec3 eye;
 uniform vec3 right;

@@ -1,8 +1,7 @@
 #version 330 core
 // Covers a target with one fragment for each ray. It draws either one large triangle over the whole target,
-// or the rectangles that hold live rays. One program writes a mask of rays into the depth
-// buffer, and the fragments of other programs are tested against this mask. Every program must therefore
-// compute exactly the same depth.
+// or the rectangles that hold live rays. Every program must compute exactly the same depth, because one
+// program writes a depth mask of rays and the fragments of others are tested against it.
 
 in vec4 rectangle;     // lower and upper corner, in rays
 uniform vec2 scale;    // clip units per ray

@@ -1,6 +1,6 @@
 #version 330 core
-// Selects the unsettled rays, whose search the step limit of packets stopped. A single-ray method then
-// traces these rays. All other rays get an empty interval.
+// Selects the rays that the step limit of packets left unsettled, for a single-ray method to trace. All
+// other rays get an empty interval.
 
 #include "core/precision.glsl"
 #include "core/phase.glsl"

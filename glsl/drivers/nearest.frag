@@ -1,5 +1,5 @@
 #version 330 core
-// Writes a candidate, which is a possible nearest hit of a ray. Blending combines the candidates of each
+// Writes a candidate, that is, a possible nearest hit of a ray. Blending combines the candidates of each
 // ray (nearest.vert).
 
 #include <records>

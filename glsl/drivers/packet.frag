@@ -1,17 +1,15 @@
 #version 330 core
 // The driver of packet methods. One fragment traces the RAYS rays of a packet in one pass and writes their
-// hits to several render targets (Horn et al. 2007). The file <targets> defines the layout of the hits. A
-// separate pass writes the counters.
+// hits to several render targets (Horn et al. 2007). The file <targets> defines the layout of the hits.
 //
 // A ray is unsettled if the step limit stopped its packet before the ray's search was over. With
-// SETTLED_ALONE a packet that leaves a ray unsettled is discarded, and an occlusion query shows whether a
-// packet is missing. If so, all packets are drawn again without SETTLED_ALONE. Because of this query, no
-// extra pass has to search the hits for unsettled rays. Packets hardly ever reach the step limit.
+// SETTLED_ALONE a packet that leaves a ray unsettled is discarded. If an occlusion query then shows that a
+// packet is missing, which is rare, all packets are drawn again without SETTLED_ALONE. So no extra pass has
+// to search the hits for unsettled rays.
 //
-// The file <method> defines four functions (drivers/packet_turns.glsl describes turns):
+// The file <method> defines four functions:
 //   `start_packet` sets up all rays.
-//   `begin_turn` begins the turn that `rays_wait` (drivers/packet_turns.glsl) chose: the rays of this
-//       turn then walk together.
+//   `begin_turn` begins the turn that `rays_wait` (drivers/packet_turns.glsl, which defines turns) chose.
 //   `step_packet` continues the walk. It returns false when the rays of the turn have finished.
 //   `is_settled(r)` is false if the step limit stopped ray r.
 // Loops test their condition at the bottom, for the reason given in drivers/traverse.frag.

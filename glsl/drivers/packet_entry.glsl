@@ -1,9 +1,7 @@
-// Chooses the node at which a packet begins its walk. The packet begins at the entry of its tile (written
-// by stages/packet_entries.frag) if the beam that found the entry contains all rays of the turn. Otherwise
-// the packet begins at the root.
-//
-// An entry has four links, which describe how the walk continues. methods/bvh/entry_stack.glsl and
-// methods/bvh/entry_threads.glsl define the meaning of the links.
+// Chooses the node at which a packet begins its walk: the entry of its tile (written by
+// stages/packet_entries.frag) if the beam that found the entry contains all rays of the turn, else the
+// root. An entry has four links, which describe how the walk continues (methods/bvh/entry_stack.glsl,
+// methods/bvh/entry_threads.glsl).
 
 Packet_entry entry;
 bool within;

@@ -1,7 +1,7 @@
 #version 330 core
-// Distributes the results of packets to their rays. For each ray, the pass writes the state, the hit and the
-// counters in the same form as a single-ray method. The file <targets> defines the layout of the hits in the
-// packets' render targets.
+// Distributes the results of packets to their rays: writes the state, the hit and the counters of each ray
+// as a single-ray method would. The file <targets> defines the layout of the hits in the packets' render
+// targets.
 
 #include "core/precision.glsl"
 #include "core/fetch.glsl"

@@ -1,8 +1,7 @@
 #version 330 core
-// Writes "no hit" for the packets of the tiles that drivers/packet.frag omits: these packets have no live
-// ray, or hit nothing. Only the render targets that hold triangles are written, because a reader that finds
-// no triangle reads nothing else. Clearing whole targets before the trace would write most texels twice.
-// The counters of these packets are 0.
+// Writes "no hit" for the packets that drivers/packet.frag omits because they have no live ray or hit
+// nothing. Only the render targets that hold triangles are written: a reader that finds no triangle reads
+// nothing else. Clearing whole targets before the trace would write most texels twice.
 
 #include <streams>
 

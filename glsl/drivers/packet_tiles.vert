@@ -1,8 +1,7 @@
 #version 330 core
-// Draws a point over each chosen tile of `side` x `side` packets. When packets are traced, a tile without a
-// live ray, or a tile whose beam meets nothing, gets no point, so its packets are not traced at all. This
-// culling rejects packets before any fragment is created, whereas a mask by depth (Purcell et al. 2002)
-// tests every fragment.
+// Draws a point over each chosen tile of `side` x `side` packets. A tile without a live ray, or whose beam
+// meets nothing, gets no point, so no fragment of its packets is created. A mask by depth (Purcell et al.
+// 2002) would test every fragment.
 
 in ivec2 square;          // column and row of the tile
 uniform ivec2 squares;    // number of tiles, across and down

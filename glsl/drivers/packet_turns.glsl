@@ -1,6 +1,6 @@
-// The turns of a packet's rays. A walk visits nodes in one order, but rays whose directions differ in a
-// sign need different orders. A packet therefore may walk several times. In each turn the rays that agree
-// with the first waiting ray walk together, and all other rays wait for a later turn.
+// The turns of a packet. A walk visits nodes in one order, but rays whose directions differ in a sign need
+// different orders. So a packet may walk several times, each time with the rays that agree with the first
+// waiting ray. Such a walk is a turn.
 
 #include "core/octant.glsl"
 
@@ -13,13 +13,13 @@ const float NEVER = 3.0e38;   // t_min of a ray that waits or is settled
 
 float t_turn[RAYS];           // t_min of a ray that waits for its turn, else NEVER
 int octant[RAYS];             // the number of the ray's turn
-int turn;                     // the number of the current turn. In a tree, bit a is set if the
+int turn;                     // the number of the current turn: in a tree, bit a is set if the
                               // directions are negative along axis a. If the rays of a turn also
                               // share a dominant axis, 8 times that axis is added. The grid's
                               // turns are numbered by `major_of` (methods/grid/coherent_grid.glsl).
 
-// The octant of a ray's direction. If neither the order of nodes nor a bound depends on the signs of
-// directions, all rays have octant 0 and walk together.
+// The octant of a ray's direction, or 0 if neither the order of nodes nor a bound depends on the signs of
+// directions: then all rays walk together.
 int octant_of(Ray ray) {
 #if defined(OCTANTS) || defined(INTERVAL_TEST)
     return direction_octant(ray.direction);

@@ -1,13 +1,12 @@
 #version 330 core
-// A step of packets under the schedule `step`. One fragment runs one kernel of one packet. Before this pass,
-// another pass has done the rays' part of the step with one fragment for each ray
-// (drivers/packet_intersect.frag).
+// A step of packets under the schedule `step`. One fragment runs one kernel of one packet. A pass with one
+// fragment for each ray (drivers/packet_intersect.frag) has done the rays' part of the step.
 //
-// The file <method> is the method's own file, as under `loop`. The file <stepwise> defines functions that
-// work on `packet`, the packet's state:
+// The file <method> is the same as under `loop`. The file <stepwise> defines functions that work on
+// `packet`, the packet's state:
 //   `start_steps` sets up the fields of the walk, and the first phase.
 //   `load_walk` loads the walk into the variables of <method>, and `store_walk` stores it.
-//   A function for each kernel, without arguments, runs the kernel and sets the next phase.
+//   A function for each kernel runs the kernel and sets the next phase.
 
 #include "core/precision.glsl"
 #include "core/fetch.glsl"

@@ -3,7 +3,6 @@
 #define TARGET vec4
 #define TARGET_SAMPLER sampler2D
 
-// Write target k.
 #define STORE(k) packet_target[k] = numbers[k];
 
 // Read the hit of ray r, target by target.

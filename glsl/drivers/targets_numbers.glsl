@@ -1,10 +1,9 @@
 // Layout of hits in render targets: a target holds one of the four numbers of a hit, for four rays that are
-// neighbours in a row of the image. So the host reads each number row by row, in the order of its arrays.
+// neighbours in a row of the image. This is the order of the host's arrays.
 
 #define TARGET vec4
 #define TARGET_SAMPLER sampler2D
 
-// Write target k.
 #define NUMBER(k, r) numbers[k / 4 * 4 + r][k % 4]
 #define STORE(k) packet_target[k] = vec4(NUMBER(k, 0), NUMBER(k, 1), NUMBER(k, 2), NUMBER(k, 3));
 

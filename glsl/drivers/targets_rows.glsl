@@ -1,6 +1,6 @@
 // Layout of hits in render targets: a target holds, for four rays, the rows of the hit triangles in the
-// triangle table. Packets with more rays than render targets need this layout. A program that reads a hit
-// tests the triangle again, and gets the same hit to the bit.
+// triangle table. Packets with more rays than render targets need this layout. A reader tests the triangle
+// again, and gets the same hit to the bit.
 
 #define TARGET uvec4
 #define TARGET_SAMPLER usampler2D
@@ -20,7 +20,6 @@ Hit hit_of_row(uint texel, ivec2 pixel, out bool settled) {
     return hit;
 }
 
-// Write target k.
 #define ROW(r) packed_row(rows[r], is_settled(r))
 #define STORE(k) packet_target[k] = uvec4(ROW(4 * k), ROW(4 * k + 1), ROW(4 * k + 2), ROW(4 * k + 3));
 

@@ -1,10 +1,9 @@
-// Layout of hits in render targets: a target holds the triangles of four rays' hits, and no other numbers.
-// Shadow rays need only the triangle.
+// Layout of hits in render targets: a target holds only the triangles of four rays' hits, which is all that
+// shadow rays need.
 
 #define TARGET vec4
 #define TARGET_SAMPLER sampler2D
 
-// Write target k.
 #define TRIANGLE(k, r) numbers[4 * k + r].w
 #define STORE(k) packet_target[k] = vec4(TRIANGLE(k, 0), TRIANGLE(k, 1), TRIANGLE(k, 2), TRIANGLE(k, 3));
 

@@ -1,17 +1,17 @@
 #version 330 core
 // The driver of single-ray methods. It runs the method's kernels on each ray's state, at most
-// `steps_per_pass` kernel steps in a pass. One program text serves the three schedules:
+// `steps_per_pass` kernel steps in a pass. The three schedules share this text:
 //   `kernels`: A pass runs one kernel, ONLY_KERNEL. Rays that wait for another kernel stay unchanged.
 //   `step`: Each ray runs the kernel that its own state requests, by default one step per pass.
 //   `loop`: As `step`, with as many steps in a pass as the renderer's limit on loops allows.
-// The file behind <states> stores states in textures, or keeps them in registers.
 // START sets up the state. Then SINGLE_STEP runs one step, or MANY_STEPS runs `steps_per_pass` steps.
-// Without either define the pass only sets up the state.
+// Without either define the pass only sets up the state. The file <states> stores states in textures, or
+// keeps them in registers.
 //
-// Each kernel has its own loop, which runs while rays need the kernel (while-while; Aila and Laine
-// 2009). A renderer that executes both sides of a branch still skips a loop that no ray enters. If a loop
-// tests at its top, such a renderer runs the body once more, without effect. Loops here therefore test at
-// their bottom (`if` and `do while`), and a single step has no loop at all.
+// Each kernel has its own loop, which runs while rays need the kernel (while-while; Aila and Laine 2009),
+// because a renderer that executes both sides of a branch still skips a loop that no ray enters. Loops test
+// at their bottom (`if` and `do while`): with a test at the top, such a renderer runs the body once more,
+// without effect.
 
 #include "core/precision.glsl"
 #include "core/fetch.glsl"

@@ -1,17 +1,15 @@
-// Vertex culling: Reshetov, "Faster Ray Packets - Triangle Intersection through Vertex Culling", RT 2007.
-// If all corners of a triangle lie outside one side of the frustum around the packet's rays, the packet
-// skips the triangle.
+// Vertex culling: Reshetov, "Faster Ray Packets - Triangle Intersection through Vertex Culling", RT 2007. A
+// packet skips a triangle whose corners all lie outside one side of the frustum around the packet's rays.
 //
-// The four sides of the frustum follow from the comparisons of the watertight test. This test moves each
-// corner along the ray onto the plane that contains the ray's origin and is perpendicular to the dominant
-// axis. It rejects a triangle if all moved corners have the same sign of x, or all have the same sign of y.
-// Here the same operations work on intervals that contain the operands of every ray. Rounding is monotonic,
-// so the interval of a corner contains the corner as each ray computes it. Every ray would therefore reject
-// a culled triangle. Culling needs no margin and loses no triangle, in any precision.
+// The four sides follow from the watertight test. This test moves each corner along the ray onto the plane
+// through the ray's origin perpendicular to the dominant axis. It rejects a triangle if all moved corners
+// have the same sign of x, or of y. Here the same operations work on intervals that contain the operands of
+// every ray. Rounding is monotonic, so an interval contains the result of each ray, and every ray would
+// reject a culled triangle. So culling needs no margin, in any precision.
 //
-// Departures: the frustum is computed once for each turn of the packet (the rays that walk together, see
-// drivers/packet_turns.glsl) and not anew in each leaf, so a packet whose rays diverge culls little. If the
-// rays have different dominant axes, the packet culls nothing.
+// Departures: the frustum is computed once for each turn of the packet (drivers/packet_turns.glsl) and not
+// anew in each leaf, so a packet whose rays diverge culls little. If the rays have different dominant axes,
+// the packet culls nothing.
 
 vec3 cull_origin_lo;    // bounds of the origins and shears, axes permuted as the rays permute them
 vec3 cull_origin_hi;
@@ -36,7 +34,6 @@ void bound_for_culling(int r) {
     cull_shear_hi = here ? max(cull_shear_hi, ray.shear.xy) : cull_shear_hi;
 }
 
-// Bound the rays of the current turn.
 void bound_frustum() {
     cull_axes = 0;
     cull_dominant = bvec2(false);
@@ -47,8 +44,8 @@ void bound_frustum() {
     EACH(bound_for_culling)
 }
 
-// Return, for each of the four sides, whether a corner lies outside the side for all rays. Components x and y
-// say whether the moved corner is below 0 along x and y; components z and w say whether it is above 0.
+// Return, for each of the four sides, whether a corner lies outside the side for all rays: the moved corner
+// is below 0 along x and y (components x and y) or above 0 (z and w).
 bvec4 sides_outside(vec3 corner) {
     vec3 at = permuted(cull_dominant, corner);
     PRECISE vec3 lo = R(at - cull_origin_hi);
@@ -62,7 +59,7 @@ bvec4 sides_outside(vec3 corner) {
     return bvec4(lessThan(most, vec2(0.0)), greaterThan(least, vec2(0.0)));
 }
 
-// Return whether triangle i can be skipped, because no ray of the turn can hit it.
+// Return whether the packet can skip triangle i, because no ray of the turn can hit it.
 bool culled(int i) {
     bvec4 a = sides_outside(triangle_v0(i));
     bvec4 b = sides_outside(triangle_v1(i));

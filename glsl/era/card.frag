@@ -1,7 +1,7 @@
 #version 120
-// The dialect of the cards of 2002-2006, as their own compilers read it: GLSL 1.20. An index is a float, and
-// a fragment reads its own texels at interpolated texture coordinates. renderer.frag defines the same names
-// for the present renderer.
+// The dialect of the cards of 2002-2006, GLSL 1.20. An index is a float, and a fragment reads its own
+// texels at interpolated texture coordinates. renderer.frag defines the same names for the present
+// renderer.
 
 varying vec2 here;     // texture coordinates of the fragment in every stream
 

@@ -1,7 +1,6 @@
 #version 330 core
-// Distributes the hits of packets of 2x2 rays to their rays. A texel of the packets' textures holds four
-// numbers, one for each ray of a packet. This pass is not from the paper; it only brings the hits into the
-// order of the rays.
+// Distributes the hits of packets of 2x2 rays to their rays. A texel of the packets' textures holds one
+// number for each of the four rays. This pass is not from the paper.
 
 #include <streams>
 #include "core/phase.glsl"

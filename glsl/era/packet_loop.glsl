@@ -1,6 +1,6 @@
-// The program of Horn et al. 2007 as a whole: a fragment traces the four rays of a packet in one loop, with
-// the state and the short stack in registers, and writes their hits. The kernels `traverse`, `intersect`
-// and `pop` each have a loop inside the outer loop.
+// The program of Horn et al. 2007: a fragment traces the four rays of a packet in one loop, with the state
+// and the short stack in registers, and writes their hits. The kernels `traverse`, `intersect` and `pop`
+// have inner loops.
 
 #define int float
 #define ivec3 vec3

@@ -1,15 +1,14 @@
 // A pass that runs one kernel on each ray that waits for this kernel, as on cards without loops (Purcell et
 // al. 2002; Foley and Sugerman 2005). The early depth test rejects all other rays. The host chooses a
-// kernel for several passes; a ray that stops waiting for this kernel is copied unchanged in the remaining
-// passes. With START the pass sets up the rays' states.
+// kernel for several passes; a ray that stops waiting for it is copied unchanged in the remaining passes.
+// With START the pass sets up the rays' states.
 //
-// With IN_LOOP the text is a kernel inside a loop, as on cards with branches (Horn et al. 2007): the loop has
-// branched to the kernel, so the kernel does not ask which rays wait for it. A card's compiler counts the
-// instructions of this text, but this text is never run.
+// With IN_LOOP the text is a kernel inside a loop, as on cards with branches (Horn et al. 2007), where the
+// loop has already branched to the kernel. A card's compiler counts its instructions, but it never runs.
 //
-// Departures from the project's present kernels (drivers/traverse.frag): there are no integers, step counts
-// or counters, and boxes are not widened. The triangle test is that of Moeller and Trumbore. At equal t, the
-// triangle that is found first wins.
+// Departures from drivers/traverse.frag: there are no integers, step counts or counters, and boxes are not
+// widened. The triangle test is that of Moeller and Trumbore. At equal t, the triangle that is found first
+// wins.
 
 #define int float
 #define ivec2 vec2

@@ -1,6 +1,5 @@
 // A ray of the era form (docs/era.md). This file replaces core/ray.glsl. The inverse of a zero component is
-// infinite, as on the cards. A loop computes the inverse of a ray's direction once, so with IN_LOOP the
-// kernels read this inverse.
+// infinite, as on the cards. With IN_LOOP the kernels read the inverse, because a loop computes it once.
 
 uniform vec3 scene_lo;
 uniform vec3 scene_hi;

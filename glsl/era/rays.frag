@@ -1,6 +1,6 @@
 #version 330 core
-// The first stage of Purcell et al. 2002: it writes the rays into textures. A zero component of
-// a direction becomes a tiny number, so that no later kernel multiplies zero by an infinite inverse.
+// Writes the rays into textures (first stage of Purcell et al. 2002). A zero component of a direction
+// becomes a tiny number, so that no later kernel multiplies zero by an infinite inverse.
 
 #include "core/precision.glsl"
 #include <streams>

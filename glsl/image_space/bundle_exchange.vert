@@ -1,14 +1,14 @@
 #version 330 core
-// Exchange light between neighbouring layers of a bundle (Szirmay-Kalos 1998; survey, section 5). Each
-// pixel draws two points. The first point carries light from the nearer layer to the farther layer. The
-// second point carries light from the farther layer to the nearer layer. A point goes to the texel of the
-// receiving side of a triangle, where blending adds the light. A pixel is a tube of rays; its flux is
-// radiance * solid angle * the pixel's area, for any slope of the surface.
+// Exchange light between neighbouring layers of a bundle of parallel rays (Szirmay-Kalos 1998; survey,
+// section 5). Each pixel draws two points: the first carries light from the nearer layer to the farther
+// layer, the second the other way. A point goes to the texel of the receiving side of a triangle, where
+// blending adds the light. A pixel is a tube of rays; its flux is radiance * solid angle * the pixel's
+// area, for any slope of the surface.
 //
-// Departure: the paper draws a random direction in each iteration and averages the iterations' results.
-// Here the set of directions is fixed, and each bounce runs through all directions. The fourth channel adds
-// up the weights that a side received. The host (ray_bundles.py) multiplies the light by pi and divides it
-// by this sum, whose exact value would be pi.
+// Departure: the paper draws a random direction in each iteration and averages the results. Here the set of
+// directions is fixed, and each bounce runs through all of them. The fourth channel adds up the weights
+// that a side received. The host (ray_bundles.py) multiplies the light by pi and divides it by this sum,
+// whose exact value would be pi.
 
 #include <constants>
 #include "core/fetch.glsl"

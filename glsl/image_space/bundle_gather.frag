@@ -1,13 +1,12 @@
 #version 330 core
-// Final gathering by parallel projection (Hachisuka, GPU Gems 2, chapter 38, 2005; survey, section 5):
-// project each receiving point into the bundle. The pass reads two neighbouring layers of the bundle. A point
-// between the two layers sees the layer that it faces, and receives this layer's light times the cosine. One
-// peeling serves points that look along the bundle and points that look in the opposite direction.
+// Final gathering by parallel projection (Hachisuka, GPU Gems 2, chapter 38, 2005; survey, section 5). A
+// receiving point between two neighbouring layers of the bundle sees the layer that it faces, and receives
+// this layer's light times the cosine.
 //
 // Departures: a layer's depth is the depth of its triangle's plane at the point itself, not at the pixel's
-// centre. The point therefore need not be lifted by a distance that grows with the slope of its surface. It
-// is lifted by only a fraction of a pixel, because a curved surface bends away from the plane of a
-// neighbouring triangle. In the chapter a peeling serves points that look in one direction only.
+// centre, so the slope of the surface needs no lift. The point is lifted by only a fraction of a pixel,
+// because a curved surface bends away from the plane of a neighbouring triangle. One peeling serves points
+// that look along the bundle and points that look against it; in the chapter it serves one direction only.
 
 #include <constants>
 #include "core/fetch.glsl"

@@ -1,18 +1,17 @@
-// Radiance that neighbouring layers of a bundle send each other. The sky lies beyond the first and last
-// layer.
+// Radiance between neighbouring layers of a bundle. The sky lies beyond the first and last layer.
 
 uniform vec3 sky_before;    // radiance of the sky before the first layer
 uniform vec3 sky_behind;    // radiance of the sky behind the last layer
 uniform float weight;       // solid angle that the bundle stands for, in each of its two directions
 
-// Radiance that leaves a layer towards the viewer. `side` is the side of a triangle that faces the viewer, or
+// Radiance that leaves a layer towards the viewer. `side` is the triangle's side that faces the viewer, or
 // -1 for the sky behind the last layer.
 vec3 seen_from_before(int side) {
     return side < 0 ? sky_behind : leaving_radiance(side);
 }
 
-// Radiance that leaves a layer away from the viewer, from the side opposite to `side`. Here -1 stands for the
-// sky before the first layer.
+// Radiance that leaves a layer away from the viewer, from the side opposite to `side`; -1 is the sky before
+// the first layer.
 vec3 seen_from_behind(int side) {
     return side < 0 ? sky_before : leaving_radiance(side ^ 1);
 }

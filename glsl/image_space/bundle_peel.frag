@@ -1,9 +1,8 @@
 #version 330 core
-// Peel the next layer of a bundle of parallel rays (survey, section 5). The scene is drawn in a parallel
-// projection along the bundle's direction. Discard surfaces that are not deeper than the previous layer; the
-// depth test keeps the nearest of the remaining surfaces. Szirmay-Kalos and Purgathofer, "Global Ray-bundle
-// Tracing with Hardware Acceleration", 1998; Hachisuka, "High-Quality Global Illumination Rendering Using
-// Rasterization", GPU Gems 2, chapter 38, 2005.
+// Peel the next layer of a bundle of parallel rays: discard surfaces that are not deeper than the previous
+// layer; the depth test keeps the nearest of the remaining surfaces. Szirmay-Kalos and Purgathofer, "Global
+// Ray-bundle Tracing with Hardware Acceleration", 1998; Hachisuka, "High-Quality Global Illumination
+// Rendering Using Rasterization", GPU Gems 2, chapter 38, 2005; survey, section 5.
 //
 // The comparison is exact, since a triangle gives the same float32 depth in each pass. Coincident triangles
 // form a single layer: only one of them is kept.

@@ -1,6 +1,6 @@
 #version 330 core
-// Write the points that the light sees without the refractor. Caustics mapping looks up receivers in this
-// image (see caustic_splat.vert).
+// Write the points that the light sees without the refractor, in which photons look up receivers
+// (caustic_splat.vert).
 
 in vec3 place;
 

@@ -1,5 +1,5 @@
-// Refract light at two borders of a closed mesh seen from ``eye``, using the normals and distances of its
-// back faces from an earlier pass (Wyman 2005; see image_space/refraction_front.frag).
+// Refract light at two borders of a closed mesh seen from ``eye`` (Wyman 2005; see
+// image_space/refraction_front.frag).
 
 uniform sampler2D back_faces;    // normals, and distances from the eye
 uniform float ior;

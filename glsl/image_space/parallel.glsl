@@ -1,5 +1,4 @@
-// A parallel projection of everything inside a sphere. x and y are in pixels. The depth is in world units
-// and is 0 at the near end of the sphere.
+// A parallel projection of everything inside a sphere. The depth is 0 at the near end of the sphere.
 
 uniform vec3 centre;
 uniform float reach;        // the sphere's radius
@@ -10,7 +9,7 @@ uniform float pixel_size;   // world units
 uniform vec2 shift;         // shift of the image in pixels, so that no two pixel grids line up
 uniform float resolution;   // pixels per side
 
-// Return x and y of a point in pixels, and its depth.
+// Return x and y of a point in pixels, and its depth in world units.
 vec3 projected(vec3 place) {
     vec3 p = place - centre;
     return vec3(vec2(dot(p, across), dot(p, upward)) / pixel_size + 0.5 * resolution + shift,

@@ -1,7 +1,7 @@
 #version 330 core
 // First pass of image-space refraction: write the normal of the farthest surface that faces away, and its
-// distance along the eye ray. The image has row 0 at the top, which reverses every winding: triangles that
-// GL treats as front faces show their backs.
+// distance along the eye ray. The image has row 0 at the top, which reverses every winding: GL's front
+// faces show their backs.
 
 #include "stages/cover.glsl"
 

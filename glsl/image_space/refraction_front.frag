@@ -5,8 +5,7 @@
 // light by the normal that the first pass wrote there.
 //
 // Departure: past the critical angle, light is reflected once and then leaves. If the exit lies outside the
-// image of the first pass, light leaves unrefracted. `kind` distinguishes these two cases from an ordinary
-// exit.
+// image of the first pass, light leaves unrefracted. `kind` marks these two cases.
 
 #include "stages/cover.glsl"
 #include "image_space/image_refraction.glsl"

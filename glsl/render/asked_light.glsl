@@ -1,7 +1,6 @@
 // Light sampling at a vertex of a path: choose a light by Walker's alias method (1977), from the table of
-// gpgpu_rt/scene/light_choice.py, and a point on the light. If the surroundings of the scene are chosen,
-// asked_surroundings.glsl samples a direction instead of a point. The light that light sampling has chosen
-// is called the asked light.
+// gpgpu_rt/scene/light_choice.py, and a point on this light, called the asked light. If the surroundings of
+// the scene are chosen, asked_surroundings.glsl samples a direction instead of a point.
 
 uniform int light_count;
 uniform float light_density;   // density of sampled points per area, divided by the luminance of their emission

@@ -1,10 +1,9 @@
-// Light sampling of the surroundings. If the surroundings are an image, brighter directions are sampled more
-// often, and multiple importance sampling gives the weights, as for points on emitting triangles. If the
-// surroundings are a sky, their brightness varies little, so light sampling draws a direction from the
-// surface's own distribution. The path's next direction is also drawn from this distribution. The two
-// directions therefore get equal weights, except for a factor: the probability that light sampling chooses
-// the surroundings (`far_chance`). Include after scatter.glsl, surroundings.glsl, luminance.glsl and
-// both_ways.glsl.
+// Light sampling of the surroundings. If the surroundings are an image, brighter directions are sampled
+// more often, and multiple importance sampling gives the weights, as for points on emitting triangles. A
+// sky varies little in brightness, so light sampling draws a direction from the surface's own distribution,
+// as the path's next direction is drawn. The two directions then get equal weights, except for the
+// probability that light sampling chooses the surroundings (`far_chance`). Include after scatter.glsl,
+// surroundings.glsl, luminance.glsl and both_ways.glsl.
 
 uniform int far_light;      // the surroundings' number among the lights
 uniform float far_chance;   // the probability that light sampling chooses the surroundings
@@ -14,7 +13,7 @@ uniform float far_chance;   // the probability that light sampling chooses the s
 #endif
 
 // Sample a direction towards the surroundings. Return the light from this direction that the surface
-// reflects back along the ray, if no triangle is between the surface and the surroundings.
+// reflects back along the ray, if no triangle is in between.
 vec3 surroundings_asked(Surface surface, Scatter scatter, vec4 random, out vec3 direction) {
 #ifdef ASKED_IMAGE
     if (surroundings_kind == IMAGE_KIND) {
@@ -34,7 +33,7 @@ vec3 surroundings_asked(Surface surface, Scatter scatter, vec4 random, out vec3 
 }
 
 // The weight of the surroundings' light for a path that leaves the scene. `density` is the density with
-// which the path drew its direction. It is 0 for an eye ray and after a mirror or a dielectric.
+// which the path drew its direction; 0 for an eye ray and after a mirror or a dielectric.
 float surroundings_share(vec3 direction, vec3 radiance, float density) {
     if (density == 0.0 || far_chance == 0.0) {
         return 1.0;

@@ -1,8 +1,8 @@
 #version 330 core
 // Write the rays that continue from hits (Whitted 1980): reflected rays, or refracted rays if REFRACTED is
-// defined. Each ray gets a weight, which is the share of its light that reaches the pixel. If no ray
-// continues, the fragment is discarded. Its texels stay cleared, and a cleared texel means an empty ray. An
-// occlusion query around this pass thus shows whether any ray exists.
+// defined. Each ray gets a weight, the share of its light that reaches the pixel. If no ray continues, the
+// fragment is discarded: its texels stay cleared, which means an empty ray, and an occlusion query around
+// this pass shows whether any ray exists.
 
 #include "core/fetch.glsl"
 #include "core/precision.glsl"

@@ -1,7 +1,7 @@
 #version 330 core
-// A wave is the set of paths traced at once. path_pack.frag has copied the live paths of a wave side by side
-// into smaller textures. Place a point for each packed path at the texel that the path came from.
-// bring_back.frag copies the path's light to this texel.
+// Place a point for each packed path at the texel that the path came from, for bring_back.frag. A wave is
+// the set of paths traced at once. path_pack.frag has copied its live paths side by side into smaller
+// textures.
 
 #include <sources>
 #include "stages/sorted_place.glsl"

@@ -1,19 +1,19 @@
 // Unpolarised light at a smooth border between two transparent media: the exact equations of Fresnel and
-// Snell (Born and Wolf, "Principles of Optics", 1.5), with total internal reflection. `ior` is the refractive
-// index behind the border divided by the index before it. `cosine` is the cosine of the angle between the
-// reversed incoming ray and the border's normal on the ray's side. gpgpu_rt/reference/sampling.py has the
-// float64 version.
+// Snell (Born and Wolf, "Principles of Optics", 1.5), with total internal reflection. `ior` is the
+// refractive index behind the border divided by the index before it. `cosine` is the cosine of the angle
+// between the reversed incoming ray and the border's normal on the ray's side.
+// gpgpu_rt/reference/sampling.py has the float64 version.
 //
-// Departure from the textbook: differences of nearly equal numbers are written in another form. Let c be
-// `cosine`, t the angle of the refracted ray, g = ior cos t and s^2 = (1 - c)(1 + c). Then
+// Departure: differences of nearly equal numbers are written in another form. Let c be `cosine`, t the
+// angle of the refracted ray, g = ior cos t and s^2 = (1 - c)(1 + c). Then
 //     c - g = (1 - ior^2) / (c + g),   ior^2 c - g = (1 - ior^2)(s^2 - ior^2 c^2) / (ior^2 c + g).
-// In this form no amplitude loses its digits, even for nearly equal media or near the critical angle.
+// So no amplitude loses its digits, even for nearly equal media or near the critical angle.
 
 float sine_squared(float cosine) {
     return max((1.0 - cosine) * (1.0 + cosine), 0.0);
 }
 
-// The cosine of the refracted ray's angle, times ior. The result is 0 under total reflection.
+// The cosine of the refracted ray's angle, times ior; 0 under total reflection.
 float refracted_cosine(float cosine, float ior) {
     float square = cosine < 0.7 ? (ior - 1.0) * (ior + 1.0) + cosine * cosine
                                 : ior * ior - sine_squared(cosine);
@@ -31,8 +31,8 @@ float fresnel(float cosine, float ior) {
     return g > 0.0 ? min(0.5 * (across * across + along * along), 1.0) : 1.0;
 }
 
-// The refracted unit direction, for a unit direction that points against `normal`. The result is undefined
-// if `fresnel` is 1.
+// The refracted unit direction, for a unit direction that points against `normal`. Undefined if `fresnel`
+// is 1.
 vec3 refracted(vec3 direction, vec3 normal, float cosine, float ior) {
     float g = refracted_cosine(cosine, ior);
     float along = (1.0 - ior) * (1.0 + ior) / (cosine + g);

@@ -1,7 +1,7 @@
 #version 330 core
-// Add a light's contribution to the sum of each pixel by blending. The contribution is the unshadowed light
-// (`lit`), plus the direct light if the shadow ray hit nothing. With BOUNCES the contribution is multiplied
-// by the weight of the pixel's path.
+// Add a light's contribution to the sum of each pixel by blending: the unshadowed light (`lit`), plus the
+// direct light if the shadow ray hit nothing. With BOUNCES both are multiplied by the weight of the pixel's
+// path.
 
 #include <streams>
 #include "core/hit.glsl"

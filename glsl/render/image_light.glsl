@@ -1,12 +1,12 @@
 // Sample directions towards an image around the scene with a density proportional to its brightness.
-// gpgpu_rt/scene/image_light.py does the same in numpy and documents the algorithm. Include after
+// gpgpu_rt/scene/image_light.py is the numpy version and documents the algorithm. Include after
 // surroundings.glsl, sample.glsl and luminance.glsl.
 
 uniform sampler2D surroundings_sums;    // cumulative probabilities of the cells of each row
 
-// The probability density (per steradian) of a direction, divided by the luminance of its radiance. This
-// value applies at the latitude whose cosine is the mean cosine of the row of cells. The density includes the
-// probability that light sampling chooses the image.
+// The probability density (per steradian) of a direction, divided by the luminance of its radiance, at the
+// latitude whose cosine is the mean cosine of the row of cells. The density includes the probability that
+// light sampling chooses the image.
 uniform float image_density;
 
 struct FarLight {

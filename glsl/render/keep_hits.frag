@@ -1,6 +1,5 @@
 #version 330 core
-// Copy the hits for the second light and all further lights, because tracing shadow rays overwrites the
-// hits.
+// Copy the hits for all lights after the first, because tracing shadow rays overwrites the hits.
 
 #include "core/precision.glsl"
 #include <streams>

@@ -19,8 +19,7 @@ uniform vec2 light_place;       // sample point in the unit square, the same for
 uniform ivec2 corner;           // corner of the drawn region, in the picture
 
 // All pixels use the same sample points, shifted around the unit square by random numbers of the pixel
-// (Cranley and Patterson 1976). Without the shift, errors would be visible as the edges of several shadows.
-// With the shift, errors are visible as noise.
+// (Cranley and Patterson 1976). The shift turns the edges of several shadows into noise.
 vec3 place_on_light(ivec2 pixel) {
     vec2 moved = random_numbers(random_counter(uvec2(corner + pixel), 0u, 0u, 0u, 0u)).xy;
     vec2 uv = sample_triangle(fract(light_place + moved));
@@ -29,8 +28,8 @@ vec3 place_on_light(ivec2 pixel) {
 #endif
 
 #ifdef GLOSSY
-// A lobe that conserves energy, around the mirror direction (Lafortune and Willems 1994), times pi. The
-// factor pi is there because light intensities are irradiances divided by pi.
+// A lobe that conserves energy, around the mirror direction (Lafortune and Willems 1994), times pi, because
+// light intensities are irradiances divided by pi.
 vec3 glossy_light(Surface surface, vec3 to_light, vec3 direction) {
     float exponent = glossy_exponent(surface.material);
     float cosine = dot(to_light, reflect(direction, surface.normal));

@@ -2,12 +2,11 @@
 
 // The relative error of a shadow ray's end. The distance is computed with five roundings, and the direction
 // with one. The test of a surface at the light adds six roundings (of the surface's vertices and the
-// shear). Storing the direction and the end rounds again. The ray therefore ends LIGHT_ERROR times the
-// distance before the light.
+// shear). Storing the direction and the end rounds again.
 const float LIGHT_ERROR = 12.0 * ARITHMETIC_UNIT + 4.0 * STORAGE_UNIT;
 
-// The error of a point on a triangle, along the triangle's normal. The point has an error of a few
-// roundings of its largest coordinate. The triangle test adds as many roundings of the triangle's extent.
+// The error of a point on a triangle, along the normal: a few roundings of its largest coordinate, and as
+// many roundings of the triangle's extent in the triangle test.
 float place_error(vec3 place, vec3 edge_u, vec3 edge_v) {
     vec3 off = abs(place) + abs(edge_u) + abs(edge_v);
     return LIGHT_ERROR * max(max(off.x, off.y), off.z);

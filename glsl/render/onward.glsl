@@ -26,8 +26,8 @@ Onward onward(Surface surface, vec3 incoming, bool refracts) {
         }
     }
 #endif
-    // A blended normal may send the ray to the wrong side of the triangle. In this case reflect the ray by
-    // the flat normal.
+    // A blended normal may send the ray to the wrong side of the triangle. Then reflect the ray by the flat
+    // normal.
     if (dot(on.direction, on.side) <= 0.0) {
         on.direction = reflect(on.direction, on.side);
     }

@@ -1,5 +1,5 @@
 #version 330 core
-// Start the paths: each begins with an eye ray through a random position in its pixel.
+// Start each path with an eye ray through a random position in its pixel.
 
 #include "core/precision.glsl"
 #include <streams>

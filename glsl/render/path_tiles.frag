@@ -1,5 +1,5 @@
 #version 330 core
-// Find for each tile of pixels whether it holds a live path. A fragment writes the result of one tile.
+// Find for each tile of pixels, with one fragment a tile, whether it holds a live path.
 
 #include <streams>
 

@@ -1,7 +1,7 @@
 #version 330 core
 // Shade a vertex of every path (Kajiya 1986). Write the light found there, the shadow ray towards the
-// sampled light, and the path's next ray, if the path continues. gpgpu_rt/reference/path.py does the same
-// in float64, names the papers and documents the weights.
+// sampled light, and the path's next ray. gpgpu_rt/reference/path.py, the float64 version, names the papers
+// and documents the weights.
 
 #include "core/fetch.glsl"
 #include "core/precision.glsl"
@@ -36,8 +36,8 @@ uniform bool last;          // no path continues behind this vertex
 uniform int roulette;       // first vertex at which Russian roulette ends paths
 uniform float most_survive; // largest probability to survive Russian roulette
 
-// Return a ray without an end that leaves the hit. Its start has an offset at which the ray does not hit its
-// own triangle.
+// Return a ray without an end that leaves the hit, with an offset at which it does not hit its own
+// triangle.
 Rays leave(inout Spawn spawn, vec3 direction) {
     Rays ray = Rays(vec3(0.0), spawn_t_min(), direction, INFINITE);
     for (int tries = 0; tries < SPAWN_TRIES; ++tries) {
@@ -73,8 +73,8 @@ vec3 light_asked(Hit hit, Surface surface, Scatter scatter, ivec2 texel, inout R
     float facing = 1.0;
 #ifdef AREA_LIGHTS
     if (light.normal != vec3(0.0)) {
-        // Light sampling draws this direction with density bright * distance^2 / facing. The path's own
-        // continuation draws the direction with density `density`.
+        // The density with which light sampling draws this direction is bright * distance^2 / facing; the
+        // path's own continuation draws it with `density`.
         facing = abs(dot(light.normal, direction));
         float bright = light_density * luminance(light.strength);
         found *= facing * power_weight(bright * distance * distance, facing * density);
@@ -82,8 +82,8 @@ vec3 light_asked(Hit hit, Surface surface, Scatter scatter, ivec2 texel, inout R
 #endif
     if (max(max(found.r, found.g), found.b) > 0.0) {
         shadow = leave(spawn, direction);
-        // `leave` may have moved the start after the direction was computed. This displaces the end by the
-        // same distance, so the offset is added to the light's error.
+        // `leave` may have moved the start after the direction was computed, which displaces the end as
+        // far. So add the offset to the light's error.
         shadow.t_max = shadow_end(dot(light.place - shadow.origin, direction),
                                   light.blur + spawn.offset, facing);
     }

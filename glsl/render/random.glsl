@@ -1,13 +1,13 @@
-// Random numbers without a state: each number is an integer hash of pixel, sample, bounce and purpose.
-// Every method, schedule and order of passes therefore draws the same numbers. The idea is that of Salmon,
-// Moraes, Dror and Shaw, "Parallel Random Numbers: As Easy as 1, 2, 3", SC 2011. The hash is pcg4d of
-// Jarzynski and Olano, "Hash Functions for GPU Rendering", JCGT 9(3), 2020. Philox, the hash of Salmon et
-// al., needs the high half of a product, which GLSL 330 does not give. gpgpu_rt/reference/random_numbers.py
-// draws the same numbers.
+// Random numbers without a state (Salmon, Moraes, Dror and Shaw, "Parallel Random Numbers: As Easy as 1, 2,
+// 3", SC 2011): each number is an integer hash of pixel, sample, bounce and purpose, so every method,
+// schedule and order of passes draws the same numbers. The hash is pcg4d of Jarzynski and Olano, "Hash
+// Functions for GPU Rendering", JCGT 9(3), 2020. Philox of Salmon et al. needs the high half of a
+// product, which GLSL 330 lacks. gpgpu_rt/reference/random_numbers.py draws the same
+// numbers.
 
 // The counter of a block of four numbers: the pixel, the sample, and a word that packs the seed, the bounce
-// and the block (which stands for the purpose). The word has space for 16 blocks per bounce, 4096 bounces and
-// 65536 seeds.
+// and the block, which stands for the purpose. The word has space for 16 blocks per bounce, 4096 bounces
+// and 65536 seeds.
 uvec4 random_counter(uvec2 pixel, uint path_sample, uint bounce, uint block, uint seed) {
     return uvec4(pixel, path_sample, (seed << 16) | (bounce << 4) | block);
 }
@@ -26,8 +26,7 @@ uvec4 random_bits(uvec4 v) {
     return v;
 }
 
-// Numbers in (0, 1): the centres of 2^23 cells. They are exact in float32 and never 0 or 1, so that
-// logarithms and quotients need no guard.
+// Numbers in (0, 1): the centres of 2^23 cells, exact in float32. Logarithms and quotients need no guard.
 vec4 cell_middles(uvec4 bits) {
     return (vec4(bits >> 9) + 0.5) * 1.1920928955078125e-7;
 }

@@ -1,10 +1,9 @@
 // Draw directions and points from random numbers in (0, 1) (see random.glsl), and compute their densities.
 // Directions are local: z is the normal, or the mirror direction for a glossy lobe.
 //
-// Sine, cosine, logarithm and exponential are computed by polynomials, not by the driver's functions. The
+// Sine, cosine, logarithm and exponential are polynomials, with errors of a few float32 roundings. The
 // driver's functions may have errors of 1e-4 (GLSL 330 guarantees nothing), which would be visible in a
-// glossy lobe of small roughness. The polynomials' errors are a few float32 roundings on any driver.
-// gpgpu_rt/reference/sampling.py has the float64 versions.
+// glossy lobe of small roughness. gpgpu_rt/reference/sampling.py has the float64 versions.
 
 const float SAMPLE_PI = 3.14159265358979;
 
@@ -55,8 +54,8 @@ float exponential_of_minus(float x) {
     return power < 126.0 ? e * uintBitsToFloat(uint(127 - int(power)) << 23) : 0.0;
 }
 
-// 1 - exp(-x) for x >= 0. For x below 1/2 the result comes from a series, because the difference would lose
-// digits there.
+// 1 - exp(-x) for x >= 0. Below 1/2 the result comes from a series, because the difference would lose
+// digits.
 float one_minus_exp(float x) {
     float series = x * (1.0 - x / 2.0 * (1.0 - x / 3.0 * (1.0 - x / 4.0 * (1.0 - x / 5.0
                  * (1.0 - x / 6.0 * (1.0 - x / 7.0 * (1.0 - x / 8.0)))))));

@@ -2,13 +2,11 @@
 // operations. The keys of the scrambling are hashes of pixel, bounce and dimension. The samples of a pixel
 // are spread evenly; the points of different pixels and bounces are independent. B. Burley, "Practical
 // Hash-based Owen Scrambling", JCGT 9(4), 2020. The permutation is by Laine and Karras, "Stratified
-// Sampling for Stochastic Transparency", 2011, with Burley's constants. The survey does not mention these
-// methods.
+// Sampling for Stochastic Transparency", 2011, with Burley's constants.
 //
 // Departures: the keys come from the hash of random.glsl. The direction numbers of dimensions 2 and 3 (Joe
-// and Kuo 2008) come from their recurrences instead of a table. Two dimensions of a point choose a
-// direction, and two choose the light sample at the vertex to which this direction leads.
-// gpgpu_rt/reference/sobol.py computes the same bits.
+// and Kuo 2008) come from their recurrences instead of a table. gpgpu_rt/reference/sobol.py computes the
+// same bits.
 
 #include "render/random.glsl"
 

@@ -1,7 +1,6 @@
 // The start of a ray that leaves a hit. The start lies off the triangle by the error of the hit point plus
-// the error of the triangle test, so that the ray does not hit the triangle that it leaves. `spawn` in
-// gpgpu_rt/reference/spawn.py computes the same start. This code needs the triangle table in the scene's
-// order.
+// the error of the triangle test, so that the ray does not hit its own triangle. `spawn` in
+// gpgpu_rt/reference/spawn.py computes the same start. Needs the triangle table in the scene's order.
 //
 // The error of the hit point. A unit is the relative error of one rounding. The point p = b0 v0 + u v1 + v
 // v2 lies in the plane for any u and v if b0 = 1 - u - v. The rounded b0 has an absolute error of one unit
@@ -12,17 +11,16 @@
 // n the error is at most the sum of these bounds over the axes, weighted by |n|.
 //
 // The error of the triangle test. Let l be the distance from p to the farthest vertex. The sign of t is the
-// sign of the dot product of a corner and the normal. This product has five roundings: of the subtraction of
-// the origin, of the quotient, of the products and of two sums. Each rounding displaces the tested triangle
-// along its normal by up to a unit of l on each axis. An offset of eight units of l is enough for most
-// triangles.
+// sign of the dot product of a corner and the normal. This product has five roundings: of the subtraction
+// of the origin, of the quotient, of the products and of two sums. Each displaces the tested triangle along
+// its normal by up to a unit of l on each axis. An offset of eight units of l is enough for most triangles.
 //
 // Eight units are not enough for a long thin triangle that is oblique to the axes. The rounding of the
 // normal adds four units of l times k, where k is the product of the lengths of the two shorter edges,
 // divided by twice the triangle's area (gpgpu_rt/numerics/error_bounds.py, step 7). Instead of adding this
 // error, the code runs the test, and doubles the offset while the ray hits its own triangle. Then it
-// bisects between the largest offset that failed and the offset that succeeded, until they differ by at most
-// an eighth. Without the bisection, the offset could be twice the necessary offset.
+// bisects between the largest offset that failed and the offset that succeeded, until they differ by at
+// most an eighth.
 
 #ifndef STORAGE_UNIT
 #define STORAGE_UNIT 0.0
@@ -71,8 +69,7 @@ float least_of(uint dropped, float smallest, float quantum, float most) {
     return quantum;
 }
 
-// The least t_min, which is above 0. A ray that starts off its surface has no real hit at t = 0; such a hit
-// comes from a product that underflowed.
+// The least t_min, above 0. A hit at t = 0 of a ray that starts off its surface comes from an underflow.
 float spawn_t_min() {
     float t_min = 1.17549435e-38;
 #ifdef STORAGE_FORMAT

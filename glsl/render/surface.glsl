@@ -1,6 +1,6 @@
 // The surface at a hit, with the properties that the scene requires (gpgpu_rt/render/needs.py sets the
 // defines). If the program supports a property that this surface lacks, the results must have the same bits
-// as without this support. The code therefore adds zeros for such a property, and selects a value where a
+// as without the support. The code therefore adds zeros for such a property, and selects a value where a
 // blend would round.
 
 struct Surface {
@@ -36,7 +36,7 @@ Surface surface_at(Rays ray, Hit hit) {
                  + hit.v * corner_normals_n2(hit.triangle);
     blended = dot(blended, normal) < 0.0 ? -blended : blended;
     // Flat triangles have zeros in place of corner normals. A blended normal that faces away from the ray
-    // would shade the back side, so it is not used either.
+    // would shade the back side.
     bool usable = dot(blended, blended) > 1e-6 && dot(blended, ray.direction) < 0.0;
     normal = usable ? normalize(blended) : normal;
 #endif

@@ -1,8 +1,8 @@
 #version 330 core
 // Shading (Purcell et al. 2002, the last of their four kernels). Write the light that each hit reflects
-// from one light and from the surroundings, and the shadow ray towards the light. A light is a point light,
-// whose light does not fall off with distance, or a point on an emitting triangle. A scene with several
-// lights draws this pass once for each light; only the first pass adds unshadowed light.
+// from one light and from the surroundings, and the shadow ray towards the light: a point light, without
+// falloff, or a point on an emitting triangle. This pass is drawn once for each light; only the first draw
+// adds unshadowed light.
 
 #include "core/fetch.glsl"
 #include "core/precision.glsl"
@@ -27,8 +27,7 @@
 
 uniform bool last_wave;     // the limit of bounces is reached, so no rays continue from these hits
 
-// At the last bounce no further rays are traced. Instead, the light of the surroundings is added for each
-// ray that render/branch.frag would make.
+// At the last bounce, add the light of the surroundings for each ray that render/branch.frag would make.
 vec3 surroundings_beyond(Surface surface, vec3 incoming, vec3 weight) {
     vec3 light = vec3(0.0);
     for (int k = 0; k < 2; ++k) {

@@ -1,6 +1,6 @@
-// The surroundings of the scene. They give the radiance of a ray that misses everything, and the unshadowed
-// light at a surface, which is the ambient term of Whitted's model ("An Improved Illumination Model for
-// Shaded Display", 1980). gpgpu_rt/scene/light.py has the same formulas. Include after surface.glsl, which
+// The surroundings of the scene: the radiance of a ray that misses everything, and the unshadowed light at
+// a surface, which is the ambient term of Whitted's model ("An Improved Illumination Model for Shaded
+// Display", 1980). gpgpu_rt/scene/light.py has the same formulas. Include after surface.glsl, which
 // includes texture.glsl.
 
 const int BACKDROP_KIND = 0;

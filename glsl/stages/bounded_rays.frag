@@ -1,6 +1,6 @@
 #version 330 core
-// Cuts the interval of each eye ray to the rasterised bounds of its tile (stages/depth_bounds.frag). If no
-// triangle was drawn over the tile, the interval becomes empty.
+// Cuts the interval of each eye ray to the rasterised bounds of its tile (stages/depth_bounds.frag). The
+// interval becomes empty if no triangle was drawn over the tile.
 
 #include "core/precision.glsl"
 #include <streams>
@@ -12,8 +12,7 @@ void main() {
     Rays ray = rays_load(pixel);
     Depth_bounds bounds = depth_bounds_load(pixel / TILE);
     // `along` is the depth per unit of t. It is positive, because the rays' directions are less than a
-    // right angle away from the view. Each bound is widened by more than the rounding of the few operations
-    // from depth to t.
+    // right angle away from the view. Each bound is widened by more than the rounding from depth to t.
     float along = dot(ray.direction, forward);
     float far = min(bounds.closed, -bounds.minus_most);
     float t_min = max(ray.t_min, bounds.least / along * (1.0 - 1e-6));

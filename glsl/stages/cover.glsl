@@ -1,25 +1,24 @@
-// Bounds on the pixels whose eye rays can hit a triangle, and on the least depth of the hits. The rasteriser's
-// first hits are checked against these bounds. The values here need not be exact. Each value is moved to
-// the safe side by a bound on its error: sixteen times the first-order terms of the error.
+// Bounds on the pixels whose eye rays can hit a triangle, and on the least depth of the hits, against which
+// the rasteriser's first hits are checked. Each value is moved to the safe side by a bound on its error:
+// sixteen times the first-order terms of the error.
 //
 // Let all corners of a triangle be at least `nearest` deep. If `test_triangle` accepts the triangle for the
 // ray through a pixel's centre, the projected triangle is at most `margin` pixels from this centre. Two
 // errors make the margin:
-//   `eta` bounds the error of a projected corner, both here and in the test. It covers the rounding
-//   of the corner's position relative to the eye, of the ray's direction, and of the shear.
+//   `eta` bounds the error of a projected corner, both here and in the test. It covers the rounding of the
+//   corner's position relative to the eye, of the ray's direction, and of the shear.
 //   `beyond` bounds the distance at which a ray may pass outside a short edge and still be accepted,
-//   because the edge function is rounded. The distance is 2^-23 of the square of the longest edge,
-//   divided by the length of the short edge. The test also rejects rays outside the triangle's bounding
-//   box, which limits the distance to a few lengths of the short edge.
-// A triangle is `cut` if a corner is less than `nearest` deep. A corner behind the eye has no place in the
-// image, and a corner near the eye has an inexact place. The edges of a cut triangle become planes through
-// the eye. The error of these planes is the rounding of products of two corners in the test. It grows with
-// the product of the two corners' distances.
+//   because the edge function is rounded. The distance is 2^-23 of the square of the longest edge, divided
+//   by the length of the short edge. The test also rejects rays outside the triangle's bounding box, which
+//   limits the distance to a few lengths of the short edge.
+// A triangle is `cut` if a corner is less than `nearest` deep. Such a corner has no place in the image or
+// an inexact one, so the edges of a cut triangle become planes through the eye. Their error is the rounding
+// of products of two corners in the test, and grows with the product of the two corners' distances.
 //
-// The depth of a hit is the depth of the triangle's plane, clamped to the range of the corners' depths. So
-// the hit's depth is never less than `depth`. The depth of the plane is 1 / (slope . ray). `slope_off`
-// covers the errors of the normal here and in the test. The hit's depth is less than the depth of the plane
-// by at most `misjudged`.
+// The depth of a hit is the depth of the triangle's plane, clamped to the range of the corners' depths, so
+// it is never less than `depth`. The depth of the plane is 1 / (slope . ray). `slope_off` covers the errors
+// of the normal here and in the test. The hit's depth is less than the depth of the plane by at most
+// `misjudged`.
 
 uniform vec3 eye;
 uniform vec3 right;      // `right` and `up` are scaled as in Camera.basis
@@ -153,7 +152,7 @@ float least_depth(Cover cover, vec2 centre, float around) {
 }
 
 // The pixels whose centres lie in the box around the triangle, widened by `margin`: x0, y0, x1, y1, both
-// ends included. A cut triangle gets all pixels of the image.
+// ends included. A cut triangle gets all pixels.
 ivec4 covered_pixels(Cover cover) {
     if (cover.cut) {
         return ivec4(0, 0, ivec2(size) - 1);

@@ -1,10 +1,9 @@
 #version 330 core
 // Rasterised bounds (survey, section 5: "if we know the bound of intersection points using rasterization,
-// we can use this bound to reduce the number of ray traversal steps"). The survey gives no method, so this
-// method is the project's own. Triangles are drawn over a coarse image. MIN blending keeps three depths for
-// each tile: the least depth of any triangle, the greatest depth (negated), and the closing depth. No ray
-// of the tile goes beyond the closing depth, because a single triangle covers the whole tile before this
-// depth.
+// we can use this bound to reduce the number of ray traversal steps"); the method is the project's own.
+// Triangles are drawn over a coarse image. MIN blending keeps three depths for each tile: the least depth
+// of any triangle, the greatest depth (negated), and the closing depth. No ray of the tile goes beyond the
+// closing depth, because a single triangle covers the whole tile before it.
 
 #include <streams>
 #include "stages/eye_triangle.glsl"
@@ -26,8 +25,7 @@ vec3 edge_heights(vec3 a, vec3 b, float sign, float size, vec3 d[4], float longe
                 MARGIN * size * length(edge) * longest);
 }
 
-// Whether all three corners lie outside one side of the tile's pyramid, the side through the directions d
-// and e.
+// Whether all three corners lie outside the side of the tile's pyramid through the directions d and e.
 bool beyond(vec3 d, vec3 e, float size) {
     vec3 side = cross(d, e);
     vec3 inside = vec3(dot(side, corner_a), dot(side, corner_b), dot(side, corner_c));

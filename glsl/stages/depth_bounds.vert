@@ -1,7 +1,7 @@
 #version 330 core
-// Draws a triangle as a rectangle over the tiles of an image through which the triangle may be seen. The
-// rectangle surrounds the projected vertices. If a vertex lies beside the eye or behind it, the rectangle
-// covers the whole image. A triangle wholly behind the eye is not drawn.
+// Draws a rectangle over the tiles of an image through which a triangle may be seen. If a vertex lies
+// beside the eye or behind it, the rectangle covers the whole image. A triangle wholly behind the eye is
+// not drawn.
 
 #include <table_width>
 #include "core/fetch.glsl"
@@ -15,7 +15,7 @@ flat out vec3 corner_a;
 flat out vec3 corner_b;
 flat out vec3 corner_c;
 
-// Project a vertex in front of the eye. The result is in pixels.
+// Project a vertex in front of the eye, to pixels.
 vec2 projected(vec3 corner) {
     float z = dot(corner, forward);
     vec2 at = vec2(dot(corner, right) / dot(right, right), -dot(corner, up) / dot(up, up)) / z;
@@ -36,8 +36,8 @@ void main() {
         vec2 b = projected(corner_b);
         vec2 c = projected(corner_c);
         // The vertex may be displaced by MARGIN times `size`, where `size` is at most 100 z. A displacement
-        // across the view moves the projected vertex in proportion. A displacement along the view moves the
-        // projected vertex at most by the displacement times the slope of the image's edges.
+        // across the view moves the projected vertex in proportion; a displacement along the view moves it
+        // at most by the displacement times the slope of the image's edges.
         vec2 slope = vec2(length(right), length(up));
         vec2 wider = 0.5 * image * MARGIN * size / least(z) * (1.0 / slope + 1.0) * 2.0 + 0.01;
         lo = clamp(floor((min(min(a, b), c) - wider) / tile), vec2(0.0), tiles);

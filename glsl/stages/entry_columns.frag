@@ -1,6 +1,6 @@
 #version 330 core
-// Copies entry lists into one texture. The lists come from several targets, with four entries in each
-// target. A fragment may choose among texels, but not among samplers.
+// Copies entry lists from several targets, with four entries each, into one texture, because a fragment may
+// choose among texels, but not among samplers.
 
 #include <streams>
 

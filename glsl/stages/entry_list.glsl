@@ -1,7 +1,6 @@
-// Reads the entry list of a tile, for a ray of the tile or for a smaller tile in it. A pass of
-// stages/entry_points.frag wrote the list. An entry is the root of a subtree that rays of the tile have to
-// search. The entries are in the order of the walk. A texel holds four entries. The texels of a tile lie
-// `entry_tiles_across` texels apart.
+// Reads the entry list of a tile (stages/entry_points.frag), for a ray of the tile or for a smaller tile in
+// it. An entry is the root of a subtree that rays of the tile have to search, in the order of the walk. A
+// texel holds four entries. The texels of a tile lie `entry_tiles_across` texels apart.
 
 const int LIST_END = -1;
 const int WHOLE_TREE = -(1 << 24);
@@ -13,8 +12,8 @@ int entry_code(ivec2 tile, int i) {
     return i < ENTRIES ? code : LIST_END;
 }
 
-// The code of an entry that stands for a node and all nodes that follow this node in the walk, not only for
-// the node's subtree. Only the last entry of a list can have such a code.
+// The code of an entry that stands for a node and all nodes that follow it in the walk, not only for its
+// subtree. Only the last entry of a list can have such a code.
 int rest_from(int node) {
     return -2 - node;
 }

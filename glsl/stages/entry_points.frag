@@ -1,14 +1,13 @@
 #version 330 core
 // Entry points: Reshetov, Soupikov, Hurley, "Multi-Level Ray Tracing Algorithm", SIGGRAPH 2005 (survey,
 // section 4.2). One fragment for each tile of rays sends the tile's beam, which bounds the rays, through
-// the tree. It writes the nodes at which the tile's rays begin their search. With UPPER the beam walks
-// through the subtrees in the list of the larger tile around its tile. Without UPPER the beam walks through
-// the whole tree.
+// the tree, and writes the nodes at which the tile's rays begin their search. With UPPER the beam walks
+// through the subtrees in the list of the larger tile around its tile, else through the whole tree.
 //
 // Departure: in the paper a tile's rays begin at one node, the deepest node that holds every leaf that the
 // beam meets. In a bounding volume hierarchy, and for tiles whose rays pass many subtrees, this node is
-// often the root. Here a tile has a list of nodes. Each node of the list is the deepest node to which the
-// rays of the tile descend together.
+// often the root. Here a tile has a list of nodes, the deepest to which the rays of the tile descend
+// together.
 
 #include "core/precision.glsl"
 #include "core/fetch.glsl"
@@ -24,8 +23,7 @@ int found[ENTRIES];
 int entries = 0;
 int visited = 0;
 
-// Append an entry. Compare each index instead of writing to a computed index, because softpipe uses one
-// index for neighbouring fragments.
+// Append an entry. Compare each index, because softpipe uses one computed index for neighbouring fragments.
 void emit(int code) {
     for (int i = 0; i < ENTRIES; ++i) {
         found[i] = i == entries ? code : found[i];
@@ -33,8 +31,7 @@ void emit(int code) {
     ++entries;
 }
 
-// Fill the tile's list. The file <walk> defines this function. All rays of one octant visit the nodes in the
-// same order.
+// Fill the tile's list. The file <walk> defines this function.
 void walk(Tile_beam beam, ivec2 tile);
 
 #include <walk>

@@ -1,6 +1,6 @@
 #version 330 core
-// Finds three numbers for each square of pixels: the greatest depth that the rasteriser shows there, and
-// the lowest and the highest index of the triangles shown there.
+// Finds three numbers for each square of pixels: the greatest depth that the rasteriser shows, and the
+// lowest and the highest index of the shown triangles.
 
 #include "core/precision.glsl"
 #include <streams>

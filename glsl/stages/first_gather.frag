@@ -1,6 +1,6 @@
 #version 330 core
-// Gathers the eye rays for which the rasteriser's hit is in doubt, so that they can be traced. Texels past
-// the last ray get an empty ray.
+// Gathers the eye rays for which the rasteriser's hit is in doubt. Texels past the last ray get an empty
+// ray.
 
 #include "core/precision.glsl"
 #include <streams>

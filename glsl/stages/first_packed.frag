@@ -1,6 +1,6 @@
 #version 330 core
-// Packs the triangles and depths of four pixels of a row into one texel, because reads dominate the cost of
-// the search in stages/first_rivals.frag.
+// Packs the triangles and depths of four pixels of a row into one texel, because reads dominate the search
+// in stages/first_rivals.frag.
 
 #include "core/precision.glsl"
 #include <streams>

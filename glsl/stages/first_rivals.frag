@@ -6,7 +6,6 @@
 //   2. The rows of pixels in these squares that the edges of T enclose.
 //   3. The pixels of these rows that show a triangle other than T at a depth of at least d.
 //   4. The rays of these pixels, which are tested against T.
-// So a ray is tested only where, by these bounds, T may come before the shown triangle.
 
 #include "core/precision.glsl"
 #include <streams>
@@ -26,8 +25,8 @@ uniform int part_side;     // pixels per side of a part
 const float HALF_DIAGONAL = 0.5 * sqrt(2.0) * float(BLOCK);
 const float FAR_OFF = 1e6;
 
-// Edges as functions of a place, in pixels from an origin. The triangle can lie only at places where x *
-// place.x + y * place.y + constant is at least 0.
+// Edges as functions of a place, in pixels from an origin. The triangle can lie only where x * place.x + y
+// * place.y + constant is at least 0.
 struct Edges {
     vec3 x;
     vec3 y;
@@ -77,8 +76,7 @@ bool may_be(Edges edges, vec2 place, float around) {
                  + around * (abs(edges.x) + abs(edges.y))) >= 0.0;
 }
 
-// The first and the last x that the edges enclose in a row. If the first is larger than the last, the edges
-// enclose nothing.
+// The first and the last x that the edges enclose in a row; the first is larger if they enclose nothing.
 vec2 enclosed(Edges edges, vec3 inverse_x, float y) {
     vec3 rest = edges.y * y + edges.constant;
     vec3 end = -rest * inverse_x;

@@ -1,6 +1,6 @@
 #version 330 core
-// Drops the triangles that no ray of the image can hit, before any triangle is drawn. Such a triangle lies
-// outside the image or between the centres of pixels.
+// Drops the triangles that no ray of the image can hit: they lie outside the image or between the centres
+// of pixels.
 
 #include "core/fetch.glsl"
 #include "core/stream.glsl"

@@ -1,8 +1,8 @@
 #version 330 core
-// Every eye ray tests its candidate, the triangle that the rasteriser shows at its pixel, with the same test
-// as all methods. Later passes read two results: the hit's triangle, and a depth that is the hit's depth or
-// slightly larger. Without a hit the depth is infinite. A ray that misses its candidate is in doubt, and a
-// depth of -1 keeps other passes from testing this ray.
+// Every eye ray tests its candidate, the triangle that the rasteriser shows at its pixel, with the same
+// test as all methods. Writes the hit's triangle, and a depth that is the hit's depth or slightly larger;
+// infinite without a hit. A ray that misses its candidate is in doubt, and a depth of -1 keeps other passes
+// from testing it.
 
 #include "core/precision.glsl"
 #include "core/fetch.glsl"

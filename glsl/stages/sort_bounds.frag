@@ -1,7 +1,6 @@
 #version 330 core
-// Writes the ray origins as a stream. A reduction by minimum then finds the lower corner of their box. With
-// MINUS the origins are negated, so that the same reduction gives the upper corner. Empty rays do not
-// change the box.
+// Writes the ray origins as a stream, whose reduction by minimum gives the lower corner of their box. With
+// MINUS the origins are negated, for the upper corner. Empty rays do not change the box.
 
 #include "core/precision.glsl"
 #include <streams>

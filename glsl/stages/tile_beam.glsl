@@ -1,12 +1,12 @@
-// A beam bounds all rays of a tile by intervals of origin, inverse direction and t. Wald, Boulos and
-// Shirley ("Ray Tracing Deformable Scenes Using Dynamic Bounding Volume Hierarchies", TOG 2007) bound
-// packets in this way. `signs` says which signs the directions have along each axis: bit a is set for a
-// negative sign on axis a, bit 3 + a for a positive sign.
+// A beam bounds all rays of a tile by intervals of origin, inverse direction and t, as Wald, Boulos and
+// Shirley bound packets ("Ray Tracing Deformable Scenes Using Dynamic Bounding Volume Hierarchies", TOG
+// 2007). `signs` says which signs the directions have along each axis: bit a is set for a negative sign on
+// axis a, bit 3 + a for a positive sign.
 //
 // The test of a beam against a box needs no margin. Each operation is an operation of `box_interval`
 // (core/box.glsl) on an extreme value of the rays, and subtraction, product, minimum and maximum round
-// monotonically. So if the interval of a ray is not empty, the interval of the beam is not empty either, in
-// any precision. If the directions have both signs along an axis, the axis does not bound the interval.
+// monotonically. So if the interval of a ray is not empty, neither is the interval of the beam, in any
+// precision. If the directions have both signs along an axis, the axis does not bound the interval.
 
 const float BEAM_END = 3.0e38;
 
@@ -14,7 +14,7 @@ bool is_mixed(int signs) {
     return (signs & signs >> 3 & 7) != 0;
 }
 
-// The octant of the rays' directions. The rays must agree in their octant.
+// The octant of the rays' directions, in which they must agree.
 int octant_of(int signs) {
     return signs & 7;
 }

@@ -1,7 +1,7 @@
 #version 330 core
-// Counts the rays of a square of TILE x TILE that wait for each kernel, and finds the largest number of steps
-// of any ray in the square. WebGL 2 has no query that counts fragments, so the player, the JavaScript program
-// that runs the passes, reads these few texels back.
+// Counts the rays of a square of TILE x TILE that wait for each kernel, and finds the largest number of
+// steps of any of these rays. WebGL 2 has no query that counts fragments, so the player (the JavaScript
+// program that runs the passes) reads these texels back.
 
 uniform sampler2D phases;
 uniform sampler2D counts;

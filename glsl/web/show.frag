@@ -1,6 +1,6 @@
 #version 330 core
-// Shows the hits of a browser's rays: the surfaces lit from the eye, or the steps that each ray has taken.
-// If surfaces are shown, a ray that still searches is drawn in the colour of the kernel for which it waits.
+// Shows the hits of a browser's rays: the surfaces lit from the eye, or the steps of each ray. With
+// surfaces, a ray that still searches has the colour of the kernel for which it waits.
 
 uniform sampler2D hits;         // t, u, v, triangle
 uniform sampler2D surfaces;     // normal, and 8 bits each of red, green and blue as one number

@@ -5,16 +5,16 @@ import numpy as np
 
 from ..errors import SceneError
 
-# Builders widen boxes by this share of the scene's largest absolute coordinate. The widening is
-# about 8 to 16 float32 spacings at this coordinate, which is more than the rounding of a hit point
-# in a shader. Hence no hit falls between two cells.
+# Builders widen boxes by this share of the scene's largest absolute coordinate, about 8 to 16
+# float32 spacings. A hit point in a shader has a smaller rounding error, so no hit falls between
+# two cells.
 PADDING = 1e-6
 AT_ONCE = 1 << 18   # triangles that are converted to float64 together
 
 
 def largest(values: np.ndarray) -> np.ndarray:
-    """Return the maximum of (3, ...) values along the first axis, for example over the corners of
-    triangles. This is faster than numpy's reduction, which is slow along short axes."""
+    """Return the maximum of (3, ...) values along the first axis. This is faster than numpy's
+    reduction, which is slow along short axes."""
     return np.maximum(np.maximum(values[0], values[1]), values[2])
 
 
@@ -40,12 +40,11 @@ def as_triangles(triangles: np.ndarray) -> np.ndarray:
 
 
 def shrink_flat(triangles: np.ndarray) -> np.ndarray:
-    """Return triangles (n, 3, 3) float32, in which each triangle without area is shrunk to its
-    first corner.
+    """Return triangles (n, 3, 3) float32, each triangle without area shrunk to its first corner.
 
-    A triangle without area must never be hit. The watertight test shears the corners, and rounding
-    may then move one of three collinear corners off the line. If all three corners are equal, the
-    determinant in every triangle test is exactly zero, so no ray hits the triangle.
+    The watertight test shears the corners, and rounding may then move one of three collinear
+    corners off the line. If all three corners are equal, the determinant in every triangle test is
+    exactly zero, so no ray hits the triangle.
     """
     flat = np.concatenate([_without_area(triangles[start:start + AT_ONCE])
                            for start in range(0, max(len(triangles), 1), AT_ONCE)])
@@ -68,8 +67,7 @@ def padding(triangles: np.ndarray) -> np.float32:
 
 
 def triangle_boxes(triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the lower and upper corners of the triangles' boxes, (3, n) float32 each, with a
-    contiguous row for each axis."""
+    """Return the lower and upper corners of the triangles' boxes, (3, n) contiguous float32."""
     a, b, c = triangles[:, 0].T, triangles[:, 1].T, triangles[:, 2].T
     lo = np.minimum(np.minimum(a, b), c)
     hi = np.maximum(np.maximum(a, b), c)
@@ -79,8 +77,8 @@ def triangle_boxes(triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 def scene_box(triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the lower and upper corner of the scene's box, (3,) float32 each.
 
-    The box is wider than the triangles by twice the padding on every side, so the padded box of a
-    triangle never touches the border of the scene's box. Without triangles, it is the unit box.
+    The box is wider than the triangles by twice the padding, so the padded box of a triangle never
+    touches its border. Without triangles, it is the unit box.
     """
     if len(triangles) == 0:
         return np.zeros(3, np.float32), np.ones(3, np.float32)
@@ -90,8 +88,8 @@ def scene_box(triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def half_area(lo: np.ndarray, hi: np.ndarray, axis: int = 0) -> np.ndarray:
-    """Return half the surface area of boxes; 0 for an empty box. Along the axis number `axis`, the
-    arrays lo and hi hold the coordinates x, y and z."""
+    """Return half the surface area of boxes; 0 for an empty box. Axis `axis` of lo and hi holds x,
+    y and z."""
     size = np.maximum(np.moveaxis(hi - lo, axis, 0), 0)
     return size[0] * size[1] + size[1] * size[2] + size[2] * size[0]
 

@@ -1,8 +1,7 @@
 """Cache: keeps built accelerators on disk, under a key made from the builder and its input.
 
 The folder is $GPGPU_RT_CACHE, or ~/.cache/gpgpu_rt by default. An empty $GPGPU_RT_CACHE turns the
-cache off. A file contains plain arrays and a checksum. If a file is damaged, the accelerator is
-built again.
+cache off. A file contains plain arrays and a checksum; from a damaged file nothing is read.
 """
 from __future__ import annotations
 
@@ -37,8 +36,8 @@ def cached(build: Callable[..., Structure], triangles: np.ndarray, /,
            **options: object) -> Structure:
     """Return `build(triangles, **options)`, read from disk if possible.
 
-    If the folder cannot be written, the result is not kept. In this case, the user gets a warning
-    (once per process) if GPGPU_RT_CACHE names the folder.
+    If the folder cannot be written, the result is not kept, with a warning (once per process) if
+    GPGPU_RT_CACHE names the folder.
 
     Parameters
     ----------
@@ -72,8 +71,7 @@ def cached(build: Callable[..., Structure], triangles: np.ndarray, /,
 
 @contextlib.contextmanager
 def uncached() -> Iterator[None]:
-    """Turn the cache off in this context. Animations use it, because keeping an accelerator for
-    each frame would fill the disk."""
+    """Turn the cache off in this context, as for the many frames of an animation."""
     token = _keeping.set(False)
     try:
         yield
@@ -83,8 +81,8 @@ def uncached() -> Iterator[None]:
 
 @contextlib.contextmanager
 def cache_files() -> Iterator[list[Path]]:
-    """Yield a list. The path of each cache file that is read or written in this context is added
-    to the list. The caller can copy these files to another machine."""
+    """Yield a list of the paths of the cache files that are read or written in this context, for
+    example to copy these files to another machine."""
     token = _files.set(files := [])
     try:
         yield files
@@ -104,8 +102,8 @@ def give_cache(files: Mapping[str, bytes]) -> None:
 
 
 def cache_folder() -> Path | None:
-    """Return the folder of the cache. Return None if the cache is off, the home folder is unknown,
-    or the folder is not safe (`fault_of`)."""
+    """Return the folder of the cache; None if the cache is off, the home folder is unknown, or the
+    folder is not safe (`fault_of`)."""
     name = os.environ.get("GPGPU_RT_CACHE")
     if name == "":
         return None
@@ -126,8 +124,7 @@ def cache_folder() -> Path | None:
 
 @contextlib.contextmanager
 def _tolerated(folder: Path) -> Iterator[None]:
-    """Return a context that tolerates errors of writing into the folder. After such an error, the
-    structure's file is missing from the cache."""
+    """Tolerate errors of writing into the folder in this context."""
     try:
         yield
     except OSError as failure:
@@ -135,8 +132,7 @@ def _tolerated(folder: Path) -> Iterator[None]:
 
 
 def _tell(folder: str | None, reason: str) -> None:
-    """Warn that the folder cannot be used, if the user named the folder. For the default folder
-    there is no warning."""
+    """Warn that the folder cannot be used, unless it is the default folder."""
     if os.environ.get("GPGPU_RT_CACHE"):
         _warn(str(folder), reason)
 
@@ -158,7 +154,7 @@ def _key(build: Callable, triangles: np.ndarray, options: dict[str, object]) -> 
 @functools.cache
 def _builders_digest(module: str) -> str:
     """Return a digest of the source text of a builder's module and of all modules in
-    gpgpu_rt/accel, so that a changed builder never reads an old file."""
+    gpgpu_rt/accel, so that a changed builder reads no old file."""
     digest = hashlib.sha256()
     mine = getattr(sys.modules[module], "__file__", None) or __file__
     for path in (Path(mine), *sorted(Path(__file__).parent.glob("*.py"))):
@@ -180,8 +176,8 @@ def _checksum(arrays: dict[str, np.ndarray]) -> np.ndarray:
 
 
 def _load(path: Path, record: type[Structure], triangles: int) -> Structure | None:
-    """Return the structure in a file. Return None if the file does not exist, belongs to another
-    user or is damaged, or if its indices or lengths do not fit ``triangles`` triangles."""
+    """Return the structure in a file; None if the file does not exist, belongs to another user or
+    is damaged, or if its indices or lengths do not fit ``triangles`` triangles."""
     try:
         if not is_own(os.stat(path)):
             return None
@@ -201,8 +197,8 @@ def _scalar(value: np.ndarray) -> np.ndarray | int:
 
 
 def _store(path: Path, structure: Any) -> None:
-    """Write the file of a structure completely or not at all; several processes may write it at
-    the same time."""
+    """Write the file of a structure completely or not at all, also while other processes write
+    it."""
     arrays = {field.name: np.asarray(getattr(structure, field.name))
               for field in fields(structure)}
     arrays["checksum"] = _checksum(arrays)

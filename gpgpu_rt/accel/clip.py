@@ -2,10 +2,9 @@
 
 The method is "split clipping" (V. Havran, J. Bittner, "On improving kd-trees for ray shooting",
 WSCG 2002), which Wald and Havran (2006) call "perfect splits". Havran and Bittner cut the triangle
-by the planes of the box one after another, which gives polygons of varying length. Here all
-corners of the final polygon are computed directly. These corners are of two kinds: ends of the
-triangle's edges after clipping to the box, and points where an edge of the box pierces the
-triangle.
+by the planes of the box one after another. Here all corners of the final polygon are computed
+directly: ends of the triangle's edges after clipping to the box, and points where an edge of the
+box pierces the triangle.
 """
 from __future__ import annotations
 
@@ -28,8 +27,7 @@ def clip_bounds(vertices: np.ndarray, index: np.ndarray, lo: np.ndarray,
     Returns
     -------
     lo, hi : (3, m) float32; lo > hi where the triangle is outside the box. The errors of the
-        bounds are a few float32 spacings. This suffices, because callers pad both the box and the
-        result
+        bounds are a few float32 spacings, less than the padding of callers
     """
     out_lo = np.empty_like(lo)
     out_hi = np.empty_like(hi)
@@ -90,8 +88,8 @@ def _add_box_edges(v: np.ndarray, edges: np.ndarray, a: int, lo: np.ndarray, hi:
     for j in range(2):
         for k in range(2):
             x = rise_b[j] - rise_c[k]
-            # The box's edge pierces the triangle if all three edges of the triangle pass the box's
-            # edge on the same side.
+            # The box's edge pierces the triangle if it passes all three edges of the triangle on
+            # the same side.
             pierced = (side_c[k] >= side_b[j]).all(axis=0) | (side_c[k] <= side_b[j]).all(axis=0)
             pierced &= (x >= lo[a]) & (x <= hi[a])      # false if normal_a is 0: x is not finite
             x = np.where(pierced, x, np.nan)

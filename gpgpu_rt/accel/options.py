@@ -18,8 +18,8 @@ def refuse_unknown(builder: Callable, unknown: Iterable[str]) -> None:
 
 
 def choose(what: str, name: Any, known: Iterable[str]) -> str:
-    """Return the name if it is known; raise OptionError otherwise. ``what`` is
-    the noun before the name in the message, such as "build"."""
+    """Return the name if it is known; raise OptionError otherwise. ``what`` is the noun before the
+    name in the message, such as "build"."""
     known = list(known)
     if name not in known:
         raise OptionError(f"unknown {what} {name!r}{nearest_names(str(name), known)}")

@@ -6,11 +6,10 @@ import numpy as np
 
 def quantise(lo: np.ndarray, hi: np.ndarray, base: np.ndarray, top: np.ndarray,
              bits: int) -> tuple[np.ndarray, tuple[np.ndarray, np.ndarray]]:
-    """Quantise boxes to integers of ``bits`` bits, so that the decoded boxes contain the given
-    boxes.
+    """Quantise boxes to integers of ``bits`` bits; the decoded boxes contain the given boxes.
 
-    The kernels decode a bound as ``base + q * quantum`` and round both operations to float32. A
-    q whose decoded bound would lie inside the given box is moved outwards by 1.
+    The kernels decode a bound as ``base + q * quantum`` and round both operations to float32. A q
+    whose decoded bound would lie inside the given box is moved outwards by 1.
 
     Parameters
     ----------
@@ -36,6 +35,5 @@ def quantise(lo: np.ndarray, hi: np.ndarray, base: np.ndarray, top: np.ndarray,
 
 
 def decode(q: np.ndarray, base: np.ndarray, quantum: np.ndarray) -> np.ndarray:
-    """Return the bounds as the kernels decode them: float32, rounded after the product and after
-    the sum."""
+    """Return the bounds as the kernels decode them: float32, rounded after each operation."""
     return base + q.astype(np.float32) * quantum

@@ -1,5 +1,7 @@
-"""Runs: a flat array holds the items of several owners, for example the triangles of all leaves.
-The items of an owner are side by side. They form a run, which has a start and a count."""
+"""Runs: a flat array holds the items of several owners, such as the triangles of all leaves.
+
+The items of an owner are side by side and form a run, which has a start and a count.
+"""
 from __future__ import annotations
 
 from collections.abc import Sequence

@@ -32,16 +32,16 @@ class SharedArrays:
             yield {name: np.ndarray(shape, dtype, memory.buf, first)
                    for name, (dtype, shape, first) in self.places.items()}
         finally:
-            # The traceback of an exception may still refer to views, which keep the mapping open
-            # until the process ends. The process that made the block removes the block.
+            # Views in the traceback of an exception may keep the mapping open until the process
+            # ends. The process that made the block removes the block.
             with contextlib.suppress(BufferError):
                 memory.close()
 
 
 @contextlib.contextmanager
 def shared_arrays(**arrays: np.ndarray) -> Iterator[SharedArrays]:
-    """Copy the arrays into shared memory and yield a handle. The memory is freed at the end of the
-    context, even after an error.
+    """Copy the arrays into shared memory, which is freed at the end of the context, and yield a
+    handle.
 
     Raises
     ------

@@ -1,8 +1,8 @@
 """Sound: checks whether a builder could have made a structure that was read from a file.
 
 A checksum shows that a file is complete, but not who wrote it. With wrong indices, a shader could
-read outside a table or loop without end. Therefore types, lengths and ranges are checked. Each
-node except the root must have a single parent, so that every traversal ends.
+read outside a table or loop without end. Therefore types, lengths and ranges are checked, and each
+node except the root must have a single parent.
 """
 from __future__ import annotations
 
@@ -17,21 +17,21 @@ LEAF = 3     # this value as a node's axis marks a leaf, in trees that store sib
 
 
 def is_sound(structure: Any, triangles: int) -> bool:
-    """Return whether ``structure`` could have been built over ``triangles`` triangles. The
-    structure's own method ``is_sound`` decides; without such a method, the answer is true."""
+    """Return whether ``structure`` could have been built over ``triangles`` triangles, by its own
+    method ``is_sound``; without such a method, return true."""
     check = getattr(structure, "is_sound", None)
     return check is None or check(triangles)
 
 
 def alike(arrays: Mapping[str, np.ndarray], kind: str, *shape: int) -> bool:
-    """Return whether all values are numpy arrays with this ``kind`` of dtype and this shape.
-    Arrays of floats must also be finite."""
+    """Return whether all values are numpy arrays with this ``kind`` of dtype and this shape;
+    floats must also be finite."""
     return all(isinstance(a, np.ndarray) and a.dtype.kind == kind and a.shape == shape
                and (kind != "f" or bool(np.isfinite(a).all())) for a in arrays.values())
 
 
 def named(structure: Any, names: str) -> dict[str, np.ndarray]:
-    """Return name -> attribute of ``structure``. ``names`` has the names, separated by spaces."""
+    """Return name -> attribute of ``structure``, for ``names`` separated by spaces."""
     return {name: getattr(structure, name) for name in names.split()}
 
 
@@ -42,15 +42,15 @@ def within(values: np.ndarray, end: int, least: int = 0) -> bool:
 
 
 def are_runs(start: np.ndarray, entries: int, count: int) -> bool:
-    """Return whether ``start`` holds the starts of ``count`` runs, followed by the end of the last
-    run. The runs together must have ``entries`` entries."""
+    """Return whether ``start`` holds the starts of ``count`` runs with together ``entries``
+    entries, followed by the end of the last run."""
     return (within(start, entries + 1) and len(start) == count + 1 and start[0] == 0
             and start[-1] == entries and bool((np.diff(start) >= 0).all()))
 
 
 def are_leaves(first: np.ndarray, count: np.ndarray, entries: int) -> bool:
-    """Return whether the run of each leaf lies within an array of ``entries`` entries, and whether
-    the lengths of all runs add up to ``entries``."""
+    """Return whether the runs of the leaves lie within ``entries`` entries, and their lengths add
+    up to ``entries``."""
     return within(first, entries + 1) and within(count, entries + 1) and bool(
         (first.astype(np.int64) + count <= entries).all() and count.sum() == entries)
 
@@ -79,9 +79,9 @@ def each_once(order: np.ndarray, triangles: int) -> bool:
 
 def are_pairs(axis: np.ndarray, child: np.ndarray, count: np.ndarray, entries: int, depth: Any
               ) -> bool:
-    """Return whether nodes form a single tree of depth ``depth``. Each child must come after its
-    parent, each right child must directly follow its left sibling, and all leaves together must
-    contain ``entries`` entries."""
+    """Return whether nodes form a single tree of depth ``depth``, in which each child comes after
+    its parent, each right child directly follows its left sibling, and all leaves together contain
+    ``entries`` entries."""
     inner = axis != LEAF
     nodes = np.flatnonzero(inner)
     left = child[nodes]
@@ -92,6 +92,6 @@ def are_pairs(axis: np.ndarray, child: np.ndarray, count: np.ndarray, entries: i
     has_parent = np.zeros(len(axis), bool)
     has_parent[left] = has_parent[left + 1] = True
     if not (len(axis) == 2 * len(nodes) + 1 and has_parent[1:].all()):
-        return False    # some node has no parent, so another node has two
+        return False    # some node has no parent, so another has two
     children = np.where(inner, child, -1)
     return len(tree_order.levels(children, children + 1)) - 1 == depth

@@ -27,8 +27,7 @@ def pair_parents(left: np.ndarray, inner: np.ndarray) -> np.ndarray:
 
 
 def inner_levels(left: np.ndarray, right: np.ndarray) -> list[np.ndarray]:
-    """Return the inner nodes of each depth, from the root down to the last depth with inner
-    nodes."""
+    """Return the inner nodes of each depth, from the root down to the last depth that has some."""
     return [nodes[left[nodes] >= 0] for nodes in levels(left, right)][:-1]
 
 
@@ -44,8 +43,7 @@ def depth_first(inner: list[np.ndarray], size: np.ndarray, first: np.ndarray,
                 second: np.ndarray) -> np.ndarray:
     """Return the depth-first position of each node, (..., n) int64.
 
-    A node comes first, then the subtree of its `first` child, then the subtree of its `second`
-    child.
+    A node comes first, then the subtrees of its `first` and of its `second` child.
 
     Parameters
     ----------
@@ -63,9 +61,9 @@ def depth_first(inner: list[np.ndarray], size: np.ndarray, first: np.ndarray,
 
 def depth_first_pairs(inner: list[np.ndarray], size: np.ndarray, left: np.ndarray,
                       right: np.ndarray) -> np.ndarray:
-    """Return the position of each node in an order that keeps siblings together. A pair of
-    siblings comes first, then all nodes below the left sibling, then all nodes below the right
-    sibling. The root is at position 0."""
+    """Return the position of each node in an order that keeps siblings together: a pair of
+    siblings, then all nodes below the left sibling, then all nodes below the right sibling. The
+    root is at position 0."""
     place = np.zeros(len(left), np.int64)
     below = np.ones(len(left), np.int64)     # position of each node's pair of children
     for nodes in inner:
@@ -78,7 +76,7 @@ def depth_first_pairs(inner: list[np.ndarray], size: np.ndarray, left: np.ndarra
 
 def kept_nodes(inner: list[np.ndarray], left: np.ndarray, right: np.ndarray, count: np.ndarray,
                most: int) -> np.ndarray:
-    """Return (n,) bool, which nodes to keep in a tree of at most ``most`` nodes. The subtrees with
+    """Return (n,) bool, which nodes to keep in a tree of at most ``most`` nodes; the subtrees with
     the fewest entries become leaves.
 
     Parameters
@@ -113,8 +111,8 @@ def cut(inner: list[np.ndarray], left: np.ndarray, right: np.ndarray,
     -------
     inside : (n,) bool, whether a node remains an inner node
     left, right : (k,) int, the children of the k kept nodes
-    place : (n,) int64, the new position of each kept node. A dropped node has the new position of
-        its nearest kept ancestor
+    place : (n,) int64, the new position of each kept node, or of a dropped node's nearest kept
+        ancestor
     """
     place = np.cumsum(kept) - 1
     inside = kept & (left >= 0)

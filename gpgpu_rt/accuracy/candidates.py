@@ -1,8 +1,7 @@
 """Candidates of `tune`: a method with values for its knobs.
 
 An option of a method or of the tracer is a knob if it has choices or is a switch, with a few
-exceptions (`_is_knob`). The knobs come from the option tables, so a new option with choices
-becomes a knob when it is declared.
+exceptions (`_is_knob`). A new option with choices becomes a knob when it is declared.
 """
 from __future__ import annotations
 
@@ -12,14 +11,13 @@ from typing import Any
 from ..methods import find_method
 from ..options import TRACER_OPTIONS, Option
 
-# Knobs that change the hits. An option with `relaxed` values, which may lose hits, changes the
-# hits too. All other knobs change only time and memory: on the software renderer, they keep the
-# hits the same to the bit.
+# Knobs that change the hits, as do options with `relaxed` values, which may lose hits. All other
+# knobs change only time and memory: on the software renderer, the hits stay the same to the bit.
 _ACCURACY = ("precision", "storage", "rounding", "intersection", "interval")
 # `_is_knob` excludes these options. Statistics and the context do not change a trace. The knob
 # precision also sets storage and arithmetic. `speed_knobs` adds the schedules. The build device
-# does not change the tree. The era form (docs/era.md) runs the kernels of old cards, and is
-# slower. Rasterised bounds apply to pictures only, but candidates are measured on ray arrays.
+# does not change the tree. The era form (docs/era.md) is slower. Rasterised bounds apply to
+# pictures only, but candidates are measured on ray arrays.
 _NO_KNOBS = ("era", "statistics", "context", "storage", "arithmetic", "schedule",
              "build_device", "rasterised_bounds")
 _STEPS = (16, 64)       # values of the option steps_per_pass to try
@@ -51,8 +49,8 @@ class Candidate:
         return tuple(pair for pair in self.options if _is_for_accuracy(table[pair[0]]))
 
     def full_options(self) -> dict[str, Any]:
-        """Return the candidate's options, completed by the defaults of all other knobs. A saved
-        candidate then stays the same when a default changes later. Defaults of None are left out.
+        """Return the candidate's options, completed by the defaults of all other knobs except
+        None, so that a saved candidate stays the same when a default changes.
         """
         table, given = option_table(self.method), dict(self.options)
         knobs = {name: option.default for name, option in table.items()
@@ -87,8 +85,7 @@ def accuracy_knobs(method: str) -> list[list[dict[str, Any]]]:
     """Return, for each knob that changes the hits, the changes to try.
 
     Precision, storage and rounding are a single knob, because the rounding can be chosen only
-    together with a format below fp32.
-    Lower arithmetic without smaller storage is not tried: it saves nothing.
+    together with a format below fp32. Lower arithmetic without smaller storage saves nothing.
     """
     table = option_table(method)
     ways: list[dict[str, Any]] = [{}]
@@ -120,9 +117,7 @@ def _own_schedule(method: str) -> str:
 
 def _is_knob(option: Option) -> bool:
     """Return whether an option is a knob: it has choices or is a switch, and _NO_KNOBS does not
-    name it.
-
-    An option that excludes other options is no knob, because it selects another way of tracing.
+    name it. An option that excludes others is no knob, because it selects another way of tracing.
     """
     return (option.name not in _NO_KNOBS and not option.excludes
             and (option.choices is not None or option.kind is bool))
@@ -133,8 +128,8 @@ def _is_for_accuracy(option: Option) -> bool:
 
 
 def _values(option: Option) -> list[Any]:
-    """Return the values of a knob, the default first. If the option is ``optional``, ``None`` is
-    one of its values."""
+    """Return the values of a knob, the default first; ``None`` is one if the option is
+    ``optional``."""
     values = list(option.choices) if option.choices is not None else [False, True]
     if option.optional and None not in values:
         values.append(None)

@@ -25,11 +25,10 @@ class Promise:
 
     Attributes
     ----------
-    max_wrong : Bound on the share of rays with a wrong hit or miss. The upper 95 % confidence
-        bound of the measured share must not exceed this bound.
+    max_wrong : Bound on the share of rays with a wrong hit or miss, for the upper 95 % confidence
+        bound of the measured share.
     max_t_error : Bound on the relative error of t. A share ``t_quantile`` of the right hits must
-        keep this bound: the upper 95 % confidence bound of the quantile must not exceed
-        ``max_t_error``.
+        keep this bound, at the upper 95 % confidence bound of the quantile.
     max_bytes : Bound on texture bytes with 2^18 rays in flight, as in a 512 x 512 picture; None
         for no bound.
     """
@@ -58,9 +57,8 @@ class Promise:
                 f"quantile of at most 1 - {3 / MOST_RAYS:.2g}")
 
     def rays_needed(self, hit_share: float = 1.0) -> int:
-        """Return the least number of rays that prove the bounds if no ray has an error.
-
-        Only a share ``hit_share`` of the rays hit a triangle and have a t.
+        """Return the least number of rays that prove the bounds if no ray has an error. Only a
+        share ``hit_share`` of the rays hit a triangle and have a t.
         """
         for_t = rays_needed(1 - self.t_quantile) / max(hit_share, 1e-3)
         return max(rays_needed(self.max_wrong), math.ceil(for_t))
@@ -70,10 +68,10 @@ class Promise:
         candidates.
 
         If ``kinds`` contains eye rays and random rays, the result has an entry for ``COHERENT``
-        rays, timed on eye rays, and an entry for ``INCOHERENT`` rays, timed on random rays. Rays
-        aimed at vertices and edges belong to both entries. Without eye rays or without random
-        rays, the result has a single entry ``ALL``, timed on all kinds. With a bound on bytes, it
-        also has this single entry, because two methods would hold two structures in memory.
+        rays, timed on eye rays, and an entry for ``INCOHERENT`` rays, timed on random rays. Both
+        include rays aimed at vertices and edges. Otherwise the result has a single entry ``ALL``,
+        timed on all kinds, as it has with a bound on bytes, because two methods would hold two
+        structures in memory.
         """
         if self.max_bytes is not None or not set(OWN_KIND.values()) <= set(self.kinds):
             return {ALL: (self, None)}
@@ -111,8 +109,8 @@ class Finding:
 
     def misses(self, promise: Promise, texture_bytes: int) -> dict[str, float]:
         """Return, for each bound that is not kept, the value divided by the bound."""
-        # With too few rays, the upper confidence bound of the error is infinite. If the lower
-        # confidence bound also misses the promise, report the lower bound.
+        # With too few rays, the upper confidence bound of the error is infinite. Report the lower
+        # bound if it also misses the promise.
         t_error = self.t_error
         if math.isinf(t_error) and self.t_lower > promise.max_t_error:
             t_error = self.t_lower
@@ -123,8 +121,8 @@ class Finding:
         return {name: ratio for name, ratio in ratios.items() if ratio > 1}
 
     def is_hopeless(self, promise: Promise) -> bool:
-        """Return whether the errors already disprove the bounds. This can be known from fewer rays
-        than a proof of the bounds needs."""
+        """Return whether the errors already disprove the bounds, which needs fewer rays than a
+        proof."""
         return (lower_confidence(self.score.wrong, self.score.rays) > promise.max_wrong
                 or self.t_lower > promise.max_t_error)
 
@@ -132,11 +130,11 @@ class Finding:
 def _ranks(count: int, share: float) -> tuple[int, int]:
     """Return the ranks of the two errors that bound a quantile, from above and from below.
 
-    The measured errors are sorted in descending order, and a rank is a position in this order.
-    ``above`` is the largest rank for which, with 95 % confidence, at most ``share`` of all
-    possible rays have a larger error. ``below`` is the smallest rank for which, with 95 %
-    confidence, at least ``share`` of all possible rays have this error or a larger error. Without
-    such a rank, ``above`` is -1, or ``below`` is ``count``.
+    A rank is a position in the measured errors, sorted in descending order. ``above`` is the
+    largest rank for which, with 95 % confidence, at most ``share`` of all possible rays have a
+    larger error; -1 without such a rank. ``below`` is the smallest rank for which, with 95 %
+    confidence, at least ``share`` of all possible rays have this error or a larger error;
+    ``count`` without such a rank.
     """
     end = min(count, 100 + int(3 * share * count))     # both ranks are near share * count
     above, high = -1, end

@@ -3,9 +3,9 @@
 An answer is right if the watertight test could have given it, within the bounds of its rounding
 errors (`error_bounds`). A hit is right under three conditions: the ray possibly hits the answer's
 triangle, the error of t is within its bound, and no other triangle is certainly hit at a nearer t.
-"Nearer" means that the intervals of the two t, each with its error bound, are disjoint. A miss is
-right if no triangle is certainly hit. A ray through an edge or a vertex may therefore miss;
-`leaks` decides whether such a ray escaped from a closed mesh.
+"Nearer" means that the intervals of the two t with their errors are disjoint. A miss is right if
+no triangle is certainly hit. A ray through an edge or a vertex may therefore miss; `leaks` decides
+whether such a ray escaped from a closed mesh.
 """
 from __future__ import annotations
 
@@ -34,9 +34,8 @@ class Judgement:
     category : (n,) uint8, an index into CATEGORIES
     within_bound : (n,) bool, whether the answer is right but differs from the reference: in the
         triangle, or because only one of the two is a miss
-    t_ulps : (n,) float64, |t - exact t|, where the exact t lies on the answer's own triangle. The
-        unit is the unit in the last place (ulp) of the exact t as a float32. NaN for misses and
-        false hits
+    t_ulps : (n,) float64, |t - exact t| on the answer's own triangle, in units in the last place
+        (ulp) of the exact t as a float32; NaN for misses and false hits
     t_bounds : (n,) float64, |t - exact t| divided by the error bound of t (`error_bounds`)
     barycentric_error : (n,) float64, the larger of the errors of u and v; NaN for misses and false
         hits
@@ -73,14 +72,13 @@ class Judgement:
 
     @property
     def upper_95(self) -> float:
-        """The upper 95 % confidence bound of the share of wrong rays. The bound is valid for rays
-        that were drawn independently from a single distribution."""
+        """The upper 95 % confidence bound of the share of wrong rays, for rays that were drawn
+        independently from a single distribution."""
         return upper_confidence(int(self.wrong.sum()), len(self))
 
     def quantiles(self, errors: str = "t_ulps") -> dict[str, float]:
-        """Return the median, 99.9 % quantile and maximum of an error array, without its NaN.
-
-        All are zero if no error is known.
+        """Return the median, 99.9 % quantile and maximum of an error array, without its NaN; zeros
+        if no error is known.
         """
         values = getattr(self, errors)
         values = values[~np.isnan(values)]
@@ -131,8 +129,8 @@ def judge(scene_or_triangles: Any, origins: np.ndarray, directions: np.ndarray, 
 def leaks(reference_hits: Hits, hits: Hits) -> np.ndarray:
     """Return whether a ray misses where the reference hits, (n,) bool.
 
-    If a ray is aimed at an edge or a vertex, none of the triangles there is certainly hit. `judge`
-    therefore accepts a miss. But even this ray must not escape from the inside of a closed mesh.
+    None of the triangles at an edge or a vertex is certainly hit, so `judge` accepts a miss of a
+    ray aimed there. But not even this ray must escape from the inside of a closed mesh.
     """
     return reference_hits.hit & ~hits.hit
 
@@ -142,7 +140,7 @@ def upper_confidence(wrong: int, rays: int, confidence: float = 0.95) -> float:
 
     If the true share p equals this bound, the probability of ``wrong`` or fewer wrong rays is
     exactly 1 - confidence (Clopper and Pearson's one-sided bound, Biometrika 26, 1934). If none of
-    n rays is wrong, the bound is 1 - (1 - confidence)^(1/n), about 3/n. Without rays it is 1.
+    n rays is wrong, the bound is about 3/n. Without rays it is 1.
     """
     if wrong >= rays:
         return 1.0
@@ -198,8 +196,8 @@ class _PairTests:
             verdict.t_bounds[part] = error / pair.t_bound
             verdict.barycentric_error[part] = np.maximum(np.abs(hits.u[part] - pair.u),
                                                          np.abs(hits.v[part] - pair.v))
-        # An answer that contains a NaN has an infinite error. A NaN in the three arrays would mean
-        # that the error is unknown.
+        # An answer that contains a NaN has an infinite error; a NaN in the arrays means an unknown
+        # error.
         for errors in (verdict.t_ulps, verdict.t_bounds, verdict.barycentric_error):
             errors[answered[np.isnan(errors[answered])]] = np.inf
 
@@ -209,8 +207,8 @@ class _PairTests:
         category[hit & ~t_right & ~reference.hit] = FALSE_HIT
         category[broken] = FALSE_HIT
         # The remaining answers are right where the reference has the same triangle. Otherwise, a
-        # hit is wrong if a triangle is certainly hit before it, and a miss is wrong if a triangle
-        # is certainly hit at all.
+        # hit is wrong if a triangle is certainly hit before it, and a miss if a triangle is
+        # certainly hit at all.
         other = (category == RIGHT) & (hits.triangle != reference.triangle) & reference.hit & valid
         with np.errstate(invalid="ignore"):
             last = np.where(hits.hit, np.fmin(t_exact - t_bound, self.t_max), self.t_max)
@@ -218,8 +216,8 @@ class _PairTests:
         rays = np.flatnonzero(other)
         beaten[rays] = self._certain_before(rays, last[rays], reference)
         category[beaten] = np.where(hits.hit[beaten], WRONG_TRIANGLE, LEAK)
-        # An invalid ray has a NaN, an infinite origin or direction, or a zero direction. Its only
-        # right answer is the status INVALID.
+        # The only right answer for an invalid ray (NaN, infinite, or with zero direction) is
+        # INVALID.
         category[~valid & (hits.status != INVALID)] = FALSE_HIT
         category[(hits.status == UNFINISHED) | (hits.status == STACK_OVERFLOW)] = UNFINISHED_RAY
         for errors in (verdict.t_ulps, verdict.t_bounds, verdict.barycentric_error):
@@ -240,8 +238,8 @@ class _PairTests:
     def _certain_before(self, rays: np.ndarray, last: np.ndarray, reference: Hits) -> np.ndarray:
         """Return whether any triangle is certainly hit before ``last``, (k,) bool.
 
-        Test the reference's triangle first. If a ray does not certainly hit this triangle, test
-        all triangles that the exact ray meets before ``last``; these include every certain hit.
+        Test the reference's triangle first. If a ray does not certainly hit it, test all triangles
+        that the exact ray meets before ``last``; these include every certain hit.
 
         Parameters
         ----------

@@ -20,17 +20,15 @@ from ..tracer import Tracer
 from .judge import CATEGORIES, RIGHT, WRONG_DISTANCE, judge, upper_confidence
 
 KINDS = ("eye", "random", "vertices", "edges")
-# The categories of wrong hits and misses. The category "wrong distance" is not among them: errors
-# of t are counted separately, against their own bound.
+# The categories of wrong hits and misses. Errors of t ("wrong distance") have their own bound.
 WRONG = ("leak", "false hit", "wrong triangle", "unfinished")
 WITHIN_BOUND = "within bound"
 FLIGHT = 1 << 18          # largest number of rays per call, as in a 512 x 512 picture
 UNIT_ROUNDOFF = 2.0 ** -24
-# If a ray may have leaked, `KnownRays._through_the_surface` traces a ring of rays around it.
-# RINGS are the numbers of rays in a ring. A small ring may overlook a gap of the surface between
-# two of its rays, and then reports a false leak. Therefore larger rings test the suspected rays
-# again if there are at most FEW suspected rays. Among more suspected rays, a few false leaks do
-# not matter.
+# The numbers of rays in a ring that `KnownRays._through_the_surface` traces around a ray that may
+# have leaked. A small ring may overlook a gap of the surface between two of its rays, and then
+# reports a false leak. So larger rings test the suspected rays again, if there are at most FEW.
+# Among more suspected rays, a few false leaks do not matter.
 RINGS = (8, 32, 256)
 FEW = 200
 
@@ -41,15 +39,15 @@ class Score:
 
     Attributes
     ----------
-    rays, hits : Number of judged rays, and number of hits with a right triangle. Only these hits
-        have their t compared with the exact t of their triangle.
+    rays, hits : Number of judged rays, and of hits with a right triangle, which have a comparable
+        t.
     wrong : Number of rays with a wrong hit or miss.
     wrong_share, upper_95 : The share of wrong rays, and its upper 95 % confidence bound.
-    counts : Number of rays by category. In the category "wrong distance", the error of t exceeds
-        its float32 error bound. Such a ray does not count as wrong. In the category "within
-        bound", the answer differs from the reference within float32's error bounds.
-    t_ulps : The "median", "99.9 %" and "max" of the error of t in float32 ulps, over all
-        hits with a right triangle. None without such hits.
+    counts : Number of rays by category. In the category "wrong distance", which does not count as
+        wrong, the error of t exceeds its float32 error bound. In the category "within bound", the
+        answer differs from the reference within float32's error bounds.
+    t_ulps : The "median", "99.9 %" and "max" of the error of t in float32 ulps, over all hits with
+        a right triangle. None without such hits.
     t_error, barycentric : The same three numbers for the relative error of t, and for the larger
         of the errors of u and v.
     """
@@ -89,7 +87,7 @@ class Answers:
         return np.logical_or.reduce([self.categories[name] for name in WRONG])
 
     def over(self, bound: float) -> tuple[int, int]:
-        """Return how many rays have a relative error of t above ``bound``, and how many rays are
+        """Return how many rays have a relative error of t above ``bound``, and how many are
         compared."""
         compared = ~np.isnan(self.t_error)
         return int((self.t_error[compared] > bound).sum()), int(compared.sum())
@@ -170,8 +168,8 @@ class KnownRays:
         truth = self.truth
         verdict = judge(self.scene, self.origins, self.directions, hits, reference=truth)
         category, excused = verdict.category.copy(), verdict.within_bound.copy()
-        # If an answer has a wrong distance and a triangle other than the truth's, judge it again
-        # with the exact distance of its triangle. The new category then depends only on the
+        # Judge an answer with a wrong distance and a triangle other than the truth's again, with
+        # the exact distance of its triangle, so that the new category depends only on the
         # triangle.
         other = np.flatnonzero((category == WRONG_DISTANCE) & (hits.triangle != truth.triangle))
         category[other] = self._choice(hits, other)
@@ -182,7 +180,7 @@ class KnownRays:
         categories["wrong distance"] = verdict.category == WRONG_DISTANCE
         categories[WITHIN_BOUND] = excused & ~past
         # An excused answer differs from the truth within the error bounds. Compare its t with the
-        # exact t of the answer's triangle.
+        # exact t of its own triangle.
         own = np.flatnonzero(excused & ~past & hits.hit)
         exact = truth.t.copy()
         exact[own] = self._pairs(own, hits.triangle[own]).t
@@ -199,8 +197,8 @@ class KnownRays:
             self.scene.triangles[triangles], self.origins[rays], self.directions[rays])))
 
     def _choice(self, hits: Hits, rays: np.ndarray) -> np.ndarray:
-        """Return the categories, (k,), of the answers of ``rays``, after the t of each answer was
-        corrected to the exact distance of the answer's triangle."""
+        """Return the categories, (k,), of the answers of ``rays``, with the t of each answer
+        replaced by the exact distance of its triangle."""
         corrected = _part(hits, rays)
         corrected.t = self._pairs(rays, corrected.triangle).t
         return judge(self.scene, self.origins[rays], self.directions[rays], corrected,
@@ -211,14 +209,14 @@ class KnownRays:
 
         If a ray is aimed at an edge, rounding decides whether it hits or misses each of the edge's
         two triangles. But a ray that misses both is a leak, unless the edge is a silhouette edge.
-        To decide, trace a ring of rays around the ray: if all rays of the ring hit nearer than the
-        answer, the answer is a leak.
+        To decide, trace a ring of rays around the ray: the answer is a leak if all rays of the
+        ring hit nearer.
 
-        The ring must be wider than the rounding errors of float32. The watertight test shears a
-        vertex by slopes of at most 1. A coordinate of the sheared vertex is the difference of two
-        terms. Each term is at most M, the largest |vertex - origin|, and has at most 5 roundings.
-        The edge functions add 3 roundings. Across the ray, the error is below 16 u M, where u is
-        the unit roundoff. The radius of the ring is twice this bound.
+        The ring must be wider than the rounding errors of float32. A coordinate of a vertex that
+        the watertight test has sheared is the difference of two terms. Each term is at most M, the
+        largest |vertex - origin|, because slopes are at most 1, and has at most 5 roundings. The
+        edge functions add 3 roundings. Across the ray, the error is below 16 u M, where u is the
+        unit roundoff. The radius of the ring is twice this bound.
         """
         past = np.zeros(len(hits), bool)
         left = np.flatnonzero(self.truth.hit & (hits.triangle != self.truth.triangle)
@@ -227,7 +225,7 @@ class KnownRays:
         origins, directions = (a.astype(np.float64) for a in (self.origins, self.directions))
         reach = np.abs(corners - origins[left, None]).max(axis=(1, 2))
         length = np.linalg.norm(directions[left], axis=1)
-        # Rounding can also make the answer's t too large: subtract a bound of this error.
+        # Rounding can also make the answer's t too large.
         nearest = hits.t[left] - 64 * UNIT_ROUNDOFF * reach / length
         with np.errstate(divide="ignore"):
             width = 32 * UNIT_ROUNDOFF * reach / (self.truth.t[left] * length)
@@ -237,8 +235,7 @@ class KnownRays:
         for ring in RINGS:
             if len(left) > FEW and ring != RINGS[0]:
                 break
-            # Trace two opposite rays first: at a silhouette edge, one of the two usually misses,
-            # and then the answer is no leak.
+            # Trace two opposite rays first: at a silhouette edge, one of them usually misses.
             for turns in (np.arange(2) / 2, np.arange(ring) / ring):
                 if not len(left):
                     return past
@@ -268,8 +265,7 @@ def check_kinds(kinds: Sequence[str]) -> None:
 
 
 def bytes_in_flight(tracer: Tracer, rays: int = FLIGHT) -> int:
-    """Return the texture bytes with ``rays`` rays in flight, computed from the tracer's last
-    call."""
+    """Return the texture bytes with ``rays`` rays in flight, from the tracer's last call."""
     tables = sum(tracer.statistics.table_bytes.values())
     texels = max(1, tracer.statistics.rays)
     return tables + round((tracer.statistics.texture_bytes - tables) * rays / texels)

@@ -24,9 +24,8 @@ FLIP_MISSING = f"FLIP needs the package flip-evaluator; {how_to_install('figures
 
 
 class Yardstick:
-    """A scene's rays with their hits as the float64 reference finds them, and a reference picture.
-
-    All measurements of the scene share these rays and this picture.
+    """A scene's rays with their hits as the float64 reference finds them, and a reference picture,
+    for all measurements of the scene.
 
     Parameters
     ----------
@@ -65,20 +64,19 @@ class Yardstick:
 
         Parameters
         ----------
-        timing : returns a context manager. The timed traces run within this context, and so does
-            an untimed trace before them
+        timing : returns a context manager, in which the timed traces run, after an untimed
+            trace of each kind of rays
 
         Returns
         -------
         dict
             ``method``, ``precision`` and ``options`` name the candidate, and ``rays`` is the
             number of rays of each kind. ``kinds`` has an entry for each kind of rays: the score
-            (`known_rays.Score`), ``seconds`` (median time of only the passes),
-            ``rays_per_second`` and ``passes``. ``all`` is such an entry for all kinds together.
-            ``texture_bytes`` is the size of all textures. ``image`` compares a picture with the
-            reference picture: ``rmse``, ``differing`` (share of pixels that differ by more than
-            1/255), and ``flip`` (the mean FLIP, or None). ``image`` is None if drawing the picture
-            would take minutes
+            (`known_rays.Score`), ``seconds`` (median time of only the passes), ``rays_per_second``
+            and ``passes``. ``all`` is such an entry for all kinds together. ``texture_bytes`` is
+            the size of all textures. ``image`` compares a picture with the reference picture:
+            ``rmse``, ``differing`` (share of pixels that differ by more than 1/255), and ``flip``
+            (the mean FLIP, or None). ``image`` is None if drawing would take minutes
         """
         with_cap, known = self._capped(method, options), self.rays(self._most(method))
         row: dict[str, Any] = {"method": method, "precision": _precision(options),
@@ -101,9 +99,8 @@ class Yardstick:
         return row
 
     def _capped(self, method: str, options: Mapping[str, Any]) -> dict[str, Any]:
-        """Return the options, with a step cap added if the options lower the accuracy.
-
-        Low precision can send a ray around an endless loop. The cap is STEP_ROOM times the largest
+        """Return the options, with a step cap added if they lower the accuracy, because low
+        precision can send a ray around an endless loop. The cap is STEP_ROOM times the largest
         number of steps of a ray at full accuracy.
         """
         table = option_table(method)
@@ -210,8 +207,8 @@ def _flip_evaluator() -> Any:
 
 
 def _flip(reference: np.ndarray, picture: np.ndarray) -> float | None:
-    """Return the mean FLIP of two sRGB pictures at FLIP's default viewing distance; None if the
-    package is not installed. FLIP measures visible differences (Andersson et al. 2020)."""
+    """Return the mean FLIP, a measure of visible differences (Andersson et al. 2020), of two sRGB
+    pictures at the default viewing distance; None if the package is not installed."""
     evaluator = _flip_evaluator()
     if evaluator is None:
         return None

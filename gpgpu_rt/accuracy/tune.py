@@ -1,24 +1,23 @@
 """Tune: find the fastest method, schedule, precision and options within error bounds on a scene.
 
-A candidate is a method with values for its knobs, which are the options that the search may
-change. The search has four stages:
+A candidate is a method with values for its knobs, the options that the search may change. The
+search has four stages:
 
 1. Time every method with its default options on a few rays. Far slower methods are tried last.
-2. Speed knobs do not change the hits. Try them one after another on each method that is not far
-   slower, and keep the best few candidates (beam search).
-3. Combine the best candidates with the options that change the accuracy. Drop a combination if
-   its errors on some thousand rays already exceed the bounds. Time the faster half of the
-   remaining candidates on more and more rays (successive halving).
-4. Test the candidates in order of speed, each on at least as many rays as the proof needs.
-   Confirm the result on as many new rays, because the rays that selected a candidate favour it.
+2. Try the speed knobs, which do not change the hits, one after another on each method that is not
+   far slower, and keep the best few candidates (beam search).
+3. Combine the best candidates with the options that change the accuracy. Drop a combination if its
+   errors on some thousand rays already exceed the bounds. Time the faster half of the remaining
+   candidates on more and more rays (successive halving).
+4. Test the candidates in order of speed, each on at least as many rays as the proof needs. Confirm
+   the result on as many new rays, because the rays that selected a candidate favour it.
 
 By default the search runs twice: for coherent rays, timed on eye rays, and for incoherent rays,
 timed on random rays. A tracer picks one of the two results according to its rays. With a bound on
-bytes, or without eye or random rays, the search runs once (`Promise.split`). A time is the median
-of several runs in one process, in which candidates alternate. Two assumptions let the search skip
-most combinations of options. A candidate that is slower at default accuracy is slower at any
+bytes, or without eye or random rays, the search runs once (`Promise.split`). Two assumptions let
+the search skip most combinations. A candidate that is slower at default accuracy is slower at any
 accuracy. If a value of an option exceeds the error bounds with all other accuracy options at their
-defaults, it exceeds the bounds in every combination.
+defaults, it exceeds them in every combination.
 """
 from __future__ import annotations
 
@@ -41,8 +40,8 @@ from .error_targets import ALL, Finding, Promise
 from .known_rays import KnownRays, bytes_in_flight
 from .tuning_results import Search, Trial, Tuning
 
-# Numbers of rays for the first timing, for most timings, and for the last timing. They are square
-# numbers, so that the rays fill square textures.
+# Numbers of rays for the first timing, for most timings, and for the last timing: square numbers,
+# so that the rays fill square textures.
 PROBE, SCREEN, FIELD = 1 << 10, 1 << 14, 1 << 16
 FAR_BEHIND = 4.0      # a method this many times slower than the fastest, on PROBE rays: tried last
 BEHIND = 2.0          # a candidate this many times slower than the fastest is tried later
@@ -62,11 +61,11 @@ def tune(scene: Scene, promise: Promise, rays: int | None = None, seed: int = 0,
     ----------
     scene : Scene
     promise : the bounds
-    rays : number of rays for the proof, and number of new rays for the confirmation. The tuner
-        raises the number if it is too small for the proof
+    rays : number of rays for the proof, and number of new rays for the confirmation; raised if it
+        is too small for the proof
     seed : seed of all rays
-    budget : seconds for all searches together. After this time the tuner tries no new candidate
-        and proves the fastest known candidates. Half of the time is for speed options
+    budget : seconds for all searches together, half of them for speed options. After this time the
+        tuner tries no new candidate and proves the fastest known candidates
     names : methods to try; None for all methods
     report : called with each line about progress
     """
@@ -90,8 +89,8 @@ def tune(scene: Scene, promise: Promise, rays: int | None = None, seed: int = 0,
 def keeps(found: Choice, scene: Scene, seed: int) -> bool:
     """Return whether a choice keeps its error bounds on new rays, which ``seed`` determines.
 
-    As many rays are traced as in the proof. The bounds are compared with the measured shares of
-    wrong hits and of large errors, not with the confidence bounds of these shares.
+    As many rays are traced as in the proof. The bounds apply to the measured shares of wrong hits
+    and of large errors, not to their confidence bounds.
     """
     asked, measured = found.promise, found.measured
     known = KnownRays(scene, measured["rays"], seed, asked["kinds"])
@@ -119,9 +118,7 @@ class _Searcher:
 
     def _enough(self, rays: int | None) -> int:
         """Return ``rays``, or the number of rays that the proof needs if this number is larger.
-
-        The factor 0.9 reduces the share of rays whose t can be compared, because the t of a wrong
-        hit is not compared.
+        The factor 0.9 allows for wrong hits, whose t is not compared.
         """
         hit_share = float(self._rays(SCREEN).truth.hit.mean())
         needed = self.promise.rays_needed(0.9 * hit_share)
@@ -148,9 +145,8 @@ class _Searcher:
     # The stages -----------------------------------------------------------------------------
 
     def _waves(self, names: list[str]) -> Any:
-        """Yield lists of trials with default accuracy, the fastest first.
-
-        The trials of far slower methods come last, and their speed options are not tuned.
+        """Yield lists of trials with default accuracy, the fastest first. Far slower methods come
+        last, and their speed options are not tuned.
         """
         self.report(f"{len(names)} methods on {PROBE:,} rays")
         probed = self._timed([Candidate(name) for name in names], PROBE, FEW_RUNS)
@@ -166,7 +162,7 @@ class _Searcher:
         best: list[Trial] = []
         for trial in near:
             best += self._beam(trial.candidate)
-        # Time the best again in alternation, because other processes may have slowed some of them.
+        # Time the best again in alternation: other processes may have slowed some of them.
         fit = [t for t in self._timed([t.candidate for t in best], SCREEN, RUNS) if not t.misses]
         close = [t for t in fit if BEHIND * t.rays_per_second >= fit[0].rays_per_second]
         for part in (close, [t for t in fit if t not in close], far):
@@ -188,9 +184,8 @@ class _Searcher:
         return beam
 
     def _settle(self, wave: list[Trial]) -> Trial | None:
-        """Return the fastest trial that keeps the bounds, or None.
-
-        The trials combine the candidates of a wave with accuracy options.
+        """Return the fastest trial that keeps the bounds, or None, among combinations of the
+        candidates of a wave with accuracy options.
         """
         alive: list[Candidate] = []
         for method in dict.fromkeys(t.candidate.method for t in wave):
@@ -208,8 +203,8 @@ class _Searcher:
     def _hopeful(self, config: Candidate) -> list[dict[str, Any]]:
         """Return the combinations of accuracy options that may keep the bounds.
 
-        A combination is dropped if its errors on some thousand rays already exceed the bounds. A
-        value that fails by itself is not tried in combinations.
+        A combination is dropped if its errors on some thousand rays already exceed the bounds, or
+        if a value fails by itself.
         """
         combinations: list[dict[str, Any]] = [{}] if self._screen(config) else []
         survivors = []
@@ -226,10 +221,8 @@ class _Searcher:
 
     def _relaxed(self, config: Candidate, change: dict[str, Any]) -> Candidate:
         """Return the candidate with changed accuracy options, and with a step cap unless only the
-        intersection test changes.
-
-        Low precision can send a ray around an endless loop. The default cap is as large as the
-        structure and would end such a ray late.
+        intersection test changes. Low precision can send a ray around an endless loop. The default
+        cap, as large as the structure, would end it late.
         """
         if set(change) <= {"intersection"}:
             return config.changed(**change)
@@ -254,9 +247,7 @@ class _Searcher:
 
     def _screen(self, candidate: Candidate) -> bool:
         """Return whether a candidate may keep the bounds: its errors on some thousand rays do not
-        rule it out.
-
-        Fewer rays are tried first, because they rule out most of the bad candidates.
+        rule it out. Most bad candidates fail on the fewer rays that come first.
         """
         trial = self._trial(candidate)
         self.report(f"{candidate}: screening")
@@ -320,9 +311,8 @@ class _Searcher:
             return None
 
     def _find(self, trial: Trial, known: KnownRays) -> Finding | None:
-        """Return the errors of a trial's candidate on known rays; None if it cannot run.
-
-        Two candidates often give the same bits; such answers are judged only once.
+        """Return the errors of a trial's candidate on known rays; None if it cannot run. Answers
+        with the same bits, which are frequent, are judged only once.
         """
         tracer = self._open(trial)
         if tracer is None:
@@ -350,10 +340,8 @@ class _Searcher:
         return self.trials.setdefault(candidate, Trial(candidate))
 
     def _rays(self, count: int, turn: int = 0, kinds: tuple[str, ...] | None = None) -> KnownRays:
-        """Return known rays of the kinds of the promise, or of ``kinds``.
-
-        ``turn`` is 0 for the search, 1 for the proof and 2 for the confirmation. The rays of the
-        three turns have different seeds.
+        """Return known rays of the kinds of the promise, or of ``kinds``. ``turn`` is 0 for the
+        search, 1 for the proof and 2 for the confirmation, with different seeds.
         """
         key = (count, turn, self.promise.kinds if kinds is None else kinds)
         if key not in self._known:

@@ -39,17 +39,15 @@ class Trial:
         return self.rates[max(self.rates)] if self.rates else 0.0
 
     def times_slower(self, other: Trial) -> float | None:
-        """Return how many times slower this trial is than another.
-
-        The rates are compared at the largest number of rays with which both trials were timed. The
-        result is None if there is no such number.
+        """Return how many times slower this trial is than another, at the largest number of rays
+        with which both were timed; None if there is no such number.
         """
         common = set(self.rates) & set(other.rates)
         return other.rates[max(common)] / self.rates[max(common)] if common else None
 
     def compare(self, chosen: Trial) -> None:
-        """Set the outcome to "slower", unless the times say that this trial is faster than the
-        chosen trial. Call this for a trial that was not tried for a proof."""
+        """Set the outcome of a trial without proof to "slower", unless its times are faster than
+        the chosen trial's."""
         slower = self.times_slower(chosen)
         if slower is not None and slower < 1:
             self.note = self.note or f"{1 / slower:.2f} times faster where both were timed"
@@ -95,9 +93,8 @@ class Search:
 
     @property
     def closest(self) -> Trial | None:
-        """The trial that comes nearest to keeping the bounds; None if no trial missed a bound.
-
-        A trial is judged by its largest ratio in ``misses``.
+        """The trial that comes nearest to keeping the bounds, by its largest ratio in ``misses``;
+        None if no trial missed a bound.
         """
         missed = [t for t in self.trials if t.misses]
         return min(missed, key=lambda t: max(t.misses.values()), default=None)

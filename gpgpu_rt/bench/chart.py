@@ -54,7 +54,7 @@ def draw(found: Sequence[tuple[str, str, list[Entry]]], path: str, about: str) -
 
 
 def _axis(entries: Sequence[Entry]) -> str:
-    """Return the label of the axis. If there is no verdict, the label includes the reason."""
+    """Return the label of the axis, with the reason if there is no verdict."""
     over = ("; in brackets, divided by the rate of embreex on one thread"
             if any(entry.over for entry in entries) else "")
     noise = too_noisy(entries)

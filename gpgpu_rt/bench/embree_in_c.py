@@ -1,9 +1,8 @@
 """Embree in C: Embree's packets of rays, called from a small C program on several threads.
 
-The program is compiled when it is first needed. Compiling needs Embree's headers and library
-(Debian and Ubuntu: libembree-dev) and a C compiler. Rays are brought into Embree's layout before
-the clock starts, and one call traces all rays. So the times contain neither Python nor a change of
-layout.
+The program is compiled when it is first needed, with Embree's headers and library (Debian and
+Ubuntu: libembree-dev) and a C compiler. Rays are brought into Embree's layout before the clock
+starts, and one call traces all rays, so the times contain neither Python nor a change of layout.
 """
 from __future__ import annotations
 
@@ -96,7 +95,7 @@ def _library() -> ctypes.CDLL:
 def packets(width: int, threads: int) -> Callable[[Scene, Workload], Callable[[], np.ndarray]]:
     """Return a function that prepares Embree for packets of ``width`` rays: 16, 8 or 1.
 
-    Embree is told that the rays are coherent, or that they are not, whichever is faster.
+    Embree is told that the rays are coherent or incoherent, whichever is faster.
     """
     def prepare(scene: Scene, rays: Workload) -> Callable[[], np.ndarray]:
         library, tracer = _library(), (ctypes.c_void_p * 2)()
@@ -131,14 +130,13 @@ def packets(width: int, threads: int) -> Callable[[Scene, Workload], Callable[[]
 
 
 def laid_out(rays: Workload, width: int) -> np.ndarray:
-    """Return the rays in blocks of Embree's record, (blocks, FIELDS, width) float32.
-
-    The last block is filled with rays that hit nothing.
+    """Return the rays in blocks of Embree's record, (blocks, FIELDS, width) float32. Rays that hit
+    nothing fill the last block.
     """
     n = len(rays.origins)
     blocks = -(-n // width)
     fields = np.zeros((blocks * width, FIELDS), np.float32)
     fields[:n, 0:3], fields[:n, 4:7], fields[:n, 8] = rays.origins, rays.directions, rays.ends
-    fields[n:, 4], fields[n:, 8] = 1, -1    # these rays end before they start
+    fields[n:, 4], fields[n:, 8] = 1, -1    # they end before they start
     fields[:, 9] = np.full(1, 0xFFFFFFFF, np.uint32).view(np.float32)   # mask: all bits
     return np.ascontiguousarray(fields.reshape(blocks, width, FIELDS).transpose(0, 2, 1))

@@ -1,7 +1,6 @@
 """Engines: other ray tracers of today, with which this package is compared on the same rays.
 
-Every engine is optional. An engine that is not installed or cannot be imported is left out, and
-the bench reports why.
+An engine that is not installed or cannot be imported is left out, and the bench reports why.
 """
 from __future__ import annotations
 
@@ -22,8 +21,7 @@ from ..threads import cores
 from . import embree_in_c
 from .workloads import Workload
 
-# Traces all rays. Returns the triangle that each ray hits or -1, (n,) int; or whether each ray
-# hits any triangle, (n,) bool.
+# Traces all rays. Returns each ray's triangle or -1, (n,) int; or whether it hits any, (n,) bool.
 Run = Callable[[], np.ndarray]
 CORES = cores()
 # trimesh's own engine gets blocks of this many rays. It tests all triangles near a ray's line,
@@ -45,7 +43,7 @@ class Engine:
     ends : whether the engine accepts rays with an end, such as shadow rays
     threads : number of threads
     tile : (width, height) in pixels of the image's tiles; the engine gets the rays tile by tile
-    robust : whether the engine runs in a mode that promises that no ray leaks at an edge or vertex
+    robust : whether the engine promises that no ray leaks at an edge or vertex
     absent : a function that returns the reason why the engine cannot run, or ""; None to look for
         the modules
     """
@@ -62,14 +60,14 @@ class Engine:
 
     @property
     def missing(self) -> str:
-        """The reason why the engine cannot run, such as "embreex is not installed"; "" if it can
-        run."""
+        """The reason why the engine cannot run, such as "embreex is not installed"; "" if it
+        can."""
         if self.absent is not None:
             return self.absent()
         return next(filter(None, map(_absent, self.modules)), "")
 
 
-@functools.cache     # because a second failed import would take as long as the first
+@functools.cache     # a second failed import would take as long as the first
 def _absent(module: str) -> str:
     """Return the reason why a module cannot be imported; "" if it can be imported."""
     package = module.partition(".")[0]
@@ -167,8 +165,7 @@ def _mitsuba(threads: int) -> Callable[[Scene, Workload], Run]:
 
 
 def _named_version(package: str) -> str:
-    """Return the name of a Python package with its installed version; the name alone if the
-    package is not installed."""
+    """Return the name of a Python package, with its version if it is installed."""
     try:
         return f"{package} {importlib.metadata.version(package)}"
     except importlib.metadata.PackageNotFoundError:

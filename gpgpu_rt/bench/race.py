@@ -1,7 +1,7 @@
 """The race: methods and engines trace the same rays, one after another, in several rounds.
 
-A round gives for each method or engine the ratio of its rate to embreex's rate in this round. A
-busy machine slows all entries of a round, so these ratios vary less than the rates.
+A round gives for each entry, a method or engine, the ratio of its rate to embreex's rate in this
+round. A busy machine slows all entries of a round, so these ratios vary less than the rates.
 """
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ from ..tracer import Tracer
 from .engines import EMBREE, ENGINES, Engine
 from .workloads import Workload, load, told, workload
 
-# Times are uncertain if the slowest run took more than this many times as long as the fastest. If
-# embreex's times are uncertain, there is no verdict.
+# Times are uncertain if the slowest run took more than this many times as long as the fastest;
+# without certain times of embreex, there is no verdict.
 NOISY = 1.5
 WORK = ("nodes_visited", "leaves_visited", "triangles_tested")      # the counters of `Entry.work`
 
@@ -34,11 +34,11 @@ class Entry:
     ----------
     name, options : The method and its options; an engine has no options.
     rays : Number of rays that the entry traces in a round.
-    seconds : Time in each round. For a method, this is the time of its passes and of sorting rays
-        on the host; for an engine, it is the time of its call.
+    seconds : Time in each round: of a method's passes and of sorting rays on the host, or of an
+        engine's call.
     wall_seconds : Time in each round, from rays in numpy arrays to hits in numpy arrays.
-    over : For each round, the entry's rate divided by the baseline's rate. The entry's rate is
-        computed from ``seconds``. The baseline is embreex on one thread.
+    over : For each round, the entry's rate, computed from ``seconds``, divided by the rate of the
+        baseline, embreex on one thread.
     over_wall : As ``over``, but with the entry's rate computed from ``wall_seconds``.
     bytes_a_triangle : Size of a method's tables, divided by the number of triangles.
     work : Name of a counter -> its number per ray; empty if the race counts no work. The number of
@@ -86,7 +86,7 @@ class Entry:
 
     def verdict(self) -> str:
         """Return "faster" or "slower" than the baseline if all rounds agree, else "not told
-        apart"; "" if there is no comparison."""
+        apart"; "" without a comparison."""
         if not self.over or self.name == EMBREE:
             return ""
         if min(self.over) > 1:
@@ -104,9 +104,8 @@ class Entry:
 def ranked(entries: Sequence[Entry]) -> list[Entry]:
     """Return the entries in order of speed, the fastest first.
 
-    The order follows the median ratio to embreex's rate, because the verdict is based on the same
-    ratios. Without embreex the order follows the rate. The two orders may differ, because a busy
-    moment of the machine slows all entries of a round.
+    The order follows the median ratio to embreex's rate, as does the verdict; without embreex it
+    follows the rate.
     """
     return sorted(entries, key=lambda entry: -(
         statistics.median(entry.over) if entry.over else entry.rays_per_second))
@@ -133,8 +132,8 @@ def race(scene: str, kind: str, candidates: Sequence[tuple[str, dict[str, Any]]]
     Returns
     -------
     list of Entry
-        candidates, then engines, in the given order. The ratios compare with embreex on one
-        thread. Without embreex, the lists of ratios are empty.
+        candidates, then engines, in the given order. Without embreex, the lists of ratios are
+        empty.
 
     Raises
     ------
@@ -184,8 +183,8 @@ def _work(tracer: Tracer, rays: Workload, options: dict[str, Any]) -> dict[str, 
     with tracer.counting():
         rays.trace(tracer)
         means = tracer.statistics.counters
-    # The means are over all pixels, also over pixels without a ray. Each ray of a packet has the
-    # counts of the whole packet (drivers/packet_hits.frag).
+    # The means are over all pixels, also without a ray. Each ray of a packet has the counts of the
+    # whole packet (drivers/packet_hits.frag).
     shared = math.prod(tracer.method.resolved(options)["packet"]) if tracer.method.packet else 1
     return {name: means[name] * len(rays.origins) / (rays.live * shared) for name in WORK}
 

@@ -1,5 +1,7 @@
-"""Workloads: the rays that measurements trace. The rays after a bounce are made from the hits of
-the rays before the bounce. Each workload is made once for all measurements."""
+"""Workloads: the rays that measurements trace, each made once for all measurements.
+
+Bounced rays are made from the hits of the rays before the bounce.
+"""
 from __future__ import annotations
 
 import functools
@@ -47,8 +49,8 @@ class Workload:
 
     @functools.cached_property
     def has_ray(self) -> np.ndarray:
-        """(n,) bool, whether each pixel has a ray. A tracer treats the other pixels as misses. The
-        ray tracers that the bench compares with (engines.py) are given only pixels with a ray."""
+        """(n,) bool, whether each pixel has a ray. A tracer treats other pixels as misses; engines
+        (engines.py) are given only pixels with a ray."""
         return ((np.isfinite(self.origins) & np.isfinite(self.directions)).all(axis=1)
                 & self.directions.any(axis=1))
 
@@ -108,8 +110,7 @@ def diffuse(bounces: int) -> str:
 
 
 def bounced(kind: str, bounces: int) -> str:
-    """Return the name of the rays after ``bounces`` bounces of a kind. The rays after 0 bounces
-    are the eye rays."""
+    """Return the name of the rays after ``bounces`` bounces of a kind; 0 bounces are eye rays."""
     return f"{kind} {bounces}" if bounces else EYE
 
 
@@ -122,10 +123,10 @@ def told(name: str) -> str:
 def workload(scene: str, name: str, size: int) -> Workload:
     """Return the workload with this name, for an image of ``size`` x ``size`` pixels.
 
-    The names are ``eye rays``, ``shadow rays``, ``mirror rays 2``, ``diffuse rays 2`` and
-    ``random rays``. The number after mirror and diffuse rays is the number of bounces. For mirror
-    rays, all surfaces are mirrors; for diffuse rays, all surfaces are diffuse. A random ray starts
-    at a random point in the scene's box and has a random direction.
+    The names are ``eye rays``, ``shadow rays``, ``mirror rays 2``, ``diffuse rays 2`` (the
+    number counts bounces) and ``random rays``. For mirror rays, all surfaces are mirrors; for
+    diffuse rays, all are diffuse. A random ray starts at a random point in the scene's box and has
+    a random direction.
     """
     if name == EYE:
         origins, directions = load(scene).camera.rays((size, size))
@@ -142,9 +143,7 @@ def workload(scene: str, name: str, size: int) -> Workload:
 
 
 def _shadows(scene: Scene, seen: Workload, hits: Hits) -> Workload:
-    """Return a ray to the light from each hit whose surface faces the light.
-
-    A surface that faces away is dark and needs no ray.
+    """Return a ray to the light from each hit whose surface faces the light; other hits are dark.
     """
     light = np.asarray(scene.light.position, np.float32)
     points, normals = _surfaces(scene, seen, hits)
@@ -189,10 +188,8 @@ def _surfaces(scene: Scene, seen: Workload, hits: Hits) -> tuple[np.ndarray, np.
 
 @functools.lru_cache(maxsize=8)
 def _hits(scene: str, name: str, size: int) -> Hits:
-    """Return the hits of a workload.
-
-    All methods find the same hits. The method here is kd-short-stack, because other kd-tree
-    methods that are measured use the same cached tree.
+    """Return the hits of a workload, by kd-short-stack, whose cached tree the other measured
+    kd-tree methods use.
     """
     with Tracer(load(scene), "kd-short-stack") as tracer:
         found = workload(scene, name, size).trace(tracer)

@@ -1,6 +1,5 @@
-// Brute force: every ray tests every triangle, one triangle per step. Foley and Sugerman, "KD-Tree
-// Acceleration Structures for a GPU Raytracer", Graphics Hardware 2005, measure this method as "Brute"
-// (survey, Figure 12).
+// Brute force: every ray tests every triangle, one triangle per step ("Brute" in Foley and Sugerman,
+// "KD-Tree Acceleration Structures for a GPU Raytracer", Graphics Hardware 2005; survey, Figure 12).
 
 uniform int triangle_count;
 

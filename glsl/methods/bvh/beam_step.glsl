@@ -1,7 +1,7 @@
-// A beam bounds neighbouring rays. This file makes one step of the beam, at a node of a threaded BVH. The
-// beam skips a node that it misses. It descends into an inner node that at least about half of the beam's
-// rays meet, but never into a subtree that octants share (a portal, see bvh_nodes.glsl). At every other
-// node the beam stops. This node becomes an entry, at which the rays of the beam begin their own search.
+// One step of a beam, which bounds neighbouring rays, at a node of a threaded BVH. The beam skips a node
+// that it misses. It descends into an inner node that at least about half of its rays meet, but never into
+// a subtree that octants share (a portal, see bvh_nodes.glsl). Every other node becomes an entry, at which
+// the rays of the beam begin their own search.
 
 #include "core/quantised.glsl"
 #include "methods/bvh/bvh_nodes.glsl"

@@ -1,11 +1,9 @@
-// Reads the nodes of a threaded BVH. Nodes are float texels or quantised texels, and kernels read the two
-// kinds by the same functions.
+// Reads the nodes of a threaded BVH, from float texels or quantised texels, by the same functions.
 //
-// The field `first` is the first triangle of a leaf, -1 at an inner node, and less than -1 at a portal. A
-// portal leads to a subtree that octant copies share (shared_subtrees.glsl).
+// The field `first` is the first triangle of a leaf, -1 at an inner node, and less than -1 at a portal,
+// which leads to a subtree that octant copies share (shared_subtrees.glsl).
 
 // Encode the number of the first node below a portal as the portal's field `first`, or decode this field.
-// The function is its own inverse.
 int portal_code(int node) {
     return -2 - node;
 }

@@ -6,10 +6,10 @@
 //
 // Departures: in the paper a warp traces the packet, and votes are reductions in shared memory. Here one
 // fragment traces the packet, and votes are sums. A packet walks once for each group of rays that agree in
-// direction, called a turn (drivers/packet_turns.glsl). A long walk pauses (core/lockstep.glsl). Options
-// choose the files behind <box_tests> and <entry>. With `interval_test` one test of a box by interval
-// arithmetic serves all rays of the packet (drivers/boxes_by_interval.glsl). With `entry_points` the packet
-// begins where a beam entered the tree (methods/bvh/entry_stack.glsl).
+// direction, called a turn (drivers/packet_turns.glsl). A long walk pauses (core/lockstep.glsl). With
+// `interval_test` one test of a box by interval arithmetic serves all rays of the packet
+// (drivers/boxes_by_interval.glsl, the file <box_tests>). With `entry_points` the packet begins where a
+// beam entered the tree (methods/bvh/entry_stack.glsl, the file <entry>).
 
 #include "methods/bvh/packet_common.glsl"
 #include "methods/bvh/bvh_pairs.glsl"
@@ -48,7 +48,7 @@ void test_boxes(int r) {
 }
 
 // Visit an inner node: move on to the child that the packet enters first, or to NOTHING if no ray is in a
-// child. Return the other child if a ray is in the other child's box as well, else NOTHING.
+// child. Return the other child if a ray is in its box, else NOTHING.
 int visit() {
     COUNT(nodes_visited);
     ++steps;
@@ -71,8 +71,8 @@ int visit() {
 
 bool on;   // the walk goes on
 
-// Walk from `node` to the next leaf. If the packet enters no child of a node, pop a node from the
-// stack. Stop after `most` pairs of boxes.
+// Walk from `node` to the next leaf, but test at most `most` pairs of boxes. If the packet enters no child
+// of a node, pop a node from the stack.
 void walk_on(int most) {
     on = true;
     int pause = min(step_limit, steps + most);
@@ -94,7 +94,7 @@ void walk_on(int most) {
 }
 
 // Test the triangles of a leaf, pop the next node, and walk on towards the next leaf. Return false when the
-// rays of the turn have finished, or when the packet has reached the step limit.
+// rays of the turn have finished, or at the step limit.
 bool step_packet() {
     on = on && steps < step_limit;
     if (on && is_leaf(node)) {

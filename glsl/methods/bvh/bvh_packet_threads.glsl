@@ -1,7 +1,7 @@
-// bvh-packet with `octants`: a packet walks along escape indices and needs no stack. The packet walks the
-// copy of the tree that is threaded front to back for the direction octant of its turn (Thrane and Simonsen
-// 2005; survey, section 3.5, Figure 19). A packet enters an inner node if any ray is in the node's box.
-// Otherwise it follows the node's escape index.
+// bvh-packet with `octants`: a packet walks along escape indices and needs no stack. It walks the copy of
+// the tree that is threaded front to back for the direction octant of its turn (Thrane and Simonsen 2005;
+// survey, section 3.5, Figure 19). A packet enters an inner node if any ray is in the node's box. Otherwise
+// it follows the node's escape index.
 //
 // Options choose the files behind <box_tests> (packet_common.glsl), <entry> and <subtrees>. With
 // `entry_points` the packet begins where a beam entered the tree and jumps over nodes that the beam misses
@@ -31,8 +31,7 @@ void test_box(int r) {
     any_in = any_in || interval.x <= interval.y;
 }
 
-// Visit a node and move on to the next node. Return the first triangle of a leaf that a ray is in, else a
-// negative number.
+// Visit a node and move on. Return the first triangle of a leaf that a ray is in, else a negative number.
 int visit() {
     COUNT(nodes_visited);
     ++steps;
@@ -67,8 +66,7 @@ void walk_on(int most) {
 }
 
 // Test the triangles of a leaf, then walk on towards the next leaf. `begin_turn` has already walked to the
-// first leaf that a ray is in, if there is such a leaf, so the first call begins with its triangles. Return
-// false when the rays of the turn have finished, or when the packet has reached the step limit.
+// first leaf. Return false when the rays of the turn have finished, or at the step limit.
 bool step_packet() {
     bool on = steps < step_limit;
     if (on && leaf >= 0) {

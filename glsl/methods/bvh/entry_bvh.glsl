@@ -1,12 +1,11 @@
-// Finds the entry points of a tile of rays in a threaded BVH, after Reshetov, Soupikov, Hurley,
-// "Multi-Level Ray Tracing Algorithm", SIGGRAPH 2005 (see stages/entry_points.frag). A beam bounds the rays
-// of the tile. It descends into the nodes that it meets, as a ray does. Three kinds of nodes that it meets
-// become entries: leaves, portals of shared subtrees, and nodes that fewer than about half of the beam's
-// rays meet. The beam does not descend into entries. If the list is full, or the beam has visited
-// MOST_VISITS nodes, the last entry stands for the whole rest of the walk.
+// Finds the entry points of a tile of rays in a threaded BVH, after Reshetov et al. 2005 (see
+// stages/entry_points.frag). A beam bounds the rays of the tile and descends into the nodes that it meets.
+// Leaves, portals of shared subtrees, and nodes that fewer than about half of the beam's rays meet become
+// entries instead. If the list is full, or the beam has visited MOST_VISITS nodes, the last entry stands
+// for the whole rest of the walk.
 //
-// Departure: a tile has a list of nodes, whereas a tile of the paper has one node. In a BVH, a single node
-// for all rays of a tile would often be the root.
+// Departure: a tile has a list of nodes, in the paper one node. In a BVH, a single node for all rays of a
+// tile would often be the root.
 
 #include "methods/bvh/beam_step.glsl"
 

@@ -1,5 +1,5 @@
-// The links of a packet's entry, in a walk with a stack. The links are the content of the stack at the
-// start of the walk, with link_1 at the bottom.
+// The links of a packet's entry, in a walk with a stack: the content of the stack at the start of the walk,
+// with link_1 at the bottom.
 
 #include "drivers/packet_entry.glsl"
 

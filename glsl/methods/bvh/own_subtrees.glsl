@@ -1,5 +1,5 @@
-// A threaded BVH that stores each octant copy in full and shares no subtree. This file replaces
-// shared_subtrees.glsl. These functions do not use `after`, so the compiler removes `after`.
+// A threaded BVH that stores each octant copy in full: replaces shared_subtrees.glsl. The compiler removes
+// `after`.
 
 int no_way_out;
 

@@ -1,10 +1,9 @@
 // The shared part of all packet walks through a BVH: the turns of the rays (drivers/packet_turns.glsl), and
-// the tests of a leaf's triangles. The walks are in bvh_packet.glsl (with a stack) and
-// bvh_packet_threads.glsl (along escape indices).
+// the tests of a leaf's triangles. The walks, bvh_packet.glsl (with a stack) and bvh_packet_threads.glsl
+// (along escape indices), define `start_walk`, `walk_on` and `step_packet`.
 //
 // Options choose the files in drivers/ behind <triangle_tests> (triangle_by_ray or triangle_by_axes),
-// <box_tests> (boxes_by_ray or boxes_by_interval) and <culling> (cull_nothing or vertex_culling). A walk
-// defines `start_walk`, `walk_on` and `step_packet`.
+// <box_tests> (boxes_by_ray or boxes_by_interval) and <culling> (cull_nothing or vertex_culling).
 
 #define PRESENT(r) (rays[r].t_min < NEVER)
 
@@ -65,8 +64,7 @@ void leave_ray(int r) {
     any_left = any_left || rays[r].t_min < NEVER;
 }
 
-// Test the triangles of a leaf. Return false when all rays are settled, or when the packet has reached the
-// step limit.
+// Test the triangles of a leaf. Return false when all rays are settled, or at the step limit.
 bool intersect(int first) {
     COUNT(leaves_visited);
     int next = first;

@@ -1,5 +1,4 @@
-// The step of a ray in a packet walk through a BVH, under the schedule `step`. A ray has no walk of its own,
-// because the packet walks.
+// The step of a ray in a packet walk through a BVH, under the schedule `step`. Only the packet walks.
 
 #include "drivers/packet_turns.glsl"
 

@@ -1,15 +1,15 @@
 // The shared part of all packet walks through a BVH under the schedule `step`: the choice of the next turn,
 // and the advance past each tested triangle of a leaf. The rays of a turn walk together
-// (drivers/packet_turns.glsl). The walks are in packet_steps_stack.glsl and packet_steps_threads.glsl. A walk
-// defines these functions:
+// (drivers/packet_turns.glsl). The walks, packet_steps_stack.glsl and packet_steps_threads.glsl, define
+// these functions:
 //   `clear_place`, `load_place` and `store_place` handle the fields that a walk needs besides the node.
 //   `go_on` continues at `node`, with a pop, or with the end of the walk.
 //   `leave_leaf` continues after the last triangle of a leaf.
 //   `traverse`, a kernel, visits a node. A walk may define further kernels.
 //
-// The field `turns` has a bit for each octant whose walk has not ended. With INTERVAL_TEST,
-// drivers/boxes_by_interval.glsl limits a turn to rays that begin near one another. Here all rays of an
-// octant walk together, because the limit would need more state.
+// The field `turns` has a bit for each octant whose walk has not ended. All rays of an octant walk
+// together, even with INTERVAL_TEST: the limit of drivers/boxes_by_interval.glsl to rays that begin near
+// one another would need more state.
 
 void clear_place();
 void load_place();
@@ -20,7 +20,7 @@ void find_octant(int r) {
     packet.turns |= node_count > 0 && rays[r].t_min <= rays[r].t_max ? 1 << octant_of(rays[r]) : 0;
 }
 
-// Load a ray's hit. Set t_min to NEVER unless the ray belongs to the current turn and its search is not over.
+// Load a ray's hit. Set t_min to NEVER unless the ray belongs to the current turn and still searches.
 void wake(int r) {
     hits[r] = hit_load(min(ray_texel(r), ray_texture_size - 1));
     bool awake = rays[r].t_min <= rays[r].t_max && octant_of(rays[r]) == turn && !search_over(hits[r]);

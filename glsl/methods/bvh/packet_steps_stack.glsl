@@ -1,6 +1,6 @@
 // A packet's step under the schedule `step`, in a walk with a stack. The stack lies in the tiles of an
-// atlas (drivers/push.frag), and PUSH and POP are separate phases. The header of packet_steps.glsl
-// describes each function.
+// atlas (drivers/push.frag), and PUSH and POP are separate phases. packet_steps.glsl describes the
+// functions.
 
 #include "core/tiles.glsl"
 #include "methods/bvh/packet_steps.glsl"

@@ -1,5 +1,5 @@
-// A packet's step under the schedule `step`, in a walk along escape indices. The header of
-// packet_steps.glsl describes each function.
+// A packet's step under the schedule `step`, in a walk along escape indices. packet_steps.glsl describes
+// the functions.
 
 #include "methods/bvh/packet_steps.glsl"
 

@@ -1,19 +1,19 @@
 // Ray streams: I. Wald, C. Gribble, S. Boulos, A. Kensler, "SIMD Ray Stream Tracing - SIMD Ray Traversal
-// with Generalized Ray Packets and On-the-fly Re-Ordering", Utah UUSCI-2007-012 (survey, section 4.3). The
-// rays of a packet wait for one another; the rays of a stream do not. Each node filters a stream of rays,
-// and the rays that pass the filter are compacted.
+// with Generalized Ray Packets and On-the-fly Re-Ordering", Utah UUSCI-2007-012 (survey, section 4.3). Each
+// node filters a stream of rays, and the rays that pass the filter are compacted. Unlike the rays of a
+// packet, the rays of a stream do not wait for one another.
 //
 // Departures: in the paper the SIMD units of a CPU filter the stream of one node at a time, and a stack
 // holds streams. Here a stream element is a ray with its current node, so that one pass filters the streams
-// of all nodes. The element also holds the t at which the ray enters the node. If the ray has a nearer hit,
-// the element is dropped. Each ray goes to its nearer child first, whereas in the paper all rays of a
-// stream go to the same child first.
+// of all nodes. The element also holds the t at which the ray enters the node, and is dropped if the ray
+// has a nearer hit. Each ray goes to its nearer child first; in the paper all rays of a stream go to the
+// same child first.
 
 #include "core/quantised.glsl"
 #include "methods/bvh/bvh_pairs.glsl"
 
 // Return the children whose boxes the ray meets, the nearer child first, and the t at which the ray enters
-// each box. NOTHING stands for a child that the ray misses.
+// each box. NOTHING stands for a missed child.
 Visited visit(Ray ray, float t_hit, int node) {
     vec2 left = box_interval(ray, bvh_pair_left_lo(node), bvh_pair_left_hi(node));
     vec2 right = box_interval(ray, bvh_pair_right_lo(node), bvh_pair_right_hi(node));

@@ -1,6 +1,5 @@
 #version 330 core
-// Processes the elements of a ray stream that are at leaves: each ray tests the triangles of its leaf.
-// Builders limit the number of triangles in a leaf, so the loop is short.
+// Each element of a ray stream that is at a leaf tests the leaf's triangles. Builders limit their number.
 
 #include "core/precision.glsl"
 #include "core/stream.glsl"

@@ -1,7 +1,7 @@
 #version 330 core
-// Writes the state, hit and counters of rays that are traced by streams. With START the pass runs before
-// the stream begins. Otherwise it runs after the stream has ended. With TALLIED the work of each ray was
-// counted; the count shows whether the step cap stopped the ray. Without TALLIED nothing was counted.
+// Writes the state, hit and counters of rays that are traced by streams: with START before the stream
+// begins, otherwise after it has ended. With TALLIED the work of each ray was counted, and the count shows
+// whether the step cap stopped the ray.
 
 #include "core/precision.glsl"
 #include "core/fetch.glsl"

@@ -1,5 +1,5 @@
 #version 330 core
-// Adds rays to the stream. Each ray begins at the root of the tree.
+// Adds rays to the stream, at the root of the tree.
 
 #include "core/stream.glsl"
 #include <streams>

@@ -1,5 +1,5 @@
 // A ray walks along escape indices through the subtrees in its tile's list (stages/entry_points.frag). The
-// escape index of a subtree's root is the first node after the subtree. The walk of the subtree ends there.
+// walk of a subtree ends at the escape index of its root.
 
 #include "stages/entry_list.glsl"
 

@@ -2,18 +2,16 @@
 // Images", Graphics Interface 2006 (survey, section 3.5, Figure 21). The mesh is an image of positions;
 // four adjacent texels (2 x 2) form a quad of two triangles. A min and a max pyramid hold the boxes of
 // coarser and coarser quads. Passes compute the boxes anew whenever positions change (pyramid.frag). The
-// order of the nodes never changes. The fourth channels of the pyramids hold this order as links. The hit
-// link leads to the first child. The miss link leads to the next sibling of the node or of the nearest
-// ancestor that has a next sibling.
+// order of the nodes never changes: the fourth channels of the pyramids hold it as links. The hit link
+// leads to the first child. The miss link leads to the next sibling of the node or of the nearest ancestor
+// that has a next sibling.
 //
 // Departures: an image need not be square or a power of two; nodes outside the image do not exist. Several
-// charts form a forest in one pair of textures, and the miss link of each root leads to the next root. The
-// paper traces each image in a separate pass. Here one pass traces all charts: the ray's t stays in
-// registers, and no state is written between charts. The option `level` stops a ray at the quads of a
-// coarser level of the same pyramids. A mesh that is not an image becomes an image of single triangles
-// along a Morton curve; the quadtree is the same, but its cells are not connected. With FRONT_TO_BACK the
-// links are stored eight times, once for each direction octant, so that the nearer child comes first. The
-// boxes are stored only once, unlike in bvh_threaded.glsl.
+// charts form a forest in one pair of textures: the miss link of each root leads to the next root. One pass
+// traces all charts, in the paper one image. The option `level` stops a ray at the quads of a coarser
+// level. A mesh that is not an image becomes an image of single triangles along a Morton curve, in
+// unconnected cells. With FRONT_TO_BACK the links, but not the boxes, are stored eight times, once for each
+// direction octant, so that the nearer child comes first.
 
 #include "core/octant.glsl"
 

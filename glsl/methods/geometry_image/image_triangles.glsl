@@ -1,6 +1,5 @@
-// The current triangle of a geometry image. The method fetches the corners of a cell once, makes one or two
-// triangles of the corners, and calls `test_triangle` for each triangle. The functions below replace the
-// accessors of the triangle table.
+// The current triangle of a geometry image. The method makes one or two triangles of the corners of a cell,
+// and calls `test_triangle` for each. The functions below replace the accessors of the triangle table.
 
 vec3 image_v0;
 vec3 image_v1;

@@ -1,15 +1,15 @@
 // Coherent grid traversal: Wald, Ize, Kensler, Knoll, Parker, "Ray Tracing Animated Scenes using Coherent
 // Grid Traversal", SIGGRAPH 2006. The rays of a packet walk the grid of grid.glsl together, slice by slice
 // along their dominant axis. In each slice the rays span a rectangle of cells. All rays test the triangles
-// of all cells in the rectangle, except triangles outside the packet's frustum (vertex_culling.glsl; only
-// the watertight test supports this frustum).
+// of all these cells, except triangles outside the packet's frustum (vertex_culling.glsl; only with the
+// watertight test).
 //
 // Departures: the paper moves four bounding planes from slice to slice by four additions. Here each slice
-// computes its rectangle anew from the intervals that the rays still search, because this arithmetic costs
-// less than visits of unneeded cells. Rays whose hit lies before the slice, or that begin in a later slice,
-// do not widen the rectangle. There are no mailboxes: a triangle in several cells is tested in each cell,
-// with the same result. Rays with another dominant axis, or another sign along this axis, wait for a later
-// turn (drivers/packet_turns.glsl).
+// computes its rectangle anew from the intervals that the rays still search, because this costs less than
+// visits of unneeded cells. Rays whose hit lies before the slice, or that begin in a later slice, do not
+// widen the rectangle. There are no mailboxes: a triangle in several cells is tested in each cell. Rays
+// with another dominant axis, or another sign along this axis, wait for a later turn
+// (drivers/packet_turns.glsl).
 
 #include "drivers/packet_turns.glsl"
 
@@ -104,8 +104,8 @@ bool any_ahead;         // a ray still searches this slice or a later slice
 vec2 lo;
 vec2 hi;
 
-// Extend the rectangle by the part of the slice that a ray still searches. This part is slightly
-// widened, as boxes are (core/slack.glsl).
+// Extend the rectangle by the part of the slice that a ray still searches, slightly widened
+// (core/slack.glsl).
 void cross_slice(int r) {
     Ray ray = rays[r];
     float inv = permuted(major, ray.inv_dir).z;
@@ -155,7 +155,7 @@ void leave_ray(int r) {
 }
 
 // Test the triangles of a cell, from entry `cursor` of the cell's list. Returns false when all rays are
-// settled, or when the packet has reached the step limit.
+// settled, or at the step limit.
 bool intersect(int cursor) {
     COUNT(leaves_visited);
     int next = reference_triangle(cursor);
@@ -185,7 +185,7 @@ bool intersect(int cursor) {
 }
 
 // Go to the next cell that lists triangles and test these triangles. Returns false when the rays of the
-// turn have finished, or when the packet has reached the step limit.
+// turn have finished, or at the step limit.
 bool step_packet() {
     int cursor = -1;
     bool on = true;

@@ -1,13 +1,13 @@
 // Uniform grid: Purcell, Buck, Mark, Hanrahan, "Ray Tracing on Programmable Graphics Hardware", SIGGRAPH
 // 2002 (survey, section 3.3, Figure 6). A ray steps from cell to cell by a 3D DDA. Each intersect step
-// tests one entry of the cell's list. Each list ends in a sentinel.
+// tests one entry of the cell's list, which ends in a sentinel.
 //
 // With PROXIMITY: Karlsson and Ljungstedt, "Ray Tracing Fully Implemented on Programmable Graphics
 // Hardware", master's thesis, Chalmers 2004. An empty cell stores the Chebyshev distance k to the nearest
 // occupied cell, and the ray jumps k - 1 cells at once.
 //
 // Departure: Purcell et al. add an increment to t_next in each step. The rounding errors of the additions
-// grow, so long walks miss cells. Here each step computes t_next from the integer cell instead.
+// grow, so long walks miss cells. Here each step computes t_next from the integer cell.
 
 uniform ivec3 grid_resolution;
 uniform vec3 cell_size;
@@ -55,9 +55,8 @@ void init(Ray ray, out State state) {
     }
 }
 
-// Go to the next cell. The search ends if the current cell is the last cell, or if the ray has a hit inside
-// the cell. A hit beyond the end of the cell is kept, but the search continues because a nearer hit may
-// follow.
+// Go to the next cell. The search ends at the last cell, or if the ray has a hit inside the current cell.
+// After a hit beyond the end of the cell the search continues, because a nearer hit may follow.
 void traverse(Ray ray, inout State state, inout Hit hit) {
 #ifdef PROXIMITY
     int clear = -state.cursor - 1;   // the number of cells ahead that are certainly empty
@@ -84,7 +83,6 @@ void traverse(Ray ray, inout State state, inout Hit hit) {
     }
 }
 
-// Test one entry of the cell's list.
 void intersect(Ray ray, inout State state, inout Hit hit) {
     int triangle = reference_triangle(state.cursor);
     ++state.cursor;

@@ -1,5 +1,5 @@
-// Computes the t at which rays cross planes of a kd-tree. One expression serves the planes of splits and
-// the faces of boxes, so equal planes have equal t.
+// Computes the t at which rays cross planes of a kd-tree. One expression serves splits and faces of boxes,
+// so equal planes have equal t.
 
 #include "core/axis.glsl"
 
@@ -8,7 +8,6 @@ float plane_t(Ray ray, int axis, float plane) {
     return R(R(plane - along(axis, ray.origin)) * along(axis, ray.inv_dir));
 }
 
-// The t at which the ray crosses a plane of each axis.
 vec3 planes_t(Ray ray, vec3 planes) {
     return R(R(planes - ray.origin) * ray.inv_dir);
 }
@@ -18,7 +17,6 @@ bvec3 goes_down(Ray ray) {
     return lessThan(ray.inv_dir, vec3(0.0));
 }
 
-// The t at which the ray enters a box.
 float box_entry(Ray ray, vec3 lo, vec3 hi) {
     return max_component(planes_t(ray, chosen(goes_down(ray), hi, lo)));
 }

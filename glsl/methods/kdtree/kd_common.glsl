@@ -3,9 +3,9 @@
 // Structures for a GPU Raytracer", Graphics Hardware 2005 (survey, section 3.4, Figures 10 to 12).
 //
 // A method's own file defines four functions. `start_search` begins a search. `take_only_child` is called
-// at a node that sends the ray to one child only. `pass_far_child` is called at a node that sends the ray
-// to both children, for the far child. `leave_leaf` continues behind a leaf. Options choose the files
-// behind <entries> (where a search begins) and <interval> (where a ray continues behind a leaf).
+// at a node that sends the ray to one child only, and `pass_far_child` for the far child at a node that
+// sends the ray to both. `leave_leaf` continues behind a leaf. Options choose the files behind <entries>
+// (where a search begins) and <interval> (where a ray continues behind a leaf).
 //
 // Departure: in the survey's Figure 10, a ray enters the near child also if t_split < 0. This is wrong: a
 // negative t_split can mean that the ray starts beyond the plane.

@@ -1,15 +1,15 @@
 // kd-packet: Horn, Sugerman, Houston, Hanrahan, "Interactive k-D Tree GPU Raytracing", I3D 2007 (survey,
-// section 3.4, Figures 13 and 14). The rays of a packet share the node and its fetch. Each ray keeps its own
-// interval. The packet enters a child if any ray needs the child. If rays need both children, the packet
-// enters the near child and pushes the far child. A restart begins at the root. With PUSH_DOWN, a restart
-// begins at the last node that contains the rest of every ray's interval (see kd_push_down.glsl).
+// section 3.4, Figures 13 and 14). The rays of a packet share the node and its fetch. Each ray keeps its
+// own interval. The packet enters a child if any ray needs the child. If rays need both children, the
+// packet enters the near child and pushes the far child. A restart begins at the root, or with PUSH_DOWN at
+// the last node that contains the rest of every ray's interval (see kd_push_down.glsl).
 //
-// Addition: with SKIP_EMPTY_LEAVES a packet does not fetch a leaf without triangles, because the leaf's
-// parent says that the leaf is empty. The survey does not mention this for Horn et al.
+// Addition: with SKIP_EMPTY_LEAVES a packet does not fetch a leaf whose parent marks it as empty. The
+// survey does not mention this for Horn et al.
 //
-// The rays of a turn agree in the signs of their directions (drivers/packet_turns.glsl). All other rays wait,
-// masked by an empty interval. Options choose the files behind <triangle_tests> (drivers/triangle_by_ray.glsl
-// or triangle_by_axes.glsl), <culling> and <short_stack>.
+// The rays of a turn agree in the signs of their directions (drivers/packet_turns.glsl). All other rays
+// wait, masked by an empty interval. Options choose the files behind <triangle_tests>
+// (drivers/triangle_by_ray.glsl or triangle_by_axes.glsl), <culling> and <short_stack>.
 
 #define PRESENT(r) (t_min[r] < t_exit[r])
 
@@ -83,7 +83,7 @@ bool near_is_empty;     // the child is known to be an empty leaf; always false 
 bool far_is_empty;
 
 // Split the interval of a ray at the plane. If a child is known to be an empty leaf, move t_min to the end
-// of the ray's interval in the leaf, so that the ray does not visit the leaf.
+// of the ray's interval in the leaf, so that the ray skips it.
 void split_ray(int r) {
     t_split[r] = plane_t(rays[r], axis, plane);
     bool awake = t_min[r] < t_max[r];
@@ -176,7 +176,7 @@ bool leave_leaf() {
 }
 
 // Descend to a leaf, test its triangles, and go on to the next node. Return false when the rays of the turn
-// have finished, or when the packet has reached the step limit.
+// have finished, or at the step limit.
 bool step_packet() {
     axis = kd_node_axis(node);
     int left = kd_node_left(node);

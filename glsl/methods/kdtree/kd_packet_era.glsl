@@ -1,6 +1,6 @@
-// kd-packet in the era form (docs/era.md): the kernels of kd_packet.glsl as Horn et al. 2007 may have written
-// them for a card with branches. A packet is 2x2 rays. A vector of four components holds one number of each
-// ray, so that an instruction of the card works on four rays.
+// kd-packet in the era form (docs/era.md): the kernels of kd_packet.glsl as Horn et al. 2007 may have
+// written them for a card with branches. A packet is 2x2 rays. A vector of four components holds one number
+// of each ray, so that an instruction of the card works on four rays.
 //
 // The loop of era/packet_loop.glsl branches to the kernels:
 //   `begin` begins the next turn at the root, with the rays whose directions agree in their signs.
@@ -9,9 +9,9 @@
 //   `leave` leaves a leaf. `pop` follows if rays go on: it pops a node, or restarts if the stack is empty.
 //
 // Empty leaves are visited, because the survey does not say that Horn et al. skipped them. Boxes are not
-// widened. As in kd_short_stack_era.glsl, the cursor in a leaf's list shares a field of the state with the
-// node. The node of a free stack entry is 0. A restart begins at the node `pushed`. While `pushed` may
-// still move down, the first entry's node is PUSHING.
+// widened. The cursor in a leaf's list shares a field of the state with the node. The node of a free stack
+// entry is 0. A restart begins at the node `pushed`. While `pushed` may still move down, the first entry's
+// node is PUSHING.
 
 #define node place      // in a leaf, this field holds the cursor
 #define cursor place
@@ -54,7 +54,6 @@ void init(Packet_rays rays, out State state) {
     state.phase = dot(vec4(lessThan(state.t_turn, vec4(NEVER))), vec4(1.0)) > 0.0 ? BEGIN : DONE;
 }
 
-// Begin a turn with all waiting rays whose directions have the same signs as the first waiting ray.
 void begin(Packet_rays rays, inout State state, inout Hit hit) {
     vec4 waits = waiting(state, hit);
     vec4 first = waits * vec4(1.0, 1.0 - waits.x, 1.0 - max(waits.x, waits.y),
@@ -76,8 +75,7 @@ void begin(Packet_rays rays, inout State state, inout Hit hit) {
     state.phase = TRAVERSE;
 }
 
-// Visit a node: go on to the near child if any ray needs it, else to the far child, or to the triangles of a
-// leaf. `far` is the node to push, or 0.
+// Go on to the near child if any ray needs it, else to the far child. `far` is the node to push, or 0.
 void traverse(Packet_rays rays, inout State state, inout Hit hit) {
     float axis = kd_node_axis(state.node);
     float left = kd_node_left(state.node);
@@ -111,8 +109,7 @@ void traverse(Packet_rays rays, inout State state, inout Hit hit) {
     }
 }
 
-// Push the far child, with the end that each ray's interval had before the visit. A full stack drops its
-// lowest entry.
+// A full stack drops its lowest entry.
 void push(Packet_rays rays, inout State state, inout Hit hit) {
     state.node_2 = STACK_SIZE > 2 ? state.node_1 : FREE;
     state.node_1 = STACK_SIZE > 1 ? state.node_0 : FREE;
@@ -122,8 +119,7 @@ void push(Packet_rays rays, inout State state, inout Hit hit) {
     state.t_max_0 = state.t_far;
 }
 
-// Test a triangle as core/moller_trumbore.glsl does (Moeller and Trumbore 1997). Rays that wait for their
-// turn also test the triangle.
+// Test a triangle as core/moller_trumbore.glsl does (Moeller and Trumbore 1997), for waiting rays as well.
 void intersect(Packet_rays rays, inout State state, inout Hit hit) {
     float i = reference_triangle(state.cursor);
     vec3 v0 = triangle_v0(i);
@@ -174,7 +170,7 @@ void restart(inout State state) {
     state.phase = TRAVERSE;
 }
 
-// Pop a node. If no ray is awake in this node, pop another node. If the stack is empty, restart.
+// If no ray is awake in the popped node, pop another.
 void pop(Packet_rays rays, inout State state, inout Hit hit) {
 #if STACK_SIZE > 0
     if (state.node_0 > FREE) {

@@ -1,11 +1,10 @@
-// A ray begins its search at the root of the kd-tree. This file replaces kd_entries.glsl.
+// A ray begins its search at the root of the kd-tree: replaces kd_entries.glsl.
 
 #define BEGIN DOWN
 
 void begin_entries(inout State state) {
 }
 
-// The node at which a restart begins.
 int root_of(State state) {
     int root = 0;
     return root;

@@ -4,10 +4,9 @@
 // face. A ray leaves the leaf through the face that it meets first and descends from the rope's node.
 //
 // Departures: the paper compares the point of entry with the planes of the tree. Here the t of the entry is
-// compared with the t of the planes. The same expression computes the t of faces and of split planes. So a
-// point on a plane belongs to the side to which the direction points. A ray through an edge or a corner of a
-// leaf crosses one face after the other. The t of a ray never decreases, so no two leaves can send a ray
-// back and forth.
+// compared with the t of the planes, which come from the same expression as the t of faces. So a point on a
+// plane belongs to the side to which the direction points. A ray through an edge or a corner of a leaf
+// crosses one face after the other. Its t never decreases, so no two leaves send it back and forth.
 
 #include "methods/kdtree/kd_common.glsl"
 #include "methods/kdtree/ropes.glsl"

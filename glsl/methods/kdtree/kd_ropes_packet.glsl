@@ -1,16 +1,15 @@
 // kd-ropes-packet: Popov, Günther, Seidel, Slusallek, "Stackless KD-Tree Traversal for High Performance GPU
 // Ray Tracing", Eurographics 2007 (survey, section 3.4, Figure 16). Each ray of a packet has its own node
-// and its own t. The packet fetches one node at a time. The rays at this node share the fetch, and rays at
-// other nodes wait. A rope of a leaf names the node behind a face of the leaf. By default, ropes are not
-// pushed down into subtrees, so this node is the root of a whole sibling subtree, where rays from different
-// leaves meet again.
+// and its own t. The packet fetches one node at a time; rays at other nodes wait. A rope of a leaf names
+// the node behind a face of the leaf. By default, ropes are not pushed down into subtrees, so this node is
+// the root of a whole sibling subtree, where rays from different leaves meet again.
 //
-// The packet goes on to the node of the ray with the smallest t. Rays with a larger t wait, so a leaf that
-// several rays meet is fetched and tested for all of them at once.
+// The packet goes on to the node of the ray with the smallest t, so a leaf that several rays meet is
+// fetched and tested for all of them at once.
 //
 // Departure: only rays that agree in the signs of their directions walk together, in one turn
-// (drivers/packet_turns.glsl). So the same three faces of a box are the possible exits of all rays of a turn.
-// An option chooses the file behind <triangle_tests> (drivers/triangle_by_ray.glsl or triangle_by_axes.glsl).
+// (drivers/packet_turns.glsl), so that all rays of a turn can leave a box by the same three faces. An
+// option chooses the file behind <triangle_tests> (drivers/triangle_by_ray.glsl or triangle_by_axes.glsl).
 
 #define PRESENT(r) (ray_node[r] == node)
 
@@ -72,7 +71,6 @@ void start_packet() {
     EACH(start_ray)
 }
 
-// Begin the search of a turn at the root.
 void begin_turn() {
     EACH(take_turn)
     EACH(find_start)
@@ -94,8 +92,8 @@ void split_ray(int r) {
     next = here && t_min[r] == t_front ? min(next, child) : next;
 }
 
-// Visit an inner node. Each ray at the node moves on to a child. The packet moves on to the child of the ray
-// with the smallest t.
+// Visit an inner node: move each ray at the node on to a child, and the packet to the child of the ray with
+// the smallest t.
 void enter() {
     COUNT(nodes_visited);
     ++steps;
@@ -132,8 +130,8 @@ bool leave_leaf() {
     return next_node();
 }
 
-// Descend to a leaf, test its triangles, and let the rays in the leaf follow their ropes. Return false when
-// the rays of the turn have finished, or when the packet has reached the step limit.
+// Descend to a leaf, test its triangles, and let its rays follow their ropes. Return false when the rays of
+// the turn have finished, or at the step limit.
 bool step_packet() {
     axis = kd_node_axis(node);
     left = kd_node_left(node);

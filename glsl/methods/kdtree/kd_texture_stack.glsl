@@ -3,8 +3,8 @@
 // level. A fragment cannot choose where it writes. A push therefore draws all tiles and keeps the tile that
 // the ray's stack pointer names (drivers/push.frag). A pop is a dependent read.
 //
-// PUSH and POP are separate phases. A ray that pushes a far child waits in PUSH until the atlas has been
-// drawn. A ray whose stack is full stops and is flagged.
+// A ray that pushes a far child waits in phase PUSH until the atlas has been drawn. A ray whose stack is
+// full stops and is flagged.
 
 #include "core/tiles.glsl"
 #include "methods/kdtree/kd_common.glsl"

@@ -1,8 +1,7 @@
-// The step of a ray in a kd packet, under the schedule `step`. The ray repeats the last kernel of its packet
-// for its own place in the tree. If the packet is at a triangle, the ray then tests the triangle. The ray
-// runs the functions of the packet's text, as a packet of one ray.
-//
-// The method's file for `step` defines `repeat_traverse`, `repeat_leave` and `store_ray`.
+// The step of a ray in a kd packet, under the schedule `step`. The ray repeats the last kernel of its
+// packet for its own place in the tree, by the packet's text for a packet of one ray. If the packet is at a
+// triangle, the ray then tests the triangle. The method's file for `step` defines `repeat_traverse`,
+// `repeat_leave` and `store_ray`.
 
 #include <method>
 #include <stepwise>

@@ -1,5 +1,4 @@
-// A kd packet without a stack carries no stack between passes. This file replaces
-// packet_short_stack_steps.glsl.
+// A kd packet without a stack carries none between passes: replaces packet_short_stack_steps.glsl.
 
 void clear_packet_stack() {
 }

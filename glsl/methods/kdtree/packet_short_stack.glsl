@@ -1,5 +1,5 @@
-// The short stack of a kd packet: a few entries for far children. A push onto a full stack drops the lowest
-// entry. Each entry holds, for each ray, the end of the ray's interval.
+// The short stack of a kd packet: a few far children, each with the end of each ray's interval. A push onto
+// a full stack drops the lowest entry.
 
 int stacked;
 int stack_node[STACK_SIZE];

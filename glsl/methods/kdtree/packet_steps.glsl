@@ -1,26 +1,26 @@
-// The shared part of kd packets under the schedule `step`. The packet carries its node, its turns, and its
-// place in the list of a leaf. A turn is a walk of the rays whose directions agree in their signs
-// (drivers/packet_turns.glsl). Each ray carries its own place in the tree. The kernels of a packet are:
+// The shared part of kd packets under the schedule `step`. The packet carries its node, its turns
+// (drivers/packet_turns.glsl), and its place in the list of a leaf. Each ray carries its own place in the
+// tree. The kernels of a packet are:
 //   `traverse` visits a node.
 //   `intersect` advances in the list of a leaf, after the rays have tested a triangle.
 //   `leave` goes on behind a leaf.
 //   `begin` begins the next turn at the root.
 //
-// A kernel loads the places of all rays and lets the rays vote, but stores only the decision for the packet.
-// A second pass repeats the kernel for each ray, and stores the ray's new place (packet_ray.glsl). For this
-// pass, the fields `last` and `from` hold the last kernel and its node. The field `turns` has a bit for each
-// turn that has not begun.
+// A kernel loads the places of all rays and lets the rays vote, but stores only the packet's decision. A
+// second pass repeats the kernel for each ray, and stores the ray's new place (packet_ray.glsl). For this
+// pass, the fields `last` and `from` hold the last kernel and its node. The field `turns` has a bit for
+// each turn that has not begun.
 //
-// The method's file for `step` defines `traverse`, `load_ray`, and these functions of the packet's state:
-//   `clear_packet`, `load_packet` and `store_packet` handle the fields that belong to the method.
+// The method's file for `step` defines `traverse`, `load_ray`, and `clear_packet`, `load_packet` and
+// `store_packet`, which handle the fields of the packet's state that belong to the method.
 
 void load_ray(int r);
 void clear_packet();
 void load_packet();
 void store_packet();
 
-// The texel of ray r. A ray beyond the edge of the ray textures, which never enters the tree, gets the texel
-// of another ray.
+// The texel of ray r. A ray beyond the edge of the ray textures never enters the tree; its texel is another
+// ray's.
 ivec2 own_texel(int r) {
     return min(ray_texel(r), ray_texture_size - 1);
 }

@@ -1,5 +1,5 @@
-// The three faces through which rays leave a leaf, and the ropes behind these faces. The rays go down along
-// the axes in `down`, and up along all other axes.
+// The three faces through which rays leave a leaf, and their ropes. The rays go down along the axes in
+// `down`, and up along all other axes.
 
 #include "methods/kdtree/kd.glsl"
 

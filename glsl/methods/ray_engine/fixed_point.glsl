@@ -1,13 +1,13 @@
-// The pair test of the Ray Engine in the fixed point of its cards (Carr, Hall, Hart 2002): 16 bits in
-// [-8, 8) on the Radeon 8500, 9 bits in [-1, 1] on the GeForce4. Every result is rounded to a multiple of
+// The pair test of the Ray Engine in the fixed point of its cards (Carr, Hall, Hart 2002): 16 bits in [-8,
+// 8) on the Radeon 8500, 9 bits in [-1, 1] on the GeForce4. Every result is rounded to a multiple of
 // `fixed_step` and kept within the range, so t is coarse, and a ray near an edge may miss both triangles.
 //
 // Departure: this test is a reconstruction, because the paper's program is not known to this project. We
-// assume that the host scales the scene into the range, and that it attaches the triangle's unit normal and
-// the unit normals of its edges to each quad. Without these normals, the program would need a determinant
-// of small edges, which would be zero in fixed point. In this project the shader itself computes these
-// normals, in float32. The division here stands for the lookup texture by which such a card would divide. u
-// and v are not rounded, because they do not decide which triangle is hit.
+// assume that the host scales the scene into the range, and attaches the triangle's unit normal and the
+// unit normals of its edges to each quad. Without these normals, a determinant of small edges would be zero
+// in fixed point. Here the shader computes the normals, in float32. The division stands for the lookup
+// texture by which such a card would divide. u and v are not rounded, because they do not decide which
+// triangle is hit.
 
 #include "core/triangle.glsl"
 
@@ -36,8 +36,7 @@ vec3 scaled(vec3 p) {
     return q;
 }
 
-// The unit normal of the edge between two corners, towards the inside of the triangle. A host would attach the
-// normal to the quad.
+// The unit normal of the edge between two corners, towards the inside of the triangle.
 vec3 edge_normal(vec3 from, vec3 to, vec3 normal) {
     PRECISE vec3 across = normalize(cross(normal, to - from));
     return F(across);

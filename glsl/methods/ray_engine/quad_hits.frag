@@ -1,6 +1,6 @@
 #version 330 core
-// Writes the hits of a batch's rays. Blending or the depth test has left at most one triangle for each ray
-// (methods/ray_engine/ray_engine.glsl). The ray tests this triangle once more to get t, u and v.
+// Writes the hits of a batch's rays. Each ray tests once more, to get t, u and v, the one triangle that
+// blending or the depth test has left for it (methods/ray_engine/ray_engine.glsl).
 
 #include "core/precision.glsl"
 #include "core/fetch.glsl"

@@ -1,9 +1,11 @@
 #version 330 core
-// Tests a pair of a ray and a triangle: Carr, Hall, Hart 2002 (see methods/ray_engine/ray_engine.glsl). There
-// is a fragment for each pair. Blending or the depth test reduces the fragments of a ray to one result:
+// Tests a pair of a ray and a triangle, one fragment for each pair: Carr, Hall, Hart 2002 (see
+// methods/ray_engine/ray_engine.glsl). Blending or the depth test reduces the fragments of a ray to one
+// result:
 //   `KEEP_NEAREST` writes t. MIN blending keeps the smallest t.
 //   `KEEP_FIRST` writes the triangle if its t equals the smallest t. MIN blending keeps the lowest index.
-//   `KEEP_DEPTH` writes t as depth, and the triangle. The depth test keeps the first of the nearest triangles.
+//   `KEEP_DEPTH` writes t as depth, and the triangle. The depth test keeps the first of the nearest
+//   triangles.
 
 #include "core/precision.glsl"
 #include <streams>

@@ -1,15 +1,14 @@
 // The Ray Engine: Carr, Hall, Hart, "The Ray Engine", Graphics Hardware 2002 (survey, section 3.1, Figures
 // 4 and 5). The host walks rays through a grid, or through an octree if the option `cells` says so, and
-// puts the rays in each cell into a queue. A batch of rays lies in a texture. If a queue's cell lists a
-// triangle, the triangle is drawn as a quad over the rays of the queue. So the rasteriser generates the
-// pairs of rays and triangles, one fragment for each pair.
+// puts the rays in each cell into a queue. Rays lie in textures, a batch at a time. Each triangle of the
+// queue's cell is drawn as a quad over the rays of the queue, so the rasteriser generates one fragment for
+// each pair of ray and triangle.
 //
 // Departures: the tests of core/triangle.glsl decide pairs in float32. The paper's Radeon 8500 (R200) used
-// fixed point. The option `fixed_point` computes in the fixed point of such a card (fixed_point.glsl). MIN
-// blending on a float target keeps the nearest t, and a second pass with MIN blending keeps the lowest
-// index among the triangles at this t. The paper uses the depth buffer, whose 24 bits distinguish too few
-// distances; the option `nearest` can select the depth buffer. Triangles stay on the GPU, and a quad holds
-// only the row of its triangle.
+// fixed point, in which the option `fixed_point` computes (fixed_point.glsl). MIN blending on a float
+// target keeps the nearest t, and a second pass with MIN blending keeps the lowest index among the
+// triangles at this t. The paper uses the depth buffer, whose 24 bits distinguish too few distances; the
+// option `nearest` can select it. Triangles stay on the GPU, and a quad holds only the row of its triangle.
 
 // The triangle of the quad, equal at all corners of the quad.
 flat in int quad_triangle;
@@ -17,8 +16,7 @@ flat in vec3 quad_v0;
 flat in vec3 quad_v1;
 flat in vec3 quad_v2;
 
-// The accessors of the triangle table that core/triangle.glsl calls. Every index leads to the triangle of
-// the quad.
+// The accessors of the triangle table that core/triangle.glsl calls, for the quad's triangle only.
 vec3 triangle_v0(int i) {
     return quad_v0;
 }

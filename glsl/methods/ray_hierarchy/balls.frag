@@ -1,9 +1,9 @@
 #version 330 core
-// Computes a small ball around each triangle: its centre and radius, in the hierarchy's units
-// (cone_units.glsl). If an angle has at least 90 degrees, or if the triangle is very thin, the centre is
-// the midpoint of the longest side. Otherwise the centre is the circumcentre. The radius is measured from
-// the rounded centre and then widened, so rounding of the centre loses nothing. Without PRECISE a compiler
-// could simplify a - (x + a), and would then measure from the exact centre.
+// Computes the centre and radius of a small ball around each triangle, in the hierarchy's units
+// (cone_units.glsl). The centre is the circumcentre, or the midpoint of the longest side if an angle has at
+// least 90 degrees or the triangle is very thin. The radius is measured from the rounded centre and then
+// widened, so rounding of the centre loses nothing. PRECISE keeps a compiler from simplifying a - (x + a),
+// which would measure from the exact centre.
 
 #include "core/precision.glsl"
 #include "core/stream.glsl"

@@ -1,6 +1,5 @@
 #version 330 core
-// Computes a level of a ray hierarchy from the level below, as in a mipmap: up to four nodes become one
-// node.
+// Computes a level of a ray hierarchy from the level below: up to four nodes become one node.
 
 #include "core/precision.glsl"
 #include <streams>

@@ -1,7 +1,7 @@
 #version 330 core
-// Traverses one level of a ray hierarchy. A pair is a triangle and a node. The pass tests the pair's
-// triangle against the four children of the pair's node, and writes four pairs to four render targets. A
-// new pair is empty if no ray of the child can hit the triangle.
+// Traverses one level of a ray hierarchy: tests each pair of a triangle and a node against the four
+// children of the node, and writes four pairs to four render targets. A new pair is empty if no ray of the
+// child can hit the triangle.
 
 #include "core/precision.glsl"
 #include <records>

@@ -1,6 +1,6 @@
 #version 330 core
-// Processes the pairs at the end of the traversal, whose nodes are single rays. The pair's ray tests the
-// pair's triangle, and the hit is kept if it is nearer than the ray's hit so far.
+// Processes the pairs at the end of the traversal, whose nodes are single rays: the ray tests the triangle,
+// and a hit that is nearer than the ray's hit so far is kept.
 
 #include "core/precision.glsl"
 #include "core/stream.glsl"

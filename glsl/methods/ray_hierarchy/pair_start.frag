@@ -1,6 +1,5 @@
 #version 330 core
-// Writes the first pairs of a stream: a pair for each triangle of a batch and each node of the topmost
-// level.
+// Writes the first pairs of a stream: each triangle of a batch with each node of the topmost level.
 
 #include <records>
 #include "core/stream.glsl"

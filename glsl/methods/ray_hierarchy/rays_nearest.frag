@@ -1,6 +1,6 @@
 #version 330 core
-// Updates the rays after a batch of triangles. Blending has found the nearest triangle of the batch for
-// each ray. The ray tests this triangle once more to get u and v.
+// Updates the rays after a batch of triangles: each ray tests once more, to get u and v, the nearest
+// triangle that blending has found for it.
 
 #include "core/precision.glsl"
 #include "core/fetch.glsl"

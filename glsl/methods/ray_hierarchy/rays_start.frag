@@ -1,5 +1,5 @@
 #version 330 core
-// Writes the state of the rays before the first batch of triangles. No ray has a hit yet.
+// Writes the state of the rays before the first batch of triangles.
 
 #include "core/precision.glsl"
 #include "core/fetch.glsl"

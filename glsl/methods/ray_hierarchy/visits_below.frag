@@ -1,6 +1,5 @@
 #version 330 core
-// Passes the number of visits of a node down to its children, where blending adds this number to their own
-// visits.
+// Passes the number of visits of a node down to its children, where blending adds it to their own visits.
 
 #include <records>
 

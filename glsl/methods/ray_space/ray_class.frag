@@ -1,6 +1,6 @@
 #version 330 core
-// Writes the number of the five-dimensional box in which each ray lies. The host makes a list of
-// triangles for each of these boxes.
+// Writes the number of the five-dimensional box in which each ray lies. The host makes each box a list of
+// triangles.
 
 #include "core/precision.glsl"
 #include "core/fetch.glsl"

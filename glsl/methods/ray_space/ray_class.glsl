@@ -3,9 +3,9 @@
 // equal components x comes first, then y (`dominant`). The two other components choose the position on the
 // face.
 //
-// A ray from outside the scene's box starts where it enters the box. This changes no hit, because no
-// triangle lies before the box. If the origin is very far away, the error of the entry point is larger than
-// the margin of the lists. The ray then uses the list of its face, which holds all triangles.
+// A ray from outside the scene's box starts where it enters the box. If its origin is so far away that the
+// error of the entry point is larger than the margin of the lists, the ray uses the list of its face, which
+// holds all triangles.
 
 uniform int origin_cells;
 uniform int direction_cells;
@@ -20,8 +20,8 @@ int face_of(Ray ray) {
     return 2 * axis + int(permute(ray, ray.direction).z < 0.0);
 }
 
-// The number of the ray's box. If the ray uses the list of a face, the number is box_count plus the face.
-// If the ray misses the scene, the number is -1.
+// The number of the ray's box; box_count plus the face if the ray uses the list of a face; -1 if the ray
+// misses the scene.
 int box_of(Ray ray) {
     vec2 interval = box_interval(ray, scene_lo, scene_hi);
     float t = max(interval.x, ray.t_min);

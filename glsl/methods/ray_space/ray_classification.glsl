@@ -1,11 +1,10 @@
 // Ray classification: Arvo and Kirk, "Fast Ray Tracing by Ray Classification", SIGGRAPH 1987 (survey,
 // section 5). A box of rays holds the rays with similar origins (three numbers) and similar directions (two
-// numbers). A lookup finds the candidates of the ray's box: the triangles that rays in the box may hit,
-// sorted along the rays' dominant axis. Each step tests one candidate. The search ends when a candidate
-// begins behind the hit.
+// numbers). Its candidates, the triangles that its rays may hit, are sorted along the rays' dominant axis.
+// Each step tests one candidate. The search ends when a candidate begins behind the hit.
 //
-// Departure: back faces are kept, because every method here hits both sides. The texture cache replaces the
-// paper's cache of the last box.
+// Departures: back faces are kept, because every method here hits both sides. The texture cache replaces
+// the paper's cache of the last box.
 
 #include "methods/ray_space/ray_class.glsl"
 

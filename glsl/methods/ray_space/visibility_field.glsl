@@ -1,14 +1,14 @@
 // Visibility field: Mortensen, Khanna, Yu, Slater, "A Visibility Field for Ray Tracing", CGIV 2007 (survey,
 // section 5). A ray's direction and its crossing point with the scene's middle plane select the beam that
 // contains the ray. The beam has a list of candidate triangles in their order along the beam. A binary
-// search finds where the ray starts in the list. The ray tests candidates from there on, forwards if it
-// goes up the axis and backwards if it goes down, until a candidate begins behind the hit. A ray that
-// crosses the plane beyond all tiles hits nothing.
+// search finds where the ray starts in the list. From there the ray tests candidates, forwards if it goes
+// up the axis and backwards if it goes down, until a candidate begins behind the hit. A ray that crosses
+// the plane beyond all tiles hits nothing.
 //
-// Departure: a beam lists all triangles that a ray of any direction in its cell may meet. A beam of the paper
-// lists only the triangles that rays of a single sample direction meet. If the origin is very far away, the
-// error of the crossing point is larger than the margin of the beams. The ray then uses the list of its axis,
-// which holds all triangles.
+// Departure: a beam lists all triangles that a ray of any direction in its cell may meet, in the paper only
+// the triangles that rays of a single sample direction meet. If the origin is so far away that the error of
+// the crossing point is larger than the margin of the beams, the ray uses the list of its axis, which holds
+// all triangles.
 
 uniform int directions;
 uniform int tiles;
@@ -21,8 +21,8 @@ bool upward(Ray ray) {
     return permute(ray, ray.direction).z > 0.0;
 }
 
-// The number of the ray's beam. If the ray uses the list of an axis, the number is beam_count plus the
-// axis. If the ray misses the scene, the number is -1.
+// The number of the ray's beam; beam_count plus the axis if the ray uses the list of an axis; -1 if the ray
+// misses the scene.
 int beam_of(Ray ray) {
     int axis = ray.dominant.x ? 0 : (ray.dominant.y ? 1 : 2);
     vec3 origin = permute(ray, R(ray.origin - scene_centre));
@@ -43,8 +43,8 @@ int beam_of(Ray ray) {
     return (beam * tiles + int(tile.y)) * tiles + int(tile.x);
 }
 
-// Two bounds on the ray's coordinate along its axis at t, with rounding. The true coordinate lies between
-// the two. A ray passes the earlier bound first.
+// Two bounds on the ray's coordinate along its axis at t, with rounding. A ray passes the earlier bound
+// first.
 float earliest(Ray ray, float t) {
     float at = R(t * permute(ray, ray.direction).z);
     return R(permute(ray, upward(ray) ? ray.hi_origin : ray.lo_origin).z + at);

@@ -1,8 +1,7 @@
 #version 330 core
-// Computes how far the rays of a tile still search. This is the farthest end of all rays. A ray ends at its
-// nearest hit in the batches of triangles so far; under ANY_HIT a ray with a hit no longer searches. If t
-// is stored or computed in a narrow format, the dropped bits may make t too short, so LONGER and FURTHER
-// lengthen it.
+// Computes the farthest end of a tile's rays: how far they still search. A ray ends at its nearest hit in
+// the batches of triangles so far; under ANY_HIT a ray with a hit no longer searches. LONGER and FURTHER
+// lengthen t, which storage or arithmetic in a narrow format may have shortened.
 
 #include "core/precision.glsl"
 #include <streams>

@@ -1,6 +1,5 @@
 #version 330 core
-// Writes the hit and the state of each ray. To get u and v, each ray tests once more the triangle that the
-// batches found for this ray.
+// Writes the hit and the state of each ray. To get u and v, each ray tests its triangle once more.
 
 #include "core/precision.glsl"
 #include "core/fetch.glsl"

@@ -1,11 +1,10 @@
 #version 330 core
 // Draws a pair of a triangle and a tile of rays as the tile's square. If no ray of the tile can meet the
-// triangle, the square moves outside the image. So the vertex stage rejects the pair, and the fragment
-// stage sees only the pairs that pass. Triangles stream through in their order, each once for each tile.
+// triangle, the square moves outside the image, so the fragment stage sees only the pairs that pass.
+// Triangles stream through in their order, each once for each tile.
 //
 // With `equal` (the second draw), triangles beyond the ends of the rays are not rejected. A very small t
-// loses bits, so it may be less than the distance to its triangle. The second draw must find this triangle
-// nevertheless.
+// loses bits and may be less than the distance to its triangle, which the second draw must find.
 //
 // Departure: with POINTS the square is a point as large as the tile. For a point this program runs once for
 // each pair, and for a quad four times.

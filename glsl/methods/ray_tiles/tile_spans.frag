@@ -1,8 +1,7 @@
 #version 330 core
-// Computes the middle of a tile's origins and the mean of its directions. This is the first of two passes.
-// The second pass puts a cone around this middle (methods/ray_tiles/tile_cones.frag). Any middle gives a
-// correct cone, because the second pass measures the rays from this middle. The middle is computed as
-// 0.5 * lo + 0.5 * hi, which is finite even if hi - lo overflows.
+// Computes the middle of a tile's origins and the mean of its directions, for the pass that puts a cone
+// around them (methods/ray_tiles/tile_cones.frag). Any middle gives a correct cone, because that pass
+// measures the rays from it. 0.5 * lo + 0.5 * hi is finite even if hi - lo overflows.
 
 #include "core/precision.glsl"
 #include <streams>

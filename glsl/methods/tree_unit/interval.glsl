@@ -1,9 +1,9 @@
-// The criterion by which a ray chooses children in a kd-tree (see tree_unit.glsl): the split plane cuts the
-// ray's interval in the node into an interval for the near child and an interval for the far child.
+// The criterion of a kd-tree (see tree_unit.glsl): the split plane cuts the ray's interval in the node into
+// an interval for the near child and an interval for the far child.
 //
-// The same expression computes the t of a split plane and the t of a face of a box. So a ray that climbs
-// from a leaf to a far child computes exactly the interval that a stack would have kept for this child. If
-// t_split equals t_min or t_max, the ray enters both children.
+// The same expression computes the t of a split plane and of a face of a box. So a ray that climbs from a
+// leaf to a far child computes exactly the interval that a stack would have kept for this child. If t_split
+// equals t_min or t_max, the ray enters both children.
 
 #include "methods/kdtree/kd.glsl"
 

@@ -1,16 +1,15 @@
 // tree-unit: the tree traversal that the survey proposes for hardware (section 5, "Ray Tracing Hardware
 // Architecture"): one traversal for kd-trees and BVHs, in which a programmable criterion chooses the
-// children of a node. The survey gives no details. The details in this file are the project's own.
+// children of a node. The survey gives no details; the details here are the project's own.
 //
 // The option `criterion` chooses the file behind <criterion>. The file defines three functions. `choose`
 // gives the intervals in which the ray searches the two children of a node; an interval (x, y) is empty if
 // x > y. `interval_in` gives the interval of the ray in a node's box. `is_settled` tells whether no node
 // beyond the present leaf can hold a nearer hit.
 //
-// This file, and not the criterion, handles links, leaves and the way back to parents. The nodes of
-// kd-trees and BVHs have the same format. A stack would not fit all schedules, so a ray climbs one parent
-// per step, as in kd-backtrack (Foley and Sugerman 2005). From a near child the ray goes to the far sibling
-// if it meets the sibling's box before its nearest hit.
+// This file handles links, leaves and the way back to parents. A stack would not fit all schedules, so a
+// ray climbs one parent per step, as in kd-backtrack (Foley and Sugerman 2005). From a near child the ray
+// goes to the far sibling if it meets the sibling's box before its nearest hit.
 
 #include "core/axis.glsl"
 
@@ -74,7 +73,6 @@ void down(Ray ray, inout State state, inout Hit hit) {
     }
 }
 
-// Test one triangle of the leaf's list.
 void intersect(Ray ray, inout State state, inout Hit hit) {
     test_triangle(ray, reference_triangle(state.cursor), hit);
     ++state.cursor;
@@ -85,8 +83,7 @@ void intersect(Ray ray, inout State state, inout Hit hit) {
     }
 }
 
-// Go to the far sibling of a near child, if the ray meets the sibling's box. Otherwise go to the parent, and
-// climb on.
+// Go to the far sibling of a near child if the ray meets the sibling's box, else to the parent.
 void climb(Ray ray, inout State state, inout Hit hit) {
     COUNT(nodes_visited);
     int node = state.node;

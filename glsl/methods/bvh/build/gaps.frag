@@ -1,12 +1,12 @@
 #version 330 core
-// Finds the inner nodes of the binary tree over the sorted Morton codes (Lauterbach et al. 2009). A slot is
-// a position in the sorted order. Each gap between two neighbouring slots is a candidate for an inner node.
-// The node spans the slots around the gap (radix.glsl). A search with doubling steps and then with halving
-// steps finds the end of the span on each side.
+// Finds the inner nodes of the binary tree over the sorted Morton codes (Lauterbach et al. 2009). Each gap
+// between two neighbouring slots of the sorted order is a candidate for an inner node, which spans slots
+// around the gap (radix.glsl). A search with doubling steps and then with halving steps finds the two ends
+// of the span.
 //
 // A gap inside a leaf is dropped. Without MOST_BITS a gap is kept if its node spans more than max_leaf
-// triangles. With MOST_BITS, which makes the clusters of the hybrid build, a gap is kept if the codes of its
-// two neighbouring slots share fewer than MOST_BITS bits.
+// triangles. With MOST_BITS, which makes the clusters of the hybrid build, a gap is kept if the codes of
+// its two neighbouring slots share fewer than MOST_BITS bits.
 
 #include <records>
 #include "core/stream.glsl"
@@ -14,7 +14,7 @@
 
 uniform int max_leaf;
 
-// Go from slot i in `direction`. Return the farthest slot that shares at least `bits` bits with slot i.
+// Return the farthest slot from slot i in `direction` that shares at least `bits` bits with slot i.
 int reach(int i, int direction, int bits) {
     ivec2 code = slot_code(i);
     int width = 1;

@@ -1,5 +1,5 @@
 #version 330 core
-// Copies the triangle of each slot from the slot's sort key. A slot is a position in the sorted order.
+// Copies the triangle of each slot (position in the sorted order) from the slot's sort key.
 
 #include <records>
 #include "core/stream.glsl"

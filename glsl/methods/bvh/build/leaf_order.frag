@@ -1,6 +1,6 @@
 #version 330 core
-// Sorts the triangles of each leaf by index. A triangle goes to slot k of its leaf if exactly k triangles
-// of the leaf have a lower index.
+// Sorts the triangles of each leaf by index: a triangle goes to slot k if k triangles of the leaf have a
+// lower index.
 
 #include <records>
 #include "core/stream.glsl"

@@ -1,7 +1,6 @@
 #version 330 core
-// Flags each slot that begins a leaf. A slot is a position in the sorted order of the Morton codes, and gap
-// k lies between the slots k and k + 1. gaps.frag keeps a gap as an inner node unless the gap lies inside a
-// leaf. Slot 0 and each slot after a kept gap begin a leaf.
+// Flags each slot that begins a leaf: slot 0, and each slot after a gap that gaps.frag kept. A slot is a
+// position in the sorted order of the Morton codes, and gap k lies between the slots k and k + 1.
 
 #include <records>
 #include "core/stream.glsl"

@@ -1,8 +1,7 @@
 #version 330 core
-// Writes the leaf that begins at a slot, or an empty record if no leaf begins there. A slot is a position in
-// the sorted order of the Morton codes (radix.glsl), and a leaf is a span of slots. The parent of a leaf is
-// an inner node. Element k of the stream `interval` is the inner node of gap k, which lies between the
-// slots k and k + 1 (gaps.frag).
+// Writes the leaf that begins at a slot, or an empty record if no leaf begins there. A leaf is a span of
+// slots (positions in the sorted order of the Morton codes), and its parent is an inner node. Element k of
+// the stream `interval` is the inner node of gap k, between the slots k and k + 1 (gaps.frag).
 
 #include <records>
 #include "core/stream.glsl"

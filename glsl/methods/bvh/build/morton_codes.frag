@@ -1,11 +1,10 @@
 #version 330 core
-// Computes the Morton code of each centroid. A lattice covers all centroids. The code interleaves the bits
-// of the coordinates of the centroid's lattice cell, x first (C. Lauterbach et al., "Fast BVH Construction
-// on GPUs", Eurographics 2009; survey, section 5).
+// Computes the Morton code of each centroid: interleaves the bits of the coordinates of its cell, x first,
+// in a lattice over all centroids (C. Lauterbach et al., "Fast BVH Construction on GPUs", Eurographics
+// 2009; survey, section 5).
 //
-// Departure: 30 bits do not fit into the 24 bits of a float's significand, so a key consists of two numbers
-// of 15 bits. Codes of fewer bits occupy the highest bits of the key, so no later pass depends on the
-// number of bits.
+// Departure: 30 bits do not fit into a float's significand, so a key consists of two numbers of 15 bits.
+// Codes of fewer bits occupy the highest bits of the key, so no later pass depends on the number of bits.
 
 #include <records>
 #include "core/stream.glsl"

@@ -1,6 +1,5 @@
 #version 330 core
-// Writes the final order of the triangles. After the last level the slots are in this order, so copy the
-// triangle of each slot.
+// Writes the final order of the triangles: after the last level, the order of the slots.
 
 #include <records>
 #include "core/stream.glsl"

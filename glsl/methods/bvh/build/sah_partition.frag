@@ -1,8 +1,8 @@
 #version 330 core
-// Writes the slots of the next level. A slot is a position in the order of the triangles. In each node the
-// triangles of the left child come first and the triangles of the right child follow; each child keeps its
-// triangles in their old order. sah_sides.frag flagged the triangles of right children. A slot finds its
-// triangle by a binary search in the prefix sums of these flags, within the slots of its node.
+// Writes the slots (positions in the order of the triangles) of the next level. In each node the triangles
+// of the left child come first; each child keeps its triangles in their old order. A slot finds its
+// triangle by a binary search, within the slots of its node, in the prefix sums of the flags of right
+// children (sah_sides.frag).
 
 #include <records>
 #include "core/stream.glsl"

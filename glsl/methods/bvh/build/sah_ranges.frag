@@ -1,6 +1,6 @@
 #version 330 core
-// Bounds the box centres of a node's triangles. The upper corner is negated, so that one blend equation,
-// the minimum, serves both corners.
+// Bounds the box centres of a node's triangles. The upper corner is negated, so that the minimum serves as
+// blend equation for both corners.
 
 #include <records>
 #include "core/fetch.glsl"

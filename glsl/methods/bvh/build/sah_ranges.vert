@@ -1,6 +1,5 @@
 #version 330 core
-// Places a point for each triangle on the texel of its node, if the node is large: the splits of large nodes
-// are chosen by bins.
+// Places a point for each triangle of a large node (large.glsl) on the texel of its node.
 
 #include <sources>
 #include "core/fetch.glsl"

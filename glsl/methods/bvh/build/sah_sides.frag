@@ -1,5 +1,5 @@
 #version 330 core
-// Flags the slots whose triangles go to the right child. A slot is a position in the order of the triangles.
+// Flags the slots (positions in the order of the triangles) whose triangles go to the right child.
 
 #include <records>
 #include "core/stream.glsl"

@@ -1,5 +1,5 @@
 #version 330 core
-// Flags the slots that begin a leaf. A slot is a position in the order of the triangles.
+// Flags the slots (positions in the order of the triangles) that begin a leaf.
 
 #include <records>
 #include "core/stream.glsl"

@@ -1,6 +1,6 @@
 #version 330 core
-// Computes the box of each triangle, and multiplies the box by `unit`. With ORDERED, element i is the box of
-// the triangle in slot i.
+// Computes the box of each triangle, multiplied by `unit`. With ORDERED, element i is the box of the
+// triangle in slot i.
 
 #include <records>
 #include "core/stream.glsl"

@@ -1,9 +1,8 @@
 #version 330 core
 // For each of four planes along each axis, counts the pieces of a chunk left and right of the plane. A
-// piece is the part of a triangle in a node. A chunk is a part of a large node's pieces (zhou_chunks.frag).
-// Each fragment gathers: it reads all pieces of its chunk and counts them. The numpy builder fills
-// histograms instead. Fragment passes would have to draw each piece as a point and blend the points into
-// bins. With so few bins many points would blend into the same bin and wait for one another.
+// piece is the part of a triangle in a node; a chunk is a part of a large node's pieces (zhou_chunks.frag).
+// Each fragment gathers the pieces of its chunk. The numpy builder fills histograms instead, but with so
+// few bins many blended points would wait for one another.
 
 #include <records>
 #include "core/stream.glsl"

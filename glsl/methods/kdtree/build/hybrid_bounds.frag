@@ -1,6 +1,5 @@
 #version 330 core
-// A chunk is a part of a large node's pieces. Joins the bounds of the node's chunks to the bounds of all
-// pieces.
+// Joins the bounds of a large node's chunks (parts of its pieces) to the bounds of all pieces.
 
 #include <records>
 #include "core/stream.glsl"

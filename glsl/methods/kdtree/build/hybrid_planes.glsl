@@ -1,6 +1,6 @@
-// The candidate planes of binned SAH are the ends of BINS equal bins between the outermost sides of a
-// node's pieces, as in gpgpu_rt/methods/kdtree/sah.py. The planes of an axis form GROUPS groups of four.
-// This function returns one group.
+// One group of candidate planes. The candidates of binned SAH are the ends of BINS equal bins between the
+// outermost sides of a node's pieces, as in gpgpu_rt/methods/kdtree/sah.py. Along each axis they form
+// GROUPS groups of four.
 
 vec4 group_planes(Box box, int axis, int group) {
     float lo = box.lo[axis], hi = box.hi[axis];

@@ -1,5 +1,5 @@
-// The cost of a split of a kd-tree node by the surface area heuristic. Each operation equals the operation
-// of SplitCost in gpgpu_rt/methods/kdtree/sah.py. `left` and `right` count the triangles on the two sides.
+// The cost of a split of a kd-tree node by the surface area heuristic, with the same operations as
+// SplitCost in gpgpu_rt/methods/kdtree/sah.py. `left` and `right` count the triangles on the two sides.
 
 uniform float traversal_cost;
 uniform float intersection_cost;

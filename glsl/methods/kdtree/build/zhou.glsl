@@ -1,12 +1,11 @@
 // Shared code of the programs of Zhou's kd-tree build: K. Zhou, Q. Hou, R. Wang, B. Guo, "Real-Time KD-Tree
 // Construction on Graphics Hardware", SIGGRAPH Asia 2008 (survey, section 5). The programs compute the same
 // operations as gpgpu_rt/methods/kdtree/zhou.py, whose header lists the departures from the paper. A piece
-// is the part of a triangle in a node. Textures hold floats. Counts and ranks are integers below 2^24,
-// which floats represent exactly. A mask of 64 bits is stored as four integers of 16 bits, in four
-// channels.
+// is the part of a triangle in a node. Textures hold floats, which represent counts and ranks, integers
+// below 2^24, exactly.
 
-// The first i of [lo, hi) such that elements 0 to i hold more than `rank` items. LOAD reads the prefix sums
-// of the items.
+// The first i of [lo, hi) such that elements 0 to i hold more than `rank` items; LOAD reads their prefix
+// sums.
 #define FIND_OWNER(NAME, LOAD) int NAME(int rank, int channel, int lo, int hi) { \
     while (lo < hi) { \
         int middle = (lo + hi) >> 1; \
@@ -21,8 +20,7 @@
 
 #define INFINITY uintBitsToFloat(0x7f800000u)
 
-// Masks of 64 bits. Textures hold a mask as four numbers of 16 bits; programs compute with two words of 32
-// bits.
+// Masks of 64 bits. Textures hold a mask as four numbers of 16 bits; programs compute with two words.
 
 uvec2 mask_bits(vec4 mask) {
     uvec4 m = uvec4(mask);
@@ -41,8 +39,8 @@ int population(uvec2 n) {
     return int(n.x + n.y);
 }
 
-// Remove the lowest set bit from a mask that is not 0. Return the bit's position, which is the exponent of
-// the bit as a float.
+// Remove the lowest set bit from a mask that is not 0. Return the bit's position, which is its exponent as
+// a float.
 int take_bit(inout uvec2 mask) {
     bool low = mask.x != 0u;
     uint word = low ? mask.x : mask.y;

@@ -1,6 +1,6 @@
 #version 330 core
-// Chooses the cheapest plane of a small node by the surface area heuristic. The candidate planes are the
-// faces of the boxes of the node's pieces.
+// Chooses the cheapest plane of a small node by the surface area heuristic, among the faces of the boxes of
+// its pieces.
 
 #include <records>
 #include "core/stream.glsl"

@@ -2,7 +2,7 @@
 // Decides the split of a large node. If empty space on one side is more than the share `empty_cut` of the
 // node's extent, the split cuts this space off. Otherwise the split halves the node along its longest axis,
 // or along another axis if the plane across the longest axis separates no pieces. Axis 3 marks a node that
-// this pass does not split. Such a node is a leaf, or a small node, which later passes may split.
+// this pass does not split: a leaf, or a small node, which later passes may split.
 
 #include <records>
 #include "core/stream.glsl"

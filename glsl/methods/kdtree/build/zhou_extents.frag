@@ -1,6 +1,5 @@
 #version 330 core
-// Writes the extent of every piece along every axis. The ends of these extents are the candidate planes of
-// small nodes.
+// Writes the extent of every piece along every axis. Its ends are the candidate planes of small nodes.
 
 #include <records>
 #include "core/stream.glsl"

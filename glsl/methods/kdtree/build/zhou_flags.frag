@@ -1,6 +1,5 @@
 #version 330 core
-// Flags each node of a level that is split. A second channel counts the pieces of each large node that is
-// not split.
+// Flags each node of a level that is split. A second channel counts the pieces of each unsplit large node.
 
 #include <records>
 #include "core/stream.glsl"

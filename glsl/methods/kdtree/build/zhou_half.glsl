@@ -1,6 +1,5 @@
-// Computes the part of a piece on one side of a plane. If the piece lies on both sides, the plane cuts the
-// edges of the piece's triangle. The new box is the box around the triangle's part on this side, cut to the
-// old box of the piece.
+// Computes the part of a piece on one side of a plane. If the piece lies on both sides, the new box bounds
+// the part of the piece's triangle on this side, cut to the old box.
 
 #include "methods/kdtree/build/zhou.glsl"
 

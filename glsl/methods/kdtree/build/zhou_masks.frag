@@ -1,7 +1,7 @@
 #version 330 core
-// Computes masks for the lower and the upper face of one piece along one axis. A small root is a small node
-// whose parent is large. The masks say which pieces of the small root lie left and right of each face. The
-// masks are computed once and serve all nodes below the root.
+// Computes masks for the lower and the upper face of one piece along one axis: which pieces of a small root
+// lie left and right of the face. A small root is a small node whose parent is large. Its masks serve all
+// nodes below it.
 
 #include <records>
 #include "core/stream.glsl"

@@ -1,6 +1,6 @@
 #version 330 core
-// Writes a node of the finished tree. A leaf also gets its pieces. A mask gives the pieces of a small
-// leaf. The pieces of a large leaf are a run in the list of pieces.
+// Writes a node of the finished tree. A leaf also gets its pieces: from a mask in a small leaf, and a run
+// in the list of pieces in a large leaf.
 
 #include <records>
 #include "core/fetch.glsl"

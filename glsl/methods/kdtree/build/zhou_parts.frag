@@ -1,7 +1,6 @@
 #version 330 core
-// Writes the pieces of a level's children: with CHANNEL 0 the pieces of large children, with CHANNEL 1 the
-// pieces of small children. A binary search finds the child of each new piece. A second binary search finds
-// the parent's piece that contains the new piece.
+// Writes the pieces of a level's children: with CHANNEL 0 of large children, with CHANNEL 1 of small
+// children. Binary searches find the child of each new piece, and the parent's piece that contains it.
 
 #include <records>
 #include "core/stream.glsl"

@@ -1,6 +1,6 @@
 #version 330 core
-// Computes the places of a level's children in the finished tree. The order is depth-first, but siblings
-// lie side by side. `at` is the place of a child, and `pair` is the place of the child's own two children.
+// Computes the places of a level's children in the finished tree, in depth-first order with siblings side
+// by side. `at` is the place of a child, and `pair` is the place of the child's own two children.
 
 #include <records>
 #include "core/stream.glsl"

@@ -1,7 +1,6 @@
 #version 330 core
-// Writes four counts for each node of a level, for a scan. The first counts the pieces of a large node, the
-// second the pieces of a small node. The third is 1 for a small node that is not empty. The fourth counts
-// the chunks of a large node.
+// Writes four counts for each node of a level, for a scan: the pieces of a large node; the pieces of a
+// small node; 1 for a small node that is not empty; the chunks of a large node.
 
 #include <records>
 #include "core/stream.glsl"

@@ -1,6 +1,6 @@
 #version 330 core
-// Copies the places of a level's small roots to the list of the places of all small roots. A small
-// root is a small node whose parent is large.
+// Copies the places of a level's small roots (small nodes whose parents are large) to the list of the
+// places of all small roots.
 
 #include <records>
 #include "core/stream.glsl"

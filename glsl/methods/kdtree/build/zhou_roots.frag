@@ -1,6 +1,5 @@
 #version 330 core
-// Appends a level's small nodes to the list of the small roots of all levels. A small root is a small node
-// whose parent is large.
+// Appends a level's small roots (small nodes whose parents are large) to the list of all levels.
 
 #include <records>
 #include "core/stream.glsl"
