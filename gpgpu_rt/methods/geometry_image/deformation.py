@@ -78,9 +78,9 @@ class Deformation:
         Parameters
         ----------
         time : the argument ``time`` of the program
-        read_back : whether to read back the positions. `tracer.scene` and the shading of pictures
-            need the moved positions on the host. Without a readback, rays still meet the moved
-            triangles, but triangles are not tested again for zero area
+        read_back : whether to read back the positions, which `tracer.scene` and the shading of
+            pictures need. Without a readback, rays still meet the moved triangles, but triangles
+            are not tested again for zero area
 
         Raises
         ------
@@ -115,7 +115,7 @@ class Deformation:
         scene = replace(structure.scene, triangles=triangles)
         stored = structure.builder.stored(scene)
         accelerator = structure.builder.refit(structure.accelerator, stored)
-        # The passes have already written the table of positions, so it needs no upload.
+        # The passes have already written the table of positions.
         structure.tables.written[POSITION.name] = accelerator.tables[POSITION.name]
         return accelerator, scene.bounds, (scene, stored)
 

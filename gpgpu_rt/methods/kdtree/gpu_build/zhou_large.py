@@ -1,4 +1,4 @@
-"""The large nodes of Zhou's kd-tree by fragment passes. Passes work on a whole level at once.
+"""The large nodes of Zhou's kd-tree by fragment passes, which work on a whole level at once.
 
 A piece is a triangle's entry in a node, with the box of the triangle's part in the node. A chunk
 is a run of at most CHUNK_PIECES pieces of a large node."""
@@ -58,8 +58,7 @@ class LargeNodes:
     Attributes
     ----------
     levels : all levels, from the root down
-    small : pieces of small nodes, a stream for each level below the root; if the root is small, a
-        stream of the root's pieces
+    small : pieces of small nodes, a stream for each level below the root, or of a small root
     stuck : pieces of large nodes that became leaves, a stream for each level that has such pieces
     roots : number of small nodes
     """
@@ -123,7 +122,7 @@ def grow_large(room: StreamRoom, source: Stream, triangles: np.ndarray, rules: c
         found.levels.append(level)
         found.roots += counts[2]
         if not level.inner:
-            if counts[0]:       # otherwise the pieces are of small nodes, and `found` owns them
+            if counts[0]:       # the pieces of small nodes belong to `found`
                 room.drop(pieces)
             return found
         cells, starts, pieces, counts = _children(room, found, level, pieces, source, rules, way)

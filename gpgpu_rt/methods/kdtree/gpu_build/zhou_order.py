@@ -1,7 +1,7 @@
 """Fragment passes that bring the nodes of Zhou's kd-tree into their final order.
 
-Passes compute the sizes of subtrees from the leaves up, and then positions from the root down.
-Every node is then drawn at its position, and references are gathered leaf by leaf.
+Passes compute the sizes of subtrees from the leaves up, and positions from the root down. Every
+node is then drawn at its position, and references are gathered leaf by leaf.
 """
 from __future__ import annotations
 
