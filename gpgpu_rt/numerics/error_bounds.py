@@ -7,12 +7,11 @@ chapter 3), as pbrt does. Each operation returns ``x (1 + r)`` with ``|r| <= u``
 at most ``tiny`` where the result underflows: renderers may flush denormal results and inputs to
 zero. A product of n factors ``1 + r`` is within ``gamma(n) = n u / (1 - n u)`` of 1. Division is
 assumed to be correctly rounded. Contraction to fused multiply-adds only removes roundings. The
-bounds themselves are evaluated in float64, with errors of the same form and u = 2^-53. The factor
-``_ROUND_UP`` covers these errors.
+factor ``_ROUND_UP`` covers the errors of the bounds themselves, which are evaluated in float64.
 
-Each of the following steps uses the steps before. A capital letter denotes a computed value, and
-the lower case letter denotes its exact value. O and d are the ray's origin and direction, and V is
-a vertex. Axes are permuted so that the direction is largest in z:
+Each step uses the steps before. A capital letter denotes a computed value, the lower case letter
+its exact value. O and d are the ray's origin and direction, and V is a vertex. Axes are permuted
+so that the direction is largest in z:
 
 1. The host scales the direction by a power of two so that ``|d.z|`` is in [0.5, 1): exact.
 2. ``A = V - O``: ``|A - a| <= u |a| + 3 tiny`` (two inputs and a result may be flushed).
@@ -57,8 +56,7 @@ import numpy as np
 
 from .plane import CROSS, edges_of, plane_distance, shorter
 
-# Each bound is multiplied by this factor, because the bound itself is computed in float64 with
-# rounding errors.
+# This factor covers the rounding errors of the bounds, which are computed in float64.
 _ROUND_UP = 1 + 2.0 ** -20
 
 
@@ -99,8 +97,8 @@ class PairBounds:
     t_bound, u_bound, v_bound : (k,) float64, bounds on the error of the test's t, u and v where
         the test accepts; inf where an overflow is possible
     inside : (k,) bool, whether the ray certainly meets the triangle, so that the test must accept
-    possible : (k,) bool, whether the test may accept; the interval of t is not considered. If
-        false, the ray certainly misses the triangle, and the test must reject
+    possible : (k,) bool, whether the test may accept, whatever the interval of t. If false, the
+        ray certainly misses the triangle, and the test must reject
     """
 
     t: np.ndarray
@@ -115,11 +113,11 @@ class PairBounds:
 
 def bound_pairs(triangles: np.ndarray, origins: np.ndarray, directions: np.ndarray,
                 arithmetic: Arithmetic = FLOAT32) -> PairBounds:
-    """Intersect k pairs of ray and triangle in float64, and bound the errors that the triangle
-    test makes in a given arithmetic.
+    """Intersect k pairs of ray and triangle in float64, and bound the test's errors in an
+    arithmetic.
 
-    Triangles without area are not detected. For such a triangle, the test may accept or reject,
-    whatever ``inside`` and ``possible`` say.
+    For a triangle without area, which is not detected, the test may accept or reject, whatever
+    ``inside`` and ``possible`` say.
 
     Parameters
     ----------
@@ -167,15 +165,14 @@ def bound_pairs(triangles: np.ndarray, origins: np.ndarray, directions: np.ndarr
         rounding = g(3) * np.abs(ends).max(axis=0) + 8 * tiny * (1 + np.abs(z).max(axis=0))
         t = np.clip(np.where(np.isfinite(plane), plane, (lo + hi) / 2), lo, hi)
         convex = np.maximum(hi - t, t - lo) + rounding
-        # Where t was clamped to an end of the range, add the rounding of this end.
         forward += np.where(plane == t, 0, rounding)
         t_bound = np.fmin(forward, convex) * _ROUND_UP
         # Step 9.
         u, u_bound = _weight(1, w, w_bound, w_most, det, det_least, arithmetic)
         v, v_bound = _weight(2, w, w_bound, w_most, det, det_least, arithmetic)
 
-        # The largest values are products of two sheared coordinates, and depths divided by d.z;
-        # they must not overflow.
+        # The largest values, products of two sheared coordinates and depths divided by d.z, must
+        # not overflow.
         spread = np.abs(p).max(axis=(0, 1)) + p_bound.max(axis=(0, 1))
         most = np.maximum(spread ** 2, np.abs(z).max(axis=0))
         safe = (most < arithmetic.huge / 8) & (w_most.sum(axis=0) < arithmetic.huge / 8)
@@ -192,8 +189,7 @@ def bound_pairs(triangles: np.ndarray, origins: np.ndarray, directions: np.ndarr
 
 def distance_bound(triangles: np.ndarray, origins: np.ndarray, directions: np.ndarray,
                    arithmetic: Arithmetic = FLOAT32) -> np.ndarray:
-    """Return (k,) float64, the bound on the error of the test's t; parameters as in
-    `bound_pairs`."""
+    """Return the ``t_bound`` of `bound_pairs`, (k,) float64."""
     return bound_pairs(triangles, origins, directions, arithmetic).t_bound
 
 
@@ -214,11 +210,10 @@ def _permuted(triangles: np.ndarray, origins: np.ndarray, directions: np.ndarray
 
 def _edges(p: np.ndarray, e: np.ndarray, q: np.ndarray, f: np.ndarray, arithmetic: Arithmetic
            ) -> tuple[np.ndarray, np.ndarray]:
-    """Do step 5 for vertices p and q (3, 2, k) with errors e and f: return the edge functions,
-    (3, k), and their error bounds.
+    """Do step 5 for vertices p and q (3, 2, k) with errors e and f: return (3, k) and its bounds.
 
-    The product e f of the errors counts three times. The computed |p| and |q| may be too small by
-    e and f, so the bound adds this product twice more.
+    The product e f of the errors counts three times, because the computed |p| and |q| may be too
+    small by e and f.
     """
     unit, tiny = arithmetic.unit, arithmetic.tiny
     one, two = p[:, 0] * q[:, 1], p[:, 1] * q[:, 0]
@@ -239,8 +234,8 @@ def _plane_bound(corner: np.ndarray, e: np.ndarray, f: np.ndarray, direction: np
     unit, tiny = arithmetic.unit, arithmetic.tiny
     m = np.abs([e[i] * f[j] for i, j in CROSS]) + np.abs([e[j] * f[i] for i, j in CROSS])
     n = np.array([e[i] * f[j] - e[j] * f[i] for i, j in CROSS])
-    # Underflow may change an edge by 3 tiny. A component of the normal takes three operations, and
-    # underflow may change the result of each operation by 1 tiny.
+    # Underflow may change an edge by 3 tiny, and each of the three operations for a component of
+    # the normal by 1 tiny.
     n_bound = gamma(4, unit) * m + tiny * (4 + 8 * (np.abs(e) + np.abs(f)).sum(axis=0))
     n_most, d = np.abs(n) + n_bound, np.abs(direction)
     exact = (direction * n).sum(axis=0)
@@ -257,8 +252,8 @@ def _plane_bound(corner: np.ndarray, e: np.ndarray, f: np.ndarray, direction: np
 def _weight(i: int, w: np.ndarray, w_bound: np.ndarray, w_most: np.ndarray, det: np.ndarray,
             det_least: np.ndarray, arithmetic: Arithmetic) -> tuple[np.ndarray, np.ndarray]:
     """Do step 9: return a barycentric coordinate, (k,), and its error bound. Where the test
-    accepts, its coordinate lies in [0, 1], so its error is at most the distance of the exact
-    coordinate to the farther end."""
+    accepts, its coordinate lies in [0, 1], so its error is at most the distance to the farther
+    end."""
     unit, tiny = arithmetic.unit, arithmetic.tiny
     weight = w[i] / det
     size = np.abs(weight)
