@@ -109,8 +109,8 @@ def deferred() -> Iterator[None]:
 def left_to_this_process() -> Iterator[None]:
     """Return a context in which processes that this thread starts do not receive Ctrl-C.
 
-    The context also applies to threads that this thread starts in it, and to their processes. The
-    signal is blocked in this thread only; the process's other threads still receive it.
+    The context also applies to threads that this thread starts, and to their processes. Other
+    threads of this process still receive the signal.
     """
     from multiprocessing import resource_tracker
     resource_tracker.ensure_running()       # a later start of the tracker would unblock the signal

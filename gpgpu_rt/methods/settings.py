@@ -138,8 +138,8 @@ def automatic(scene: Scene, renderer: str, options: Mapping[str, Any]
     """The choices of ``method="auto"``, and the settings from which they come, or None.
 
     The choices come from cached settings that agree with the caller's options, else from
-    SAFE_DEFAULT with the caller's options added. If the default for coherent rays does not accept
-    the options, it is tried without entry points, and then replaced by the default for incoherent
+    SAFE_DEFAULT with the caller's options added. A default for coherent rays that does not accept
+    the options loses its entry points, and after that is replaced by the default for incoherent
     rays.
     """
     found = find(scene, renderer)

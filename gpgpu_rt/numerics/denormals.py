@@ -1,8 +1,7 @@
 """Denormals: a decorator that makes the host's arithmetic keep denormal numbers.
 
-A library in the same process may tell the processor to flush denormal numbers to 0 in a thread.
-The ends of intervals and the t of hits may be denormal, so a hit could be lost. Functions with the
-decorator `keeps_denormals` therefore keep denormal numbers while they run.
+A library in the same process may make the processor flush denormal numbers to 0. The ends of
+intervals and the t of hits may be denormal, so a hit could be lost.
 """
 from __future__ import annotations
 

@@ -3,7 +3,7 @@
 The code is ``plane_distance`` of ``glsl/core/watertight.glsl``, operation for operation.
 
 The normal is the cross product of the two shorter edges. In a long and thin triangle, the longest
-edge may be almost parallel to another edge, and their cross product would have few correct digits.
+edge may be almost parallel to another edge, and their product would have few correct digits.
 """
 from __future__ import annotations
 

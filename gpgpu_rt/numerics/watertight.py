@@ -1,9 +1,8 @@
 """The watertight test of ``glsl/core/watertight.glsl`` in numpy, operation for operation.
 
 All arithmetic is float32 and rounds where the shader rounds, so the results have the same bits on
-renderers that follow IEEE arithmetic. The host, for example, chooses the origin of a ray that
-leaves a triangle so that the shader's test will miss this triangle. Numbers below 2^-126 count as
-0, as on renderers that flush denormals.
+renderers that follow IEEE arithmetic. Numbers below 2^-126 count as 0, as on renderers that flush
+denormals.
 """
 from __future__ import annotations
 

@@ -33,13 +33,12 @@ _ON_MISS = {"t": np.inf, "u": 0, "v": 0, "triangle": -1}
 class RayBatch:
     """Rays from arrays, checked, rounded to float32 and stored as texels.
 
-    Each direction is scaled by the power of two that brings its largest component into [0.5, 1),
-    and t_min and t_max are scaled to match. The scaling is exact. An origin far outside ``bounds``
-    is advanced along its ray (see ``approach``). ``Hits`` are returned in the caller's units.
+    Each direction is scaled, exactly, by the power of two that brings its largest component into
+    [0.5, 1), and t_min and t_max are scaled to match. An origin far outside ``bounds`` is advanced
+    along its ray (see ``approach``). ``Hits`` are returned in the caller's units.
 
-    A renderer may flush numbers below 2^-126 to 0. An end of the interval that is below 2^-126
-    after scaling is therefore moved into the interval, to 0 or to +-2^-126. An empty interval
-    stays empty.
+    A renderer may flush numbers below 2^-126 to 0. An end of the interval below 2^-126 is
+    therefore moved into the interval, to 0 or to +-2^-126. An empty interval stays empty.
 
     Parameters
     ----------

@@ -14,8 +14,7 @@ def coherence(batch: RayBatch, diagonal: float) -> float | None:
     """Return the share of neighbouring rays that are similar.
 
     Two neighbours in a tile are similar if their directions have the same signs and the same
-    dominant axis, and if their origins are near each other. Similar rays visit nearly the same
-    nodes in the same order.
+    dominant axis, and if their origins are near each other.
 
     Parameters
     ----------

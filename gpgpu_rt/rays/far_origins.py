@@ -1,11 +1,10 @@
 """Far origins: moves an origin that is far outside the scene along its ray, to near the scene.
 
 A shader computes a point of a ray with an error of a few times 2^-24 of the point's distance from
-the ray's origin. Builders widen boxes by `bounds.PADDING` times the largest coordinate. This
-padding exceeds the error if the origin is at most a few times the scene's size away. A ray from
-further away would miss cells and leaves. Moving the origin along its ray in float64 adds an error
-of half a float32 spacing at the scene, which is less than the error of a triangle test from the
-far origin.
+the origin. Builders widen boxes by `bounds.PADDING` times the largest coordinate, which exceeds
+this error only if the origin is at most a few times the scene's size away. A ray from further away
+would miss cells and leaves. Moving the origin in float64 adds an error of half a float32 spacing
+at the scene, which is less than the error of a triangle test from the far origin.
 """
 from __future__ import annotations
 

@@ -1,9 +1,8 @@
 """Ray order: sorts arrays of rays so that similar rays lie side by side in their textures.
 
-A renderer runs neighbouring fragments together until the last of them finishes, and they share
-caches. The survey (section 4.3) proposes to sort rays on the graphics hardware, as the option
-``sort_rays`` does (``traversal/stages/sorted_rays.py``). This module sorts rays from arrays on the
-host, before their upload.
+A renderer runs neighbouring fragments together until the last of them finishes. The survey
+(section 4.3) proposes to sort rays on the graphics hardware, as the option ``sort_rays`` does
+(``traversal/stages/sorted_rays.py``). This module sorts rays on the host, before their upload.
 """
 from __future__ import annotations
 

@@ -177,8 +177,9 @@ class StateBuffers(PingPong):
     def hits(self) -> Target:
         """Return a target over the hits of side 0.
 
-        The states of side 0 are cleared: the ray's search has ended. Before the search for stopped
-        rays, the statistics or an observer of states reads them, passes write the states.
+        The states of side 0 are cleared, which means that all searches have ended. Passes write
+        the real states before the search for stopped rays, the statistics or an observer reads
+        them.
         """
         if self._hits is None:
             self.side(0).clear()

@@ -4,8 +4,7 @@ C. Waechter, A. Keller, "Instant ray tracing: the bounding interval hierarchy", 
 holds an axis and two planes: the end of its left child and the start of its right child. Each node
 has a cell; the root's cell contains the centres of all triangles' boxes. The build halves a cell
 across its longest side and assigns triangles by the centres of their boxes. If one half has no
-triangles, the build makes no node and halves the other half again. The tree's size is linear in
-the number of triangles.
+triangles, the build makes no node and halves the other half again.
 
 Departures: all nodes of a level are split together, not one by one in place. Near the depth cap,
 and where all centres coincide, a node is split into two halves of equally many triangles.

@@ -3,15 +3,13 @@
 C. Lauterbach, M. Garland, S. Sengupta, D. Luebke, D. Manocha, "Fast BVH Construction on GPUs",
 Eurographics 2009. Sorting the triangles by their codes puts them along a space-filling curve. A
 triangle's place in this order is its slot. Each gap between neighbouring slots gives an inner
-node. The node's level is the position of the first bit in which the two codes at the gap differ.
-The paper sorts a list of the gaps by level.
+node. The node's level is the first bit in which the two codes at the gap differ. The paper sorts a
+list of the gaps by level.
 
-Here, the tree follows directly from the sorted codes. A node spans all slots around its gap that
-have the same code bits before the node's level. The parent is the node of one of the two gaps at
-the ends of this span: the gap whose two codes share more leading bits. The bits of the slot number
-are appended to each code, so that no two codes are equal.
-
-`methods/bvh/gpu_build/lbvh.py` builds the same tree by fragment passes.
+Here, a node spans all slots around its gap that have the same code bits before the node's level.
+The node's parent is at one of the two ends of this span: the gap whose two codes share more
+leading bits. The bits of the slot number are appended to each code, so that no two codes are
+equal.
 """
 from __future__ import annotations
 

@@ -23,9 +23,8 @@ class OctantCopies:
 
     Copy o is for directions whose component a is negative if and only if bit a of o is set.
 
-    Near the leaves the order of children matters little. So small subtrees may be shared: stored
-    once, behind the copies and in the tree's own order. Each copy holds only a shared subtree's
-    root, called the portal.
+    Small subtrees may be shared: stored once, behind the copies and in the tree's own order. Each
+    copy holds only a shared subtree's root, called the portal.
 
     Attributes
     ----------
@@ -156,8 +155,7 @@ def _worth_a_test(bvh: Bvh, inner: list[np.ndarray], left: np.ndarray, right: np
                   always: np.ndarray, met_anyway: float) -> np.ndarray:
     """Whether to keep each node, (n,) bool.
 
-    Leaves, and the nodes that ``always`` marks, are kept; other nodes if their boxes prune enough.
-    A ray through a box hits a box inside it with a probability equal to the ratio of the areas.
+    Leaves, and the nodes that ``always`` marks, are kept; other nodes only if they prune enough.
     """
     area = half_area(bvh.lo.T.astype(np.float64), bvh.hi.T.astype(np.float64))
     # `around` is the area of the nearest kept node at or above each node.

@@ -31,11 +31,10 @@ class RayStreams(MethodDriver):
     An element is a pair of a ray and a node. All waiting elements form one stream, which is used
     as a stack. A pass pops the last ``stream_size`` elements, and each ray tests both children of
     its node. The pass pushes the far children first, so near children are popped first. At leaves,
-    rays test triangles. If fewer than ``stream_size`` elements wait, further rays start at the
-    root.
+    rays test triangles. If too few elements wait, further rays start at the root.
 
-    Between two passes, the stream holds at most ``stream_size`` elements for each level of the
-    tree, because pushed elements are one level deeper than popped elements.
+    Between two passes, the stream holds at most ``stream_size`` elements per level of the tree:
+    pushed elements are one level deeper than popped elements.
 
     Attributes
     ----------

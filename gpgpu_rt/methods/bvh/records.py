@@ -38,8 +38,8 @@ QUANTISED_NODE_8 = PackedRecord(
 corner of the scene's box, rounded outward.
 
 ``target`` is an inner node's escape index, a leaf's first triangle, or a portal's first shared
-node. ``last`` marks a node whose escape index is -1. After a leaf or a portal without this mark, a
-ray goes on to the next node."""
+node. ``last`` marks a node whose escape index is -1. After any other leaf or portal, a ray goes on
+to the next node."""
 
 _LINKS = "left:31 left_leaf:1 | right:31 right_leaf:1"
 

@@ -2,16 +2,15 @@
 
 D. Meister, J. Bittner, "Parallel Reinsertion for Bounding Volume Hierarchy Optimization", CGF
 37(2), 2018. The roots of all subtrees search for their best place at once. A place is a node: if a
-subtree moves there, a new inner node replaces the place and has two children, the place and the
-subtree. The cost of an inner node is its area. The gain of a move is the decrease of the sum of
-these areas. A move is not made if it conflicts with a move of greater gain.
+subtree moves there, a new inner node gets the two children place and subtree. The gain of a move
+is the decrease of the sum of all inner nodes' areas. A move is not made if it conflicts with a
+move of greater gain.
 
 As in the paper, the search goes from ancestor to ancestor. Departures: from each ancestor, the
-search goes down level by level, not depth first, because numpy processes many nodes at once.
-Subtrees whose move was in conflict search again in the same round, not in the next. Two moves
-conflict only if they change the links of the same node, or if one would put its subtree into the
-subtree of the other; their paths may cross. If the moves together gain nothing, only the better
-half is made.
+search goes down level by level, because numpy processes many nodes at once. Subtrees whose move
+was in conflict search again in the same round. Two moves conflict only if they change the links of
+the same node, or if one would put its subtree into the subtree of the other. If the moves together
+gain nothing, only the better half is made.
 """
 from __future__ import annotations
 

@@ -1,11 +1,11 @@
 """SAH build: a bounding volume hierarchy by the surface area heuristic (SAH), with bins.
 
 As in I. Wald, "On fast construction of SAH-based bounding volume hierarchies", 2007, equal bins
-divide the range between the outermost centroids. Nodes with few triangles are swept: every split
-between two triangles is tried, as in I. Wald, S. Boulos, P. Shirley, "Ray tracing deformable
-scenes using dynamic bounding volume hierarchies", 2007. The build tries all three axes. A node is
-split at the median triangle if it is binned and its centroids coincide, or if it could otherwise
-exceed the depth cap.
+divide the range between the outermost centroids. In nodes with few triangles, every split between
+two triangles is tried (a sweep), as in I. Wald, S. Boulos, P. Shirley, "Ray tracing deformable
+scenes using dynamic bounding volume hierarchies", 2007. All three axes are tried. A node is split
+at the median triangle if it is binned and its centroids coincide, or if it could otherwise exceed
+the depth cap.
 """
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
 """The node tables of the BVH family.
 
-The order of a table's records is computed once for each tree; when the boxes change, only the
-boxes are written again. ``Threads`` has nodes with escape indices, in one order, or in an order
-for each direction octant. ``Pairs`` has inner nodes with the boxes of both children.
+When boxes change, only the boxes of a table are written again. ``Threads`` has nodes with escape
+indices, in one order, or in an order for each direction octant. ``Pairs`` has inner nodes with the
+boxes of both children.
 """
 from __future__ import annotations
 

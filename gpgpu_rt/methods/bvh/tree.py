@@ -1,9 +1,9 @@
 """Bounding volume hierarchy: the tree, threaded by escape indices.
 
-Nodes lie in depth-first order. A ray that enters inner node i goes on to node i + 1. A ray that
-misses node i, or has finished leaf i, goes on to node escape[i], so traversal needs no stack (N.
-Thrane, L. O. Simonsen, "A comparison of acceleration structures for GPU assisted ray tracing",
-2005; B. Smits, "Efficiency issues for ray tracing", 1998).
+Nodes lie in depth-first order. A ray that enters inner node i goes on to node i + 1. Any other ray
+goes on to node escape[i], so traversal needs no stack (N. Thrane, L. O. Simonsen, "A comparison of
+acceleration structures for GPU assisted ray tracing", 2005; B. Smits, "Efficiency issues for ray
+tracing", 1998).
 """
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """Image boxes: an image tree's boxes on the host, and front-to-back links made from them.
 
-Traversal reads boxes that fragment passes compute instead. When positions change, the links still
-lead to all nodes, but perhaps in a worse order.
+Traversal reads boxes that fragment passes compute. When positions change, the links stay valid,
+but perhaps in a worse order.
 """
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
 """Pyramid: computes the boxes of a geometry image's quadtrees with one fragment pass per level.
 
-A level is computed from the level below it. A pass cannot read the texture that it writes, so
-levels are drawn alternately into the tables and into scratch textures. A last pass copies the
-scratch levels into the tables. A colour mask protects the links in the tables' fourth channels.
+A pass cannot read the texture that it writes, so levels are drawn alternately into the tables and
+into scratch textures. A last pass copies the scratch levels into the tables. A colour mask
+protects the links in the tables' fourth channels.
 """
 from __future__ import annotations
 

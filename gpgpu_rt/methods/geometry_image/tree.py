@@ -2,7 +2,7 @@
 
 A chart is a rectangle of texels, which hold positions. A cell is a quad between 2 x 2 neighbouring
 texels. The tree depends only on the sizes of the charts and on the level of detail. If positions
-change, fragment passes recompute the boxes (gpgpu_rt/methods/geometry_image/pyramid.py).
+change, fragment passes recompute the boxes (pyramid.py).
 
 A mesh that is no geometry image becomes an image of unconnected cells along a Morton curve, each
 with a single triangle. A quadtree over the curve is then a hierarchy over space.
@@ -148,8 +148,8 @@ def build_image_tree(charts: Sequence[tuple[int, int]], level: int = 0) -> Image
 def build_triangle_image(triangles: np.ndarray) -> ImageTree:
     """Build the quadtree over (n, 3, 3) triangles along a Morton curve.
 
-    Each cell is a triangle and has three texels in a row. They are the corners of the quad v0 v1
-    v2 v1, whose halves are the same triangle; programs test only the first half.
+    A cell has three texels, the corners of the quad v0 v1 v2 v1. The quad's halves are the same
+    triangle, so programs test only the first half.
     """
     lo, hi = triangle_boxes(triangles)
     order = morton_order((lo * np.float32(0.5) + hi * np.float32(0.5)).T)

@@ -3,10 +3,9 @@
 T. J. Purcell, I. Buck, W. R. Mark, P. Hanrahan, "Ray tracing on programmable graphics hardware",
 SIGGRAPH 2002. A cell lists a triangle only if the triangle, not just its box, overlaps the cell.
 The build tests overlap by separating axes (T. Akenine-Moeller, "Fast 3D triangle-box overlap
-testing", 2001). A column is a line of cells along the dominant axis of the triangle's normal. For
-each column, the build first computes the cells that the triangle's plane crosses. It then tests
-the triangle's edges in the three projections along the axes. Cells are widened by
-`bounds.padding`, and the tests are in float64.
+testing", 2001). In each column, a line of cells along the dominant axis of the triangle's normal,
+the build first finds the cells that the triangle's plane crosses. It then tests the triangle's
+edges in the three projections along the axes. Cells are widened by `bounds.padding`.
 """
 from __future__ import annotations
 

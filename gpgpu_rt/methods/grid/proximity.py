@@ -3,7 +3,7 @@
 F. Karlsson, C. J. Ljungstedt, "Ray tracing fully implemented on programmable graphics
 hardware", Chalmers, 2004, after D. Cohen, Z. Sheffer, "Proximity clouds", The Visual Computer
 11, 1994. The distance is the largest of the three coordinate differences (Chebyshev distance), so
-the cells that are nearer form an empty cube around the cell.
+all nearer cells are empty.
 """
 from __future__ import annotations
 

@@ -1,14 +1,13 @@
 """Hybrid build of a kd-tree: Morton codes give the upper levels, and SAH splits the levels below.
 
 C. Lauterbach et al., "Fast BVH construction on GPUs", Eurographics 2009, build a bounding volume
-hierarchy in this way. Hachisuka's survey proposes the same for kd-trees (section 5). Morton codes
-give all upper levels at once, where the surface area heuristic (SAH) would be slow, because each
-node has many references.
+hierarchy in this way; Hachisuka's survey proposes it for kd-trees (section 5). In the upper
+levels, the surface area heuristic (SAH) would be slow, because each node has many references.
 
 In the paper, each triangle has a code. Here, every cell of a coarse lattice has a code, and lists
-the triangles that overlap it. The cells are sorted by code. A node of the upper levels is the part
-of the lattice whose codes begin with a prefix of bits. From level to level, nodes are halved along
-x, y and z in turn. A node without occupied cells is an empty leaf.
+the triangles that overlap it. A node of the upper levels is the part of the lattice whose codes
+begin with a prefix of bits. Nodes are halved along x, y and z in turn. A node without occupied
+cells is an empty leaf.
 """
 from __future__ import annotations
 

@@ -71,14 +71,13 @@ KD_PACKET_STACK_STATE = replace(
     KD_PACKET_STATE, layout=KD_PACKET_STATE.layout + " popped:int | stack_node:ivec4")
 """KD_PACKET_STATE, and `stack_node`, the nodes on the short stack, newest first, 0 if free.
 
-``popped`` is the number of entries that the last kernel popped. The record fills the four render
-targets of the cards that Horn et al. used."""
+``popped`` is the number of entries that the last kernel popped."""
 
 KD_PACKET_RAY_STATE = replace(STATE, layout=STATE.layout + " t_min t_max", full_precision=True)
 """The state of a ray in a kd packet: its interval in the packet's node.
 
-The interval is in float32 whatever the option ``storage``, because the schedule ``loop`` keeps it
-in float32 registers and ``step`` must give the same hits."""
+The interval is always in float32, as in the registers of the schedule ``loop``, so that ``step``
+gives the same hits."""
 
 KD_PACKET_STACK_RAY_STATE = KD_PACKET_RAY_STATE.extended("stack_t_max:vec4")
 """KD_PACKET_RAY_STATE, and the ends of the ray's intervals on the packet's stack."""
@@ -91,12 +90,13 @@ KD_PACKET_ERA_STATE = Record("state", " | ".join((
 vec4 has one number for each of the packet's four rays.
 
 ``place`` is the node of a packet that descends. In a leaf, ``place`` is the cursor, which runs up
-to ``end``. The packet's rays traverse the tree in turns. A turn is for all rays whose directions
-have the same signs. ``negative`` marks the axes along which these directions are negative.
-``t_turn`` is the t_min of a ray that waits for its turn.
+to ``end``. In each turn, the rays whose directions have the same signs traverse the tree.
+``negative`` marks the axes along which these directions are negative. ``t_turn`` is the t_min of a
+ray that waits for its turn.
 
-The stack has the nodes ``node_0`` to ``node_2``, newest first, in which the rays' intervals end at
-``t_max_0`` to ``t_max_2``. ``far`` is the node to push, with the ends ``t_far``."""
+The stack has the nodes ``node_0`` to ``node_2``, newest first. The rays' intervals in these nodes
+end at ``t_max_0`` to ``t_max_2``. ``far`` is the node to push, and ``t_far`` its intervals'
+ends."""
 
 KD_ROPES_PACKET_RAY_STATE = replace(
     STATE, layout=STATE.layout + " t_min ray_node:int", full_precision=True)

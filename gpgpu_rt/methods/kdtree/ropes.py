@@ -1,9 +1,9 @@
 """Ropes: links from each face of a kd-tree's leaf to the node behind the face.
 
 S. Popov, J. Günther, H.-P. Seidel, P. Slusallek, "Stackless KD-Tree Traversal for High Performance
-GPU Ray Tracing", Eurographics 2007. The construction goes down from the root, whose ropes are nil.
-At the split plane of a node, the faces of its two children get ropes to each other. On all other
-faces, a child inherits its parent's ropes.
+GPU Ray Tracing", Eurographics 2007. The construction goes down from the root, which has no ropes.
+A node's split plane gives the faces of its two children ropes to each other. On all other faces, a
+child inherits its parent's ropes.
 """
 from __future__ import annotations
 

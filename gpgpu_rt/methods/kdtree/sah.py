@@ -4,14 +4,14 @@ J. D. MacDonald, K. S. Booth, "Heuristics for ray tracing using space subdivisio
 Computer 6, 1990. The option `split` selects one of two kinds of candidate planes:
 
 `exact` tries every face of every reference's box (I. Wald, V. Havran, "On building fast kd-trees
-for ray tracing, and on doing that in O(N log N)", 2006). Here, references are sorted on every
-level; the paper keeps them sorted by merging.
+for ray tracing, and on doing that in O(N log N)", 2006). References are sorted on every level; the
+paper keeps them sorted by merging.
 
 `binned` tries the ends of bins, and counts lower and upper faces in two histograms (M. Shevtsov,
 A. Soupikov, A. Kapustin, "Highly parallel fast kd-tree construction for interactive ray tracing of
 dynamic scenes", Eurographics 2007). As in this paper, nodes with few references are searched
-exactly. The bins extend from the lowest to the highest face of the references, so the candidates
-always include the planes that cut off empty space.
+exactly. The bins extend only from the lowest to the highest face of the references, so planes that
+cut off empty space are candidates.
 """
 from __future__ import annotations
 
@@ -74,8 +74,7 @@ class Costs:
     """The constants of the heuristic, in any common unit.
 
     A split that cuts off empty space costs (1 - empty_bonus) times its normal cost if the empty
-    space is at least the share `WORTH_CUTTING` of the node. Without this limit, the build would
-    cut off sliver after sliver until the depth cap.
+    space is at least the share `WORTH_CUTTING` of the node: the build must not cut off slivers.
     """
 
     traversal: float = 1.0

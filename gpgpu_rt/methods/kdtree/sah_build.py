@@ -1,10 +1,9 @@
 """SAH build: a kd-tree by the surface area heuristic (SAH). All nodes of a level split together.
 
 I. Wald, V. Havran, "On building fast kd-trees for ray tracing, and on doing that in O(N log N)",
-2006. The heuristic is greedy, without look-ahead. References are clipped to their node, and splits
-that cut off empty space get a bonus. By default, the depth is at most 8 + 1.3 log2 n (V. Havran,
-thesis, 2000). Every triangle's box is widened by `bounds.padding`, so that a triangle in a split
-plane is on both sides.
+2006. References are clipped to their node, and splits that cut off empty space get a bonus. By
+default, the depth is at most 8 + 1.3 log2 n (V. Havran, thesis, 2000). Every triangle's box is
+widened by `bounds.padding`, so that a triangle in a split plane is on both sides.
 """
 from __future__ import annotations
 

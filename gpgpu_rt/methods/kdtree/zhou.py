@@ -1,23 +1,21 @@
 """Zhou's build: split large nodes in the middle, and small nodes by SAH on bit masks.
 
 K. Zhou, Q. Hou, R. Wang, B. Guo, "Real-time KD-tree construction on graphics hardware", SIGGRAPH
-Asia 2008 (survey, section 5). The fragment programs of `gpu_build/zhou.py` give the same tree,
-node for node. Therefore every value that decides a split is computed in float32, in the same order
-as in the programs.
+Asia 2008 (survey, section 5). The fragment programs of `gpu_build/zhou.py` give the same tree:
+every value that decides a split is computed in float32, in the programs' order.
 
 A reference is a triangle's entry in a node, with the box of the triangle's part in the node. A
 large node has more than `small` references. A split cuts off empty space on one side of the node
-if it exceeds the share `empty_cut` of the node's extent. Otherwise the node is split in the middle
-of its longest axis, and a triangle that lies on both sides is clipped.
+if the space exceeds the share `empty_cut` of the node's extent. Otherwise the split halves the
+longest axis, and clips the triangles that lie on both sides.
 
 A small root is a small node whose parent is large, or the tree's root. For small nodes, the six
 faces of each reference's box are the candidate planes. Masks of 64 bits, computed once for each
-small root, mark its references left and right of each plane. Each node below the small root is
-also a mask of the root's references.
+small root, mark its references left and right of each plane. Each node below is also a mask of the
+root's references.
 
 Departures from the paper: a split cuts off empty space on one side of a node, not on up to six
-sides. A triangle is clipped only by the split plane, not by the six faces of the node, and the
-result is cut to the reference's old box; so only the triangle's three edges are clipped. If the
+sides. A triangle is clipped only by the split plane, not by the six faces of the node. If the
 middle of the longest axis separates no references, the split uses another axis that does. After
 `FUTILE` levels without such an axis, the node becomes a leaf of any size. In small nodes, splits
 that cut off empty space get the bonus of `sah`.

@@ -2,8 +2,7 @@
 
 A. S. Glassner, "Space subdivision for fast ray tracing", 1984. N. A. Carr, J. D. Hall, J. C. Hart,
 "The ray engine", Graphics Hardware 2002, traverse an octree on the host. A cell lists the
-triangles that overlap it, by the tests of `grid/cells.py`. All nodes of a level are processed
-together.
+triangles that overlap it, by the tests of `grid/cells.py`.
 """
 from __future__ import annotations
 

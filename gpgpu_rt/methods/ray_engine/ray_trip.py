@@ -61,8 +61,8 @@ class RayTrip:
     def ready(self, waiting: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Sort waiting rays by cell, and choose the rays that are intersected now.
 
-        These are the rays of queues that are long enough, or of all queues if no queue is. The
-        queue of a cell holds the rays that wait for the cell's triangles.
+        The rays of long queues are chosen, or of all queues if none is long enough. The queue of a
+        cell holds the rays that wait for the cell's triangles.
 
         Returns
         -------

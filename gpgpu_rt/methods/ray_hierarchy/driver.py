@@ -28,13 +28,12 @@ GROWTH = 4      # ratio of the sizes of successive batches of triangles
 class RayHierarchy(MethodDriver):
     """Runs `ray-hierarchy`; see ``Driver``.
 
-    The triangles are divided into batches. Before each batch, the hierarchy over the rays is
-    rebuilt, and rays end at their nearest hits so far. The first batches are small, because their
-    hits shorten the rays for the later batches. A batch begins with all pairs of one of its
-    triangles and a node of the top level. A pass reads up to ``stream_size`` pairs and tests each
-    pair's triangle against the four children of its node. A child that passes the test forms a new
-    pair with the triangle. The new pairs descend to the rays before the next ``stream_size`` pairs
-    are tested, so no stream is longer than four times ``stream_size``.
+    Before each batch of triangles, the hierarchy over the rays is rebuilt, and rays end at their
+    nearest hits so far. The first batches are small, because their hits shorten the rays for the
+    later batches. A batch begins with all pairs of one of its triangles and a node of the top
+    level. A pass tests the triangles of up to ``stream_size`` pairs against the four children of
+    their nodes. A child that passes forms a new pair. The new pairs descend to the rays before the
+    next ``stream_size`` pairs are tested, so no stream is longer than four times ``stream_size``.
     """
 
     def __init__(self, setup: Setup) -> None:

@@ -1,9 +1,9 @@
 """Beams. A beam is the volume that the rays of a five-dimensional box can reach.
 
-J. Arvo, D. Kirk, "Fast Ray Tracing by Ray Classification", SIGGRAPH 1987. A beam is the box of its
-origins swept along its directions. It has five bounding planes: a plane behind the origins, and
-four planes with the extreme slopes of its directions (the paper's "linear separation"). Tests find
-the boxes and triangles that a padded beam may overlap, in float64.
+J. Arvo, D. Kirk, "Fast Ray Tracing by Ray Classification", SIGGRAPH 1987. A beam has five bounding
+planes: a plane behind its origins, and four planes with the extreme slopes of its directions (the
+paper's "linear separation"). Tests find the boxes and triangles that a padded beam may overlap, in
+float64.
 """
 from __future__ import annotations
 

@@ -2,18 +2,16 @@
 
 J. Arvo, D. Kirk, "Fast Ray Tracing by Ray Classification", SIGGRAPH 1987 (survey, Table 1). A ray
 is a five-dimensional point: its origin, and its direction's (u, v) on a face of the direction cube
-(frames.py). From level to level, a box is halved along all axes on which it is not yet a single
-finest cell. The candidates of a box are the triangles that its rays may hit.
+(frames.py). From level to level, a box is halved along all axes, down to single finest cells. The
+candidates of a box are the triangles that its rays may hit.
 
 The paper halves a box until it has few candidates. Here, a box may have a list if it holds
-``min_rays`` rays of a call. Each finest cell lies in one box of each level, and uses the list of
-the smallest of these boxes that has a list. If all lists would exceed the budget, ``min_rays`` is
-raised for this call. The paper finds a box's candidates among the candidates of the next larger
-box. Here, a BVH finds the candidates, so the larger boxes need no lists.
+``min_rays`` rays of a call. A finest cell uses the list of the smallest box around it that has a
+list. If all lists would exceed the budget, ``min_rays`` is raised for this call. The paper finds a
+box's candidates among those of the next larger box; here, a BVH finds them.
 
-A directory holds the start of every finest cell's list. If lists do not fit into the budget, their
-rays use the lists of larger boxes. The largest box of each face of the direction cube always has a
-list, which holds all triangles in their order along the face's axis.
+A directory holds the start of every finest cell's list. The largest box of each face of the
+direction cube always has a list, which holds all triangles in their order along the face's axis.
 """
 from __future__ import annotations
 

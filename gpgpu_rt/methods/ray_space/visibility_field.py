@@ -1,19 +1,17 @@
 """Visibility field. Lines are grouped into beams, and each beam lists its triangles in order.
 
 J. Mortensen, P. Khanna, I. Yu, M. Slater, "A Visibility Field for Ray Tracing", CGIV 2007 (survey,
-Table 1). Three faces of the direction cube (frames.py) are divided into cells. They cover half of
-all directions; a ray of the opposite direction uses the same beam. For each cell, a grid of tiles
-covers the plane through the scene's centre perpendicular to the face's axis. A beam is all lines
-that have a direction in a cell and cross the plane in a tile.
+Table 1). Three faces of the direction cube (frames.py), half of all directions, are divided into
+cells. For each cell, a grid of tiles covers the plane through the scene's centre perpendicular to
+the face's axis. A beam is all lines that have a direction in a cell and cross the plane in a tile.
 
 In the paper, a beam lists the triangles that its central direction hits. Here, a beam lists all
 triangles that any line of the beam may hit.
 
 A triangle's near end is its lowest coordinate along the axis, and its far end is its highest. The
-triangles of a beam are sorted by their near ends. The beam also stores, for each triangle, the
-largest far end among this triangle and the triangles before it. So a binary search finds the first
-triangle that a ray from any point of the beam may hit, both up and down the axis. The paper uses a
-tree along the beam for this search.
+triangles of a beam are sorted by their near ends. Each entry also stores the largest far end up to
+this entry. So a binary search finds the first triangle that a ray from any point of the beam may
+hit, both up and down the axis. The paper uses a tree for this search.
 """
 from __future__ import annotations
 
@@ -170,9 +168,9 @@ def _resolution(frames: list[_Frame], directions: int, tiles: int, usual: float
                 ) -> tuple[int, int]:
     """The numbers of directions and tiles of a field with at most ``usual`` entries.
 
-    First, reduce the number of directions from ``directions`` until a field with ``TILES`` times
-    as many tiles as directions has at most ``usual`` entries. Then find the largest number of
-    tiles, up to ``tiles``, with at most ``usual`` entries.
+    First, reduce ``directions`` until a field with ``TILES`` times as many tiles as directions has
+    at most ``usual`` entries. Then find the largest number of tiles, up to ``tiles``, with at most
+    ``usual`` entries.
     """
     while directions > 1 and _estimate(frames, directions, min(TILES * directions, tiles)) > usual:
         directions -= 1

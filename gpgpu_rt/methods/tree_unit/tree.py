@@ -54,7 +54,7 @@ class UnitTree:
 def from_kdtree(tree: KdTree) -> UnitTree:
     """Return a kd-tree in the common format.
 
-    Faces on the scene's box, which clips rays anyway, are moved to OPEN. Otherwise, rounding could
+    Faces on the scene's box, which clips rays anyway, are moved to OPEN, so that rounding cannot
     end a ray's interval in the node before a triangle on the face.
     """
     lo, hi = tree.boxes()

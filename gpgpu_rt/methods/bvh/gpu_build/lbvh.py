@@ -1,9 +1,9 @@
 """LBVH by fragment passes (Lauterbach et al. 2009).
 
-The tree equals the tree of `methods.bvh.lbvh`, node for node. Passes compute boxes and Morton
-codes, and sort the codes. A slot is a place in the sorted order. A pass over all nodes finds each
-node's span of slots, and its parent. Six passes of pointer jumping give the nodes' positions in
-depth-first order. Last, the boxes of runs of slots are joined to the box of each node.
+The tree equals the tree of `methods.bvh.lbvh`. Passes compute boxes and Morton codes, and sort the
+codes. A slot is a place in the sorted order. A pass finds each node's span of slots and its
+parent. Six passes of pointer jumping give the nodes' positions in depth-first order. Last, the
+boxes of runs of slots are joined to the boxes of nodes.
 """
 from __future__ import annotations
 

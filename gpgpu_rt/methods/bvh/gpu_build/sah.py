@@ -1,10 +1,10 @@
 """SAH build by fragment passes, which process all nodes of a level together.
 
-The method follows Lauterbach et al. 2009. Nodes of more than SMALL triangles are binned: for each
-triangle and axis, a point is blended into a bin of the triangle's node. For smaller nodes, a
-fragment for each triangle tries the split behind this triangle along each axis. A slot is a place
-in the order of triangles. A scan of flags partitions the slots of a node into its children. For
-each level, the host reads back two numbers: how many nodes are binned, and how many are split.
+Lauterbach et al. 2009. Nodes of more than SMALL triangles are binned: for each triangle and axis,
+a point is blended into a bin of the triangle's node. For smaller nodes, a fragment for each
+triangle tries the split behind this triangle along each axis. A slot is a place in the order of
+triangles. A scan of flags partitions the slots of a node. For each level, the host reads back how
+many nodes are binned, and how many are split.
 """
 from __future__ import annotations
 

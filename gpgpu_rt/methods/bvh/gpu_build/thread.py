@@ -3,8 +3,7 @@
 A slot is a place in the order of triangles. The nodes may come from any tree whose nodes span
 consecutive slots. Two numbers give a node's position in depth-first order: the leaves that begin
 before the node, and the ancestors that have the node in their left subtree. A node's box is joined
-from the boxes of four runs of 4^k slots, which together cover the node. So neither positions nor
-boxes need a pass per level.
+from the boxes of four runs of 4^k slots. So no pass per level is needed.
 """
 from __future__ import annotations
 
