@@ -26,7 +26,7 @@ def run(load: Callable[[], Command], also: tuple[int, ...] = ()) -> int:
     Parameters
     ----------
     load : imports the command's libraries and returns the command. An interrupt during the import
-        ends the process at once: a library that is being imported might catch an exception
+        ends the process, because a library might catch an exception
     also : further signals that interrupt the command as SIGINT does
 
     Notes

@@ -28,8 +28,8 @@ class TracedProgram:
 
     Attributes
     ----------
-    name : the kernel of a program with a single kernel, else the name of the program's file; a
-        number distinguishes equal names
+    name : the kernel of a program with a single kernel, else the name of the file; a number
+        distinguishes equal names
     file : the program's entry file, as ``glsl/...`` or absolute
     text : GLSL that compiles by itself, see `program_text`
     traverses : whether the program runs traversal steps; False for auxiliary programs

@@ -70,8 +70,8 @@ def load_methods(folder: str | os.PathLike[str]) -> list[Method]:
     Raises
     ------
     MethodError
-        if the folder does not exist, a file fails to run, or a row is invalid; no method of the
-        folder is then added. The message names the folder, or file and line.
+        if the folder does not exist, a file fails to run, or a row is invalid; then no method of
+        the folder is added. The message names the folder, or file and line
     """
     _load_named()
     path = Path(folder).resolve()

@@ -1,4 +1,4 @@
-"""Methods of a user: load Python files from the user's folders and check the rows in these files.
+"""Methods of a user: load Python files from the user's folders and check their rows.
 
 Each file defines ``ROWS`` (docs/how-to/add-a-method.md).
 """
@@ -60,8 +60,8 @@ def rows_of(path: Path) -> list[Method]:
     Raises
     ------
     MethodError
-        if the file fails to run or a row is invalid; the message names the file, and the line or
-        the method
+        if the file fails to run or a row is invalid; the message names the file, and line or
+        method
     """
     # The hash of the path tells files of the same name in two folders apart.
     place = hashlib.sha256(os.fsencode(path.resolve())).hexdigest()[:12]
@@ -130,7 +130,6 @@ def _check(row: Method, path: Path) -> None:
 
 
 def _check_kinds(row: Method, where: str) -> None:
-    """Raise MethodError if a field of the row does not have its declared type."""
     if not isinstance(row.state, Record):
         raise MethodError(f"{where}: state is {row.state!r}; give a Record")
     if not isinstance(row.glsl, (str, Path)):

@@ -74,8 +74,7 @@ def _leaf_counts(structure: Structure) -> np.ndarray:
 
 
 def _areas(structure: Structure) -> tuple[np.ndarray, np.ndarray, float]:
-    """Half the surface area (float64) and the number of references of each node or cell; then half
-    the surface area of the scene's box."""
+    """For each node or cell, half its area and its references; then half the scene box's area."""
     if isinstance(structure, Grid):
         size = structure.cell_size.astype(np.float64)
         cells = np.diff(structure.cell_start)

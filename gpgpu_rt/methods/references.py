@@ -52,7 +52,6 @@ class CitedWork:
     sections: tuple[str, ...]
 
     def __str__(self) -> str:
-        """The full citation."""
         *first, last = self.authors
         names = f"{', '.join(first)} and {last}" if first else last
         where = ", ".join(part for part in (self.venue, str(self.year or "")) if part)

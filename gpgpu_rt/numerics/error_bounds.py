@@ -113,8 +113,7 @@ class PairBounds:
 
 def bound_pairs(triangles: np.ndarray, origins: np.ndarray, directions: np.ndarray,
                 arithmetic: Arithmetic = FLOAT32) -> PairBounds:
-    """Intersect k pairs of ray and triangle in float64, and bound the test's errors in an
-    arithmetic.
+    """Intersect k pairs of ray and triangle in float64, and bound the errors of the test.
 
     For a triangle without area, which is not detected, the test may accept or reject, whatever
     ``inside`` and ``possible`` say.
@@ -251,9 +250,10 @@ def _plane_bound(corner: np.ndarray, e: np.ndarray, f: np.ndarray, direction: np
 
 def _weight(i: int, w: np.ndarray, w_bound: np.ndarray, w_most: np.ndarray, det: np.ndarray,
             det_least: np.ndarray, arithmetic: Arithmetic) -> tuple[np.ndarray, np.ndarray]:
-    """Do step 9: return a barycentric coordinate, (k,), and its error bound. Where the test
-    accepts, its coordinate lies in [0, 1], so its error is at most the distance to the farther
-    end."""
+    """Do step 9: return a barycentric coordinate, (k,), and its error bound.
+
+    An accepted coordinate lies in [0, 1]: its error is at most the distance to the farther end.
+    """
     unit, tiny = arithmetic.unit, arithmetic.tiny
     weight = w[i] / det
     size = np.abs(weight)

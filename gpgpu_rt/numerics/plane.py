@@ -18,7 +18,7 @@ CROSS = ((1, 2), (2, 0), (0, 1))
 
 
 def kept(values: np.ndarray) -> np.ndarray:
-    """Return the values unchanged; as the argument ``R`` below, use numpy's own rounding."""
+    """Return the values unchanged: the argument ``R`` below for numpy's own rounding."""
     return values
 
 

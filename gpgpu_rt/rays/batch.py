@@ -138,8 +138,7 @@ class RayBatch:
         return np.broadcast_to(t, self.count)
 
     def _rows(self, part: slice) -> list[np.ndarray]:
-        """Return the rows of each texture, (rows, width, 4), of a block that starts at a row's
-        start."""
+        """Return the rows of a block that starts a row, (rows, width, 4) for each texture."""
         width = self.size[0]
         rows = slice(part.start, -(-part.stop // width) * width)
         return [plane[rows].reshape(-1, width, 4) for plane in self._planes]
@@ -157,8 +156,7 @@ class RayBatch:
         return self._planes[texel].reshape(*self.size[::-1], 4)
 
     def sample(self, rows: np.ndarray, columns: np.ndarray) -> dict[str, np.ndarray]:
-        """Return the fields of the rays at these rows and columns of the textures, broadcast
-        together."""
+        """Return the fields of the rays at rows and columns (broadcast) of the textures."""
         width, height = self.size
         planes = [plane.reshape(height, width, 4)[rows, columns] for plane in self._planes]
         if self.start is not None:
@@ -166,8 +164,7 @@ class RayBatch:
         return RAY_TEXELS.unpack_planes(planes)
 
     def given_units(self, t: np.ndarray, rays: slice | np.ndarray) -> np.ndarray:
-        """Convert (k,) float32 values of t, for the k rays that ``rays`` selects, to the caller's
-        units."""
+        """Convert (k,) float32 values of t to the caller's units; ``rays`` selects their rays."""
         with np.errstate(over="ignore"):
             if self._shift is not None:
                 t = (t + self._shift[rays]).astype(np.float32)
@@ -191,8 +188,8 @@ class RayBatch:
         return {name: values[:self.count].copy() for name, values in fields.items()}
 
     def by_ray(self, texels: np.ndarray) -> np.ndarray:
-        """Convert the texels of a texture of ``size``, (k, 4) row by row, to (n, 4) in the
-        caller's order of rays."""
+        """Convert (k, 4) texels of a texture of ``size`` to (n, 4) in the caller's order of rays.
+        """
         if self.order is None:
             return texels[:self.count]
         began = time.perf_counter()
@@ -291,8 +288,7 @@ def _same(one: np.ndarray | None, other: np.ndarray | None) -> bool:
 
 
 def _joined(blocks: list[slice], parts: list[np.ndarray | None]) -> np.ndarray | None:
-    """Join the values per ray of all blocks, with 0 for blocks that have None; None if all
-    have."""
+    """Join the values per ray of all blocks, with 0 for None; None if all blocks have None."""
     some = [part for part in parts if part is not None]
     if not some:
         return None

@@ -41,8 +41,7 @@ def coherence(batch: RayBatch, diagonal: float) -> float | None:
 
 
 def _sampled(height: int, width: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return the rows (tiles, y, 1) and columns (tiles, 1, x) of a sample of complete tiles. Tiles
-    are smaller if the rays do not fill one."""
+    """Return the rows (tiles, y, 1) and columns (tiles, 1, x) of a sample of complete tiles."""
     y, x = min(TILE, height), min(TILE, width)
     down, across = (height // y, width // x) if y and x else (0, 0)
     tiles = np.unique(np.linspace(0, max(down * across - 1, 0), min(SAMPLE, down * across))

@@ -36,8 +36,7 @@ SCATTERED = 0.75
 
 
 class RayOrder:
-    """Sorted rays. Rays with an empty interval are left out, and read the result of an empty
-    texel.
+    """Sorted rays. Rays with an empty interval are left out; they share an empty texel.
 
     Parameters
     ----------
@@ -69,8 +68,7 @@ class RayOrder:
         return order if len(rays) == self.count else rays[order]
 
     def planes(self, planes: list[np.ndarray]) -> list[np.ndarray]:
-        """Return (width * height, 4) float32 for each texel of RAY_TEXELS: the sorted rays, then
-        empty rays."""
+        """Return (width * height, 4) float32 per texel of RAY_TEXELS: sorted, then empty rays."""
         (width, height), count = self.size, len(self.rays)
         curve, rank = _curve(self.size)
         laid = [np.empty((width * height, 4), np.float32) for _ in planes]
@@ -128,7 +126,7 @@ def squares(rays: int) -> tuple[int, int]:
 def _live_keys(planes: list[np.ndarray], first: int, precision: Precision,
                bounds: tuple[np.ndarray, np.ndarray]) -> tuple[np.ndarray, ...]:
     """Return the rays of a block that are not empty, (m,) int; the empty rays, (k,) int; and the
-    sort keys of the rays that are not empty, (m,) uint16.
+    keys of the rays that are not empty, (m,) uint16.
 
     A key has the direction in its high bits, then the origin's cell along a Morton curve.
     """
@@ -196,8 +194,7 @@ def _whole(texels: np.ndarray) -> np.ndarray:
 
 @lru_cache(maxsize=None)
 def _keys() -> np.ndarray:
-    """Return (2^15,) uint16, the sort key for each direction code and origin cell (in the low
-    bits).
+    """Return (2^15,) uint16, the sort key for each direction code and origin cell (low bits).
 
     Keys order rays by octant, then by the position around the octant's diagonal, then along a
     Morton curve of origin cells.
@@ -218,8 +215,10 @@ def _keys() -> np.ndarray:
 
 @lru_cache(maxsize=1)
 def _curve(size: tuple[int, int]) -> tuple[np.ndarray, np.ndarray]:
-    """Return the texels of a texture in the order of a Morton curve in square after square, and
-    the rank of each texel in this order, (width * height,) int32 each."""
+    """Return the texels of a texture in curve order, and the rank of each texel in this order.
+
+    Both are (width * height,) int32. The order is a Morton curve in square after square.
+    """
     width, height = size
     y, x = np.divmod(np.arange(width * height), width)
     rank = ((y // SQUARE * (width // SQUARE) + x // SQUARE) * SQUARE ** 2

@@ -41,8 +41,7 @@ class RayTextures:
         self.tiles: TileBounds | None = None    # bounds of directions; they need a shared start
 
     def share_start(self, start: np.ndarray | None) -> None:
-        """Set the start that all rays share: origin and t_min, (4,) float32, with t_min >= 0; or
-        None.
+        """Set the start that all rays share, (4,) float32: origin and t_min >= 0; or None.
 
         Programs read a shared start from a uniform, which saves a fetch per ray, and work that
         depends only on the start.
@@ -60,8 +59,10 @@ class RayTextures:
         return RayTextures(self.gpu, size, self.precision, self.after_hit)
 
     def fits(self, other: RayTextures, size: tuple[int, int] | None = None) -> bool:
-        """Return whether these textures hold the same kind of rays as ``other``, and have ``size``
-        or, if it is None, the size of ``other``."""
+        """Return whether these textures hold the same kind of rays as ``other``, and fit ``size``.
+
+        By default, ``size`` is the size of ``other``.
+        """
         return self.size == (size or other.size) and self.after_hit == other.after_hit
 
     @property
@@ -162,8 +163,7 @@ class PingPong:
 
 
 class StateBuffers(PingPong):
-    """Ping-pong buffers of the traversal's state, the hit and, with ``statistics``, the
-    counters."""
+    """Ping-pong buffers of rays' states, hits and, with ``statistics``, counters."""
 
     def __init__(self, gpu: Gpu, state: Record, size: tuple[int, int], statistics: bool,
                  precision: Precision) -> None:

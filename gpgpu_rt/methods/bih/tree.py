@@ -39,8 +39,8 @@ class Bih:
     axis : (n,) int8, 0, 1, 2, or 3 for a leaf
     left_hi, right_lo : (n,) float32, the end of an inner node's left child and the start of its
         right child along the axis; 0 for a leaf
-    child : (n,) int32, the left child of an inner node (the right child is child + 1), or a
-        leaf's first triangle in `order`
+    child : (n,) int32, the left child of an inner node (the right child follows), or a leaf's
+        first triangle in `order`
     count : (n,) int32, the number of triangles of a leaf; 0 for an inner node
     order : (m,) int32, the triangles of one leaf after another, ascending in each leaf
     depth : int, the number of edges from the root to the deepest leaf
@@ -165,8 +165,8 @@ def _planes(cell_lo: np.ndarray, cell_hi: np.ndarray, lowest: np.ndarray, highes
     -------
     axis : (k,)
     plane : (k,), NaN where no plane separates the centres
-    corners : the lower and the upper corners, (3, 2 k) each, of the children's cells: first all
-        left children, then all right children
+    corners : the lower and the upper corners, (3, 2 k) each, of the children's cells: first the
+        left, then the right children
     """
     cell_lo, cell_hi = cell_lo.copy(), cell_hi.copy()
     axis, plane = np.zeros(cell_lo.shape[1], np.int64), np.full(cell_lo.shape[1], np.nan)

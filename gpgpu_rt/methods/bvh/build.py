@@ -35,9 +35,9 @@ def build_bvh(triangles: np.ndarray, *, build: str = "sah", reinsertion: int = 0
     ----------
     triangles : (n, 3, 3) float32, world units
     build : "sah", "kay-kajiya", "goldsmith-salmon", "lbvh" or "hybrid"
-    reinsertion : number of rounds of optimisation, in which subtrees move to places where they
-        cost less (`reinsertion.py`); leaves of several triangles are made afterwards
-    most_nodes : limit on the number of nodes, kept by larger leaves; None sets no limit
+    reinsertion : number of rounds in which subtrees move to places where they cost less
+        (`reinsertion.py`); leaves of several triangles are made afterwards
+    most_nodes : limit on the number of nodes, kept by larger leaves
     options : options of the builder: see `sah.build`, `median.build`, `insertion.build`,
         `lbvh.build`, `hybrid.build`
 

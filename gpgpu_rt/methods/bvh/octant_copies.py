@@ -32,8 +32,8 @@ class OctantCopies:
     escape : (8, n) int32, the first node after a node's subtree in its copy; n if there is none
     below : (8, n) int32, the first shared node below a portal; -1 if the node is not a portal
     shared : (m,) int32, for each shared node, the node of the tree
-    shared_escape : (m,) int32, the escape index of each shared node, as an index of `shared`; m if
-        the next node is outside the shared subtree
+    shared_escape : (m,) int32, each shared node's escape index in `shared`; m if it leads outside
+        the shared subtree
     bvh : the tree
     """
 
@@ -55,8 +55,7 @@ class OctantCopies:
         ----------
         met_anyway : drop an inner node, and move its children up, if more than this share of the
             rays that hit its nearest kept ancestor also hit the node. 1 drops no node
-        shared_subtrees : store a subtree of at most this many nodes once for all copies; 0
-            stores each subtree in every copy
+        shared_subtrees : store a subtree of at most this many nodes once for all copies
 
         Raises
         ------
@@ -89,7 +88,6 @@ class OctantCopies:
         before = np.pad(np.cumsum(copied, axis=1), ((0, 0), (1, 0)))
         escape = np.take_along_axis(before, escape, axis=1)
         source, escape = (values[copied].reshape(8, -1) for values in (source, escape))
-        # Shared nodes stay in the tree's own order, which is depth-first as well.
         shared = np.flatnonzero(kept & within)
         shared_before = np.append(0, np.cumsum(kept & within))
         below = np.where(portal, shared_before[1:], -1)

@@ -222,7 +222,6 @@ class _Tables:
         return float(self.area.sum(dtype=np.float64))
 
     def _fit(self) -> None:
-        """Fit all boxes to the nodes' current children."""
         for nodes in reversed(tree_order.inner_levels(self.left, self.right)):
             self.box[nodes] = np.maximum(self.box[self.left[nodes]], self.box[self.right[nodes]])
         self.area = _half_area(self.box)
@@ -235,7 +234,6 @@ class _Tables:
         self.parent[place] = joint
 
     def _replace(self, above: np.ndarray, old: np.ndarray, new: np.ndarray) -> None:
-        """Replace the child ``old`` of each node ``above`` by ``new``."""
         on_left = self.left[above] == old
         for side, there in ((self.left, on_left), (self.right, ~on_left)):
             side[above[there]] = new[there]

@@ -47,8 +47,7 @@ class Layout(Protocol):
 
 
 class Threads:
-    """A table with a BVH_NODE or QUANTISED_NODE record for each node; with octant copies, for each
-    node of each copy and for each shared node."""
+    """A table with a BVH_NODE or QUANTISED_NODE record for each node of the tree or the copies."""
 
     def __init__(self, bvh: Bvh, options: Options) -> None:
         nodes, self.stack_levels = len(bvh.escape), 0

@@ -1,8 +1,8 @@
 """Top-down build of a binary tree over triangles. All nodes of a level are split together.
 
 The triangles are sorted once by centroid along each axis. In each of these three orders, the
-triangles of a node form a run, whose first triangles a split moves to the left child. Filtering by
-side keeps each order sorted.
+triangles of a node form a run. A split along an axis moves the first triangles of the run in this
+axis's order to the left child. Filtering by side keeps each order sorted.
 """
 from __future__ import annotations
 

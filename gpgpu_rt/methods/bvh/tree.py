@@ -1,9 +1,9 @@
 """Bounding volume hierarchy: the tree, threaded by escape indices.
 
-Nodes lie in depth-first order. A ray that enters inner node i goes on to node i + 1. Any other ray
-goes on to node escape[i], so traversal needs no stack (N. Thrane, L. O. Simonsen, "A comparison of
-acceleration structures for GPU assisted ray tracing", 2005; B. Smits, "Efficiency issues for ray
-tracing", 1998).
+Nodes lie in depth-first order. A ray that enters inner node i goes on to node i + 1. A ray that
+misses node i, or has finished leaf i, goes on to node escape[i], so traversal needs no stack (N.
+Thrane, L. O. Simonsen, "A comparison of acceleration structures for GPU assisted ray tracing",
+2005; B. Smits, "Efficiency issues for ray tracing", 1998).
 """
 from __future__ import annotations
 
@@ -105,8 +105,9 @@ class LooseTree:
                                                       most_nodes))
 
     def with_leaves(self, triangles: np.ndarray, max_leaf: int) -> LooseTree:
-        """A tree in which leaves of at most `max_leaf` triangles replace subtrees wherever the SAH
-        cost does not rise. A node and a triangle both cost 1.
+        """Make subtrees of at most `max_leaf` triangles leaves where the SAH cost does not rise.
+
+        A node and a triangle both cost 1.
         """
         inner = tree_order.inner_levels(self.left, self.right) if len(self.left) else []
         if not inner:

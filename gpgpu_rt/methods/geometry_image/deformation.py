@@ -31,8 +31,7 @@ class Deformation:
     ----------
     tracer : a tracer of the method geometry-image. Its present positions become the rest positions
     program : "wave", "twist", the path of a GLSL file, or GLSL text. The GLSL defines ``vec3
-        deform(vec3 rest, float time)`` in world units. Texels with equal positions move alike, so
-        seams stay closed
+        deform(vec3 rest, float time)`` in world units
 
     Raises
     ------
@@ -79,8 +78,8 @@ class Deformation:
         ----------
         time : the argument ``time`` of the program
         read_back : whether to read back the positions, which `tracer.scene` and the shading of
-            pictures need. Without a readback, rays still meet the moved triangles, but triangles
-            are not tested again for zero area
+            pictures need. Without a readback, rays meet the moved triangles, but triangles are not
+            tested again for zero area
 
         Raises
         ------

@@ -69,8 +69,7 @@ class ImageTree:
     def positions(self, triangles: np.ndarray) -> np.ndarray:
         """The positions of all texels, (texels, 3) float32, from (n, 3, 3) triangles.
 
-        A triangle without area provides only its first corner: `shrink_flat` moved the others
-        there.
+        A triangle without area provides only its first corner: `shrink_flat` moved the others.
 
         Raises
         ------
@@ -114,7 +113,7 @@ class _Cells:
     corner : (c,), the first texel of each cell
     width : the distance in texels between rows
     face : (c,), the first face of each cell
-    rows_left, columns_left : (c,), the number of cells from each cell, included, to the end of its
+    rows_left, columns_left : (c,), the number of cells from each cell on, to the end of its
         column, and to the end of its row
     """
 

@@ -67,8 +67,8 @@ def build_grid(triangles: np.ndarray, *, resolution: int | Sequence[int] | None 
     Parameters
     ----------
     triangles : (n, 3, 3) float32, world units
-    resolution : number of cells along each axis, one number or three, 1 to 512; None: derived
-        from `density`
+    resolution : number of cells along each axis, one number or three, 1 to 512; by default from
+        `density`
     density : target number of cells per triangle. A flat scene has one cell across its thin axis.
         The resolution is halved until the grid holds at most 64 n + 4096 references
 
@@ -107,8 +107,7 @@ def build_grid(triangles: np.ndarray, *, resolution: int | Sequence[int] | None 
 
 def _keys(triangles: np.ndarray, lo: np.ndarray, hi: np.ndarray, resolution: np.ndarray,
           most: int) -> list[np.ndarray] | None:
-    """Keys ``cell << 32 | triangle`` of all overlaps; None if there are more than ``most``
-    overlaps."""
+    """Keys ``cell << 32 | triangle`` of all overlaps; None for more than ``most`` overlaps."""
     keys = [np.zeros(0, np.int64)]
     total = 0
     for triangle, cell in _overlaps(triangles, lo, hi, resolution):
@@ -199,8 +198,7 @@ class Shapes:
 
     def plane_range(self, triangle: np.ndarray,
                     cell: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """The first cell, and the number of cells, of a column that the triangle's plane
-        crosses."""
+        """The first cell and the number of cells in a column that the triangle's plane crosses."""
         normal, axis, row = self.normal[triangle], self.axis[triangle], np.arange(len(triangle))
         first, count = self.first[triangle, axis], self.cell_count[triangle, axis]
         along = normal[row, axis]
@@ -219,8 +217,7 @@ class Shapes:
         return low, np.maximum(high - low + 1, 0)
 
     def overlap(self, triangle: np.ndarray, cell: np.ndarray) -> np.ndarray:
-        """Whether triangles, (m,), overlap cells, (m, 3), given that their boxes overlap the
-        cells."""
+        """Whether triangles, (m,), overlap cells, (m, 3), if their boxes overlap the cells."""
         low, height = self.plane_range(triangle, cell)
         up = cell[np.arange(len(cell)), self.axis[triangle]]
         found = (up >= low) & (up < low + height)

@@ -17,8 +17,7 @@ def proximity_cloud(grid: Grid) -> np.ndarray:
 
     Returns
     -------
-    (cells,) int32, 0 for a cell with references; the grid's largest resolution if all cells are
-    empty
+    (cells,) int32, 0 for a cell with references; if all are empty, the grid's largest resolution
     """
     rx, ry, rz = (int(r) for r in grid.resolution)
     far = np.int32(max(rx, ry, rz))

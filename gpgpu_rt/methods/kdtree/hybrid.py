@@ -127,8 +127,8 @@ def upper_levels(codes: np.ndarray, bits: int, planes: np.ndarray) -> LooseKdTre
 
 
 def middle_of(prefix: np.ndarray, depth: int, bits: int) -> np.ndarray:
-    """The index of the lattice plane, across axis ``depth`` % 3, that halves each node at
-    ``depth``."""
+    """The lattice plane, an index across axis ``depth`` % 3, that halves each node at ``depth``.
+    """
     coordinate = np.zeros_like(prefix)
     for bit in range(depth % 3, depth, 3):
         coordinate = coordinate << 1 | prefix >> depth - 1 - bit & 1

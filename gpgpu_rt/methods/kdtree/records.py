@@ -23,8 +23,8 @@ With ``entry_points``, the parent is not set, and faces on the scene's box lie a
 
 KD_LEAF = Record("kd_leaf", "lo:vec3 rope_lo_x:int | hi:vec3 rope_hi_x:int "
                             "| rope_lo_y:int rope_hi_y:int rope_lo_z:int rope_hi_z:int")
-"""The box of leaf number n, for kd-ropes, and for each face of the box the node behind it, or
--1."""
+"""Data that kd-ropes adds to leaf number n: its box, and for each face the node behind it, or -1.
+"""
 
 KD_STATE = Record("state", "t_min t_max t_exit node:int | cursor:int end:int phase:int steps:int")
 """A ray's state: its interval (`t_min`, `t_max`) in the current `node`, and `t_exit`, where the

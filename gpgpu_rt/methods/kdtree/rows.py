@@ -214,8 +214,8 @@ def _row(name: str, summary: str, citation: str, kernels: tuple[str, ...] = (),
 
 
 def _short_stack(row: Method, options: Mapping[str, Any]) -> Method:
-    """Return the row of kd-short-stack for these options. In the era form, a stack of at most
-    three entries has a state that fits into the render targets of a card."""
+    """The row of kd-short-stack for these options. The era form has a smaller state for a stack of
+    at most three entries, which fits into a card's render targets."""
     if options.get("era") and options["stack_size"] <= 3:
         return replace(row, state=KD_SHORT_STACK_ERA_STATE,
                        glsl="methods/kdtree/kd_short_stack_era.glsl")

@@ -144,7 +144,6 @@ def best_splits(level: KdLevel, costs: Costs, split: str, bins: int, run: Run = 
 
 def _parts(nodes: np.ndarray, starts: np.ndarray,
            count: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-    """Yield the nodes in chunks, with the indices of their references."""
     for part in chunks(count[nodes], 1 << 18):
         some = nodes[part]
         yield some, expand(starts[some], count[some])

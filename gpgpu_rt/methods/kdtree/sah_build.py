@@ -33,8 +33,8 @@ def build(triangles: np.ndarray, *, split: str = "binned", bins: int = 32,
         ends of bins. Nodes with few references always use all faces
     bins : number of bins along each axis of a node
     traversal_cost, intersection_cost : cost of a node and of a triangle, in any common unit
-    empty_bonus : share by which a split's cost is reduced if the split cuts off empty space that
-        is a fifth or more of the node
+    empty_bonus : share by which cutting off at least a fifth of the node as empty space reduces a
+        split's cost
     max_depth : largest depth of a leaf; None for 8 + 1.3 log2 n
     clip : True takes the box of the triangle's part in the node; False cuts the triangle's box to
         the node

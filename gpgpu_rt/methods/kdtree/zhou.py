@@ -126,8 +126,7 @@ class Nodes:
         return first, first + 1
 
     def leaf(self, node: np.ndarray, count: np.ndarray, triangle: np.ndarray) -> None:
-        """Make these nodes leaves. `triangle` holds the triangles of one leaf after another;
-        `count` holds the number of triangles of each leaf."""
+        """Make these nodes leaves. `triangle` holds one leaf's triangles after another."""
         self.leaves.append((node, count, triangle))
 
     def loose(self) -> LooseKdTree:
@@ -255,14 +254,13 @@ def clip_half(triangles: np.ndarray, index: np.ndarray, axis: np.ndarray, plane:
     index, axis, plane : (m,), the triangle, and the axis and coordinate of the plane that cuts it
     side : 0 keeps the part below the plane, 1 the part above the plane
     slack : distance by which the plane is shifted away from the kept side, and by which the box of
-        the kept part is widened, world units. The new vertices have an error of at most 12
-        roundings of the scene's largest coordinate, which is less than half of `slack`.
+        the kept part is widened, world units. It is more than twice the error of the new vertices,
+        which is at most 12 roundings of the scene's largest coordinate
     box : (6, m) float32, the lower and the upper corner of each old box
 
     Returns
     -------
-    (6, m) float32. If no part of a triangle is left, the box's lower corner lies above its upper
-    corner
+    (6, m) float32. If no part of a triangle is left, the lower corner lies above the upper corner
     """
     result = np.empty_like(box)
     for begin in range(0, len(index), CHUNK):

@@ -33,8 +33,7 @@ class SmallRoots:
                             np.full(len(node), levels)))
 
     def joined(self) -> tuple[KdLevel, np.ndarray, np.ndarray]:
-        """All small nodes as a level, their node numbers, and the levels allowed below each
-        node."""
+        """All small nodes as a level, their node numbers, and the levels allowed below each."""
         *level, node, levels = (np.concatenate(part, axis=-1) for part in zip(*self._parts))
         return KdLevel(*level), node, levels
 
@@ -65,8 +64,8 @@ def side_masks(level: KdLevel) -> np.ndarray:
 
 
 def grow_small(roots: SmallRoots, costs: Costs, nodes: Nodes) -> None:
-    """Split small nodes, and all nodes below them, while a split lowers the cost and the depth
-    limit allows it."""
+    """Split small nodes, and all nodes below, while this lowers the cost within the depth limit.
+    """
     level, node, levels = roots.joined()
     masks, base = side_masks(level), run_starts(level.count)
     mask = ~np.uint64(0) >> (np.uint64(64) - level.count.astype(np.uint64))

@@ -21,9 +21,8 @@ class CellWalk:
 
     Parameters
     ----------
-    rays : the fields of RAY_TEXELS: origin and direction (n, 3) float32, t_min and t_max (n,)
-        float32
-    unit : roundoff unit of the arithmetic; the grid's box is widened in proportion to this unit
+    rays : origin and direction, (n, 3) float32, t_min and t_max, (n,) float32, as in RAY_TEXELS
+    unit : roundoff unit of the arithmetic, to which the widening of the grid's box is proportional
 
     Attributes
     ----------

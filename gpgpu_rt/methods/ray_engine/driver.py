@@ -75,8 +75,7 @@ class RayEngine(MethodDriver):
     # A batch --------------------------------------------------------------------------------
 
     def _batch(self, trip: RayTrip, chosen: np.ndarray, statistics: Statistics) -> None:
-        """Intersect the rays ``chosen``, (k,) int, sorted by cell, with the triangles of their
-        cells."""
+        """Intersect the rays ``chosen``, (k,) int, sorted by cell, with their cells' triangles."""
         split, batch = statistics.split, self._batch_for(len(trip.phase), trip.record)
         with clocked(split, "traversal_seconds"):
             runs = Runs.of(trip.walk.key[chosen])

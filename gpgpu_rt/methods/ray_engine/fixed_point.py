@@ -14,7 +14,7 @@ class FixedPoint:
     Attributes
     ----------
     half : half of the largest side of the scene's box after scaling. The rest of the range is for
-        origins outside of the box, and for t. An eighth of the range suits most views
+        origins outside of the box, and for t
     """
 
     step: float

@@ -139,7 +139,6 @@ class BatchTargets:
             context.blend_equation = moderngl.FUNC_ADD
 
     def _keeping(self, keep: str, any_hit: bool) -> PrimitivePass:
-        """Return the program that draws triangles as quads for the pass ``keep``."""
         key, setup = (keep, any_hit), self._setup
         if key not in self._quads:
             streams = [self.record.stream_glsl(False), HIT.stream_glsl(False)]

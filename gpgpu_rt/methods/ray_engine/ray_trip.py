@@ -61,14 +61,14 @@ class RayTrip:
     def ready(self, waiting: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Sort waiting rays by cell, and choose the rays that are intersected now.
 
-        The rays of long queues are chosen, or of all queues if none is long enough. The queue of a
-        cell holds the rays that wait for the cell's triangles.
+        The rays of queues that are long enough are chosen, or all rays if no queue is. The queue
+        of a cell holds the rays that wait for the cell's triangles.
 
         Returns
         -------
         chosen : the rays that the next batches intersect
         waiting : the rays that keep waiting
-        alone : the rays in very short queues, which the host itself intersects now
+        alone : the rays in very short queues, which the host intersects now
         """
         waiting = waiting[np.argsort(self.walk.key[waiting], kind="stable")]
         queues = Runs.of(self.walk.key[waiting])

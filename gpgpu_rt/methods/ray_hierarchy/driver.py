@@ -85,7 +85,6 @@ class RayHierarchy(MethodDriver):
 
     def _draw(self, program: FullScreenPass, rays: RayTextures, source: Target | None,
               target: Target, statistics: Statistics) -> None:
-        """Draw a pass over the rays' states."""
         textures = {**self.samplers, **rays.samplers(), **(source.samplers() if source else {})}
         for image in self._images + self._visits[:1]:
             textures |= image.samplers()

@@ -85,8 +85,8 @@ def build_visibility_field(triangles: np.ndarray, *, directions: int | None = No
     ----------
     triangles : (n, 3, 3) float32, world units
     directions, tiles : the largest number of cells along a side of a face, and of tiles along a
-        side of a plane; None for 8 and 24. If both are None, the field is coarsened to an
-        estimated 1024 n + 4096 entries at most
+        side of a plane; None for 8 and 24. If both are None, a field is coarsened above an
+        estimated 1024 n + 4096 entries
     budget : limit on entries and beams, MiB, beyond which the field is coarsened
     arithmetic : the number format to which kernels round
 

@@ -84,7 +84,6 @@ class RayTiles(MethodDriver):
 
     def _pairs(self, rays: RayTextures, batch: tuple[int, int], equal: bool,
                statistics: Statistics, any_hit: bool) -> None:
-        """Draw each triangle of a batch over the tiles whose cones it meets."""
         context = self.gpu.context
         context.enable_only(moderngl.BLEND | moderngl.PROGRAM_POINT_SIZE)
         context.blend_func = moderngl.ONE, moderngl.ONE

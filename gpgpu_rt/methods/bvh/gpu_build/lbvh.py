@@ -75,7 +75,7 @@ def radix_nodes(room: StreamRoom, keys: Stream, max_leaf: int = 1,
     Parameters
     ----------
     max_leaf : nodes of at most this many triangles are leaves
-    most_bits : if given, nodes whose triangles share this many leading bits are leaves, instead
+    most_bits : if given, nodes whose triangles share this many leading bits are leaves instead
 
     Returns
     -------

@@ -119,8 +119,7 @@ class Splitting:
         return parted, children
 
     def _binned(self, slots: Stream, level: Stream, large: Stream) -> tuple[Stream, Stream]:
-        """The bins of each slot along the three axes, and the cheapest split of each binned node
-        and axis, both as VALUES."""
+        """The VALUES of each slot's bins, and of each binned node's cheapest split on each axis."""
         room, defines, context = self.room, self.defines, self.room.gpu.context
         nodes = int(large.read_one(level.length)["value"][0])
         bins = room.stream(VALUES, slots.length)

@@ -27,8 +27,7 @@ def thread(room: StreamRoom, triangles: Stream, order: Stream, sums: Stream,
     ----------
     triangles : TRIANGLE, as uploaded
     order : SOURCE, the triangle in each slot
-    sums : VALUES, for each slot, the number of leaves that begin before it; the last entry is the
-        number of all leaves
+    sums : VALUES, for each slot, the number of leaves that begin before it; last, the total
     max_leaf : the largest number of triangles in a leaf
     lists : pairs: an INTERVAL stream in any order, and the largest number of slots that a node of
         the stream spans. Entries with first = -1 are no nodes

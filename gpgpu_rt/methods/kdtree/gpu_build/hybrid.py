@@ -61,8 +61,7 @@ class Codes(Halving):
         self.groups = {"BINS": bins, "GROUPS": bins // 4 + 1}
 
     def small(self, depth: int) -> int:
-        """The largest number of pieces of a small node at this depth; 0 while codes split every
-        node."""
+        """The largest number of pieces of a small node; 0 where codes split every node."""
         return 0 if depth < 3 * self.bits else self.rules.small
 
     def decide(self, room: StreamRoom, cells: Stream, starts: Stream, pieces: Stream, chunks: int,
@@ -77,7 +76,6 @@ class Codes(Halving):
 
     def _weigh(self, room: StreamRoom, cells: Stream, starts: Stream, pieces: Stream, chunks: int,
                decisions: Stream, stop: bool) -> None:
-        """Write the decision of binned SAH for each node of a level."""
         groups, costs = self.groups["GROUPS"], self.rules.costs
         bounds = chunk_bounds(room, cells, starts, pieces, chunks)
         boxes = room.stream(BOX, cells.length)

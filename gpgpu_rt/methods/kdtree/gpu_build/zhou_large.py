@@ -27,13 +27,12 @@ class LargeLevel:
     ----------
     cells : CELL of each node.
     starts : VALUES of each node: how many pieces of large nodes, pieces of small nodes, small
-        nodes, and chunks come before the node.
+        nodes, and chunks come before it.
     first_root : Number of small nodes in all levels above.
     first_piece : Number of pieces of small nodes in all levels above.
     roots : Number of small nodes.
     decisions : DECISION of each node.
-    ranks : VALUES of each node: how many split nodes, and how many pieces of large leaves, come
-        before the node.
+    ranks : VALUES of each node: how many split nodes and pieces of large leaves come before it.
     first_stuck : Number of pieces of large leaves in all levels above.
     inner : Number of split nodes.
     small : Largest number of pieces of a small node.

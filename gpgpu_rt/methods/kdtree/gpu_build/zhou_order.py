@@ -98,7 +98,6 @@ def _below(room: StreamRoom, ranks: Stream, above: Stream, sizes: Stream) -> Str
 
 
 def _read(nodes: Stream, references: Stream, box: tuple[np.ndarray, np.ndarray]) -> KdTree:
-    """Read the tree back to the host."""
     fields = nodes.read()
     axis, left = fields["axis"].astype(np.int8), fields["left"]
     first = np.where(axis == LEAF, -1, left)

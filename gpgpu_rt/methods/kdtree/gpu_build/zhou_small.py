@@ -34,8 +34,8 @@ class SmallLevel:
 
 def grow_small(room: StreamRoom, large: LargeNodes, pieces: Stream,
                rules: ZhouRules) -> list[SmallLevel]:
-    """Split small nodes, and all nodes below them, while a split lowers the cost and the depth
-    limit allows it."""
+    """Split small nodes, and all nodes below, while this lowers the cost within the depth limit.
+    """
     if not large.roots:
         return []
     nodes = room.stream(SMALL_NODE, large.roots)
