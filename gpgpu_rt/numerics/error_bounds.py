@@ -16,8 +16,8 @@ so that the direction is largest in z:
 1. The host scales the direction by a power of two so that ``|d.z|`` is in [0.5, 1): exact.
 2. ``A = V - O``: ``|A - a| <= u |a| + 3 tiny`` (two inputs and a result may be flushed).
 3. ``S = d.x / d.z`` with ``|s| <= 1``: ``|S - s| <= u |s| + 4 tiny`` (1 / |d.z| is at most 2).
-4. The sheared vertex ``P = A.x - S A.z``. The product contains three roundings: of S, of A.z and
-   of the product itself. The subtraction adds a fourth rounding:
+4. The sheared vertex ``P = A.x - S A.z``. The product contains the roundings of S, of A.z and of
+   the product, and the subtraction adds a fourth:
    ``|P - p| <= (1 + u) (u |a.x| + gamma(3) |s a.z| + 8 tiny (1 + |a.z|)) + u |p| + tiny``.
 5. An edge function ``W = P.x Q.y - P.y Q.x`` of two sheared vertices P and Q with errors e and f.
    The errors of P.x and Q.y change the first product by at most ``e.x |q.y| + |p.x| f.y + e.x
@@ -31,18 +31,15 @@ so that the direction is largest in z:
    The dot product ``D = d . N`` adds gamma(3). The test multiplies N by 1 / D and takes the dot
    product with ``A = V - O``. The roundings of A, 1 / D, this product and the dot product are
    gamma(6) together. As ``(a - t d) . n = 0``, ``T - t = ((a - t d) . (N - n) - t (D - d . N)) /
-   D`` plus the last roundings. So the error of N is multiplied only by the distance from the hit
-   to the vertex V:
+   D`` plus the last roundings. So the error of N is multiplied only by the hit's distance to V:
    ``|T - t| <= (gamma(4) sum |a_i - t d_i| m_i + gamma(3) |t| sum |d_i N_i| + gamma(6) sum
    |a_i N_i|) / |D|``. The test takes the two shorter edges. Where rounding may decide which edge
    is the longest, the largest bound of the possible choices is used. Underflow adds the terms with
    tiny of `_plane_bound`.
-8. The distance t also has a second bound. The test clamps T to the range of the corners' distances
-   ``Z_i / d.z``, which have the error gamma(3). So the error of T is at most the distance from t
-   to the farther end of the range, plus this rounding. Both bounds hold, so the smaller bound of
-   steps 7 and 8 is used. If t lies outside the exact range, t is replaced by the nearer end of the
-   range. T lies in the range up to roundings, so T is nearer to the replaced t than to the
-   original t.
+8. A second bound on t. The test clamps T to the range of the corners' distances ``Z_i / d.z``,
+   which have the error gamma(3). So the error of T is at most the distance from t to the farther
+   end of the range, plus this rounding. The smaller bound of steps 7 and 8 is used. A t outside
+   the exact range is replaced by the nearer end of the range, which is nearer to T.
 9. ``U = W1 / DET``: as in step 7, ``W1 - u DET = (W1 - w1) - u (DET - det)``. The roundings of
    DET's inverse and of the product add gamma(3).
 

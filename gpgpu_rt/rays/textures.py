@@ -117,7 +117,6 @@ class RayTextures:
         return self
 
     def bytes(self) -> int:
-        """Return the bytes of the textures."""
         return self.target.bytes()
 
     def release(self) -> None:
@@ -155,7 +154,6 @@ class PingPong:
         return iter(self._sides)
 
     def bytes(self) -> int:
-        """Return the bytes of the existing targets."""
         return sum(side.bytes() for side in self._sides)
 
     def release(self) -> None:
@@ -206,7 +204,6 @@ class StateBuffers(PingPong):
         return self if size == self.size else self._smaller[size]
 
     def bytes(self) -> int:
-        """Return the bytes of the targets of all sizes."""
         return super().bytes() + sum(other.bytes() for other in self._smaller.values())
 
     def release(self) -> None:

@@ -54,7 +54,6 @@ class RayStreams(MethodDriver):
 
     def run(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
             any_hit: bool = False) -> tuple[Target, int]:
-        """Trace every ray. Return the hits and the number of rays that the step cap stopped."""
         context, drawn = self.gpu.context, self.room.draws
         context.enable_only(moderngl.NOTHING)
         context.blend_func = moderngl.ONE, moderngl.ONE
@@ -240,7 +239,6 @@ class RayStreams(MethodDriver):
             self._images["tally"].clear()
 
     def bytes(self) -> int:
-        """Bytes of the streams and of the blending targets."""
         return super().bytes() + bytes_of(self._images)
 
     def _release_room(self) -> None:
@@ -249,6 +247,5 @@ class RayStreams(MethodDriver):
         self._targets, self._images, self._streams, self._size = {}, {}, {}, None
 
     def release(self) -> None:
-        """Free programs, streams and targets."""
         self._release_room()
         super().release()

@@ -39,7 +39,6 @@ class RayEngine(MethodDriver):
 
     def run(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
             any_hit: bool = False) -> tuple[Target, int]:
-        """Trace every ray. Return the hits and the number of rays that the step cap stopped."""
         self.gpu.context.enable_only(moderngl.NOTHING)
         split = statistics.split
         for name in ("traversal_seconds", "transfer_seconds", "intersection_seconds",

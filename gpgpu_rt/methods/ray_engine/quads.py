@@ -181,7 +181,6 @@ class BatchTargets:
         return self.hit_record.unpack(texels[:count]), len(data)
 
     def bytes(self) -> int:
-        """Return the bytes of all targets."""
         return sum(target.bytes() for target in (self.rays, self.hits, self.nearest, self.first))
 
     def release(self) -> None:

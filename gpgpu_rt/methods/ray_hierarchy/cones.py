@@ -72,7 +72,6 @@ class RayCones:
                     if k and (level.length <= nodes or k == len(self.levels) - 1))
 
     def bytes(self) -> int:
-        """Return the bytes of all levels."""
         return sum(level.bytes() for level in self.levels)
 
     def release(self) -> None:

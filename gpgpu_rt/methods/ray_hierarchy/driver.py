@@ -66,7 +66,6 @@ class RayHierarchy(MethodDriver):
 
     def run(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
             any_hit: bool = False) -> tuple[Target, int]:
-        """Trace every ray. Return the hits and the number of rays that the step cap stopped."""
         self.gpu.context.enable_only(moderngl.NOTHING)
         self.gpu.context.blend_func = moderngl.ONE, moderngl.ONE
         drawn = self.room.draws

@@ -36,7 +36,6 @@ class RayClasses(Traversal):
 
     def run(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
             any_hit: bool = False) -> tuple[Target, int]:
-        """Trace every ray. Return the hits and the number of rays that the step cap stopped."""
         boxes: RayBoxes = self.accelerator.structure
         cells = self._box_of_each(rays, statistics)
         # Lists that another driver made are not yet in this driver's textures.
@@ -76,6 +75,5 @@ class RayClasses(Traversal):
             self._own[record] = {}
 
     def release(self) -> None:
-        """Free programs and textures."""
         self._release_own()
         super().release()

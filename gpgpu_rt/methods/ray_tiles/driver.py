@@ -46,7 +46,6 @@ class RayTiles(MethodDriver):
 
     def run(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
             any_hit: bool = False) -> tuple[Target, int]:
-        """Trace every ray. Return the hits and the number of rays that the step cap stopped."""
         context, room = self.gpu.context, self._targets_for(buffers.size)
         context.enable_only(moderngl.NOTHING)
         room.targets["nearest"].clear(np.inf)
@@ -185,7 +184,6 @@ class TileTargets:
                 for sampler, texture in target.samplers().items()}
 
     def bytes(self) -> int:
-        """Return the bytes of all targets."""
         return sum(target.bytes() for target in self.targets.values())
 
     def release(self) -> None:

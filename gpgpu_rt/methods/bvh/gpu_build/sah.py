@@ -119,7 +119,7 @@ class Splitting:
         return parted, children
 
     def _binned(self, slots: Stream, level: Stream, large: Stream) -> tuple[Stream, Stream]:
-        """The VALUES of each slot's bins, and of each binned node's cheapest split on each axis."""
+        """The VALUES of each slot's bins, and of each binned node's cheapest split per axis."""
         room, defines, context = self.room, self.defines, self.room.gpu.context
         nodes = int(large.read_one(level.length)["value"][0])
         bins = room.stream(VALUES, slots.length)
