@@ -244,7 +244,7 @@ def spell(choice: Any) -> str:
 
 
 def word_define(prefix: str, word: str) -> str:
-    """Return the name of a word's macro, such as INTERSECTION_MOLLER_TRUMBORE."""
+    """Return the macro of a word, such as INTERSECTION_MOLLER_TRUMBORE for moller-trumbore."""
     return f"{prefix}_{word.upper().replace('-', '_')}"
 
 

@@ -87,10 +87,7 @@ def methods() -> list[Method]:
 
 
 def find_method(name: str) -> Method:
-    """The row of the method ``name``.
-
-    An unknown name raises OptionError with similar names.
-    """
+    """The row of the method ``name``. An unknown name raises OptionError with similar names."""
     _load_named()
     if not isinstance(name, str):
         raise OptionError(f"method is {name!r}; give a method's name: {', '.join(_TABLE)}")

@@ -102,7 +102,7 @@ class SplitCost:
 
     def at(self, plane: np.ndarray, left: np.ndarray, right: np.ndarray,
            node: np.ndarray | slice = slice(None)) -> np.ndarray:
-        """The cost of planes (..., k) with these numbers of references; inf outside the node.
+        """The cost of planes (..., k) with `left` and `right` references; inf outside the node.
 
         node : the node of each plane; by default, the last axis of `plane` numbers the nodes
         """

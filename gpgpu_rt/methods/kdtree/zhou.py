@@ -126,7 +126,7 @@ class Nodes:
         return first, first + 1
 
     def leaf(self, node: np.ndarray, count: np.ndarray, triangle: np.ndarray) -> None:
-        """Make these nodes leaves. `triangle` holds one leaf's triangles after another."""
+        """Make these nodes leaves of `count` triangles each, which follow in `triangle`."""
         self.leaves.append((node, count, triangle))
 
     def loose(self) -> LooseKdTree:

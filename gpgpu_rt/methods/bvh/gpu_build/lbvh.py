@@ -49,7 +49,7 @@ def upload(room: StreamRoom, triangles: np.ndarray) -> Stream:
 
 
 def scaled_boxes(room: StreamRoom, source: Stream, triangles: np.ndarray) -> Stream:
-    """The BOX of each triangle, scaled by 2^`unit_exponent` against under- and overflow."""
+    """The BOX of each triangle, scaled by 2^`unit_exponent` to avoid underflow and overflow."""
     boxes = room.stream(BOX, source.length)
     room.draw("triangle_boxes", boxes, [source],
               unit=float(np.ldexp(1.0, unit_exponent(triangles))))
