@@ -1,6 +1,6 @@
 """Interrupts: Ctrl-C ends a command with status 130 and no traceback, at any moment.
 
-This module imports little, because a command installs the handler before it loads the libraries.
+The module imports little, because a command installs the handler before it loads the libraries.
 """
 from __future__ import annotations
 
@@ -26,14 +26,13 @@ def run(load: Callable[[], Command], also: tuple[int, ...] = ()) -> int:
     Parameters
     ----------
     load : imports the command's libraries and returns the command. An interrupt during the import
-        ends the process at once. It is not raised as an exception, because a library that is being
-        imported might catch the exception. Nothing is lost, because nothing is written yet
+        ends the process, because a library might catch an exception
     also : further signals that interrupt the command as SIGINT does
 
     Notes
     -----
-    Within the command an interrupt is a ``KeyboardInterrupt``, as usual. A process that was
-    started with SIGINT ignored (``&`` in a script) keeps ignoring SIGINT.
+    Within the command an interrupt is a ``KeyboardInterrupt``. A process that was started with
+    SIGINT ignored (``&`` in a script) keeps ignoring SIGINT.
     """
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
         for number in (signal.SIGINT, *also):
@@ -47,8 +46,7 @@ def run(load: Callable[[], Command], also: tuple[int, ...] = ()) -> int:
 
 
 def _run(command: Command) -> int:
-    """Run the command. The interrupt handler knows that the command is running if the frame of
-    this function is on the stack."""
+    """Run the command. The interrupt handler looks for this function's frame on the stack."""
     return command()
 
 
@@ -66,7 +64,7 @@ def _interrupted(number: int, frame: FrameType | None) -> None:
 
 def _again(number: int) -> None:
     """Send this process the signal again after RETRY seconds."""
-    # Do not use threading.Thread: it acquires a lock that the interrupted code may already hold.
+    # Do not use threading.Thread: its lock may be held by the interrupted code.
     start_new_thread(_send, (number,))
 
 
@@ -76,8 +74,10 @@ def _send(number: int) -> None:
 
 
 def _not_raised(problem: sys.UnraisableHookArgs) -> None:
-    """Handle an exception that Python could not raise, for example in ``__del__``. Send an
-    interrupt again; print any other exception as usual."""
+    """Send a KeyboardInterrupt that Python could not raise, as in ``__del__``, again.
+
+    Print any other exception as usual.
+    """
     if issubclass(problem.exc_type, KeyboardInterrupt):
         _again(signal.SIGINT)
     else:
@@ -88,9 +88,8 @@ def _not_raised(problem: sys.UnraisableHookArgs) -> None:
 def deferred() -> Iterator[None]:
     """Return a context that postpones an interrupt to the end of the context.
 
-    Use this context around native code that calls Python code and does not expect an exception.
-    moderngl's compiler is such code: an exception there ends the process with a segmentation
-    fault.
+    Use it around native code that calls Python code and cannot handle an exception, such as
+    moderngl's compiler, where an exception causes a segmentation fault.
     """
     before = signal.getsignal(signal.SIGINT)
     if threading.current_thread() is not threading.main_thread() or not callable(before):
@@ -110,9 +109,8 @@ def deferred() -> Iterator[None]:
 def left_to_this_process() -> Iterator[None]:
     """Return a context in which processes that this thread starts do not receive Ctrl-C.
 
-    A terminal sends Ctrl-C to all processes of a command. The context also applies to threads that
-    this thread starts in the context, and to their processes. The signal is blocked in this
-    thread, not ignored by the process, so the other threads of this process still receive it.
+    The context also applies to threads that this thread starts, and to their processes. Other
+    threads of this process still receive the signal.
     """
     from multiprocessing import resource_tracker
     resource_tracker.ensure_running()       # a later start of the tracker would unblock the signal

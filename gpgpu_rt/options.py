@@ -22,29 +22,25 @@ class Option:
     ----------
     name : The Python keyword and JSON key. The command line writes it with hyphens.
     default : The value that applies if the caller gives no value.
-    help : The text for users. If the default is None, the text after "default:" explains the
-        meaning of None.
+    help : The text for users. The text after "default:" explains the default None.
     kind : The type of a value. Unused if ``choices`` is not None.
     words : Valid words besides the values of ``kind``.
-    choices : All valid values; None if ``kind`` decides which values are valid.
-    minimum, maximum : Bounds of a number; both bounds are valid. Many values of ``maximum`` are
-        limits of textures or floats.
+    choices : All valid values; None if ``kind`` decides.
+    minimum, maximum : Bounds of a number, both valid.
     optional : Whether None is valid although the default is another value.
-    define : The name of the GLSL macro that the option defines, or None. A switch that is true
-        defines the macro, and a number is the macro's value. A word, such as ``fast``, defines
-        another macro, whose name is ``define`` followed by ``_FAST``.
-    relaxed : Choices with which a search may lose hits. They exist only for measurements.
+    define : The name of the GLSL macro that the option defines, or None. A true switch defines the
+        macro, and a number is its value. A word, such as ``fast``, defines ``define`` followed by
+        ``_FAST``.
+    relaxed : Choices with which a search may lose hits, for measurements.
     excludes : If this option differs from its default, these options must have their defaults.
     schedules : The schedules that allow a value other than the default. Empty for all schedules.
-    goes_with : The name of another option, and the values of that option for which this option
-        has a meaning.
-    common : Whether many users need the option. The short help of a command lists only options
-        that many users need.
-    label : A few plain words for a control, as the viewer shows them. Empty if ``name`` with
-        spaces for underscores is plain enough; see ``title``.
+    goes_with : The name of another option, and its values for which this option has a meaning.
+    common : Whether many users need the option. A command's short help lists only such options.
+    label : A few plain words for a control of the viewer. Empty if ``name`` with spaces for
+        underscores is plain enough; see ``title``.
     meanings : (choice, a few words) for choices whose spelling does not explain itself.
-    unset : The word that a control shows for None: "automatic" if something else decides the
-        value, or "off" if None turns a feature off.
+    unset : The word for None in a control: "automatic" if something else decides the value, or
+        "off" if None turns a feature off.
     """
 
     name: str
@@ -170,12 +166,11 @@ class Option:
 TRUTH = {"1": True, "true": True, "yes": True, "on": True,
          "0": False, "false": False, "no": False, "off": False}
 
-# The chips that the option ``era`` accepts. With this option, a method runs in its era form: the
-# kernels as the papers had them (docs/era.md). Each chip implies further options: the schedule of
-# cards without loops, the papers' triangle test, and the number format of the chip's fragment
-# processors. NV40 and R580 compute in fp32, the default (NV40 unless a program uses half-precision
-# types). NV30 is missing because it has a single render target, and its compiler refuses each of
-# the kernels.
+# The chips that the option ``era`` accepts for a method's era form: the kernels as the papers had
+# them (docs/era.md). Each chip implies the schedule of cards without loops, the papers' triangle
+# test, and the number format of the chip's fragment processors. NV40 and R580 compute in fp32, the
+# default (NV40 unless a program uses half-precision types). NV30 is missing because it has a
+# single render target, and its compiler refuses each of the kernels.
 _PAPERS = {"schedule": "kernels", "intersection": "moller-trumbore"}
 ERAS: dict[str, dict[str, Any]] = {
     "r300": {**_PAPERS, "precision": "fp24"}, "r420": {**_PAPERS, "precision": "fp24"},
@@ -249,8 +244,7 @@ def spell(choice: Any) -> str:
 
 
 def word_define(prefix: str, word: str) -> str:
-    """Return the name of the macro for a word. For the prefix INTERSECTION and the word
-    moller-trumbore, the name is INTERSECTION_MOLLER_TRUMBORE."""
+    """Return the macro of a word, such as INTERSECTION_MOLLER_TRUMBORE for moller-trumbore."""
     return f"{prefix}_{word.upper().replace('-', '_')}"
 
 
@@ -285,8 +279,7 @@ def with_era(given: Mapping[str, Any], known: Iterable[Option], what: str,
     ------
     OptionError
         for another value of an implied option, or for a value with which a search may lose hits.
-        Such a search may never end. The step cap cannot stop it, because rays do not count their
-        steps in the era form
+        Such a search may never end, because rays do not count steps in the era form
     """
     if str(given.get("era")) not in ERAS:
         return dict(given)

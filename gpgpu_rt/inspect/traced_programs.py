@@ -16,7 +16,7 @@ from ..tracer import Tracer
 from .program_text import files_of, heading, program_text, titled
 
 SCENE = "cornell"       # default scene; programs depend on its tree's depth and tables
-SIDE = 8                # side of the picture in pixels; it has no effect on programs
+SIDE = 8                # side of the picture in pixels; no effect on programs
 _TRIANGLE_TEST = "glsl/core/triangle.glsl"
 _INCLUDE = re.compile(r'^#include "([^"]+)"', re.M)
 _KERNEL = re.compile(r"F\(\d+, (\w+)\)")      # an entry of the define EACH_KERNEL
@@ -28,8 +28,8 @@ class TracedProgram:
 
     Attributes
     ----------
-    name : the kernel of a program with a single kernel, else the name of the program's file;
-        a number distinguishes programs whose names would be equal
+    name : the kernel of a program with a single kernel, else the name of the file; a number
+        distinguishes equal names
     file : the program's entry file, as ``glsl/...`` or absolute
     text : GLSL that compiles by itself, see `program_text`
     traverses : whether the program runs traversal steps; False for auxiliary programs
@@ -61,7 +61,7 @@ def traced_programs(method: str, options: Mapping[str, Any] | None = None,
     ----------
     method : a name of the method table
     options : the options of the tracer and of the method, as for `Tracer`
-    scene : the scene. Its accelerator determines sizes, such as the size of a stack
+    scene : the scene; its accelerator determines sizes, such as the size of a stack
 
     Raises
     ------
@@ -79,7 +79,7 @@ def traced_programs(method: str, options: Mapping[str, Any] | None = None,
     texts = [program_text(one.fragment, extensions) for one in unique]
     own = {heading(glsl), _TRIANGLE_TEST}
     if not any(heading(glsl) in files_of(text) for text in texts):
-        # The method's file only includes other files, and these files traverse.
+        # The method's file only includes the files that traverse.
         own |= {heading(file) for file in _INCLUDE.findall((ROOT / glsl).read_text())}
     rows = []
     for one, text in zip(unique, texts):
@@ -115,8 +115,7 @@ def method_files(method: str) -> dict[str, tuple[str, ...]]:
 
 
 def find_program(programs: Collection[TracedProgram], name: str) -> TracedProgram:
-    """Return the program with this name. If there is none, raise OptionError with the nearest
-    names."""
+    """Return the program with this name, or raise OptionError with the nearest names."""
     for one in programs:
         if one.name == name:
             return one
@@ -129,8 +128,7 @@ def _switches(one: Compilation) -> str:
 
 
 def _only_starts(one: Compilation) -> bool:
-    """Return whether a program only sets up the states of rays. Another program with the same
-    entry file may then traverse."""
+    """Return whether a program only sets up rays, beside a program that may traverse."""
     return bool(one.defines.get("START")) and not one.defines.get("MANY_STEPS")
 
 

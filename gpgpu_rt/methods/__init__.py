@@ -55,9 +55,8 @@ def family_of(name: str) -> str:
 def load_methods(folder: str | os.PathLike[str]) -> list[Method]:
     """Add the methods of a folder to the table: the ``ROWS`` of every Python file in the folder.
 
-    Everything that reads the table then knows the methods. Processes that this process starts know
-    them, too. The folders that the environment variable GPGPU_RT_METHODS names are loaded in the
-    same way.
+    Processes that this process starts know the methods, too. The folders in the environment
+    variable GPGPU_RT_METHODS are loaded in the same way.
 
     Parameters
     ----------
@@ -71,8 +70,8 @@ def load_methods(folder: str | os.PathLike[str]) -> list[Method]:
     Raises
     ------
     MethodError
-        if the folder does not exist, a file fails to run, or a row is invalid. The message names
-        the folder, or file and line. No method of the folder is then added to the table.
+        if the folder does not exist, a file fails to run, or a row is invalid; then no method of
+        the folder is added. The message names the folder, or file and line
     """
     _load_named()
     path = Path(folder).resolve()
@@ -88,10 +87,7 @@ def methods() -> list[Method]:
 
 
 def find_method(name: str) -> Method:
-    """The row of the method ``name``. If there is no such method, raise OptionError.
-
-    The error's message suggests similar names.
-    """
+    """The row of the method ``name``. An unknown name raises OptionError with similar names."""
     _load_named()
     if not isinstance(name, str):
         raise OptionError(f"method is {name!r}; give a method's name: {', '.join(_TABLE)}")
@@ -138,8 +134,7 @@ def _load(folder: Path) -> list[Method]:
     if folder in _LOADED:
         return []
     before = set(_TABLE)
-    # Mark the folder before its files run: a file that reads the table must not load the
-    # folder again.
+    # Mark the folder first, so that a file that reads the table does not load the folder again.
     _LOADED.add(folder)
     try:
         plugins.register_folder(folder, register)

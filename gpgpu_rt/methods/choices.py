@@ -1,5 +1,7 @@
-"""Choices. A choice is a method with its options. A tracer uses a choice for coherent rays and a
-choice for incoherent rays; both may be equal."""
+"""Choices: a choice is a method with its options.
+
+A tracer has a choice for coherent rays and a choice for incoherent rays.
+"""
 from __future__ import annotations
 
 from collections.abc import Mapping
@@ -11,8 +13,7 @@ from . import Method, find_method
 
 COHERENT, INCOHERENT = "coherent", "incoherent"
 RAYS = (COHERENT, INCOHERENT)
-# Options that do not change how rays are traced. They decide whether work is counted, and choose
-# the OpenGL context. Settings do not store these options.
+# Options that do not change how rays are traced; settings do not store them.
 PASSING = ("statistics", "context")
 
 
@@ -25,7 +26,7 @@ class Choice:
     method, options : arguments of `Tracer`
     promise : the error bounds that the user asked for, see `accuracy.error_targets.Promise`;
         empty if the user asked for no bounds
-    measured : what was measured for this choice, by name: rays, wrong, upper_95, t_error,
+    measured : measurements of this choice, by name: rays, wrong, upper_95, t_error,
         rays_per_second, bytes, ...
     """
 
@@ -49,7 +50,7 @@ class Choice:
 
 @dataclass(frozen=True)
 class Choices:
-    """The choice that a tracer uses for coherent rays, and the choice for incoherent rays."""
+    """The choices of a tracer for coherent and for incoherent rays."""
 
     coherent: Choice
     incoherent: Choice
@@ -84,16 +85,14 @@ class Choices:
 
         Parameters
         ----------
-        options : option -> value. An option of ``PASSING`` may have any value. Any other option
-            must have the value that both choices already have
-        where : where the choices come from, such as "the settings file"; part of the error
-            message
+        options : option -> value. An option outside ``PASSING`` must have the value that both
+            choices already have
+        where : where the choices come from, such as "the settings file", for the error message
 
         Raises
         ------
         OptionError
-            if a choice has another value for an option outside ``PASSING``, or does not have the
-            option
+            if a choice has no such option, or another value for it, outside ``PASSING``
         """
         return Choices(*(replace(choice, options=_added(choice.options, options, where))
                          for choice in (self.coherent, self.incoherent)))

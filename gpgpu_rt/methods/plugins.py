@@ -1,7 +1,6 @@
-"""Methods of a user: load Python files from the user's folders and check the rows in these files.
+"""Methods of a user: load Python files from the user's folders and check their rows.
 
-Each file defines ``ROWS``, as the ``rows.py`` of a family does; docs/how-to/add-a-method.md has an
-example.
+Each file defines ``ROWS`` (docs/how-to/add-a-method.md).
 """
 from __future__ import annotations
 
@@ -48,10 +47,7 @@ def name_folder(folder: Path) -> None:
 
 
 def files_of(folder: Path) -> list[Path]:
-    """The method files of a folder, sorted by name.
-
-    Files whose names begin with "_" or "test_" are left out.
-    """
+    """The method files of a folder, sorted. Names that begin with "_" or "test_" are left out."""
     if not folder.is_dir():
         raise MethodError(f"there is no folder of methods {folder}; create the folder, or remove "
                           f"it from --methods-from and {VARIABLE}")
@@ -59,13 +55,13 @@ def files_of(folder: Path) -> list[Path]:
 
 
 def rows_of(path: Path) -> list[Method]:
-    """Run a method file and return its rows after checking them.
+    """Run a method file and return its checked rows.
 
     Raises
     ------
     MethodError
-        if the file fails to run or a row is invalid; the message names the file, and the line or
-        the method
+        if the file fails to run or a row is invalid; the message names the file, and line or
+        method
     """
     # The hash of the path tells files of the same name in two folders apart.
     place = hashlib.sha256(os.fsencode(path.resolve())).hexdigest()[:12]
@@ -101,7 +97,7 @@ def register_folder(folder: Path, register: Callable[[Method, Path], Method]) ->
 
 
 def _check(row: Method, path: Path) -> None:
-    """Raise MethodError if a row has a mistake that could otherwise show only during traversal."""
+    """Raise MethodError for a mistake that could otherwise show only during traversal."""
     where = f"{path}, method {row.name!r}"
     if not isinstance(row.name, str) or not _NAME.fullmatch(row.name):
         raise MethodError(f"{where}: invalid name; use words of a-z and 0-9, joined by -")
@@ -127,15 +123,13 @@ def _check(row: Method, path: Path) -> None:
                           "folder by Path(__file__).with_name(...)")
     text = (ROOT / row.glsl).read_text(errors="replace")
     absent = [kernel for kernel in row.kernels if not re.search(rf"void\s+{kernel}\s*\(", text)]
-    # Do not report the kernel if an included file or a macro (##) may define it, or if the row has
-    # a driver, because a driver may need no kernel.
+    # An included file or a macro (##) may define the kernel, and a driver may need none.
     if absent and not row.drivers and "#include" not in text and "##" not in text:
         raise MethodError(f"{where}: {row.glsl} has no kernel {absent[0]}; define "
                           f"void {absent[0]}(...), or correct the kernels of the row")
 
 
 def _check_kinds(row: Method, where: str) -> None:
-    """Raise MethodError if a field of the row does not have its declared type."""
     if not isinstance(row.state, Record):
         raise MethodError(f"{where}: state is {row.state!r}; give a Record")
     if not isinstance(row.glsl, (str, Path)):
@@ -166,11 +160,10 @@ def _check_kinds(row: Method, where: str) -> None:
 
 
 def _guarded(row: Method, path: Path) -> Callable[..., Accelerator]:
-    """Wrap the row's ``prepare``. If ``prepare`` raises an exception that is not this package's
-    ``Error``, the wrapper raises a MethodError with a message of a single line.
+    """Wrap the row's ``prepare``: check its Accelerator, and make other exceptions MethodErrors.
 
-    The wrapper also checks the returned Accelerator. With the environment variable
-    GPGPU_RT_TRACEBACK, the command line also prints the traceback of the error.
+    The message has a single line. With the environment variable GPGPU_RT_TRACEBACK, the command
+    line also prints the traceback.
     """
     def prepare(triangles: np.ndarray, options: Mapping[str, Any]) -> Accelerator:
         where = f"{path}, method {row.name!r}"
@@ -185,7 +178,7 @@ def _guarded(row: Method, path: Path) -> Callable[..., Accelerator]:
             raise MethodError(f"{where}: prepare returns {type(made).__name__}; return an "
                               "Accelerator")
         missing = {"scene_lo", "scene_hi"} - set(made.uniforms)
-        if missing:     # without these uniforms, rays could miss triangles on the faces of boxes
+        if missing:     # without these, rays could miss triangles on the faces of boxes
             raise MethodError(f"{where}: prepare returns no {' and no '.join(sorted(missing))}; "
                               "the kernels need these uniforms to widen boxes; add "
                               "**box_uniforms(triangles)")

@@ -18,9 +18,8 @@ def sah_cost(structure: Structure, *, traversal_cost: float = 1.0,
              intersection_cost: float = 1.0) -> float:
     """The expected cost of a random line that crosses the scene's box and hits nothing.
 
-    A node (or cell) costs `traversal_cost`, plus `intersection_cost` for each of its triangles.
-    The costs are weighted by the ratio of the node's surface area to the area of the scene's box,
-    because a random line through the scene's box crosses the node with this probability.
+    A node (or cell) costs `traversal_cost`, plus `intersection_cost` for each of its triangles,
+    weighted by its surface area relative to the scene's box.
     """
     return _cost(_areas(structure), traversal_cost, intersection_cost)
 
@@ -37,8 +36,8 @@ def quality(structure: Structure, *, traversal_cost: float = 1.0,
             intersection_cost: float = 1.0) -> dict[str, int | float]:
     """Return the figures of merit: name -> value.
 
-    `references_per_leaf` is an average over the leaves (or cells) that are not empty.
-    `references_per_triangle` is an average over the triangles that have a reference.
+    `references_per_leaf` is an average over leaves (or cells) that are not empty,
+    `references_per_triangle` over triangles that have a reference.
     """
     areas, counts = _areas(structure), _leaf_counts(structure)
     filled = int(np.count_nonzero(counts))
@@ -75,8 +74,7 @@ def _leaf_counts(structure: Structure) -> np.ndarray:
 
 
 def _areas(structure: Structure) -> tuple[np.ndarray, np.ndarray, float]:
-    """For each node or cell, half its surface area (float64) and its number of references; then
-    half the surface area of the scene's box."""
+    """For each node or cell, half its area and its references; then half the scene box's area."""
     if isinstance(structure, Grid):
         size = structure.cell_size.astype(np.float64)
         cells = np.diff(structure.cell_start)

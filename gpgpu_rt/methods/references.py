@@ -24,7 +24,7 @@ _FIELD = re.compile(r"(\w+) = \{((?:[^{}]|\{[^{}]*\})*)\}")
 _ENTRY = re.compile(r"@(\w+)\{(\w+),")
 _NAME = r"(?:[A-Z]\. ?(?:-?[A-Z]\. ?)*)?[^\W\d_a-z](?:[^\W\d_]|-)*[^\W\d_A-Z](?:['’]s)?"
 _AND = r"(?:, and | and |, )"
-# Names and a year, such as "Foley and Sugerman 2005". A letter may follow the year.
+# Names and a year, such as "Foley and Sugerman 2005"; a letter may follow the year.
 _BY_AUTHORS = re.compile(
     rf"({_NAME}(?:{_AND}{_NAME})*?(?: et al\.)?),? \(?((?:18|19|20)\d\d[a-z]?)\b")
 _BY_TITLE = re.compile(r"""["“]([A-Z][^"“”]{9,160}?)[,.]?["”],? [^"“”]{0,60}?"""
@@ -37,8 +37,7 @@ class CitedWork:
 
     Attributes
     ----------
-    key : the work's name in the file. It ends with the year. A letter follows the year if two
-        works would otherwise have the same key
+    key : the work's name in the file, which ends with the year, and a letter if needed
     authors : initials and surname of each author
     venue : journal, conference or school, with the volume
     year : None if the work has no year, such as the survey itself
@@ -53,7 +52,6 @@ class CitedWork:
     sections: tuple[str, ...]
 
     def __str__(self) -> str:
-        """The full citation."""
         *first, last = self.authors
         names = f"{', '.join(first)} and {last}" if first else last
         where = ", ".join(part for part in (self.venue, str(self.year or "")) if part)
@@ -70,10 +68,7 @@ class CitedWork:
             f"section{'s' * (len(self.sections) > 1)} {', '.join(self.sections)}")
 
     def written_by(self, names: list[str], more: bool) -> bool:
-        """Whether a citation with these surnames names the work.
-
-        ``more`` says whether "et al." follows the surnames.
-        """
+        """Whether a citation with these surnames, perhaps followed by "et al.", names the work."""
         if len(names) + more > len(self.surnames) or more and len(self.surnames) < 3:
             return False
         return (more or len(names) == len(self.surnames)) and all(
@@ -89,15 +84,13 @@ def works() -> dict[str, CitedWork]:
 
 
 def find_work(citation: str) -> CitedWork | None:
-    """The work of a citation such as "Horn et al. 2007"; None if the citation names no known work,
-    or several works."""
+    """The work of a citation such as "Horn et al. 2007"; None if unknown or several works."""
     found = [work for _, work in citations(citation)]
     return found[0] if len(found) == 1 else None
 
 
 def reference(citation: str) -> str:
-    """The full citation, and where the survey discusses the work. If the work is not known,
-    ``citation`` itself."""
+    """The full citation, and where the survey discusses the work; or ``citation`` if unknown."""
     work = find_work(citation)
     if work is None:
         return citation
@@ -105,11 +98,9 @@ def reference(citation: str) -> str:
 
 
 def citations(text: str) -> list[tuple[str, CitedWork | None]]:
-    """The citations in a text, from first to last: the text of each citation, and its work or
-    None.
+    """The citations in a text: the text of each citation, and its work or None.
 
-    Other words before a year, such as a conference's name, are returned as a citation whose work
-    is None.
+    Other words before a year, such as a conference's name, are a citation without a work.
     """
     text = re.sub(r"\s+", " ", text)
     found = [(at.start(), at[0], _titled(at[1])) for at in _BY_TITLE.finditer(text)]
@@ -133,10 +124,7 @@ def _titled(title: str) -> CitedWork | None:
 
 
 def _authored(names: str, year: str) -> CitedWork | None:
-    """The work of these authors and this year.
-
-    If ``year`` has no letter, a work whose key has no letter is preferred to works whose keys have
-    a letter.
+    """The work of these authors and this year, preferably without a letter if ``year`` has none.
     """
     more = names.endswith(" et al.")
     surnames = [re.sub(r"['’]s$", "", name).split(" ")[-1].split(".")[-1]

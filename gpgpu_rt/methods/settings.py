@@ -1,7 +1,7 @@
 """Settings: a file of methods and options that were measured on one scene and one renderer.
 
-`tune` writes the settings to the user's file and to the cache folder. ``method="auto"`` looks in
-the cache folder for the settings of the scene's triangles and the renderer.
+`tune` writes the settings to the user's file and to the cache folder, where ``method="auto"``
+looks for the settings of the scene's triangles and the renderer.
 """
 from __future__ import annotations
 
@@ -25,12 +25,10 @@ from .choices import COHERENT, INCOHERENT, PASSING, RAYS, Choice, Choices
 FORMAT = 2
 ONE_CHOICE = 1    # the older format, which has one choice for all rays
 # The choices for a scene that was not tuned. Their hits equal the hits of every other exact choice
-# to the bit, and these choices are never much slower than the fastest choice. Packets trace eye
-# and shadow rays twice as fast as single rays, but trace incoherent rays more slowly;
-# docs/notes/schedules.md has the measured rates, and docs/notes/bvh.md the gain of entry points.
-# The interval test makes packets faster on large images of eye rays. But mirror rays also count as
-# coherent, and with the interval test, packets of mirror rays would take two to three times as
-# long as single rays. So the interval test is off.
+# to the bit, and they are never much slower than the fastest choice. Packets trace eye and shadow
+# rays faster than single rays, but incoherent rays more slowly (docs/notes/schedules.md);
+# docs/notes/bvh.md has the gain of entry points. The interval test is off, because mirror rays
+# also count as coherent, and it makes their packets slower than single rays.
 SAFE_DEFAULT = {
     COHERENT: ("bvh-packet", {"packet": (4, 2), "octants": True, "quantise_nodes": 16,
                               "entry_points": 32}),
@@ -45,7 +43,7 @@ class Settings:
     ----------
     scene : the scene's "name", number of "triangles" and the "sha256" of its triangles
     renderer : OpenGL's name of the renderer
-    choices : the choice for coherent rays and the choice for incoherent rays, which may be equal
+    choices : the choices for coherent and for incoherent rays
     """
 
     scene: dict[str, Any]
@@ -53,7 +51,7 @@ class Settings:
     choices: Choices
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the settings to a file. The file is written completely or not at all."""
+        """Write the settings to a file, completely or not at all."""
         entries = {"format": FORMAT, "scene": self.scene, "renderer": self.renderer,
                    **asdict(self.choices)}
         with replacing(path) as temporary:
@@ -120,9 +118,7 @@ def store(settings: Settings) -> Path | None:
 
 
 def find(scene: Scene, renderer: str) -> Settings | None:
-    """The cached settings for a scene and a renderer, or None if there are none.
-
-    If the cached settings cannot be used, return None after a warning.
+    """The cached settings for a scene and a renderer; None, after a warning if they are unusable.
     """
     path = _path(describe(scene)["sha256"], renderer)
     try:
@@ -141,10 +137,10 @@ def automatic(scene: Scene, renderer: str, options: Mapping[str, Any]
               ) -> tuple[Choices, Settings | None]:
     """The choices of ``method="auto"``, and the settings from which they come, or None.
 
-    If cached settings for the scene and the renderer agree with the caller's options, the choices
-    come from these settings. Otherwise, they come from SAFE_DEFAULT, with the caller's options
-    added. If the default for coherent rays does not accept the options, this default is tried
-    without entry points. If that fails too, coherent rays use the default for incoherent rays.
+    The choices come from cached settings that agree with the caller's options, else from
+    SAFE_DEFAULT with the caller's options added. A default for coherent rays that does not accept
+    the options loses its entry points, and after that is replaced by the default for incoherent
+    rays.
     """
     found = find(scene, renderer)
     if found is not None:
@@ -216,7 +212,7 @@ def _choice(entries: dict[str, Any], where: str, prefix: str) -> Choice:
         known = Choice(entries["method"], given).resolved()[1]
     except OptionError as failure:
         raise SettingsError(f"{where}: {prefix}options: {failure}") from None
-    # JSON has no tuples: a tuple was saved as a list. `known` has the tuple again.
+    # JSON has no tuples: take the tuple of `known` for a list.
     own = {name: known[name] if isinstance(value, list) else value
            for name, value in given.items()}
     return Choice(**{**entries, "options": own})

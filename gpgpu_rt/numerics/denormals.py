@@ -1,9 +1,7 @@
 """Denormals: a decorator that makes the host's arithmetic keep denormal numbers.
 
-A library in the same process may tell the processor to flush denormal numbers to 0. The processor
-then flushes the results of all later operations of the thread. The ends of intervals and the t of
-hits may be denormal, so a hit could be lost. Functions with the decorator `keeps_denormals`
-therefore keep denormal numbers while they run.
+A library in the same process may make the processor flush denormal numbers to 0. The ends of
+intervals and the t of hits may be denormal, so a hit could be lost.
 """
 from __future__ import annotations
 
@@ -31,8 +29,7 @@ def keeps_denormals(function: Callable[Given, Made]) -> Callable[Given, Made]:
     """Decorate a public function: denormal numbers are kept during a call.
 
     If the thread flushes denormal numbers, the call runs in C's default floating-point state, and
-    the thread's own state is restored afterwards. If the C library cannot change the state
-    (Windows), the call runs in the thread's own state.
+    the thread's own state is restored afterwards. This is not possible on Windows.
     """
     @functools.wraps(function)
     def kept(*given: Given.args, **named: Given.kwargs) -> Made:

@@ -7,18 +7,17 @@ chapter 3), as pbrt does. Each operation returns ``x (1 + r)`` with ``|r| <= u``
 at most ``tiny`` where the result underflows: renderers may flush denormal results and inputs to
 zero. A product of n factors ``1 + r`` is within ``gamma(n) = n u / (1 - n u)`` of 1. Division is
 assumed to be correctly rounded. Contraction to fused multiply-adds only removes roundings. The
-bounds themselves are evaluated in float64, with errors of the same form and u = 2^-53. The factor
-``_ROUND_UP`` covers these errors.
+factor ``_ROUND_UP`` covers the errors of the bounds themselves, which are evaluated in float64.
 
-Each of the following steps uses the steps before. A capital letter denotes a computed value, and
-the lower case letter denotes its exact value. O and d are the ray's origin and direction, and V is
-a vertex. Axes are permuted so that the direction is largest in z:
+Each step uses the steps before. A capital letter denotes a computed value, the lower case letter
+its exact value. O and d are the ray's origin and direction, and V is a vertex. Axes are permuted
+so that the direction is largest in z:
 
 1. The host scales the direction by a power of two so that ``|d.z|`` is in [0.5, 1): exact.
 2. ``A = V - O``: ``|A - a| <= u |a| + 3 tiny`` (two inputs and a result may be flushed).
 3. ``S = d.x / d.z`` with ``|s| <= 1``: ``|S - s| <= u |s| + 4 tiny`` (1 / |d.z| is at most 2).
-4. The sheared vertex ``P = A.x - S A.z``. The product contains three roundings: of S, of A.z and
-   of the product itself. The subtraction adds a fourth rounding:
+4. The sheared vertex ``P = A.x - S A.z``. The product contains the roundings of S, of A.z and of
+   the product, and the subtraction adds a fourth:
    ``|P - p| <= (1 + u) (u |a.x| + gamma(3) |s a.z| + 8 tiny (1 + |a.z|)) + u |p| + tiny``.
 5. An edge function ``W = P.x Q.y - P.y Q.x`` of two sheared vertices P and Q with errors e and f.
    The errors of P.x and Q.y change the first product by at most ``e.x |q.y| + |p.x| f.y + e.x
@@ -32,18 +31,15 @@ a vertex. Axes are permuted so that the direction is largest in z:
    The dot product ``D = d . N`` adds gamma(3). The test multiplies N by 1 / D and takes the dot
    product with ``A = V - O``. The roundings of A, 1 / D, this product and the dot product are
    gamma(6) together. As ``(a - t d) . n = 0``, ``T - t = ((a - t d) . (N - n) - t (D - d . N)) /
-   D`` plus the last roundings. So the error of N is multiplied only by the distance from the hit
-   to the vertex V:
+   D`` plus the last roundings. So the error of N is multiplied only by the hit's distance to V:
    ``|T - t| <= (gamma(4) sum |a_i - t d_i| m_i + gamma(3) |t| sum |d_i N_i| + gamma(6) sum
    |a_i N_i|) / |D|``. The test takes the two shorter edges. Where rounding may decide which edge
    is the longest, the largest bound of the possible choices is used. Underflow adds the terms with
    tiny of `_plane_bound`.
-8. The distance t also has a second bound. The test clamps T to the range of the corners' distances
-   ``Z_i / d.z``, which have the error gamma(3). So the error of T is at most the distance from t
-   to the farther end of the range, plus this rounding. Both bounds hold, so the smaller bound of
-   steps 7 and 8 is used. If t lies outside the exact range, t is replaced by the nearer end of the
-   range. T lies in the range up to roundings, so T is nearer to the replaced t than to the
-   original t.
+8. A second bound on t. The test clamps T to the range of the corners' distances ``Z_i / d.z``,
+   which have the error gamma(3). So the error of T is at most the distance from t to the farther
+   end of the range, plus this rounding. The smaller bound of steps 7 and 8 is used. A t outside
+   the exact range is replaced by the nearer end of the range, which is nearer to T.
 9. ``U = W1 / DET``: as in step 7, ``W1 - u DET = (W1 - w1) - u (DET - det)``. The roundings of
    DET's inverse and of the product add gamma(3).
 
@@ -57,8 +53,7 @@ import numpy as np
 
 from .plane import CROSS, edges_of, plane_distance, shorter
 
-# Each bound is multiplied by this factor, because the bound itself is computed in float64 with
-# rounding errors.
+# This factor covers the rounding errors of the bounds, which are computed in float64.
 _ROUND_UP = 1 + 2.0 ** -20
 
 
@@ -99,8 +94,8 @@ class PairBounds:
     t_bound, u_bound, v_bound : (k,) float64, bounds on the error of the test's t, u and v where
         the test accepts; inf where an overflow is possible
     inside : (k,) bool, whether the ray certainly meets the triangle, so that the test must accept
-    possible : (k,) bool, whether the test may accept; the interval of t is not considered. If
-        false, the ray certainly misses the triangle, and the test must reject
+    possible : (k,) bool, whether the test may accept, whatever the interval of t. If false, the
+        ray certainly misses the triangle, and the test must reject
     """
 
     t: np.ndarray
@@ -115,11 +110,10 @@ class PairBounds:
 
 def bound_pairs(triangles: np.ndarray, origins: np.ndarray, directions: np.ndarray,
                 arithmetic: Arithmetic = FLOAT32) -> PairBounds:
-    """Intersect k pairs of ray and triangle in float64, and bound the errors that the triangle
-    test makes in a given arithmetic.
+    """Intersect k pairs of ray and triangle in float64, and bound the errors of the test.
 
-    Triangles without area are not detected. For such a triangle, the test may accept or reject,
-    whatever ``inside`` and ``possible`` say.
+    For a triangle without area, which is not detected, the test may accept or reject, whatever
+    ``inside`` and ``possible`` say.
 
     Parameters
     ----------
@@ -167,15 +161,14 @@ def bound_pairs(triangles: np.ndarray, origins: np.ndarray, directions: np.ndarr
         rounding = g(3) * np.abs(ends).max(axis=0) + 8 * tiny * (1 + np.abs(z).max(axis=0))
         t = np.clip(np.where(np.isfinite(plane), plane, (lo + hi) / 2), lo, hi)
         convex = np.maximum(hi - t, t - lo) + rounding
-        # Where t was clamped to an end of the range, add the rounding of this end.
         forward += np.where(plane == t, 0, rounding)
         t_bound = np.fmin(forward, convex) * _ROUND_UP
         # Step 9.
         u, u_bound = _weight(1, w, w_bound, w_most, det, det_least, arithmetic)
         v, v_bound = _weight(2, w, w_bound, w_most, det, det_least, arithmetic)
 
-        # The largest values are products of two sheared coordinates, and depths divided by d.z;
-        # they must not overflow.
+        # The largest values, products of two sheared coordinates and depths divided by d.z, must
+        # not overflow.
         spread = np.abs(p).max(axis=(0, 1)) + p_bound.max(axis=(0, 1))
         most = np.maximum(spread ** 2, np.abs(z).max(axis=0))
         safe = (most < arithmetic.huge / 8) & (w_most.sum(axis=0) < arithmetic.huge / 8)
@@ -192,8 +185,7 @@ def bound_pairs(triangles: np.ndarray, origins: np.ndarray, directions: np.ndarr
 
 def distance_bound(triangles: np.ndarray, origins: np.ndarray, directions: np.ndarray,
                    arithmetic: Arithmetic = FLOAT32) -> np.ndarray:
-    """Return (k,) float64, the bound on the error of the test's t; parameters as in
-    `bound_pairs`."""
+    """Return the ``t_bound`` of `bound_pairs`, (k,) float64."""
     return bound_pairs(triangles, origins, directions, arithmetic).t_bound
 
 
@@ -214,11 +206,10 @@ def _permuted(triangles: np.ndarray, origins: np.ndarray, directions: np.ndarray
 
 def _edges(p: np.ndarray, e: np.ndarray, q: np.ndarray, f: np.ndarray, arithmetic: Arithmetic
            ) -> tuple[np.ndarray, np.ndarray]:
-    """Do step 5 for vertices p and q (3, 2, k) with errors e and f: return the edge functions,
-    (3, k), and their error bounds.
+    """Do step 5 for vertices p and q (3, 2, k) with errors e and f: return (3, k) and its bounds.
 
-    The product e f of the errors counts three times. The computed |p| and |q| may be too small by
-    e and f, so the bound adds this product twice more.
+    The product e f of the errors counts three times, because the computed |p| and |q| may be too
+    small by e and f.
     """
     unit, tiny = arithmetic.unit, arithmetic.tiny
     one, two = p[:, 0] * q[:, 1], p[:, 1] * q[:, 0]
@@ -239,8 +230,8 @@ def _plane_bound(corner: np.ndarray, e: np.ndarray, f: np.ndarray, direction: np
     unit, tiny = arithmetic.unit, arithmetic.tiny
     m = np.abs([e[i] * f[j] for i, j in CROSS]) + np.abs([e[j] * f[i] for i, j in CROSS])
     n = np.array([e[i] * f[j] - e[j] * f[i] for i, j in CROSS])
-    # Underflow may change an edge by 3 tiny. A component of the normal takes three operations, and
-    # underflow may change the result of each operation by 1 tiny.
+    # Underflow may change an edge by 3 tiny, and each of the three operations for a component of
+    # the normal by 1 tiny.
     n_bound = gamma(4, unit) * m + tiny * (4 + 8 * (np.abs(e) + np.abs(f)).sum(axis=0))
     n_most, d = np.abs(n) + n_bound, np.abs(direction)
     exact = (direction * n).sum(axis=0)
@@ -256,9 +247,10 @@ def _plane_bound(corner: np.ndarray, e: np.ndarray, f: np.ndarray, direction: np
 
 def _weight(i: int, w: np.ndarray, w_bound: np.ndarray, w_most: np.ndarray, det: np.ndarray,
             det_least: np.ndarray, arithmetic: Arithmetic) -> tuple[np.ndarray, np.ndarray]:
-    """Do step 9: return a barycentric coordinate, (k,), and its error bound. Where the test
-    accepts, its coordinate lies in [0, 1], so its error is at most the distance of the exact
-    coordinate to the farther end."""
+    """Do step 9: return a barycentric coordinate, (k,), and its error bound.
+
+    An accepted coordinate lies in [0, 1]: its error is at most the distance to the farther end.
+    """
     unit, tiny = arithmetic.unit, arithmetic.tiny
     weight = w[i] / det
     size = np.abs(weight)

@@ -2,9 +2,8 @@
 
 The code is ``plane_distance`` of ``glsl/core/watertight.glsl``, operation for operation.
 
-The normal is the cross product of the two shorter edges. If a triangle is long and thin, its
-longest edge may be almost parallel to another edge, and the cross product of these two edges would
-have few correct digits.
+The normal is the cross product of the two shorter edges. In a long and thin triangle, the longest
+edge may be almost parallel to another edge, and their product would have few correct digits.
 """
 from __future__ import annotations
 
@@ -19,8 +18,7 @@ CROSS = ((1, 2), (2, 0), (0, 1))
 
 
 def kept(values: np.ndarray) -> np.ndarray:
-    """Return the values unchanged. With this function as the argument ``R`` below, results have
-    numpy's own rounding, and denormals stay."""
+    """Return the values unchanged: the argument ``R`` below for numpy's own rounding."""
     return values
 
 
@@ -36,18 +34,16 @@ def longest(edges: np.ndarray) -> np.ndarray:
 
 
 def shorter(edges: np.ndarray, index: np.ndarray | int) -> tuple[np.ndarray, np.ndarray]:
-    """Return two edges of each triangle, (3, k) each: the edges that do not have the index
-    ``index``, (k,) or a number."""
+    """Return the two edges of each triangle, (3, k) each, without the edge ``index``."""
     return np.where(index == 0, edges[1], edges[0]), np.where(index == 2, edges[1], edges[2])
 
 
 def plane_distance(corners: np.ndarray, seen: np.ndarray, directions: np.ndarray,
                    R: Rounding = kept) -> np.ndarray:
-    """Return the distances of planes along rays, in units of the directions' lengths. A distance
-    is not finite where the direction lies in the plane.
+    """Return the distances of planes along rays, in units of the directions' lengths.
 
-    Sums are taken in the order of the axes. The result equals the shader's if the last axis is the
-    axis in which the direction is largest.
+    A distance is not finite where the direction lies in the plane. The result equals the shader's
+    if the direction is largest in the last axis.
 
     Parameters
     ----------

@@ -12,6 +12,5 @@ Made = TypeVar("Made")
 
 
 def public_call(function: Callable[Given, Made]) -> Callable[Given, Made]:
-    """Decorate a public function: a lack of memory raises LimitError, and the host's arithmetic
-    keeps denormal numbers."""
+    """Decorate a public function: a lack of memory raises LimitError, and denormals are kept."""
     return keeps_denormals(memory_limited(function))

@@ -1,9 +1,8 @@
 """The watertight test of ``glsl/core/watertight.glsl`` in numpy, operation for operation.
 
-All arithmetic is float32 and rounds where the shader rounds. On renderers that follow IEEE
-arithmetic, the results therefore have the same bits. For example, the host uses this test when it
-chooses the origin of a ray that leaves a triangle, so that the shader's test will miss this
-triangle. Numbers below 2^-126 count as 0, as on renderers that flush denormals.
+All arithmetic is float32 and rounds where the shader rounds, so the results have the same bits on
+renderers that follow IEEE arithmetic. Numbers below 2^-126 count as 0, as on renderers that flush
+denormals.
 """
 from __future__ import annotations
 
@@ -12,11 +11,10 @@ import numpy as np
 from .error_bounds import FLOAT32
 from .plane import Rounding, edges_of, kept, plane_distance
 
-# If all nonzero coordinates and edges are at least SAFE, no nonzero result before the division in
-# `plane_distance` is below 2^-123, so no denormal occurs. There are two reasons: the test
-# multiplies at most three of these numbers and subtracts twice, and a nonzero difference is at
-# least 2^-24 of its larger operand. After the division, a denormal can occur only if components of
-# the normal differ by a factor of 2^126.
+# If all nonzero coordinates and edges are at least SAFE, no denormal occurs before the division in
+# `plane_distance`: the test multiplies at most three of these numbers and subtracts twice, and a
+# nonzero difference is at least 2^-24 of its larger operand. After the division, a denormal can
+# occur only if components of the normal differ by a factor of 2^126.
 SAFE = np.float32(2.0 ** -25)
 
 
@@ -55,9 +53,11 @@ def _flushed(values: np.ndarray) -> np.ndarray:
 
 def _decide(triangles: np.ndarray, origins: np.ndarray, directions: np.ndarray,
             order: np.ndarray, R: Rounding) -> tuple[tuple[np.ndarray, ...], np.ndarray]:
-    """Apply the test, and round the result of each operation with ``R``. ``order`` (k, 3) permutes
-    the axes so that the direction is largest in the last axis. Return (accepted, t, u, v), and the
-    least magnitude of a nonzero coordinate or edge of each pair, (k,)."""
+    """Apply the test, and round the result of each operation with ``R``. Return (accepted, t, u,
+    v), and the least magnitude of a nonzero coordinate or edge of each pair, (k,).
+
+    ``order`` (k, 3) permutes the axes so that the direction is largest in the last axis.
+    """
     o, d = (R(np.take_along_axis(a, order, 1).T) for a in (origins, directions))
     corners = R(np.take_along_axis(triangles, order[:, None], 2).transpose(1, 2, 0))
     seen = R(corners - o)

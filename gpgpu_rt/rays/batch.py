@@ -16,16 +16,16 @@ from .order import RayOrder
 from .records import NO_RAY, NO_TRIANGLE, RAY_TEXELS
 from .tile_bounds import SIDE, TileBounds
 
-# Smallest and largest block of rays that a thread writes to texels. Threads with smaller blocks
-# spend more time waiting for the interpreter lock than working. Larger blocks leave the cache
-# before their bounds are computed.
+# Smallest and largest block of rays that a thread writes to texels. With smaller blocks, threads
+# mostly wait for the interpreter lock. Larger blocks leave the cache before their bounds are
+# computed.
 FEW, AT_ONCE = 1 << 16, 1 << 18
 ROW = 1024   # rays in a row of the texture if the caller gives no shape
-# If at least 1 in MANY rays is invalid, overwrite invalid rays by columns instead of ray by ray.
+# From 1 invalid ray in MANY on, overwrite invalid rays by columns instead of ray by ray.
 MANY = 5
 # The result for a block of rays: the indices of invalid rays; the exponents by which directions
-# were scaled, or None if all are 0; the distances by which origins were advanced (in units of t),
-# or None if all are 0; and the start (origin and t_min) that all rays share, or None.
+# were scaled, and the distances by which origins were advanced (in units of t), both None if all
+# are 0; and the start (origin and t_min) that all rays share, or None.
 _Laid = tuple[np.ndarray, np.ndarray | None, np.ndarray | None, np.ndarray | None]
 _ON_MISS = {"t": np.inf, "u": 0, "v": 0, "triangle": -1}
 
@@ -33,23 +33,21 @@ _ON_MISS = {"t": np.inf, "u": 0, "v": 0, "triangle": -1}
 class RayBatch:
     """Rays from arrays, checked, rounded to float32 and stored as texels.
 
-    Each direction is scaled by the power of two that brings its largest component into [0.5, 1),
-    and t_min and t_max are scaled to match. The scaling is exact, so kernels see directions of
-    similar length for any length of the caller's directions. An origin far outside ``bounds`` is
-    advanced along its ray (see ``approach``). ``Hits`` are returned in the caller's units.
+    Each direction is scaled, exactly, by the power of two that brings its largest component into
+    [0.5, 1), and t_min and t_max are scaled to match. An origin far outside ``bounds`` is advanced
+    along its ray (see ``approach``). ``Hits`` are returned in the caller's units.
 
-    A renderer may flush numbers below 2^-126 to 0. If the magnitude of t_min or t_max is below
-    2^-126 after scaling, the end is therefore moved into the interval, to 0 or to +-2^-126. An
-    empty interval stays empty.
+    A renderer may flush numbers below 2^-126 to 0. An end of the interval below 2^-126 is
+    therefore moved into the interval, to 0 or to +-2^-126. An empty interval stays empty.
 
     Parameters
     ----------
     origins, directions : (n, 3) or (h, w, 3) float, world units
     t_min, t_max : numbers, or a value per ray; both ends are included
-    shape : (h, w) of the image that the rays form. If None, arrays (h, w, 3) give the shape, and
-        rays of arrays (n, 3) fill rows of 1024 rays
-    invalid : treatment of rays with a NaN, an infinity or a zero direction: "raise" an error, or
-        count them as a "miss"
+    shape : (h, w) of the image that the rays form. By default, arrays (h, w, 3) give the shape,
+        and rays of arrays (n, 3) fill rows of 1024 rays
+    invalid : "raise" an error for rays with a NaN, an infinity or a zero direction, or count them
+        as a "miss"
     bounds : the scene's (lo, hi), or None to leave all origins unchanged
     tiled : whether to compute bounds of tiles
 
@@ -58,8 +56,8 @@ class RayBatch:
     count : the number of rays, n
     shape : (h, w) if given by ``shape`` or the arrays, else (n,)
     size : (width, height) of the ray textures
-    start : (4,) float32, the origin and t_min that all rays share; None if these differ from ray
-        to ray, if a ray is invalid, if an origin was advanced, or if t_min is negative
+    start : (4,) float32, the origin and t_min that all rays share; None if they differ, if a ray
+        is invalid, if an origin was advanced, or if t_min is negative
     tiles : bounds of the tiles; None if they were not requested, if the textures are too wide, or
         if the rays were sorted
     order : the order of the rays in the textures, or None if they were not sorted
@@ -94,8 +92,7 @@ class RayBatch:
         width = shape[1] if shape is not None else max(1, min(self.count, ROW))
         height = shape[0] if shape is not None else -(-self.count // width)
         self.size = (max(1, width), max(1, height))
-        # Each of the two textures has its own array, because an array that is never written uses
-        # no memory.
+        # An array for each texture: an array that is never written uses no memory.
         planes = [np.empty((self.size[0] * self.size[1], 4), np.float32)
                   for _ in range(RAY_TEXELS.texels)]
         self._planes, self._given, self.sort_seconds = planes, planes, 0.0
@@ -112,7 +109,7 @@ class RayBatch:
         def lay(part: slice) -> _Laid:
             laid = _lay_out([plane[part] for plane in planes], origins[part], directions[part],
                             t_min[part], t_max[part], bounds)
-            if self.tiles is not None:      # bound tiles now: the rays are still in the cache
+            if self.tiles is not None:      # the rays are still in the cache
                 self.tiles.see(part.start // self.size[0], self._rows(part), laid[3])
             return laid
         laid = list(threads(self.count)(lay, blocks))
@@ -141,8 +138,7 @@ class RayBatch:
         return np.broadcast_to(t, self.count)
 
     def _rows(self, part: slice) -> list[np.ndarray]:
-        """Return the rows of each texture, (rows, width, 4), that contain a block of rays. The
-        block must start at the start of a row."""
+        """Return the rows of a block that starts a row, (rows, width, 4) for each texture."""
         width = self.size[0]
         rows = slice(part.start, -(-part.stop // width) * width)
         return [plane[rows].reshape(-1, width, 4) for plane in self._planes]
@@ -154,15 +150,13 @@ class RayBatch:
         self._starts = []
 
     def texels(self, texel: int) -> np.ndarray:
-        """Return (height, width, 4) float32, the content of the texture for a texel of
-        RAY_TEXELS."""
+        """Return the texture for a texel of RAY_TEXELS, (height, width, 4) float32."""
         if not texel:
             self._lay_out_starts()
         return self._planes[texel].reshape(*self.size[::-1], 4)
 
     def sample(self, rows: np.ndarray, columns: np.ndarray) -> dict[str, np.ndarray]:
-        """Return the fields of the rays at rows and columns of the textures, in the shape to which
-        ``rows`` and ``columns`` broadcast."""
+        """Return the fields of the rays at rows and columns (broadcast) of the textures."""
         width, height = self.size
         planes = [plane.reshape(height, width, 4)[rows, columns] for plane in self._planes]
         if self.start is not None:
@@ -170,8 +164,7 @@ class RayBatch:
         return RAY_TEXELS.unpack_planes(planes)
 
     def given_units(self, t: np.ndarray, rays: slice | np.ndarray) -> np.ndarray:
-        """Convert (k,) float32 values of t to the caller's units; ``rays`` selects the k rays of
-        these values."""
+        """Convert (k,) float32 values of t to the caller's units; ``rays`` selects their rays."""
         with np.errstate(over="ignore"):
             if self._shift is not None:
                 t = (t + self._shift[rays]).astype(np.float32)
@@ -189,15 +182,14 @@ class RayBatch:
         self.sort_seconds += time.perf_counter() - began
 
     def given_fields(self) -> dict[str, np.ndarray]:
-        """Return copies of the fields of RAY_TEXELS, (n,) or (n, 3) float32 by name, in the
-        caller's order of rays."""
+        """Return copies of the fields of RAY_TEXELS, float32, in the caller's order of rays."""
         self._lay_out_starts()
         fields = RAY_TEXELS.unpack_planes(self._given)
         return {name: values[:self.count].copy() for name, values in fields.items()}
 
     def by_ray(self, texels: np.ndarray) -> np.ndarray:
-        """Convert the texels of a texture of ``size``, (k, 4) row by row, to (n, 4) in the
-        caller's order of rays."""
+        """Convert (k, 4) texels of a texture of ``size`` to (n, 4) in the caller's order of rays.
+        """
         if self.order is None:
             return texels[:self.count]
         began = time.perf_counter()
@@ -229,8 +221,10 @@ class RayBatch:
 def _lay_out(planes: list[np.ndarray], origins: np.ndarray, directions: np.ndarray,
              t_min: np.ndarray, t_max: np.ndarray,
              bounds: tuple[np.ndarray, np.ndarray] | None) -> _Laid:
-    """Write a block of rays to planes, (n, 4) each, a plane for each texel of RAY_TEXELS. If all
-    rays share a start, return the start and do not write the plane of origins."""
+    """Write a block of rays to planes, (n, 4) each, a plane for each texel of RAY_TEXELS.
+
+    If all rays share a start, the plane of origins is not written.
+    """
     size, bad = _size(directions), np.zeros(len(origins), bool)
     alike = _alike(origins)
     if not (size.min() > 0 and size.max() < np.inf
@@ -258,8 +252,7 @@ def _lay_out(planes: list[np.ndarray], origins: np.ndarray, directions: np.ndarr
             origins, shift = approach(origins, directions, *bounds)
             if shift is not None:
                 t_min, t_max, alike = t_min - shift, t_max - shift, False
-        # Empty rays have t_max = -1. A shared t_min below -1 would give them a valid interval, so
-        # rays share only a t_min of at least 0.
+        # Empty rays have t_max = -1. A shared t_min below -1 would make their interval valid.
         start = np.float32([*origins[0], t_min[0]]) if (
             alike and _alike(t_min) and t_min[0] >= 0) else None
         into = planes if start is None else [None, *planes[1:]]
@@ -295,8 +288,7 @@ def _same(one: np.ndarray | None, other: np.ndarray | None) -> bool:
 
 
 def _joined(blocks: list[slice], parts: list[np.ndarray | None]) -> np.ndarray | None:
-    """Join the values per ray of all blocks, with 0 for blocks that have None; return None if all
-    blocks have None."""
+    """Join the values per ray of all blocks, with 0 for None; None if all blocks have None."""
     some = [part for part in parts if part is not None]
     if not some:
         return None
@@ -306,9 +298,11 @@ def _joined(blocks: list[slice], parts: list[np.ndarray | None]) -> np.ndarray |
 
 def _normal(t: np.ndarray, exponents: np.ndarray | None, above: float, below: float
             ) -> np.ndarray:
-    """Return (n,) float32, the products of the intervals' ends ``t`` and 2^exponents. A renderer
-    may flush a denormal product to 0. Therefore ``above`` replaces a positive denormal product,
-    and ``below`` replaces a negative denormal product."""
+    """Return (n,) float32, the products of the intervals' ends ``t`` and 2^exponents.
+
+    A renderer may flush a denormal product, so ``above`` replaces a positive and ``below`` a
+    negative one.
+    """
     given = t if t.strides[0] else t[:1]
     scaled = given if exponents is None else np.ldexp(given, exponents)
     tiny = (np.abs(scaled) < FLOAT32.tiny) & (given != 0)
@@ -318,14 +312,12 @@ def _normal(t: np.ndarray, exponents: np.ndarray | None, above: float, below: fl
 
 
 def _numbers(values: np.ndarray) -> bool:
-    """Return whether none of (n,) values is NaN. If all values are one broadcast value, check it
-    once."""
+    """Return whether none of (n,) values is NaN."""
     return not np.isnan(values if values.strides[0] else values[:1]).any()
 
 
 def _size(directions: np.ndarray) -> np.ndarray:
-    """Return (n,) the largest magnitude of a component of each of (n, 3) directions. Columns are
-    compared as a whole, because numpy is slow along short axes."""
+    """Return (n,) the largest magnitude of a component of each of (n, 3) directions."""
     size = np.abs(directions[:, 0])
     for axis in (1, 2):
         np.maximum(size, np.abs(directions[:, axis]), out=size)
@@ -344,8 +336,8 @@ def hits_of(fields: Mapping[str, np.ndarray]) -> Hits:
 
     Parameters
     ----------
-    fields : (n,) for each field of HIT. The arrays are reused, and modified where rays missed.
-        After an any-hit query, ``triangle`` may be the only field; t, u and v are then 0
+    fields : (n,) for each field of HIT. The arrays are reused, and modified where rays missed. If
+        ``triangle`` is the only field, as after an any-hit query, t, u and v are 0
     """
     missed = fields["triangle"] == NO_TRIANGLE
 

@@ -6,7 +6,7 @@ import numpy as np
 from .batch import RayBatch
 
 TILE = 8          # side of a tile in rays
-SAMPLE = 256      # largest number of tiles in the sample; they are evenly distributed
+SAMPLE = 256      # largest number of tiles in the sample, evenly distributed
 NEAR = 1 / 16     # origins closer than this share of the scene's diagonal count as near
 
 
@@ -14,8 +14,7 @@ def coherence(batch: RayBatch, diagonal: float) -> float | None:
     """Return the share of neighbouring rays that are similar.
 
     Two neighbours in a tile are similar if their directions have the same signs and the same
-    dominant axis, and if their origins are near each other. Similar rays visit nearly the same
-    nodes in the same order, and test triangles along the same axis.
+    dominant axis, and if their origins are near each other.
 
     Parameters
     ----------
@@ -42,8 +41,7 @@ def coherence(batch: RayBatch, diagonal: float) -> float | None:
 
 
 def _sampled(height: int, width: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return the rows (tiles, y, 1) and columns (tiles, 1, x) of a sample of complete tiles. If
-    the rays do not fill a tile, the tiles are smaller."""
+    """Return the rows (tiles, y, 1) and columns (tiles, 1, x) of a sample of complete tiles."""
     y, x = min(TILE, height), min(TILE, width)
     down, across = (height // y, width // x) if y and x else (0, 0)
     tiles = np.unique(np.linspace(0, max(down * across - 1, 0), min(SAMPLE, down * across))

@@ -26,9 +26,10 @@ def eye_uniforms(camera: Camera, size: tuple[int, int], bounds: Bounds) -> dict[
 
 
 def share_eye(rays: RayTextures, uniforms: dict[str, object]) -> None:
-    """Set the start (origin and t_min) that all eye rays share. ``uniforms`` are the uniforms of
-    the pass that wrote ``rays``. If this pass moved the origins, because the eye is far away, the
-    rays share no start."""
+    """Set the start that eye rays share, by the ``uniforms`` of the pass that wrote ``rays``.
+
+    If the eye is far away, the pass moved the origins, and the rays share no start.
+    """
     rays.share_start(None if uniforms["beyond"]
                      else np.float32([*uniforms["eye"], 0]))  # type: ignore[misc]
 

@@ -1,21 +1,18 @@
 """Far origins: moves an origin that is far outside the scene along its ray, to near the scene.
 
 A shader computes a point of a ray with an error of a few times 2^-24 of the point's distance from
-the ray's origin. Builders widen boxes by `bounds.PADDING` times the largest coordinate. This
-padding exceeds the error if the origin is at most a few times the scene's size away. A ray from
-further away would miss cells and leaves. For example, kd-trees lost 0.01 % of rays aimed at
-vertices from eight times the scene's size, and 5 % from 10^4 times. Moving the origin along its
-ray in float64 adds an error of half a float32 spacing at the scene, which is less than the error
-of a triangle test from the far origin.
+the origin. Builders widen boxes by `bounds.PADDING` times the largest coordinate, which exceeds
+this error only if the origin is at most a few times the scene's size away. A ray from further away
+would miss cells and leaves. Moving the origin in float64 adds an error of half a float32 spacing
+at the scene, which is less than the error of a triangle test from the far origin.
 """
 from __future__ import annotations
 
 import numpy as np
 
 # Lengths are in radii of the sphere around the scene's box. An origin is far if its distance from
-# the sphere's centre exceeds FAR. Let P be the point of the ray that is nearest to the centre. A
-# far origin is moved forward along its ray to a distance of NEAR before P. A far origin that is
-# already past this place is not moved.
+# the sphere's centre exceeds FAR. A far origin is moved forward along its ray to a distance of
+# NEAR before the ray's point nearest to the centre, unless the origin is already past this place.
 FAR = 4.0
 NEAR = 2.0
 ABREAST = 128       # points per row in `by_axis`; numpy reduces long rows faster
@@ -23,8 +20,7 @@ ABREAST = 128       # points per row in `by_axis`; numpy reduces long rows faste
 
 def approach(origins: np.ndarray, directions: np.ndarray, lo: np.ndarray,
              hi: np.ndarray) -> tuple[np.ndarray, np.ndarray | None]:
-    """Move far origins along their rays to near the scene. Origins that are not far stay
-    unchanged.
+    """Move far origins along their rays to near the scene.
 
     Parameters
     ----------
@@ -37,7 +33,6 @@ def approach(origins: np.ndarray, directions: np.ndarray, lo: np.ndarray,
     its direction's length, or None if no origin was moved
     """
     centre, radius = sphere(lo, hi)
-    # Apply the cheap test first, which decides nearly all calls.
     if not len(origins) or _near(origins, centre, radius):
         return origins, None
     offset = centre - origins.astype(np.float64)
@@ -48,8 +43,7 @@ def approach(origins: np.ndarray, directions: np.ndarray, lo: np.ndarray,
     d = directions[far].astype(np.float64)
     length = np.sqrt((d ** 2).sum(axis=1))
     ahead = np.maximum((offset[far] * d).sum(axis=1) / length - NEAR * radius, 0) / length
-    # Round the shift to float32. Otherwise a hit at a short number such as t = 10 could get a t
-    # with more digits.
+    # Round the shift to float32, so that t keeps short values, such as 10.
     shift[far] = ahead.astype(np.float32)
     moved = origins.copy()
     moved[far] = origins[far] + shift[far, None] * d
@@ -57,16 +51,17 @@ def approach(origins: np.ndarray, directions: np.ndarray, lo: np.ndarray,
 
 
 def _near(origins: np.ndarray, centre: np.ndarray, radius: float) -> bool:
-    """Return whether the box around all origins shows that no origin is far; false if an origin is
-    NaN. If the radius is 0, no origin counts as far."""
+    """Return whether the box around all origins shows that none is far; false for a NaN.
+
+    If the radius is 0, no origin counts as far.
+    """
     ends = np.array([by_axis(end, origins) for end in (np.minimum, np.maximum)], np.float64)
     return radius == 0 or bool(
         (np.abs(ends - centre).max(axis=0) ** 2).sum() <= (FAR * radius) ** 2)
 
 
 def by_axis(extreme: np.ufunc, points: np.ndarray) -> np.ndarray:
-    """Return (k,) the minimum or maximum, ``extreme``, of (n, k) points along each axis. Points
-    are reduced in long rows, along which numpy is fast."""
+    """Return (k,) the minimum or maximum, ``extreme``, of (n, k) points along each axis."""
     rows, axes = len(points) // ABREAST * ABREAST, points.shape[1]
     wide = points[:rows].reshape(-1, ABREAST * axes)
     parts = [extreme.reduce(wide, axis=0).reshape(-1, axes)] if rows else []

@@ -1,9 +1,8 @@
 """Ray order: sorts arrays of rays so that similar rays lie side by side in their textures.
 
-A renderer runs neighbouring fragments together until the last of them finishes, and neighbouring
-fragments share caches. The survey (section 4.3) proposes to sort rays on the graphics hardware;
-the option ``sort_rays`` does this (``traversal/stages/sorted_rays.py``). This module sorts rays on
-the host, before their upload, if the caller gives rays as arrays.
+A renderer runs neighbouring fragments together until the last of them finishes. The survey
+(section 4.3) proposes to sort rays on the graphics hardware, as the option ``sort_rays`` does
+(``traversal/stages/sorted_rays.py``). This module sorts rays on the host, before their upload.
 """
 from __future__ import annotations
 
@@ -17,36 +16,33 @@ from ..gl.precision import Precision
 from ..threads import threads
 from .records import NO_RAY, RAY_TEXELS
 
-# Consecutive rays fill squares of this side along a Morton curve. The side is 2^SQUARE_LOG2 of
+# Consecutive rays fill squares of this side along a Morton curve: 2^SQUARE_LOG2 of
 # stages/sorted_place.glsl.
 SQUARE = 8
 ORIGIN_BITS = 3     # bits per axis for the cell of a ray's origin in the scene's box
 # Number of codes of directions (`_direction_codes`). The direction comes first in the sort key:
-# its octant, then the order of its components' sizes. Neighbouring rays then agree in signs and
-# dominant axis. Rays of a packet that differ in signs or dominant axis would have to run one after
-# another (packet_turns.glsl).
+# its octant, then the order of its components' sizes. Rays of a packet that differ in signs or
+# dominant axis would have to run one after another (packet_turns.glsl).
 DIRECTIONS = 1 << 6
 _GRAY = (0, 1, 3, 2, 6, 7, 5, 4)    # octants in Gray code order: neighbours differ in one sign
 AT_ONCE = 1 << 16   # rays per block of copying, which fits in a core's cache
-# Rays per block of sorting. Each block is sorted by itself, because this is faster within the
-# cache (docs/notes/packet-speed.md). Little is lost: rays that follow each other in a picture's
-# rows start near each other anyway.
+# Rays per block of sorting. Each block is sorted by itself, which is faster within the cache
+# (docs/notes/packet-speed.md). Rays that follow each other in a picture's rows start near each
+# other anyway.
 BLOCK = 1 << 17
-# Count the cells that hold origins of rays: in an average block, and in all blocks together. If
-# the first number is at least this share of the second number, sort all rays together.
+# Sort all rays together if an average block has origins in at least this share of the cells in
+# which all blocks together have origins.
 SCATTERED = 0.75
 
 
 class RayOrder:
-    """Sorted rays. Rays with an empty interval are left out; they all read their result from the
-    same texel, which holds an empty ray.
+    """Sorted rays. Rays with an empty interval are left out; they share an empty texel.
 
     Parameters
     ----------
     planes : (n, 4) float32 for each texel of RAY_TEXELS
     bounds : the scene's (lo, hi)
-    precision : the precision of textures; rounding to this precision may turn an empty interval
-        into an interval of one t
+    precision : the precision of textures; rounding may make an empty interval a single t
 
     Attributes
     ----------
@@ -72,8 +68,7 @@ class RayOrder:
         return order if len(rays) == self.count else rays[order]
 
     def planes(self, planes: list[np.ndarray]) -> list[np.ndarray]:
-        """Return (width * height, 4) float32 for each texel of RAY_TEXELS: the sorted rays, and
-        empty rays in the other texels."""
+        """Return (width * height, 4) float32 per texel of RAY_TEXELS: sorted, then empty rays."""
         (width, height), count = self.size, len(self.rays)
         curve, rank = _curve(self.size)
         laid = [np.empty((width * height, 4), np.float32) for _ in planes]
@@ -82,7 +77,7 @@ class RayOrder:
             part = slice(first, first + AT_ONCE)
             lies = self.rays[np.minimum(rank[part], count - 1)]
             for values, into in zip(planes, laid):
-                # "clip" lets numpy write directly to ``out``, without a buffer.
+                # "clip" lets numpy write directly to ``out``.
                 np.take(_whole(values), lies, out=_whole(into)[part], mode="clip")
         if count:
             run = threads(count)
@@ -122,8 +117,7 @@ class RayOrder:
 
 
 def squares(rays: int) -> tuple[int, int]:
-    """Return the numbers of squares across and down for a texture that holds all rays, about as
-    wide as high."""
+    """Return the squares across and down of a texture for all rays, about as wide as high."""
     count = -(-rays // SQUARE ** 2)
     across = max(1, round(count ** 0.5))
     return across, max(1, -(-count // across))
@@ -132,8 +126,10 @@ def squares(rays: int) -> tuple[int, int]:
 def _live_keys(planes: list[np.ndarray], first: int, precision: Precision,
                bounds: tuple[np.ndarray, np.ndarray]) -> tuple[np.ndarray, ...]:
     """Return the rays of a block that are not empty, (m,) int; the empty rays, (k,) int; and the
-    sort keys of the rays that are not empty, (m,) uint16. A key has the direction in its high
-    bits, then the origin's cell along a Morton curve."""
+    keys of the rays that are not empty, (m,) uint16.
+
+    A key has the direction in its high bits, then the origin's cell along a Morton curve.
+    """
     fields = RAY_TEXELS.unpack_planes([plane[first:first + BLOCK] for plane in planes])
     some = precision.stored(fields["t_min"]) <= precision.stored(fields["t_max"])
     live, empty = np.flatnonzero(some), np.flatnonzero(~some)
@@ -142,7 +138,6 @@ def _live_keys(planes: list[np.ndarray], first: int, precision: Precision,
     assert direction.channel == 0
     lattice = _direction_codes(planes[direction.texel][first:first + BLOCK]).view(np.int32)
     lattice <<= 3 * ORIGIN_BITS
-    # Buffers that the loop over the axes reuses.
     place, cell = np.empty(len(some), np.float32), np.empty(len(some), np.int32)
     with np.errstate(all="ignore"):     # in a box without extent, any cell will do
         for axis in range(3):
@@ -160,16 +155,15 @@ def _direction_codes(texels: np.ndarray) -> np.ndarray:
     """Return (n,) uint32 codes below DIRECTIONS. From the lowest bit: x < 0, |x| >= |y|,
     |x| >= |z|, y < 0, |y| >= |z|, z < 0.
 
-    texels : (n, 4) float32, directions in the first three channels. The flat array is compared
-        with itself at offsets 1 and 2, because numpy is slow along short axes
+    texels : (n, 4) float32, directions in the first three channels
     """
     row = texels.reshape(-1)
     negative, size = row < 0, np.abs(row)
     next_less, second_less = np.zeros_like(negative), np.zeros_like(negative)
     np.greater_equal(size[:-1], size[1:], out=next_less[:-1])
     np.greater_equal(size[:-2], size[2:], out=second_less[:-2])
-    # Each component has a byte with its three bits. The mask drops the byte of the last channel
-    # and the comparisons with it.
+    # Each component has a byte with its three bits. The mask drops the last channel's byte and
+    # comparisons.
     code = negative.view("<u4") | next_less.view("<u4") << 1 | second_less.view("<u4") << 2
     code &= 0x010307
     code *= 1 << 16 | 1 << 11 | 1 << 5      # gathers the bits of the three bytes from bit 16 up
@@ -179,9 +173,10 @@ def _direction_codes(texels: np.ndarray) -> np.ndarray:
 
 
 def _near_one_another(keys: list[np.ndarray]) -> bool:
-    """Return whether the rays of a block start near one another. Count the cells that hold
-    origins, in an average block and in all blocks together. The result is true if the ratio of
-    these numbers is below SCATTERED. Only every eighth ray is examined."""
+    """Return whether the rays of a block start near one another; see SCATTERED.
+
+    Only every eighth ray is examined.
+    """
     cells = np.zeros((len(keys), 1 << 3 * ORIGIN_BITS), bool)
     for held, each in zip(cells, keys):
         held[each[::8] & len(held) - 1] = True
@@ -199,15 +194,17 @@ def _whole(texels: np.ndarray) -> np.ndarray:
 
 @lru_cache(maxsize=None)
 def _keys() -> np.ndarray:
-    """Return (2^15,) uint16, the sort key for each direction code and origin cell, with the cell
-    in the low bits of the index. Keys order rays by octant, then by the position around the
-    octant's diagonal, then along a Morton curve of origin cells."""
+    """Return (2^15,) uint16, the sort key for each direction code and origin cell (low bits).
+
+    Keys order rays by octant, then by the position around the octant's diagonal, then along a
+    Morton curve of origin cells.
+    """
     place = np.arange(DIRECTIONS << 3 * ORIGIN_BITS)
     code, cell = np.divmod(place, 1 << 3 * ORIGIN_BITS)
     negative = code & 1 | code >> 2 & 2 | code >> 3 & 4
     over = code >> 1 & 1, code >> 2 & 1, code >> 4 & 1     # x over y, x over z, y over z
-    # The magnitudes |x|, |y|, |z| have six orders. Number these orders so that consecutive orders
-    # differ by a swap of two neighbours. The largest components are then x, x, y, y, z, z.
+    # Number the six orders of |x|, |y|, |z| so that consecutive orders differ by a swap of two
+    # neighbours. The largest components are then x, x, y, y, z, z.
     around = np.zeros(8, int)
     around[[3, 7, 6, 4, 0, 1]] = range(6)
     way = around[over[0] | over[1] << 1 | over[2] << 2]
@@ -218,8 +215,10 @@ def _keys() -> np.ndarray:
 
 @lru_cache(maxsize=1)
 def _curve(size: tuple[int, int]) -> tuple[np.ndarray, np.ndarray]:
-    """Return the texels of a texture in curve order, square by square and along a Morton curve in
-    each square; and the rank of each texel in this order. Both are (width * height,) int32."""
+    """Return the texels of a texture in curve order, and the rank of each texel in this order.
+
+    Both are (width * height,) int32. The order is a Morton curve in square after square.
+    """
     width, height = size
     y, x = np.divmod(np.arange(width * height), width)
     rank = ((y // SQUARE * (width // SQUARE) + x // SQUARE) * SQUARE ** 2

@@ -33,9 +33,10 @@ def random_rays(scene: Any, n: int, seed: int) -> Rays:
 
 
 def surface_rays(scene: Any, n: int, seed: int) -> Rays:
-    """Return rays that leave the surface from points that are uniform by area. Directions are
-    uniform on the hemisphere of the triangle's normal. An origin lies 1e-3 of the scene's extent
-    away from its point, along the direction.
+    """Return rays that leave the surface from points that are uniform by area.
+
+    Directions are uniform on the hemisphere of the triangle's normal. Origins lie 1e-3 of the
+    scene's extent away from the surface, along the direction.
 
     Raises SceneError if no triangle has an area.
     """
@@ -67,8 +68,7 @@ def aimed_rays(scene: Any, n: int, seed: int, at: str = "vertices",
     n : number of rays
     seed : the seed of the random numbers
     at : "vertices" or "edges"
-    origin : (3,), the origin of all rays; by default, origins are uniform in the middle half of
-        the scene's box
+    origin : (3,), the origin of all rays; by default uniform in the middle half of the scene's box
 
     Raises
     ------

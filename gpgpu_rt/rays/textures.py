@@ -41,10 +41,9 @@ class RayTextures:
         self.tiles: TileBounds | None = None    # bounds of directions; they need a shared start
 
     def share_start(self, start: np.ndarray | None) -> None:
-        """Set the start that all rays share: origin and t_min, (4,) float32, with t_min >= 0. None
-        means that the rays have different starts.
+        """Set the start that all rays share, (4,) float32: origin and t_min >= 0; or None.
 
-        Programs read a shared start from a uniform. This saves a fetch per ray, and work that
+        Programs read a shared start from a uniform, which saves a fetch per ray, and work that
         depends only on the start.
         """
         self.seen_from = self.tiles = None
@@ -60,8 +59,10 @@ class RayTextures:
         return RayTextures(self.gpu, size, self.precision, self.after_hit)
 
     def fits(self, other: RayTextures, size: tuple[int, int] | None = None) -> bool:
-        """Return whether these textures hold the same kind of rays as ``other`` and have the size
-        ``size``. If ``size`` is None, they must have the size of ``other``."""
+        """Return whether these textures hold the same kind of rays as ``other``, and fit ``size``.
+
+        By default, ``size`` is the size of ``other``.
+        """
         return self.size == (size or other.size) and self.after_hit == other.after_hit
 
     @property
@@ -84,8 +85,8 @@ class RayTextures:
         """Upload rays. A shared start is passed by the uniform and not uploaded."""
         self.share_start(batch.start)
         self._start_written = self._start is None
-        # The bounds of tiles leave out rays whose fp32 interval is empty. If textures store fewer
-        # bits, an empty interval may round to a point, and the bounds would lack a live ray.
+        # The bounds of tiles leave out rays whose fp32 interval is empty. With fewer bits, an
+        # empty interval may round to a point, and the bounds would lack a live ray.
         self.tiles = batch.tiles if self.precision.storage == "fp32" else None
         for texel in range(0 if self._start_written else 1, RAY_TEXELS.texels):
             self._write(texel, batch.texels(texel))
@@ -116,7 +117,6 @@ class RayTextures:
         return self
 
     def bytes(self) -> int:
-        """Return the bytes of the textures."""
         return self.target.bytes()
 
     def release(self) -> None:
@@ -131,8 +131,7 @@ def read_field(record: Record, name: str,
 
 
 class PingPong:
-    """Two targets of the same records, with a shared depth buffer. Passes draw alternately into
-    the two targets.
+    """Two targets of the same records, into which passes draw alternately, with a depth buffer.
 
     Attributes
     ----------
@@ -155,7 +154,6 @@ class PingPong:
         return iter(self._sides)
 
     def bytes(self) -> int:
-        """Return the bytes of the existing targets."""
         return sum(side.bytes() for side in self._sides)
 
     def release(self) -> None:
@@ -163,8 +161,7 @@ class PingPong:
 
 
 class StateBuffers(PingPong):
-    """Ping-pong buffers that hold, for each ray, the state of a method's traversal and the hit;
-    with ``statistics``, also the counters of the ray's work."""
+    """Ping-pong buffers of rays' states, hits and, with ``statistics``, counters."""
 
     def __init__(self, gpu: Gpu, state: Record, size: tuple[int, int], statistics: bool,
                  precision: Precision) -> None:
@@ -178,9 +175,9 @@ class StateBuffers(PingPong):
     def hits(self) -> Target:
         """Return a target over the hits of side 0.
 
-        The states of side 0 are cleared. A cleared state means that the ray's search has ended.
-        Only three readers need the real states: the search for stopped rays, the statistics, and
-        an observer of states. For these readers, passes first write the states.
+        The states of side 0 are cleared, which means that all searches have ended. Passes write
+        the real states before the search for stopped rays, the statistics or an observer reads
+        them.
         """
         if self._hits is None:
             self.side(0).clear()
@@ -188,8 +185,7 @@ class StateBuffers(PingPong):
         return self._hits
 
     def write_states(self) -> None:
-        """Record that passes write states from now on. The next call of `hits` clears the states
-        again."""
+        """Record that passes write states from now on. The next `hits` clears them again."""
         release(self._hits)
         self._hits = None
 
@@ -208,7 +204,6 @@ class StateBuffers(PingPong):
         return self if size == self.size else self._smaller[size]
 
     def bytes(self) -> int:
-        """Return the bytes of the targets of all sizes."""
         return super().bytes() + sum(other.bytes() for other in self._smaller.values())
 
     def release(self) -> None:

@@ -5,13 +5,13 @@ from ...gl.record import Record
 
 BIH_NODE = Record("bih_node", "left_hi right_lo axis:int child:int")
 """A node: the end of its left child (`left_hi`) and the start of its right child (`right_lo`)
-along `axis`. The axis of a leaf is 3.
+along `axis`, which is 3 for a leaf.
 
-`child` is the left child of an inner node, and the right child directly follows it. For a leaf,
-`child` is the leaf's first triangle."""
+`child` is an inner node's left child, which its right child follows, or a leaf's first
+triangle."""
 
 BIH_BOUNDS = Record("bih_bounds", "lo:vec3 parent:int | hi:vec3 side:int")
-"""The data that a ray needs to climb to a parent: a node's box, its parent, and its side.
+"""The data with which a ray climbs to a parent: a node's box, its parent, and its side.
 
 `side` is the parent's axis for a left child, the parent's axis + 3 for a right child, and 6 for
 the root."""

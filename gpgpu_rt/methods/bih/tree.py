@@ -2,15 +2,12 @@
 
 C. Waechter, A. Keller, "Instant ray tracing: the bounding interval hierarchy", EGSR 2006. A node
 holds an axis and two planes: the end of its left child and the start of its right child. Each node
-has a cell. The root's cell contains the centres of all triangles' boxes. The build halves a cell
-across its longest side, and a triangle goes to the half that contains the centre of its box. If
-one half has no triangles, the build makes no node, and halves the other half again. The build
-computes no costs and does not sort triangles. The tree's size is linear in the number of
-triangles.
+has a cell; the root's cell contains the centres of all triangles' boxes. The build halves a cell
+across its longest side and assigns triangles by the centres of their boxes. If one half has no
+triangles, the build makes no node and halves the other half again.
 
-Departures: all nodes of a level are split together; the paper splits nodes one by one, in place. A
-node is split into two halves of equally many triangles in two cases: near the depth cap, and if
-the centres of all boxes coincide, so that no plane separates them.
+Departures: all nodes of a level are split together, not one by one in place. Near the depth cap,
+and where all centres coincide, a node is split into two halves of equally many triangles.
 """
 from __future__ import annotations
 
@@ -25,9 +22,8 @@ from ...accel.runs import expand, owners, run_starts
 from ...accel.sound import alike, are_pairs, each_once, named
 
 LEAF = 3            # the axis of a leaf
-# The largest number of times that an axis is halved between a node and its child. Scaled centres
-# lie between -1 and 1 and are multiples of 2^-149, so about 150 halvings separate any two
-# different centres.
+# The most halvings of an axis between a node and its child. Scaled centres lie between -1 and 1
+# and are multiples of 2^-149, so about 150 halvings separate any two different centres.
 HALVINGS = 160
 
 
@@ -35,7 +31,7 @@ HALVINGS = 160
 class Bih:
     """A binary tree of intervals.
 
-    Siblings are neighbours and node 0 is the root. A tree without triangles has no nodes.
+    Siblings are neighbours and node 0 is the root.
 
     Attributes
     ----------
@@ -43,8 +39,8 @@ class Bih:
     axis : (n,) int8, 0, 1, 2, or 3 for a leaf
     left_hi, right_lo : (n,) float32, the end of an inner node's left child and the start of its
         right child along the axis; 0 for a leaf
-    child : (n,) int32, the left child of an inner node (the right child is child + 1), or a
-        leaf's first triangle in `order`
+    child : (n,) int32, the left child of an inner node (the right child follows), or a leaf's
+        first triangle in `order`
     count : (n,) int32, the number of triangles of a leaf; 0 for an inner node
     order : (m,) int32, the triangles of one leaf after another, ascending in each leaf
     depth : int, the number of edges from the root to the deepest leaf
@@ -102,9 +98,8 @@ def build_bih(triangles: np.ndarray, *, max_leaf: int = 4, max_depth: int = 64,
     ----------
     triangles : (n, 3, 3) float32, world units
     max_leaf : the largest number of triangles in a leaf
-    max_depth : limit on the depth. A node whose subtree could exceed the limit is split into
-        halves of equally many triangles. If the limit is below ceil(log2 n), the depth may
-        nevertheless reach ceil(log2 n).
+    max_depth : limit on the depth, but at least ceil(log2 n). A node whose subtree could exceed
+        the limit is split into halves of equally many triangles
 
     Raises
     ------
@@ -115,7 +110,7 @@ def build_bih(triangles: np.ndarray, *, max_leaf: int = 4, max_depth: int = 64,
     max_depth = in_range("max_depth", max_depth, 0, 1024, int)
     triangles = as_triangles(triangles)
     box_lo, box_hi = triangle_boxes(triangles)
-    # Scale by a power of two, so that box centres never overflow. This changes only exponents.
+    # Scale by a power of two, which is exact, so that box centres never overflow.
     _, exponent = np.frexp(np.abs(triangles).max(initial=0))
     middle = np.ldexp(box_lo, -exponent) * np.float32(0.5)
     middle += np.ldexp(box_hi, -exponent) * np.float32(0.5)
@@ -170,8 +165,8 @@ def _planes(cell_lo: np.ndarray, cell_hi: np.ndarray, lowest: np.ndarray, highes
     -------
     axis : (k,)
     plane : (k,), NaN where no plane separates the centres
-    corners : the lower and the upper corners, (3, 2 k) each, of the children's cells: first all
-        left children, then all right children
+    corners : the lower and the upper corners, (3, 2 k) each, of the children's cells: first the
+        left, then the right children
     """
     cell_lo, cell_hi = cell_lo.copy(), cell_hi.copy()
     axis, plane = np.zeros(cell_lo.shape[1], np.int64), np.full(cell_lo.shape[1], np.nan)
@@ -221,9 +216,7 @@ class _BihNodes:
 
     def split(self, axis: np.ndarray, order: np.ndarray, starts: np.ndarray,
               left: np.ndarray) -> None:
-        """Set axes and planes of the last level's inner nodes.
-
-        `left` marks the triangles of left children.
+        """Set axes and planes of the last level's inner nodes; `left` marks their left triangles.
         """
         first, _, _, axes, left_hi, right_lo = self.levels[-1]
         inner = np.flatnonzero(first >= 0)
@@ -234,10 +227,7 @@ class _BihNodes:
         right_lo[inner] = np.minimum.reduceat(np.where(left, np.inf, lo), starts)
 
     def finish(self, depth: int) -> Bih:
-        """The tree with siblings side by side and subtrees in depth-first order.
-
-        This order keeps the nodes of a path close together in memory.
-        """
+        """The tree with siblings side by side and subtrees in depth-first order."""
         if not self.nodes:
             zero, none = np.zeros(3, np.float32), np.zeros(0, np.int32)
             return Bih(zero, zero, np.zeros(0, np.int8), *2 * (np.zeros(0, np.float32),),

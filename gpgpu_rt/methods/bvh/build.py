@@ -19,11 +19,9 @@ BUILDERS = {"sah": sah.build, "kay-kajiya": median.build, "goldsmith-salmon": in
 
 
 def node_limit(triangles: int, copies: float = 1) -> dict[str, int]:
-    """The argument ``most_nodes`` for `build_bvh`, as a dictionary; an empty dictionary if no
-    limit is needed.
+    """The argument ``most_nodes`` of `build_bvh`, or {} if no limit is needed.
 
-    A limit is needed if all ``copies`` of the tree together could have more nodes than a float can
-    index exactly.
+    A limit keeps the indices of all nodes of ``copies`` trees exact as floats.
     """
     most = int(EXACT_INTEGER / copies)
     return {"most_nodes": most} if 2 * triangles - 1 > most else {}
@@ -37,11 +35,9 @@ def build_bvh(triangles: np.ndarray, *, build: str = "sah", reinsertion: int = 0
     ----------
     triangles : (n, 3, 3) float32, world units
     build : "sah", "kay-kajiya", "goldsmith-salmon", "lbvh" or "hybrid"
-    reinsertion : number of rounds of optimisation. A round moves subtrees and single triangles to
-        places where they cost less; see `reinsertion.py`. Leaves of several triangles are made
-        after all rounds
-    most_nodes : limit on the number of nodes. Leaves are made larger until the tree is within this
-        limit. None sets no limit
+    reinsertion : number of rounds in which subtrees move to places where they cost less
+        (`reinsertion.py`); leaves of several triangles are made afterwards
+    most_nodes : limit on the number of nodes, kept by larger leaves
     options : options of the builder: see `sah.build`, `median.build`, `insertion.build`,
         `lbvh.build`, `hybrid.build`
 

@@ -2,9 +2,8 @@
 
 C. Lauterbach, M. Garland, S. Sengupta, D. Luebke, D. Manocha, "Fast BVH Construction on GPUs",
 Eurographics 2009. Triangles whose codes share the first few bits form a cluster. LBVH builds the
-tree over the clusters, and the surface area heuristic (SAH) splits each cluster. This avoids the
-first levels of the SAH build, whose few nodes leave most of a GPU idle. The tree loses little
-quality.
+tree over the clusters, and the surface area heuristic (SAH) splits each cluster. The first levels
+of a SAH build have few nodes, which would leave most of a GPU idle.
 """
 from __future__ import annotations
 

@@ -2,12 +2,10 @@
 
 J. Goldsmith, J. Salmon, "Automatic creation of object hierarchies for ray tracing", IEEE CG&A
 7(5), 1987. The tree is binary with one triangle per leaf, as in Thrane and Simonsen (2005). A
-triangle descends from the root. At each node, it goes to the child whose area grows least. The
-triangle becomes the sibling of one node on this path, below a new common parent. The sibling is
-the node at which the insertion adds the least area to the tree. The added area is the area of the
-new parent, plus the growth of all its ancestors. The result depends on the order of insertion, so
-the triangles are shuffled. The method is sequential, so this is the only builder that loops over
-triangles.
+triangle descends from the root, at each node into the child whose area grows least. A new common
+parent then joins the triangle with the node on this path at which the insertion adds the least
+area: the area of the new parent, plus the growth of all its ancestors. The result depends on the
+order of insertion, so the triangles are shuffled. Only this builder loops over triangles.
 """
 from __future__ import annotations
 
@@ -29,8 +27,7 @@ def build(triangles: np.ndarray, *, seed: int = 0, **unknown: object) -> LooseTr
     order = np.random.default_rng(seed).permutation(n)
     box = np.concatenate(triangle_boxes(triangles)).astype(np.float64)[:, order]
     left, right, root = _insert(box.T.tolist())
-    # Nodes 0 to n - 1 are leaves so far. LooseTree requires the root to be node 0: exchange the
-    # root and node 0.
+    # Nodes 0 to n - 1 are leaves so far, but LooseTree's root is node 0: exchange the two.
     left, right = np.array(left, np.int64), np.array(right, np.int64)
     names = np.arange(len(left))
     names[[0, root]] = names[[root, 0]]
@@ -77,7 +74,7 @@ def _insert(boxes: list[list[float]]) -> tuple[list[int], list[int], int]:
             one, two = left[node], right[node]
             grown_one, grown_two = joined(one), joined(two)
             growth_one, growth_two = grown_one - area[one], grown_two - area[two]
-            # On a tie, as with coincident triangles, descend into the child with fewer triangles.
+            # On a tie, as with coincident triangles, descend into the smaller subtree.
             if growth_one < growth_two or (growth_one == growth_two and size[one] <= size[two]):
                 node, grown = one, grown_one
             else:

@@ -1,18 +1,15 @@
 """LBVH: a bounding volume hierarchy from sorted Morton codes.
 
 C. Lauterbach, M. Garland, S. Sengupta, D. Luebke, D. Manocha, "Fast BVH Construction on GPUs",
-Eurographics 2009. Sorting the triangles by their codes puts them in the order of a space-filling
-curve. A triangle's place in this order is its slot. Each gap between neighbouring slots gives an
-inner node. The node's level is the position of the first bit in which the two codes at the gap
-differ. The paper sorts a list of the gaps by level.
+Eurographics 2009. Sorting the triangles by their codes puts them along a space-filling curve. A
+triangle's place in this order is its slot. Each gap between neighbouring slots gives an inner
+node. The node's level is the first bit in which the two codes at the gap differ. The paper sorts a
+list of the gaps by level.
 
-Here, the tree follows directly from the sorted codes. A node spans all slots around its gap
-that have the same code bits before the node's level. At each end of this span is another gap,
-unless the order ends there. The node's parent is the node of one of these two gaps: the gap whose
-two codes share more leading bits. The root, whose span is the whole order, has no parent. The bits
-of the slot number are appended to each code, so that no two codes are equal.
-
-`methods/bvh/gpu_build/lbvh.py` builds the same tree by fragment passes, node for node.
+Here, a node spans all slots around its gap that have the same code bits before the node's level.
+The node's parent is at one of the two ends of this span: the gap whose two codes share more
+leading bits. The bits of the slot number are appended to each code, so that no two codes are
+equal.
 """
 from __future__ import annotations
 
@@ -47,8 +44,7 @@ def build(triangles: np.ndarray, *, morton_bits: int = AXIS_BITS, max_leaf: int 
 
 
 def unit_exponent(triangles: np.ndarray) -> int:
-    """The exponent of the power of two that scales all coordinates to magnitudes of at most about
-    1."""
+    """The exponent of the power of two that scales all coordinates to at most about 1."""
     _, exponent = np.frexp(np.abs(triangles).max(initial=0))
     return int(np.clip(-exponent, -126, 126))
 
@@ -63,7 +59,7 @@ def centroids(triangles: np.ndarray) -> np.ndarray:
 def morton_codes(triangles: np.ndarray, bits: int = AXIS_BITS) -> np.ndarray:
     """The Morton codes of the triangles, (n,) int64, 30 bits each.
 
-    Bits of x, y and z alternate from the highest bit down: `bits` bits per axis, then zeros.
+    From the highest bit down, bits of x, y and z alternate: `bits` per axis, then zeros.
     """
     centre = centroids(triangles)
     low = centre.min(axis=1, keepdims=True)
@@ -71,17 +67,14 @@ def morton_codes(triangles: np.ndarray, bits: int = AXIS_BITS) -> np.ndarray:
     with np.errstate(all="ignore"):
         per_unit = cells / (centre.max(axis=1, keepdims=True) - low)
         place = (centre - low) * per_unit
-    # If an extent is zero, or so small that its inverse overflows, use the first cell only.
+    # Use the first cell only if an extent is zero or its inverse overflows.
     place[(per_unit > 3e38)[:, 0]] = 0
     cell = place.astype(np.int64).clip(0, (1 << bits) - 1) << (AXIS_BITS - bits)
     return morton_3d(*cell)
 
 
 def sorted_codes(triangles: np.ndarray, bits: int = AXIS_BITS) -> tuple[np.ndarray, np.ndarray]:
-    """The codes in ascending order, and the triangle of each code.
-
-    Triangles with equal codes keep their order.
-    """
+    """The codes in ascending order, and the triangle of each code. The sort is stable."""
     code = morton_codes(triangles, bits)
     order = np.argsort(code, kind="stable")
     return code[order], order
@@ -103,16 +96,13 @@ class RadixTree:
 
     @staticmethod
     def of(code: np.ndarray) -> RadixTree:
-        """Build the tree over (n,) ascending codes of 30 bits.
-
-        The bits of slot numbers separate the slots that have equal codes.
+        """Build the tree over (n,) ascending codes of 30 bits. Slot numbers separate equal codes.
         """
         key = code << SLOT_BITS | np.arange(len(code))
         total = 3 * AXIS_BITS + SLOT_BITS
         differ = key[:-1] ^ key[1:]
-        # A float64 holds 53 bits, but `differ` has up to 54. Shift `differ` right by one bit, so
-        # that the conversion is exact. Its exponent then gives the position of the first differing
-        # bit.
+        # Find the first differing bit by the exponent of a float64, which holds 53 bits. `differ`
+        # has up to 54, so shift it right by one bit.
         bits = total - 1 - np.frexp((differ >> 1).astype(np.float64))[1]
         below = (np.int64(1) << (total - bits)) - 1
         return RadixTree(np.searchsorted(key, key[:-1] & ~below),
@@ -121,7 +111,7 @@ class RadixTree:
     def parents(self, first: np.ndarray, last: np.ndarray) -> np.ndarray:
         """The parent of each span of slots: the gap between this span and its sibling.
 
-        The result is -1 for the span of all slots, which has no parent.
+        The span of all slots has the parent -1.
         """
         bits = np.concatenate([[-1], self.bits, [-1]])
         before, after = bits[first], bits[last + 1]

@@ -1,8 +1,8 @@
 """Median build: halve the triangles, sorted by centroid, until each leaf has a single triangle.
 
 T. L. Kay, J. T. Kajiya, "Ray tracing complex scenes", SIGGRAPH 1986, section 4, as Thrane and
-Simonsen (2005) used it for binary trees of axis-aligned boxes. Kay and Kajiya cycle through
-the axes (`axis="cycle"`). The default splits along the axis with the largest extent of centroids.
+Simonsen (2005) used it for binary trees of axis-aligned boxes. Kay and Kajiya cycle through the
+axes (`axis="cycle"`). The default splits along the axis with the largest extent of centroids.
 """
 from __future__ import annotations
 
@@ -14,8 +14,7 @@ from .tree import LooseTree
 
 
 def build(triangles: np.ndarray, *, axis: str = "longest", **unknown: object) -> LooseTree:
-    """Build by median splits. The tree has n leaves of one triangle, and ceil(log2 n) levels
-    of inner nodes.
+    """Build by median splits: n leaves of one triangle below ceil(log2 n) levels.
 
     axis : "longest" or "cycle"
     """

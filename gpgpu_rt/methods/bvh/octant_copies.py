@@ -1,5 +1,4 @@
-"""Octant copies: eight copies of a tree. Each copy stores the nodes front to back for the rays
-whose directions lie in one octant."""
+"""Octant copies: eight copies of a tree, each front to back for the rays of one octant."""
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -13,21 +12,19 @@ from ...gl.record import EXACT_INTEGER
 from .tree import Bvh
 
 # Drop an inner node from the octant copies when more than this share of the rays that hit the box
-# of its nearest kept ancestor also hit the node's box: the test then costs more than it prunes. By
-# node count the break-even is 0.5; measured rates are flat from 0.5 to 0.9 (docs/notes/bvh.md).
+# of its nearest kept ancestor also hit the node's box: the test then costs more than it prunes.
+# Measured rates are flat from 0.5 to 0.9 (docs/notes/bvh.md).
 MET_ANYWAY = 0.65
 
 
 @dataclass(frozen=True)
 class OctantCopies:
-    """Eight orders of a tree's nodes, each with the nearer child first. Inner nodes that prune too
-    little are dropped.
+    """Eight orders of a tree's nodes, nearer child first, without the nodes that prune too little.
 
     Copy o is for directions whose component a is negative if and only if bit a of o is set.
 
-    Small subtrees may be stored once for all eight copies, because near the leaves the order of
-    children matters little. These shared subtrees are stored behind the copies, in the tree's own
-    order. Each copy holds only the root of a shared subtree. This root is called the portal.
+    Small subtrees may be shared: stored once, behind the copies and in the tree's own order. Each
+    copy holds only a shared subtree's root, called the portal.
 
     Attributes
     ----------
@@ -35,8 +32,8 @@ class OctantCopies:
     escape : (8, n) int32, the first node after a node's subtree in its copy; n if there is none
     below : (8, n) int32, the first shared node below a portal; -1 if the node is not a portal
     shared : (m,) int32, for each shared node, the node of the tree
-    shared_escape : (m,) int32, the escape index of each shared node, as an index of `shared`; m if
-        the next node is outside the shared subtree
+    shared_escape : (m,) int32, each shared node's escape index in `shared`; m if it leads outside
+        the shared subtree
     bvh : the tree
     """
 
@@ -52,16 +49,13 @@ class OctantCopies:
            ) -> OctantCopies:
         """The octant copies of a tree.
 
-        Two children are ordered by their centres, along the axis on which the centres are farthest
-        apart.
+        Children are ordered by their centres, along the axis that separates the centres most.
 
         Parameters
         ----------
-        met_anyway : drop an inner node if more than this share of the rays that hit its nearest
-            kept ancestor also hit the node. The children of the dropped node move up. With 1, no
-            node is dropped
-        shared_subtrees : store a subtree of at most this many nodes once for all copies; 0 stores
-            each subtree in every copy
+        met_anyway : drop an inner node, and move its children up, if more than this share of the
+            rays that hit its nearest kept ancestor also hit the node. 1 drops no node
+        shared_subtrees : store a subtree of at most this many nodes once for all copies
 
         Raises
         ------
@@ -91,11 +85,9 @@ class OctantCopies:
         escape = np.arange(len(left)) + size[order]
         source = upper[order]
         copied = kept[source]
-        # The number of kept nodes before each node of a copy.
         before = np.pad(np.cumsum(copied, axis=1), ((0, 0), (1, 0)))
         escape = np.take_along_axis(before, escape, axis=1)
         source, escape = (values[copied].reshape(8, -1) for values in (source, escape))
-        # Shared nodes stay in the tree's own order, which is depth-first as well.
         shared = np.flatnonzero(kept & within)
         shared_before = np.append(0, np.cumsum(kept & within))
         below = np.where(portal, shared_before[1:], -1)
@@ -133,9 +125,7 @@ class OctantCopies:
 def times_stored(shared_subtrees: int | None) -> float:
     """An approximate upper bound on the average number of times that a node of a tree is stored.
 
-    On the trees of bunny, robots, kitchen and conference, nodes were stored 2.1 times with shared
-    subtrees of up to 16 nodes, 1.5 times with 32, and 1.2 times with 64. An unbalanced tree has
-    fewer small subtrees to share and may exceed the bound.
+    An unbalanced tree has fewer small subtrees to share and may exceed the bound.
     """
     return min(8.0, 1 + 32 / shared_subtrees) if shared_subtrees else 8.0
 
@@ -151,8 +141,8 @@ def _front_to_back(centre: np.ndarray, inner: list[np.ndarray], size: np.ndarray
     apart[nodes] = centre[right[nodes]] - centre[left[nodes]]
     axis = np.abs(apart).argmax(axis=1)
     apart = np.take_along_axis(apart, axis[:, None], 1)[:, 0]
-    # Where `apart` is positive, the right child is farther along `axis`. Rays with a negative
-    # direction along this axis reach the right child first.
+    # Where `apart` is positive, rays with a negative direction along `axis` reach the right child
+    # first.
     negative = (np.arange(8)[:, None] >> axis) & 1 == 1
     swapped = ((apart > 0) & negative) | ((apart < 0) & ~negative)
     return tree_order.depth_first(inner, size, np.where(swapped, right, left),
@@ -163,9 +153,7 @@ def _worth_a_test(bvh: Bvh, inner: list[np.ndarray], left: np.ndarray, right: np
                   always: np.ndarray, met_anyway: float) -> np.ndarray:
     """Whether to keep each node, (n,) bool.
 
-    Leaves, and the nodes that ``always`` marks, are kept. Other nodes are kept if their boxes
-    prune enough. A ray through a box also hits a box inside it with a probability equal to the
-    ratio of the areas.
+    Leaves, and the nodes that ``always`` marks, are kept; other nodes only if they prune enough.
     """
     area = half_area(bvh.lo.T.astype(np.float64), bvh.hi.T.astype(np.float64))
     # `around` is the area of the nearest kept node at or above each node.

@@ -30,13 +30,11 @@ class RayStreams(MethodDriver):
 
     An element is a pair of a ray and a node. All waiting elements form one stream, which is used
     as a stack. A pass pops the last ``stream_size`` elements, and each ray tests both children of
-    its node. The pass pushes the far children first and then the near children, so near children
-    are popped first. At leaves, rays test triangles. If fewer than ``stream_size`` elements wait,
-    further rays start at the root.
+    its node. The pass pushes the far children first, so near children are popped first. At leaves,
+    rays test triangles. If too few elements wait, further rays start at the root.
 
-    Between two passes, the stream holds at most ``stream_size`` elements for each level of the
-    tree. The reason is that pushed elements are one level deeper than popped elements, and that
-    leaves push no elements.
+    Between two passes, the stream holds at most ``stream_size`` elements per level of the tree:
+    pushed elements are one level deeper than popped elements.
 
     Attributes
     ----------
@@ -56,7 +54,6 @@ class RayStreams(MethodDriver):
 
     def run(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
             any_hit: bool = False) -> tuple[Target, int]:
-        """Trace every ray. Return the hits and the number of rays that the step cap stopped."""
         context, drawn = self.gpu.context, self.room.draws
         context.enable_only(moderngl.NOTHING)
         context.blend_func = moderngl.ONE, moderngl.ONE
@@ -98,10 +95,7 @@ class RayStreams(MethodDriver):
 
     def _filter(self, rays: RayTextures, hits: Target, first: int, count: int,
                 any_hit: bool) -> int:
-        """Move ``count`` elements, from ``first`` on, one level down the tree.
-
-        Return the number of pushed elements.
-        """
+        """Move ``count`` elements from ``first`` on down one level. Return the number pushed."""
         self.lengths.append(count)
         tally = [TALLY] if self.tallied else []
         self._draw("stream_visit", ("visited", "values"),
@@ -132,7 +126,7 @@ class RayStreams(MethodDriver):
     def _test_leaves(self, rays: RayTextures, hits: Target, count: int, any_hit: bool) -> None:
         """Test the triangles of leaves and keep each ray's nearest hit.
 
-        If several triangles have the same t, keep the triangle with the lowest index.
+        For equal t, keep the triangle with the lowest index.
         """
         self._draw("stream_leaves", ("tested", "met"), [rays.record, hits.record, QUEUED],
                    {**rays.samplers(), **hits.samplers(),
@@ -147,8 +141,7 @@ class RayStreams(MethodDriver):
         self._blend(moderngl.MIN)
         self._scatter("drivers/nearest", lowest, [tested, least], count, "LOWEST")
         self.gpu.context.enable_only(moderngl.NOTHING)
-        # The triangle test has already rounded the values to the storage format, so the function
-        # that stores them need not round again.
+        # The triangle test has already rounded the values to the storage format.
         target = hits.part(replace(hits.record, storage="fp32"))
         self._scatter("drivers/nearest", target, [tested, met, least, lowest], count, "HITS")
         target.release()
@@ -188,9 +181,7 @@ class RayStreams(MethodDriver):
 
     def _over_rays(self, rays: RayTextures, hits: Target | None, target: Target,
                    any_hit: bool) -> None:
-        """Draw a pass over all rays.
-
-        If ``hits`` is None, the pass starts the rays; otherwise, it writes their final hits.
+        """Draw a pass over all rays: start them if ``hits`` is None, else write their final hits.
         """
         reads = [rays.record] if hits is None else [TALLY] if self.tallied else []
         layout = self.precision.layout
@@ -248,7 +239,6 @@ class RayStreams(MethodDriver):
             self._images["tally"].clear()
 
     def bytes(self) -> int:
-        """Bytes of the streams and of the blending targets."""
         return super().bytes() + bytes_of(self._images)
 
     def _release_room(self) -> None:
@@ -257,6 +247,5 @@ class RayStreams(MethodDriver):
         self._targets, self._images, self._streams, self._size = {}, {}, {}, None
 
     def release(self) -> None:
-        """Free programs, streams and targets."""
         self._release_room()
         super().release()

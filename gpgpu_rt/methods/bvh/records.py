@@ -15,9 +15,9 @@ The escape index is the node at which a ray goes on after the node's subtree; -1
 traversal. ``first`` is -1 for an inner node. In octant copies without shared subtrees, ``lo`` is
 the corner that the octant's rays reach first.
 
-A subtree that the octant copies share is stored once. In each copy, a portal stands for the
-subtree. A portal's ``first`` is -2 - s, where s is the first node of the shared subtree. In a
-shared subtree, the escape index -1 leads to the node after the portal.
+In each octant copy, a portal stands for a shared subtree, which is stored once. The portal's
+``first`` is -2 - s, where s is the first node of the shared subtree. In a shared subtree, the
+escape index -1 leads to the node after the portal.
 """
 
 BVH_PAIR = Record("bvh_pair", "left_lo:vec3 left:int | left_hi:vec3 | right_lo:vec3 right:int "
@@ -34,12 +34,12 @@ QUANTISED_NODE_16 = PackedRecord(
 
 QUANTISED_NODE_8 = PackedRecord(
     "quantised_node", "lo_x:8 hi_x:8 lo_y:8 hi_y:8 | lo_z:8 hi_z:8 | " + _LINK)
-"""A threaded node in one integer texel. A bound of its box is a number of steps from the lower
-corner of the scene's box, rounded outward. All steps along an axis are equal.
+"""A threaded node in one integer texel. The bounds of its box count equal steps from the lower
+corner of the scene's box, rounded outward.
 
-For an inner node, ``target`` is the escape index. For a leaf, ``target`` is the first triangle.
-For a portal, ``target`` is the first shared node. ``last`` marks a node whose escape index is -1.
-After a leaf or a portal without this mark, a ray always goes on to the next node."""
+``target`` is an inner node's escape index, a leaf's first triangle, or a portal's first shared
+node. ``last`` marks a node whose escape index is -1. After any other leaf or portal, a ray goes on
+to the next node."""
 
 _LINKS = "left:31 left_leaf:1 | right:31 right_leaf:1"
 
@@ -52,10 +52,10 @@ QUANTISED_PAIR_8 = PackedRecord(
     "quantised_pair", "left_lo_x:8 left_hi_x:8 left_lo_y:8 left_hi_y:8 "
                       "| right_lo_x:8 right_hi_x:8 right_lo_y:8 right_hi_y:8 "
                       "| left_lo_z:8 left_hi_z:8 right_lo_z:8 right_hi_z:8 | " + _LINKS)
-"""An inner node with the boxes of its children. The bounds are rounded as in QUANTISED_NODE_8.
+"""An inner node with the boxes of its children, rounded as in QUANTISED_NODE_8.
 
-``left`` is the index of an inner node, or the first triangle of a leaf if ``left_leaf`` is set.
-``right`` and ``right_leaf`` are the same for the right child."""
+``left`` is an inner node, or the first triangle of a leaf if ``left_leaf`` is set; likewise for
+the right child."""
 
 QUEUED = Record("queued", "child:int x:int y:int t_enter")
 """A stream element, a pair of ray and node: the node (coded as ``left`` of BVH_PAIR), the ray's
@@ -66,23 +66,21 @@ VISITED = Record("visited", "near:int near_t far:int far_t | x:int y:int")
 t at which it enters each child, and the ray's texel."""
 
 MET = Record("met", "u v tests:int")
-"""Further results of a ray in a leaf, beside TESTED: barycentric u and v of the nearest hit, and
-the number of tested triangles."""
+"""Results of a ray in a leaf, beside TESTED: barycentric u and v of the nearest hit, and the
+number of tested triangles."""
 
 TALLY = Record("tally", COUNTERS.layout)
 """A ray's counters so far, summed by blending."""
 
 SHARED_WAY_OUT = "after:int"
-"""An additional field: the node at which a ray goes on after its present shared subtree. The field
-is -1 outside shared subtrees."""
+"""An additional field: the node at which a ray goes on after its present shared subtree; -1
+outside shared subtrees."""
 
 PACKET_SHARED_STATE = replace(PACKET_STATE, layout=f"{PACKET_STATE.layout} {SHARED_WAY_OUT}")
-"""A packet's state with shared subtrees: the fields of PACKET_STATE, and ``after``, the node at
-which the packet goes on after its present shared subtree. ``after`` is -1 outside shared
-subtrees."""
+"""A packet's state with shared subtrees: PACKET_STATE and SHARED_WAY_OUT."""
 
 PACKET_STACK_STATE = replace(
     PACKET_STATE, layout=PACKET_STATE.layout + " far:int stacked:int | far_t_max")
-"""The state of a packet with a stack: the fields of PACKET_STATE, the child to push (``far``), and
-the stack pointer ``stacked``. ``far_t_max`` is always 0. The field exists because
-drivers/push.frag, which kd-trees also use, reads it."""
+"""The state of a packet with a stack: PACKET_STATE, the child to push (``far``), and the stack
+pointer ``stacked``. ``far_t_max`` is always 0; drivers/push.frag, which kd-trees also use, reads
+it."""

@@ -1,14 +1,12 @@
 """Refitting: fit the boxes of a hierarchy to triangles that moved, and keep the tree.
 
 I. Wald, S. Boulos, P. Shirley, "Ray tracing deformable scenes using dynamic bounding volume
-hierarchies", ACM TOG 26(1), 2007. Refitting goes level by level from the leaves up and takes
-linear time. But the tree was built for other positions, so its boxes overlap more and more. The
-tracer therefore rebuilds the tree when its cost by the surface area heuristic exceeds
-`rebuild_ratio` times the cost after the last build. The default is 1.4, because C. Lauterbach,
-S.-E. Yoon, D. Tuft, D. Manocha, "RT-DEFORM", 2006, rebuild when their measure has grown by 40 %.
-
-The cost is relative to the root's area. If triangles fly apart, the cost of the old tree may stay
-the same although a new tree would cost less and less. A lower `rebuild_ratio` is then faster.
+hierarchies", ACM TOG 26(1), 2007. Refitting goes from the leaves up, but the boxes overlap more
+and more. The tracer therefore rebuilds the tree when its cost by the surface area heuristic
+exceeds `rebuild_ratio` times the cost after the last build. The default is 1.4, because C.
+Lauterbach, S.-E. Yoon, D. Tuft, D. Manocha, "RT-DEFORM", 2006, rebuild when their measure has
+grown by 40 %. The cost is relative to the root's area, so it may not rise if triangles fly apart;
+then choose a lower `rebuild_ratio`.
 """
 from __future__ import annotations
 
@@ -25,7 +23,7 @@ REBUILD_RATIO = 1.4
 
 @dataclass(frozen=True)
 class Refitter:
-    """The data for refitting a tree. They are computed once for each tree.
+    """The data for refitting a tree, computed once for each tree.
 
     Attributes
     ----------
@@ -47,9 +45,7 @@ class Refitter:
                    [(nodes, left[nodes], right[nodes]) for nodes in reversed(levels)])
 
     def refit(self, bvh: Bvh, triangles: np.ndarray) -> Bvh:
-        """The tree with its boxes fitted exactly to the moved triangles, (n, 3, 3) float32.
-
-        The number n of triangles must not change.
+        """The tree with its boxes fitted to the same number of moved triangles, (n, 3, 3) float32.
         """
         if not len(self.leaves):
             return bvh

@@ -1,18 +1,16 @@
 """Reinsertion: remove subtrees of a finished tree and insert them where they cost least.
 
 D. Meister, J. Bittner, "Parallel Reinsertion for Bounding Volume Hierarchy Optimization", CGF
-37(2), 2018. The roots of all subtrees search for their best place at once. A place is a node. If a
-subtree moves to a place, a new inner node replaces the place and has two children: the place and
-the subtree. A move is not made if it conflicts with a move of greater gain. The cost of an inner
-node is its area. The gain of a move is the decrease of the sum of these areas.
+37(2), 2018. The roots of all subtrees search for their best place at once. A place is a node: if a
+subtree moves there, a new inner node gets the two children place and subtree. The gain of a move
+is the decrease of the sum of all inner nodes' areas. A move is not made if it conflicts with a
+move of greater gain.
 
 As in the paper, the search goes from ancestor to ancestor. Departures: from each ancestor, the
-search goes down level by level, not depth first, because numpy processes many nodes at once.
-Subtrees whose move was in conflict search again in the same round, whereas in the paper they wait
-for the next round. Two moves conflict if they change the links of the same node. They also
-conflict if one move would put its subtree into the subtree of the other move. The paths between
-the old and the new places of two moves may cross: this is no conflict here. If the moves together
-gain nothing, only the better half of the moves is made.
+search goes down level by level, because numpy processes many nodes at once. Subtrees whose move
+was in conflict search again in the same round. Two moves conflict only if they change the links of
+the same node, or if one would put its subtree into the subtree of the other. If the moves together
+gain nothing, only the better half is made.
 """
 from __future__ import annotations
 
@@ -34,8 +32,7 @@ def reinserted(tree: LooseTree, triangles: np.ndarray, rounds: int) -> LooseTree
     Parameters
     ----------
     triangles : (n, 3, 3) float32, world units
-    rounds : largest number of rounds in which all nodes search; the first two rounds bring most
-        of the gain
+    rounds : largest number of rounds; the first two rounds bring most of the gain
     """
     if not rounds or len(tree.left) < 5:     # in a smaller tree, no subtree can move elsewhere
         return tree
@@ -75,8 +72,7 @@ class _Tables:
     ----------
     left, right, parent : (n,) int32, the children and the parent of each node, or -1
     box : (n, 6) float32, the negated lower corner and the upper corner of each node's box, so that
-        a single maximum joins two boxes. Coordinates are relative to the scene's centre, in units
-        of its largest side
+        a maximum joins boxes; relative to the scene's centre, in units of its largest side
     area : (n,) float32, half of each box's surface area
     """
 
@@ -92,10 +88,7 @@ class _Tables:
         self.parent[self.left[inner]] = self.parent[self.right[inner]] = inner
 
     def round(self) -> int:
-        """Let all nodes search for a better place, and move them. Return the number of moves.
-
-        The root and its children do not search, because they have no other place.
-        """
+        """Let all nodes but the root and its children move. Return the number of moves."""
         waiting, moved = np.arange(len(self.left), dtype=np.int32), 0
         while len(waiting):
             moves = self._found(waiting[self.parent[waiting] > 0])
@@ -109,8 +102,7 @@ class _Tables:
     # The search --------------------------------------------------------------------------------
 
     def _found(self, nodes: np.ndarray) -> _Moves:
-        """The best move of each subtree, in ascending order of gain. Subtrees that gain by no move
-        are left out."""
+        """The best move of each subtree that gains by a move, in ascending order of gain."""
         parts = np.split(nodes, range(AT_ONCE, len(nodes), AT_ONCE))
         found = list(threads(len(nodes))(self._search, parts))
         moves = _Moves(*(np.concatenate([getattr(part, field.name) for part in found])
@@ -129,13 +121,13 @@ class _Tables:
         while len(on):
             self._search_below(moves, on, pivot, sibling[on], freed[on])
             on = on[pivot[on] > 0]
-            # When the subtree leaves, its old parent is removed. The box of each ancestor above
-            # the parent shrinks to the nodes that remain below the ancestor.
+            # When the subtree leaves, its old parent is removed, and the boxes of higher ancestors
+            # shrink to the nodes that remain.
             high = on[pivot[on] != parent[nodes[on]]]
             beside[high] = np.maximum(beside[high], box[sibling[high]])
             freed[high] += area[pivot[high]] - _half_area(beside[high])
-            # The pivot itself is a place, too: a new node becomes the parent of the pivot and the
-            # subtree. The new node's box is the pivot's old box.
+            # The pivot itself is a place, too: a new parent of the pivot and the subtree would
+            # have the pivot's old box.
             self._store_better(moves, high, pivot[high], pivot, freed[high] - area[pivot[high]])
             sibling[on] = self._sibling(pivot[on])
             pivot[on] = parent[pivot[on]]
@@ -180,9 +172,7 @@ class _Tables:
     # The moves ---------------------------------------------------------------------------------
 
     def _without_conflict(self, moves: _Moves) -> np.ndarray:
-        """Mark moves that can all be made together, because no two of them conflict, (m,) bool.
-
-        `moves` is in ascending order of gain.
+        """Mark moves of which no two conflict, (m,) bool. `moves` is in ascending order of gain.
         """
         rank = np.arange(len(moves.node), dtype=np.int32)
         links = self._links(moves)
@@ -193,8 +183,7 @@ class _Tables:
         for nodes in links:
             made &= taken[nodes] == rank
         # Drop a move if a node on the path from `above` down to its place moves with a higher
-        # rank. This breaks every cycle of subtrees that move into each other, because ranks cannot
-        # rise all the way around a cycle.
+        # rank. This breaks every cycle of subtrees that move into each other.
         taken[:] = -1
         taken[moves.node[made]] = rank[made]
         on, way = rank[made], moves.place[made]
@@ -205,21 +194,16 @@ class _Tables:
         return made
 
     def _links(self, moves: _Moves) -> tuple[np.ndarray, ...]:
-        """The nodes whose links each move changes.
-
-        These are the subtree's root, its parent, its sibling and its grandparent; and the new
-        sibling and the parent of the new sibling.
-        """
+        """The nodes whose links each move changes."""
         above = self.parent[moves.node]
         return (moves.node, above, self._sibling(moves.node), self.parent[above], moves.place,
                 self.parent[moves.place])
 
     def _make(self, moves: _Moves, made: np.ndarray) -> None:
-        """Make the moves that ``made``, (m,) bool, marks.
+        """Make the moves that ``made``, (m,) bool, marks; at the end it marks the moves made.
 
-        If the moves together do not lower the cost, undo them and make only the better half of
-        them. Repeat this until the cost is lower or a single move is left, which is made in any
-        case. At the end, ``made`` marks the moves that were made.
+        While the moves together do not lower the cost, undo them and make only the better half. A
+        single move is made in any case.
         """
         before = [values.copy() for values in (self.left, self.right, self.parent)]
         cost = self.cost
@@ -238,7 +222,6 @@ class _Tables:
         return float(self.area.sum(dtype=np.float64))
 
     def _fit(self) -> None:
-        """Fit all boxes to the nodes' current children."""
         for nodes in reversed(tree_order.inner_levels(self.left, self.right)):
             self.box[nodes] = np.maximum(self.box[self.left[nodes]], self.box[self.right[nodes]])
         self.area = _half_area(self.box)
@@ -251,7 +234,6 @@ class _Tables:
         self.parent[place] = joint
 
     def _replace(self, above: np.ndarray, old: np.ndarray, new: np.ndarray) -> None:
-        """Replace the child ``old`` of each node ``above`` by ``new``."""
         on_left = self.left[above] == old
         for side, there in ((self.left, on_left), (self.right, ~on_left)):
             side[above[there]] = new[there]

@@ -1,5 +1,4 @@
-"""The BVH family: rows of the method table for a threaded tree, and for trees with a stack per ray
-or packet."""
+"""The BVH family: rows of the method table for threaded trees and trees with a stack."""
 from __future__ import annotations
 
 from collections.abc import Callable
@@ -56,7 +55,7 @@ def _built(triangles: np.ndarray, options: Options) -> Bvh:
     bvh = limited(times_stored(shared))
     if shared and 8 * len(bvh.escape) > EXACT_INTEGER and (
             OctantCopies.of(bvh, shared_subtrees=shared).records > EXACT_INTEGER):
-        # The tree is unbalanced and shares fewer nodes than usual: allow for eight whole copies.
+        # The unbalanced tree shares fewer nodes than usual: allow for eight whole copies.
         return limited(8)
     return bvh
 
@@ -125,7 +124,7 @@ _REBUILD = Option("rebuild_ratio", REBUILD_RATIO, "rebuild the tree of moved tri
                   "SAH cost of the refitted tree is this many times the cost of the last build; "
                   "0: always rebuild", float, minimum=0, label="rebuild at cost ratio")
 
-# The files that options choose. The walk of a packet itself is in the file ``glsl`` of the row.
+# The files that options choose. The row's ``glsl`` has the walk of a packet.
 _SUBTREES = Part("subtrees", "shared_subtrees", "methods/bvh/own_subtrees.glsl",
                  {True: "methods/bvh/shared_subtrees.glsl"})
 _ENTRIES = Part("entries", "entry_points", "methods/bvh/threaded_root.glsl",
@@ -142,7 +141,7 @@ _RAY = "methods/bvh/packet_ray.glsl"
 
 
 def _stepwise(options: Options) -> Stepwise:
-    """The state, kernels and GLSL file of a packet under the schedule ``step``.
+    """The state, kernels and GLSL file of a packet under ``step``.
 
     With ``octants``, a packet goes along escape indices; otherwise, it has a stack.
     """
@@ -155,10 +154,7 @@ def _stepwise(options: Options) -> Stepwise:
 
 
 def _own_array(options: Options) -> bool:
-    """Whether each fragment holds a stack in a local array.
-
-    Under ``step``, the stack lies in textures. With ``octants`` or ``streams``, there is no stack.
-    """
+    """Whether each fragment holds a stack in a local array; under ``step`` textures hold it."""
     return (options["schedule"] == "loop"
             and not options.get("octants") and not options.get("streams"))
 
@@ -176,7 +172,7 @@ def _stack_row(name: str, summary: str, **more: Any) -> Method:
 
 
 def _threaded_form(row: Method, options: Options) -> Method:
-    """The row, with additional fields of the state if entry points or shared subtrees are on."""
+    """The row, with additional fields of the state for entry points or shared subtrees."""
     row = with_entries(BVH_ENTERING)(row, options)
     shared = options["shared_subtrees"]
     return replace(row, state=row.state.extended(SHARED_WAY_OUT)) if shared else row

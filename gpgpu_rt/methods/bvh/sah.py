@@ -1,11 +1,11 @@
 """SAH build: a bounding volume hierarchy by the surface area heuristic (SAH), with bins.
 
 As in I. Wald, "On fast construction of SAH-based bounding volume hierarchies", 2007, equal bins
-divide the range between the outermost centroids. Nodes with few triangles are swept: every split
-between two triangles is tried, as in I. Wald, S. Boulos, P. Shirley, "Ray tracing deformable
-scenes using dynamic bounding volume hierarchies", 2007. The build tries all three axes. A binned
-node whose centroids coincide is split at the median triangle. A node that could otherwise exceed
-the depth cap is split at the median triangle, too.
+divide the range between the outermost centroids. In nodes with few triangles, every split between
+two triangles is tried (a sweep), as in I. Wald, S. Boulos, P. Shirley, "Ray tracing deformable
+scenes using dynamic bounding volume hierarchies", 2007. All three axes are tried. A node is split
+at the median triangle if it is binned and its centroids coincide, or if it could otherwise exceed
+the depth cap.
 """
 from __future__ import annotations
 
@@ -20,8 +20,7 @@ from .top_down import TriangleLevel
 from .tree import MAX_LEAF, LooseTree
 
 FEW = 12                        # nodes of at most this many triangles are swept
-# Nodes are swept in groups of nodes of similar size. FEW_SIZES are the largest numbers of
-# triangles of a node in each group.
+# The largest number of triangles of a node in each group of nodes that are swept together.
 FEW_SIZES = (2, 3, 4, 6, 8, FEW)
 ITEM_CHUNK = 1 << 17            # approximate number of triangles that are binned together
 
@@ -36,9 +35,8 @@ def build(triangles: np.ndarray, *, bins: int = 32, max_leaf: int = MAX_LEAF,
     ----------
     bins : number of bins along each axis
     traversal_cost, intersection_cost : cost of a node and of a triangle, in any common unit
-    max_depth : limit on the depth. A node whose subtree could exceed the limit is split at the
-        median triangle. If the limit is below ceil(log2 n), the depth may nevertheless reach
-        ceil(log2 n).
+    max_depth : limit on the depth, but at least ceil(log2 n). A node whose subtree could exceed
+        the limit is split at the median triangle
     """
     refuse_unknown(build, unknown)
     return top_down.build(triangles, splitter(
@@ -67,7 +65,6 @@ def splitter(*, bins: int = 32, max_leaf: int = MAX_LEAF, traversal_cost: float 
         halved = (taken == 0) | (level.depth + np.ceil(np.log2(count)) >= max_depth)
         axis = np.where(halved, level.extents().argmax(axis=0), axis)
         taken = np.where(halved, count // 2, taken)
-        # `cost` is relative to the node's area, and 0 for a node whose box has no area.
         leaf = (count <= max_leaf) & (intersection * count <= 2 * traversal + intersection * cost)
         return axis, np.where(leaf | (count < 2), 0, taken)
 
@@ -77,9 +74,8 @@ def splitter(*, bins: int = 32, max_leaf: int = MAX_LEAF, traversal_cost: float 
 def _best(level: TriangleLevel, bins: int, run: Run) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """The cheapest split of each node: its cost, axis and number of triangles on the left.
 
-    For each side of a split, the area of the side's box is multiplied by the number of its
-    triangles. The cost is the sum of these two products, divided by the node's area. If no split
-    was found, the returned number of triangles is 0.
+    The cost is the sum, over both sides, of the area of the side's box times the number of its
+    triangles, divided by the node's area. If no split was found, the number of triangles is 0.
     """
     nodes = len(level.count)
     cost = np.full(nodes, np.inf, np.float32)
@@ -91,8 +87,7 @@ def _best(level: TriangleLevel, bins: int, run: Run) -> tuple[np.ndarray, np.nda
         better = np.flatnonzero(new < cost[some])
         cost[some[better]], axis[some[better]], taken[some[better]] = new[better], a, left[better]
 
-    # Each part is a pair: nodes, and the largest number of triangles in a node, or 0 for nodes to
-    # be binned.
+    # Each part is a pair: nodes, and the largest number of triangles in a node (0: bin the nodes).
     parts = of_like_length(level.count, FEW_SIZES, above=1)
     large = np.flatnonzero(level.count > FEW)
     parts += [(large[part], 0) for part in chunks(level.count[large], ITEM_CHUNK)]

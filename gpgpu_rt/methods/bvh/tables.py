@@ -1,8 +1,8 @@
 """The node tables of the BVH family.
 
-The order of a table's records is computed once for each tree. When the boxes change, only the
-boxes are written again. ``Threads`` has nodes with escape indices, in one order, or in eight
-orders for the direction octants. ``Pairs`` has inner nodes with the boxes of both children.
+When boxes change, only the boxes of a table are written again. ``Threads`` has nodes with escape
+indices, in one order, or in an order for each direction octant. ``Pairs`` has inner nodes with the
+boxes of both children.
 """
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class Layout(Protocol):
     def fields(self, bvh: Bvh, options: Options) -> tuple[Fields, dict[str, Any]]:
         """The table's fields, and the uniforms that depend on boxes.
 
-        ``bvh`` must be the tree of the constructor, but it may have other boxes.
+        ``bvh`` must be the tree of the constructor, perhaps with other boxes.
         """
 
     def boxes(self, bvh: Bvh) -> tuple[np.ndarray, np.ndarray]:
@@ -47,13 +47,12 @@ class Layout(Protocol):
 
 
 class Threads:
-    """A table with a BVH_NODE or QUANTISED_NODE record for each node; with octant copies, for each
-    node of each copy and for each shared node."""
+    """A table with a BVH_NODE or QUANTISED_NODE record for each node of the tree or the copies."""
 
     def __init__(self, bvh: Bvh, options: Options) -> None:
         nodes, self.stack_levels = len(bvh.escape), 0
         # `source` is the tree's node of each record. `reversed`, (k, 3) bool, marks the axes along
-        # which the octant's rays go in the negative direction: `lo` and `hi` are exchanged there.
+        # which the octant's rays go backward: `lo` and `hi` are exchanged there.
         self.source, self.reversed = np.arange(nodes, dtype=np.int32), None
         self.links = _links(bvh.escape, bvh.first, bvh.count, 0)
         if options["octants"]:
@@ -82,8 +81,8 @@ class Threads:
         if not options["quantise_nodes"]:
             return {**self.links, "lo": self._corner(bvh.lo, bvh.hi),
                     "hi": self._corner(bvh.hi, bvh.lo)}, {}
-        # Quantising rounds lower bounds down and upper bounds up. Exchange the corners only after
-        # this, because exchanged bounds would be rounded inward.
+        # Exchange the corners only after quantising, which rounds lower bounds down and upper
+        # bounds up.
         quantum, (lo, hi) = quantise(bvh.lo, bvh.hi, *scene_box(bvh), options["quantise_nodes"])
         first, escape = self.links["first"], self.links["escape"]
         leaf, portal = first >= 0, first < -1
@@ -99,8 +98,8 @@ class Threads:
     def _corner(self, met: np.ndarray, other: np.ndarray) -> Column:
         """A corner of each record's box.
 
-        Its coordinates come from ``met``, (n, 3). Along the axes that ``reversed`` marks, they
-        come from ``other``, (n, 3).
+        The corner comes from ``met``, (n, 3), and along the axes that ``reversed`` marks, from
+        ``other``.
         """
         def make(rows: slice) -> np.ndarray:
             source = self.source[rows]     # `take` is several times as fast as indexing
@@ -167,10 +166,7 @@ def _portal_code(nodes: np.ndarray) -> np.ndarray:
 
 def _links(escape: np.ndarray, first: np.ndarray, count: np.ndarray,
            base: int) -> dict[str, np.ndarray]:
-    """The fields ``escape`` and ``first`` of a tree whose nodes begin at ``base`` in the table.
-
-    An ``escape`` of -1 ends the traversal. A ``first`` of -1 marks an inner node.
-    """
+    """The fields ``escape`` and ``first`` of a tree whose nodes begin at ``base`` in the table."""
     return {"escape": np.where(escape < len(escape), escape + base, -1),
             "first": np.where(count > 0, first, -1)}
 

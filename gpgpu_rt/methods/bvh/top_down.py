@@ -1,9 +1,8 @@
 """Top-down build of a binary tree over triangles. All nodes of a level are split together.
 
 The triangles are sorted once by centroid along each axis. In each of these three orders, the
-triangles of a node are consecutive: a run. A split along an axis moves the first triangles of the
-run in this axis's order to the left child. Each order is then filtered by side and stays sorted,
-so the build never sorts again.
+triangles of a node form a run. A split along an axis moves the first triangles of the run in this
+axis's order to the left child. Filtering by side keeps each order sorted.
 """
 from __future__ import annotations
 
@@ -24,10 +23,10 @@ class TriangleLevel:
     Attributes
     ----------
     order : (3, m) int64, for each axis, the triangles of one node after another; within a node,
-        they are sorted by centroid along the axis
+        sorted by centroid along the axis
     count : (k,) int64, the number of triangles of each node
-    lo, hi, centroid : (3, n) float32, boxes and centroids of all triangles, divided by a power
-        of two so that no coordinate exceeds 1
+    lo, hi, centroid : (3, n) float32, boxes and centroids of all triangles, divided by a power of
+        two so that no coordinate exceeds 1
     depth : int
     """
 
@@ -46,8 +45,8 @@ class TriangleLevel:
                          - self.centroid[a][self.order[a, starts]] for a in range(3)])
 
 
-# A splitter returns, for each node, the split axis and the number of triangles that go left. With
-# 0 triangles, the node becomes a leaf.
+# A splitter returns, for each node, the split axis and the number of triangles that go left; 0
+# makes the node a leaf.
 Splitter = Callable[[TriangleLevel], tuple[np.ndarray, np.ndarray]]
 
 
@@ -55,12 +54,11 @@ def build(triangles: np.ndarray, splitter: Splitter,
           cluster: np.ndarray | None = None) -> LooseTree:
     """Split nodes until the splitter makes every node a leaf.
 
-    cluster : (n,) int, the number of each triangle's cluster, counted from 0. No cluster may be
-        empty. Each cluster becomes a separate tree, and the roots of these trees are the first
-        nodes of the result. If None, all triangles form a single tree
+    cluster : (n,) int, the number of each triangle's cluster, from 0, without empty clusters. Each
+        cluster becomes a tree, and the roots of these trees are the first nodes of the result.
+        None: a single tree of all triangles
     """
-    # Scale by a power of two, because areas of tiny or huge scenes would underflow or overflow.
-    # This changes only exponents.
+    # Scale by a power of two, which is exact: areas must not underflow or overflow.
     _, exponent = np.frexp(np.abs(triangles).max(initial=0))
     lo, hi = (np.ldexp(corner, -exponent) for corner in triangle_boxes(triangles))
     centroid = lo * np.float32(0.5) + hi * np.float32(0.5)

@@ -1,9 +1,9 @@
 """Bounding volume hierarchy: the tree, threaded by escape indices.
 
 Nodes lie in depth-first order. A ray that enters inner node i goes on to node i + 1. A ray that
-misses node i, or has finished leaf i, goes on to node escape[i]. Therefore traversal needs no
-stack (N. Thrane, L. O. Simonsen, "A comparison of acceleration structures for GPU assisted ray
-tracing", 2005; B. Smits, "Efficiency issues for ray tracing", 1998).
+misses node i, or has finished leaf i, goes on to node escape[i], so traversal needs no stack (N.
+Thrane, L. O. Simonsen, "A comparison of acceleration structures for GPU assisted ray tracing",
+2005; B. Smits, "Efficiency issues for ray tracing", 1998).
 """
 from __future__ import annotations
 
@@ -23,8 +23,7 @@ MAX_LEAF = 4        # default for the largest number of triangles in a leaf
 class Bvh:
     """A binary tree of boxes in depth-first order.
 
-    Node 0 is the root. A tree without triangles has no nodes. The left child of inner node i is
-    i + 1, and its right child is escape[i + 1].
+    Node 0 is the root. Inner node i has the left child i + 1 and the right child escape[i + 1].
 
     Attributes
     ----------
@@ -96,8 +95,8 @@ class LooseTree:
     def coarsened(self, most_nodes: int) -> LooseTree:
         """A tree of at most `most_nodes` nodes.
 
-        If the tree is larger, every subtree with at most k triangles becomes a leaf. The number k
-        is the same for the whole tree, and is chosen so that the limit is kept.
+        If the tree is larger, every subtree with at most k triangles becomes a leaf, for a number
+        k that keeps the limit.
         """
         if len(self.left) <= most_nodes:
             return self
@@ -106,8 +105,9 @@ class LooseTree:
                                                       most_nodes))
 
     def with_leaves(self, triangles: np.ndarray, max_leaf: int) -> LooseTree:
-        """A tree in which a subtree of at most `max_leaf` triangles is replaced by a leaf wherever
-        the replacement does not raise the SAH cost. A node and a triangle both cost 1.
+        """Make subtrees of at most `max_leaf` triangles leaves where the SAH cost does not rise.
+
+        A node and a triangle both cost 1.
         """
         inner = tree_order.inner_levels(self.left, self.right) if len(self.left) else []
         if not inner:
@@ -127,7 +127,7 @@ class LooseTree:
         return self._cut(inner, kept)
 
     def _cut(self, inner: list[np.ndarray], kept: np.ndarray) -> LooseTree:
-        """The tree that consists of the kept nodes. ``kept``, (n,) bool, marks these nodes.
+        """The tree of the nodes that ``kept``, (n,) bool, marks.
 
         A kept node without kept children becomes a leaf of all triangles below it.
         """

@@ -1,8 +1,7 @@
-"""Image boxes. The host computes an image tree's boxes, and makes front-to-back links from them.
+"""Image boxes: an image tree's boxes on the host, and front-to-back links made from them.
 
-Traversal does not read these boxes: it reads boxes that fragment passes compute. When positions
-change, the links still lead to all nodes. The order of children may then be worse, which only
-makes searches longer.
+Traversal reads boxes that fragment passes compute. When positions change, the links stay valid,
+but perhaps in a worse order.
 """
 from __future__ import annotations
 

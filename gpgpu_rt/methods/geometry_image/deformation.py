@@ -31,8 +31,7 @@ class Deformation:
     ----------
     tracer : a tracer of the method geometry-image. Its present positions become the rest positions
     program : "wave", "twist", the path of a GLSL file, or GLSL text. The GLSL defines ``vec3
-        deform(vec3 rest, float time)`` in world units. Texels with equal positions move alike, so
-        seams stay closed
+        deform(vec3 rest, float time)`` in world units
 
     Raises
     ------
@@ -78,9 +77,9 @@ class Deformation:
         Parameters
         ----------
         time : the argument ``time`` of the program
-        read_back : whether to read back the positions. `tracer.scene` and the shading of pictures
-            need the moved positions on the host. Without a readback, rays still meet the moved
-            triangles, but triangles are not tested again for zero area
+        read_back : whether to read back the positions, which `tracer.scene` and the shading of
+            pictures need. Without a readback, rays meet the moved triangles, but triangles are not
+            tested again for zero area
 
         Raises
         ------
@@ -115,7 +114,7 @@ class Deformation:
         scene = replace(structure.scene, triangles=triangles)
         stored = structure.builder.stored(scene)
         accelerator = structure.builder.refit(structure.accelerator, stored)
-        # The passes have already written the table of positions, so it needs no upload.
+        # The passes have already written the table of positions.
         structure.tables.written[POSITION.name] = accelerator.tables[POSITION.name]
         return accelerator, scene.bounds, (scene, stored)
 

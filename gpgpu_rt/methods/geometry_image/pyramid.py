@@ -1,9 +1,8 @@
 """Pyramid: computes the boxes of a geometry image's quadtrees with one fragment pass per level.
 
-A level is computed from the level below it, and a pass cannot read the texture that it writes.
-Levels are therefore drawn alternately into the tables and into scratch textures of the same size.
-A last pass copies the levels of the scratch textures into the tables. A colour mask protects the
-links in the tables' fourth channels.
+A pass cannot read the texture that it writes, so levels are drawn alternately into the tables and
+into scratch textures. A last pass copies the scratch levels into the tables. A colour mask
+protects the links in the tables' fourth channels.
 """
 from __future__ import annotations
 
@@ -29,8 +28,7 @@ class Pyramid:
 
     Parameters
     ----------
-    levels : (k + 1,), the first node of each level, beginning with the finest level; the last
-        entry is the number of nodes
+    levels : (k + 1,), the first node of each level from the finest on, then the number of nodes
     precision : the number formats of the tables
     """
 

@@ -9,10 +9,9 @@ POSITION = Record("position", "at:vec3")
 IMAGE_CELL = Record("image_cell", "corner:int across:int down:int face:int")
 """A quad of a geometry image: the texel of its first corner, and the first of its two faces.
 
-``across`` is the distance in texels from the first corner to the next corner in the same row, and
-``down`` the distance from the first corner to the next corner in the same column. The signs are
-marks: ``across`` is negative if the quad's first triangle has no area, and ``down`` is negative if
-the quad's second triangle has no area."""
+``across`` and ``down`` are the distances in texels to the next corner in the same row and column.
+``across`` is negative if the quad's first triangle has no area, ``down`` if the second has
+none."""
 
 MIN_PYRAMID = Record("min_pyramid", "lo:vec3 miss:int")
 """A node of a geometry image's quadtrees: the lower corner of its box, and ``miss``, the node
@@ -23,11 +22,9 @@ MAX_PYRAMID = Record("max_pyramid", "hi:vec3 hit:int")
 first child. For a leaf, ``hit`` is -1 - cell."""
 
 PYRAMID_LINK = Record("pyramid_link", "miss:int hit:int")
-"""The links ``miss`` and ``hit`` of a node for the rays of a direction octant. The table holds all
-nodes for octant 0, then all nodes for octant 1, and so on."""
+"""A node's links ``miss`` and ``hit`` for a direction octant. The table holds all nodes for
+octant 0, then all nodes for octant 1, and so on."""
 
 PYRAMID_SOURCE = Record("pyramid_source", "first:int last:int")
-"""The sources of a node's box: the node's first and last child.
-
-A node of the finest level has no children. Its sources are the first and the last texel of its
-cell, which are diagonal corners."""
+"""The sources of a node's box: its first and last child. For a cell, the sources are its first and
+last texel, which are diagonal corners."""

@@ -1,12 +1,11 @@
 """Image tree: quadtrees over the cells of a geometry image, with links (Carr et al. 2006).
 
 A chart is a rectangle of texels, which hold positions. A cell is a quad between 2 x 2 neighbouring
-texels. The tree of a geometry image depends only on the sizes of the charts and on the level of
-detail, not on the positions in the texels. If positions change, only the boxes change, and
-fragment passes compute the boxes (gpgpu_rt/methods/geometry_image/pyramid.py).
+texels. The tree depends only on the sizes of the charts and on the level of detail. If positions
+change, fragment passes recompute the boxes (pyramid.py).
 
-A mesh that is no geometry image becomes an image of unconnected cells along a Morton curve. Each
-cell then holds a single triangle, and a quadtree over the curve is a hierarchy over space.
+A mesh that is no geometry image becomes an image of unconnected cells along a Morton curve, each
+with a single triangle. A quadtree over the curve is then a hierarchy over space.
 """
 from __future__ import annotations
 
@@ -24,8 +23,9 @@ from ...errors import SceneError
 
 @dataclass(frozen=True)
 class ImageTree:
-    """A forest with a quadtree for each chart, or one quadtree over single triangles. Nodes are
-    stored level by level, the cells first.
+    """A forest with a quadtree for each chart, or one quadtree over single triangles.
+
+    Nodes are stored level by level, the cells first.
 
     Attributes
     ----------
@@ -33,14 +33,12 @@ class ImageTree:
     faces : The texels of the corners of each of the scene's triangles, (n, 3) int64.
     texels : Number of texels.
     first, last : A node's first and last child, or a cell's first and last texel, (m,) int32.
-    miss : The node after a node's subtree, (m,) int32. The entry of a root is the next root, and
-        -1 for the last root.
-    hit : A node's first child, (m,) int32. For a node at which rays stop, -1 - i, where i is the
-        index of its quad in `corner`.
+    miss : The node after a node's subtree, (m,) int32. A root has the next root, the last root -1.
+    hit : A node's first child, (m,) int32; -1 - i for quad i of `corner`, where rays stop.
     levels : The first node of each level, then the number of nodes, (k + 1,) int64.
     corner : The first texel of each quad at the level where rays stop, (leaves,) int32.
-    across, down : Difference between two texel indices, (leaves,) int32: from the first corner of
-        each quad to the next corner in the same row, and to the next corner in the same column.
+    across, down : Distance in texels, (leaves,) int32, from the first corner of each quad to the
+        next corner in the same row, and in the same column.
     face : The first face of each quad in `corner`, (leaves,) int32.
     root : The root of the first quadtree, or -1 if there are no cells.
     """
@@ -71,8 +69,7 @@ class ImageTree:
     def positions(self, triangles: np.ndarray) -> np.ndarray:
         """The positions of all texels, (texels, 3) float32, from (n, 3, 3) triangles.
 
-        A triangle without area provides only its first corner, because `shrink_flat` has moved
-        its other corners there.
+        A triangle without area provides only its first corner: `shrink_flat` moved the others.
 
         Raises
         ------
@@ -94,9 +91,7 @@ class ImageTree:
         return at
 
     def without_area(self, triangles: np.ndarray) -> np.ndarray:
-        """Whether each triangle has no area, (n,) bool. The triangles must come from
-        `shrink_flat`.
-        """
+        """Whether each triangle, as `shrink_flat` leaves it, has no area, (n,) bool."""
         v0, v1, v2 = triangles.transpose(1, 2, 0)    # faster one axis at a time
         return np.logical_and.reduce([v0[a] == v[a] for v in (v1, v2) for a in range(3)])
 
@@ -118,8 +113,8 @@ class _Cells:
     corner : (c,), the first texel of each cell
     width : the distance in texels between rows
     face : (c,), the first face of each cell
-    rows_left, columns_left : (c,), the number of cells from each cell to the end of its column,
-        and to the end of its row. Both numbers include the cell itself
+    rows_left, columns_left : (c,), the number of cells from each cell on, to the end of its
+        column, and to the end of its row
     """
 
     code: np.ndarray
@@ -152,9 +147,8 @@ def build_image_tree(charts: Sequence[tuple[int, int]], level: int = 0) -> Image
 def build_triangle_image(triangles: np.ndarray) -> ImageTree:
     """Build the quadtree over (n, 3, 3) triangles along a Morton curve.
 
-    Each triangle is a cell. Each cell has three texels in a row. The second texel serves as two
-    corners of the quad v0 v1 v2 v1, so the quad's two halves are the same triangle. Programs test
-    only the first half.
+    A cell has three texels, the corners of the quad v0 v1 v2 v1. The quad's halves are the same
+    triangle, so programs test only the first half.
     """
     lo, hi = triangle_boxes(triangles)
     order = morton_order((lo * np.float32(0.5) + hi * np.float32(0.5)).T)
@@ -171,7 +165,6 @@ def _forest(charts: tuple[tuple[int, int], ...], cells: list[_Cells], faces: np.
     heights = max((len(tree) for tree in trees), default=0)
     counts = np.array([[len(tree[h]) if h < len(tree) else 0 for tree in trees]
                        for h in range(heights)], np.int64).reshape(heights, len(trees))
-    # The first node of each level and chart: level by level, chart by chart.
     starts = run_starts(counts.reshape(-1)).reshape(counts.shape)
     nodes = int(counts.sum())
     first, last, miss, hit = (np.full(nodes, -1, np.int32) for _ in range(4))
@@ -215,8 +208,7 @@ def _forest(charts: tuple[tuple[int, int], ...], cells: list[_Cells], faces: np.
 def _tree(code: np.ndarray) -> list[np.ndarray]:
     """The first child of every node, level by level, from the cells up to a single node.
 
-    Children are numbered within their own level. The first level has no children: its entry
-    numbers the cells themselves.
+    Children are numbered within their own level. The first level numbers the cells themselves.
     """
     tree = [np.arange(len(code))]
     while len(code) > 1:

@@ -1,12 +1,11 @@
 """Uniform grid: the structure and its build.
 
 T. J. Purcell, I. Buck, W. R. Mark, P. Hanrahan, "Ray tracing on programmable graphics hardware",
-SIGGRAPH 2002. A cell lists the triangles that overlap the cell. It does not list a triangle if
-only the triangle's box overlaps the cell. The build tests overlap by separating axes (T.
-Akenine-Moeller, "Fast 3D triangle-box overlap testing", 2001). A column is a line of cells along
-the dominant axis of the triangle's normal. For each column, the build first computes the cells
-that the triangle's plane crosses. It then tests the triangle's edges in the three projections
-along the axes. Cells are widened by `bounds.padding`, and the tests are in float64.
+SIGGRAPH 2002. A cell lists a triangle only if the triangle, not just its box, overlaps the cell.
+The build tests overlap by separating axes (T. Akenine-Moeller, "Fast 3D triangle-box overlap
+testing", 2001). In each column, a line of cells along the dominant axis of the triangle's normal,
+the build first finds the cells that the triangle's plane crosses. It then tests the triangle's
+edges in the three projections along the axes. Cells are widened by `bounds.padding`.
 """
 from __future__ import annotations
 
@@ -26,8 +25,8 @@ MOST_REFERENCES = 1 << 27           # 0.5 GiB of int32
 # An automatic resolution is halved while the grid holds more references than this number times the
 # number of triangles, plus 4096.
 USUAL_REFERENCES = 64
-# Smallest side of a cell, in units of the padding. With smaller cells, the padding would put a
-# triangle into many neighbouring cells that the triangle does not overlap.
+# Smallest side of a cell, in units of the padding. In smaller cells, the padding would list many
+# triangles that do not overlap the cell.
 FINEST_CELL = 8
 CHUNK = 1 << 18                     # columns in a chunk; a chunk of cells is four times as large
 
@@ -68,11 +67,10 @@ def build_grid(triangles: np.ndarray, *, resolution: int | Sequence[int] | None 
     Parameters
     ----------
     triangles : (n, 3, 3) float32, world units
-    resolution : number of cells along each axis, one number or three, 1 to 512; None: derived
-        from `density`
-    density : target number of cells per triangle. A flat scene has one cell across its thin axis,
-        and its other axes are divided so that the grid reaches the target. The resolution is
-        halved until the grid holds at most 64 n + 4096 references.
+    resolution : number of cells along each axis, one number or three, 1 to 512; by default from
+        `density`
+    density : target number of cells per triangle. A flat scene has one cell across its thin axis.
+        The resolution is halved until the grid holds at most 64 n + 4096 references
 
     Raises
     ------
@@ -109,10 +107,7 @@ def build_grid(triangles: np.ndarray, *, resolution: int | Sequence[int] | None 
 
 def _keys(triangles: np.ndarray, lo: np.ndarray, hi: np.ndarray, resolution: np.ndarray,
           most: int) -> list[np.ndarray] | None:
-    """Keys ``cell << 32 | triangle`` of all overlaps, as a list of arrays.
-
-    Return None if there are more than ``most`` overlaps.
-    """
+    """Keys ``cell << 32 | triangle`` of all overlaps; None for more than ``most`` overlaps."""
     keys = [np.zeros(0, np.int64)]
     total = 0
     for triangle, cell in _overlaps(triangles, lo, hi, resolution):
@@ -135,9 +130,8 @@ def _given_resolution(resolution: int | Sequence[int]) -> np.ndarray:
 def _resolution(triangles: np.ndarray, size: np.ndarray, density: float) -> np.ndarray:
     """The number of cells along each axis i: n_i = L_i (density * n / V)^(1/3).
 
-    The box has the sides L_i and the volume V, and holds n triangles. An axis for which the
-    formula gives less than one cell gets one cell. The formula is then applied only to the
-    remaining axes.
+    The box has the sides L_i and the volume V, and holds n triangles. An axis with less than one
+    cell gets one; the formula then applies to the remaining axes.
     """
     if len(triangles) == 0:
         return np.ones(3, np.int64)
@@ -204,8 +198,7 @@ class Shapes:
 
     def plane_range(self, triangle: np.ndarray,
                     cell: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """The cells of a column that the triangle's plane crosses: the first cell, and the number
-        of cells."""
+        """The first cell and the number of cells in a column that the triangle's plane crosses."""
         normal, axis, row = self.normal[triangle], self.axis[triangle], np.arange(len(triangle))
         first, count = self.first[triangle, axis], self.cell_count[triangle, axis]
         along = normal[row, axis]
@@ -224,10 +217,7 @@ class Shapes:
         return low, np.maximum(high - low + 1, 0)
 
     def overlap(self, triangle: np.ndarray, cell: np.ndarray) -> np.ndarray:
-        """Whether triangles, (m,), overlap cells, (m, 3).
-
-        The caller must ensure that the box of each triangle overlaps the triangle's cell.
-        """
+        """Whether triangles, (m,), overlap cells, (m, 3), if their boxes overlap the cells."""
         low, height = self.plane_range(triangle, cell)
         up = cell[np.arange(len(cell)), self.axis[triangle]]
         found = (up >= low) & (up < low + height)

@@ -2,8 +2,8 @@
 
 F. Karlsson, C. J. Ljungstedt, "Ray tracing fully implemented on programmable graphics
 hardware", Chalmers, 2004, after D. Cohen, Z. Sheffer, "Proximity clouds", The Visual Computer
-11, 1994. The distance is the largest of the three coordinate differences (Chebyshev distance). So
-all cells that are nearer than this distance are empty. They fill a cube around the cell.
+11, 1994. The distance is the largest of the three coordinate differences (Chebyshev distance), so
+all nearer cells are empty.
 """
 from __future__ import annotations
 
@@ -17,16 +17,15 @@ def proximity_cloud(grid: Grid) -> np.ndarray:
 
     Returns
     -------
-    (cells,) int32, 0 for a cell with references. If all cells are empty, every entry is the
-    largest of the grid's three resolutions
+    (cells,) int32, 0 for a cell with references; if all are empty, the grid's largest resolution
     """
     rx, ry, rz = (int(r) for r in grid.resolution)
     far = np.int32(max(rx, ry, rz))
     occupied = np.diff(grid.cell_start) > 0
     distance = np.where(occupied, np.int32(0), far).reshape(rz, ry, rx)
-    # Propagate distances along x, then along y, then along z. After each axis, the distances are
-    # exact for paths along the axes processed so far. In the Chebyshev distance, a step along one
-    # axis may also move one cell along each other axis, and still counts as one step.
+    # Propagate distances along x, then y, then z. After each axis, the distances are exact for
+    # paths along the axes processed so far. A step along one axis may also move one cell along
+    # each other axis, and still counts as one step.
     for axis in (2, 1, 0):
         older = [other for other in range(axis + 1, 3)]
         before = distance.copy()

@@ -6,13 +6,13 @@ from ...gl.record import Record
 GRID_CELL = Record("grid_cell", "first:int")
 """A cell: its first reference, or a negative number if the cell is empty.
 
-With proximity clouds, the negative number is minus the distance in cells to the nearest occupied
-cell. Without proximity clouds, the number is -1 in every empty cell."""
+The negative number is -1 or, with proximity clouds, minus the distance in cells to the nearest
+occupied cell."""
 
 GRID_STATE = Record("state", "cell:ivec3 t_enter | t_next:vec3 t_exit "
                              "| cursor:int phase:int steps:int")
 """A ray's state: its current `cell`, the t at which it enters this cell (`t_enter`), and the t at
 which it leaves the grid (`t_exit`).
 
-`t_next` has, for each axis, the t at which the ray crosses into the next cell along the axis.
-`cursor` is the position in the cell's list."""
+`t_next` has, for each axis, the t at which the ray crosses into the next cell. `cursor` is the
+position in the cell's list."""

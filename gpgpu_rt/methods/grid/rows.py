@@ -28,7 +28,7 @@ def _prepare(triangles: np.ndarray, options: Mapping[str, Any], proximity: bool)
                   density=options["density"])
     counts = np.diff(grid.cell_start)
     occupied = counts > 0
-    # The sentinel makes the list of each occupied cell longer by one entry.
+    # The sentinel adds an entry to the list of each occupied cell.
     first = grid.cell_start[:-1] + np.cumsum(occupied) - occupied
     references = np.insert(grid.references, grid.cell_start[1:][occupied], SENTINEL)
     empty = -proximity_cloud(grid) if proximity else np.full(len(counts), -1)
@@ -60,8 +60,8 @@ _CULLING = replace(CULLING, option="intersection", files={
 
 def _prepare_packets(triangles: np.ndarray, options: Mapping[str, Any]) -> Accelerator:
     prepared = _prepare(triangles, options, False)
-    # A packet may traverse the grid several times. Each time, at least one ray is completed, and
-    # each slice, cell and list entry is visited at most once.
+    # Each time a packet traverses the grid, at least one ray is completed, and each slice, cell
+    # and list entry is visited at most once.
     grid, (width, height) = prepared.structure, options["packet"]
     once = len(grid.cell_start) + len(prepared.tables[REFERENCE.name]["triangle"])
     prepared.step_bound = (once + int(grid.resolution.max()) + 2) * width * height
@@ -80,8 +80,7 @@ def _row(name: str, summary: str, citation: str, proximity: bool, **more: Any) -
 
 
 def _form(single: Method, options: Mapping[str, Any]) -> Method:
-    """The row of the method grid, adapted to the options. With the packet 1x1, the method traces
-    single rays, as Purcell did; with a larger packet, it traces packets, as Wald did."""
+    """The row of grid, for single rays (Purcell) with the packet 1x1, else for packets (Wald)."""
     if options["packet"] == (1, 1):
         return single
     return replace(

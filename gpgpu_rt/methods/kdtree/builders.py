@@ -1,5 +1,4 @@
-"""The build options of all kd-tree methods, and the function that builds a tree with these
-options."""
+"""The build options of all kd-tree methods, and `built_kdtree`, which builds a tree with them."""
 from __future__ import annotations
 
 import functools
@@ -47,7 +46,7 @@ BUILD_OPTIONS = (
 def automatic_values(triangles: np.ndarray, options: Mapping[str, Any]) -> dict[str, int]:
     """Return option -> the value that `built_kdtree` uses if the option is None.
 
-    The build zhou has two depth limits, so no single value can stand for ``max_depth``.
+    The build zhou has two depth limits, so it has no value for ``max_depth``.
     """
     if options["build"] == "zhou":
         return {}

@@ -1,16 +1,13 @@
 """Hybrid build of a kd-tree: Morton codes give the upper levels, and SAH splits the levels below.
 
 C. Lauterbach et al., "Fast BVH construction on GPUs", Eurographics 2009, build a bounding volume
-hierarchy in this way. Hachisuka's survey proposes the same for kd-trees (section 5). In the upper
+hierarchy in this way; Hachisuka's survey proposes it for kd-trees (section 5). In the upper
 levels, the surface area heuristic (SAH) would be slow, because each node has many references.
-Morton codes give all upper levels at once. Below the upper levels, SAH keeps the quality of the
-tree.
 
 In the paper, each triangle has a code. Here, every cell of a coarse lattice has a code, and lists
-the triangles that overlap it. The cells are sorted by code. A node of the upper levels stands for
-a prefix of bits: the node is the part of the lattice whose codes begin with this prefix. From
-level to level, nodes are halved along x, y and z in turn. If no occupied cell has a code with a
-node's prefix, the node is an empty leaf.
+the triangles that overlap it. A node of the upper levels is the part of the lattice whose codes
+begin with a prefix of bits. Nodes are halved along x, y and z in turn. A node without occupied
+cells is an empty leaf.
 """
 from __future__ import annotations
 
@@ -39,8 +36,7 @@ def build(triangles: np.ndarray, *, morton_bits: int = MORTON_BITS, split: str =
 
     Parameters
     ----------
-    morton_bits : bits of a code per axis. A number above a third of `max_depth` is reduced to this
-        third
+    morton_bits : bits of a code per axis; reduced to a third of `max_depth` if larger
     split, bins, traversal_cost, intersection_cost, empty_bonus, max_depth : as in
         `sah_build.build`
     """
@@ -101,10 +97,9 @@ def cells_in_order(triangles: np.ndarray, vertices: np.ndarray, planes: np.ndarr
 
 
 def upper_levels(codes: np.ndarray, bits: int, planes: np.ndarray) -> LooseKdTree:
-    """The tree of the upper levels, over ascending codes.
+    """The tree of the upper levels, over ascending codes, without the cells.
 
-    The returned tree does not contain the cells. If it has n nodes, a child with the number n + k
-    stands for cell k.
+    If the tree has n nodes, a child with the number n + k stands for cell k.
     """
     prefixes = [np.unique(codes >> 3 * bits - depth) for depth in range(3 * bits + 1)]
     inner = sum(map(len, prefixes[:-1]))
@@ -132,8 +127,8 @@ def upper_levels(codes: np.ndarray, bits: int, planes: np.ndarray) -> LooseKdTre
 
 
 def middle_of(prefix: np.ndarray, depth: int, bits: int) -> np.ndarray:
-    """The index of the lattice plane that halves each node. All nodes lie at ``depth``, so the
-    plane is across axis ``depth`` % 3."""
+    """The lattice plane, an index across axis ``depth`` % 3, that halves each node at ``depth``.
+    """
     coordinate = np.zeros_like(prefix)
     for bit in range(depth % 3, depth, 3):
         coordinate = coordinate << 1 | prefix >> depth - 1 - bit & 1

@@ -10,20 +10,21 @@ KD_NODE = Record("kd_node", "split axis:int left:int count:int")
 """A node of a kd-tree.
 
 For an inner node, `split` is the coordinate of the split plane, and `axis` is 0, 1 or 2. `left` is
-the left child, and the right child directly follows it. `count` tells which children are empty
-leaves: bit 0 is set for an empty left leaf, and bit 1 for an empty right leaf.
+the left child, and the right child directly follows it. Bit 0 of `count` is set for an empty left
+leaf, and bit 1 for an empty right leaf.
 
 For a leaf, `left` is its first reference, and `count` is its number of references. The `axis` of
 leaf number n is 3 + n."""
 
 KD_BOUNDS = Record("kd_bounds", "lo:vec3 parent:int | hi:vec3")
-"""Data that kd-backtrack and the option ``entry_points`` add to a node: its box and its parent.
+"""The box and the parent of a node, for kd-backtrack and ``entry_points``.
+
 With ``entry_points``, the parent is not set, and faces on the scene's box lie at infinity."""
 
 KD_LEAF = Record("kd_leaf", "lo:vec3 rope_lo_x:int | hi:vec3 rope_hi_x:int "
                             "| rope_lo_y:int rope_hi_y:int rope_lo_z:int rope_hi_z:int")
-"""Data that kd-ropes adds to leaf number n: its box, and for each face of the box the node behind
-this face, or -1."""
+"""Data that kd-ropes adds to leaf number n: its box, and for each face the node behind it, or -1.
+"""
 
 KD_STATE = Record("state", "t_min t_max t_exit node:int | cursor:int end:int phase:int steps:int")
 """A ray's state: its interval (`t_min`, `t_max`) in the current `node`, and `t_exit`, where the
@@ -37,10 +38,9 @@ down the tree."""
 
 KD_SHORT_STACK_STATE = KD_STATE.extended(
     "pushed:int pushing:int stacked:int | stack_t_max:vec4 | stack_node:ivec4")
-"""KD_PUSH_DOWN_STATE, and a stack of the far children that were pushed last, newest first.
-
-`stacked` is the number of entries. `stack_t_max` and `stack_node` hold, for each entry, the end of
-the far child's interval and the far child."""
+"""KD_PUSH_DOWN_STATE, and a stack of the `stacked` far children that were pushed last, newest
+first. `stack_t_max` and `stack_node` hold the end of each far child's interval and the far
+child."""
 
 KD_SHORT_STACK_ERA_STATE = replace(
     KD_STATE, layout="t_min t_max t_exit place:int | stack_t_max:vec3 phase:int "
@@ -69,18 +69,15 @@ as in KD_PUSH_DOWN_STATE.
 
 KD_PACKET_STACK_STATE = replace(
     KD_PACKET_STATE, layout=KD_PACKET_STATE.layout + " popped:int | stack_node:ivec4")
-"""KD_PACKET_STATE, and `stack_node`, the nodes on the short stack, newest first. An entry with the
-node 0 is free.
+"""KD_PACKET_STATE, and `stack_node`, the nodes on the short stack, newest first, 0 if free.
 
-``popped`` is the number of entries that the last kernel popped. The record fills the four render
-targets of the cards that Horn et al. used."""
+``popped`` is the number of entries that the last kernel popped."""
 
 KD_PACKET_RAY_STATE = replace(STATE, layout=STATE.layout + " t_min t_max", full_precision=True)
 """The state of a ray in a kd packet: its interval in the packet's node.
 
-The interval is in float32, even if the option ``storage`` names another format. The schedule
-``loop`` keeps the interval in registers, which are float32. The schedule ``step`` therefore also
-stores float32 in its textures, so that both schedules give the same hits."""
+The interval is always in float32, as in the registers of the schedule ``loop``, so that ``step``
+gives the same hits."""
 
 KD_PACKET_STACK_RAY_STATE = KD_PACKET_RAY_STATE.extended("stack_t_max:vec4")
 """KD_PACKET_RAY_STATE, and the ends of the ray's intervals on the packet's stack."""
@@ -89,21 +86,22 @@ KD_PACKET_ERA_STATE = Record("state", " | ".join((
     "t_min:vec4", "t_max:vec4", "t_exit:vec4", "t_turn:vec4", "negative:ivec3 phase:int",
     "place:int end:int pushed:int far:int", "node_0:int node_1:int node_2:int",
     "t_max_0:vec4", "t_max_1:vec4", "t_max_2:vec4", "t_far:vec4")))
-"""A packet's state in the era form (traversal/era_packets.py). A loop keeps it in registers. A
+"""A packet's state in the era form (traversal/era_packets.py), which a loop keeps in registers. A
 vec4 has one number for each of the packet's four rays.
 
 ``place`` is the node of a packet that descends. In a leaf, ``place`` is the cursor, which runs up
-to ``end``. The packet's rays traverse the tree in turns. A turn is for all rays whose directions
-have the same signs. ``negative`` marks the axes along which these directions are negative.
-``t_turn`` is the t_min of a ray that waits for its turn. The stack has the nodes ``node_0`` to
-``node_2``, newest first.
-``t_max_0`` to ``t_max_2`` are the ends of the rays' intervals in these nodes. ``far`` is the node
-to push, and ``t_far`` has the ends of the intervals in this node."""
+to ``end``. In each turn, the rays whose directions have the same signs traverse the tree.
+``negative`` marks the axes along which these directions are negative. ``t_turn`` is the t_min of a
+ray that waits for its turn.
+
+The stack has the nodes ``node_0`` to ``node_2``, newest first. The rays' intervals in these nodes
+end at ``t_max_0`` to ``t_max_2``. ``far`` is the node to push, and ``t_far`` its intervals'
+ends."""
 
 KD_ROPES_PACKET_RAY_STATE = replace(
     STATE, layout=STATE.layout + " t_min ray_node:int", full_precision=True)
-"""The state of a ray in a packet along ropes: its position in the tree. The fields are in float32
-for the reason that KD_PACKET_RAY_STATE gives.
+"""The state of a ray in a packet along ropes: its position in the tree, in float32 as for
+KD_PACKET_RAY_STATE.
 
-``ray_node`` is the ray's own node. It is 2^24 for a ray whose search is over, and for a ray that
-waits for the turn of its direction octant (``drivers/packet_turns.glsl``)."""
+``ray_node`` is the ray's own node. It is 2^24 for a ray whose search is over, or that waits for
+the turn of its direction octant (``drivers/packet_turns.glsl``)."""

@@ -1,9 +1,9 @@
 """Ropes: links from each face of a kd-tree's leaf to the node behind the face.
 
-The method is that of S. Popov, J. Günther, H.-P. Seidel, P. Slusallek, "Stackless KD-Tree
-Traversal for High Performance GPU Ray Tracing", Eurographics 2007. The construction goes down from
-the root, whose ropes are nil. At the split plane of a node, the faces of its two children get
-ropes to each other. On all other faces, a child inherits its parent's ropes.
+S. Popov, J. Günther, H.-P. Seidel, P. Slusallek, "Stackless KD-Tree Traversal for High Performance
+GPU Ray Tracing", Eurographics 2007. The construction goes down from the root, which has no ropes.
+A node's split plane gives the faces of its two children ropes to each other. On all other faces, a
+child inherits its parent's ropes.
 """
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class Ropes:
 
     @property
     def bytes(self) -> int:
-        """Bytes of all ropes and boxes: twelve numbers of four bytes for each leaf."""
+        """Bytes of all ropes and boxes."""
         return 48 * len(self.node)
 
 
@@ -46,9 +46,8 @@ def build_ropes(tree: KdTree, push_down: bool = True) -> Ropes:
 
     Parameters
     ----------
-    push_down : whether each rope points to the smallest node that touches the whole face. If
-        False, a rope points to the root of the sibling subtree, where the rays of a packet meet
-        again.
+    push_down : whether each rope points to the smallest node that touches the whole face; else to
+        the root of the sibling subtree, where the rays of a packet meet again
     """
     lo, hi = tree.boxes()
     ropes = np.full((2, len(tree.axis), 3), NIL, np.int32)   # (lower or upper face, node, axis)
@@ -70,7 +69,7 @@ def build_ropes(tree: KdTree, push_down: bool = True) -> Ropes:
 
 def _pushed_down(tree: KdTree, rope: np.ndarray, lo: np.ndarray, hi: np.ndarray, face: int,
                  upper: bool) -> np.ndarray:
-    """Move ropes down the tree, for the leaves' lower or upper faces across the axis ``face``.
+    """Move ropes of the leaves' lower or upper faces across the axis ``face`` down the tree.
 
     A rope moves into a child of its node as long as this child touches the whole face.
     """

@@ -1,5 +1,4 @@
-"""The kd-tree family: rows of the method table for methods that traverse the same tree in
-different ways."""
+"""The kd-tree family: rows of the method table for methods that traverse the same tree."""
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
@@ -73,8 +72,7 @@ def _prepare(triangles: np.ndarray, options: Mapping[str, Any]) -> Accelerator:
     check_culling(options)
     tree = built_kdtree(triangles, options)
     leaf = tree.axis == KD_LEAF_AXIS
-    # An inner node's count tells which children are empty leaves: bit 0 is for the left child,
-    # bit 1 for the right child.
+    # Bit 0 of an inner node's count marks an empty left leaf, bit 1 an empty right leaf.
     empty = np.append(leaf & (tree.count == 0), False)
     child = np.where(leaf, 0, tree.left)
     count = np.where(leaf, tree.count, empty[child] + 2 * empty[child + 1])
@@ -83,8 +81,7 @@ def _prepare(triangles: np.ndarray, options: Mapping[str, Any]) -> Accelerator:
                              "axis": np.where(leaf, 3 + np.cumsum(leaf) - 1, tree.axis)},
               REFERENCE.name: {"triangle": tree.references}}
     uniforms = {"scene_lo": tuple(tree.lo), "scene_hi": tuple(tree.hi)}
-    # A ray enters each leaf at most once. Between two leaves, it climbs at most to the root and
-    # descends again.
+    # A ray enters each leaf at most once. Between two leaves, it climbs at most to the root.
     bound = int(leaf.sum()) * (2 * tree.depth + 3) + len(tree.references)
     return Accelerator(tables, uniforms, bound, tree, boxes=tree.boxes,
                        automatic=automatic_values(triangles, options))
@@ -101,8 +98,7 @@ def _prepare_bounds(triangles: np.ndarray, options: Mapping[str, Any]) -> Accele
 def _with_boxes(prepare: Callable[..., Accelerator]) -> Callable[..., Accelerator]:
     """A ``prepare`` that adds the boxes of all nodes if the option ``entry_points`` is given.
 
-    If a face of a node's box lies on the scene's box, the face is moved to infinity. The scene's
-    box already clips rays at this place, so the face is not needed there. At infinity, its
+    Faces on the scene's box, which clips the rays anyway, are moved to infinity. There, their
     rounding error cannot lose a hit.
     """
     def prepare_boxes(triangles: np.ndarray, options: Mapping[str, Any]) -> Accelerator:
@@ -148,8 +144,8 @@ def _for_packets(prepared: Accelerator, options: Mapping[str, Any]) -> Accelerat
 def _changed_by_packets(options: Mapping[str, Any]) -> dict[str, str]:
     """The fields of KD_PACKET_ERA_STATE that each kernel computes.
 
-    Two kinds of fields are left out: fields that a kernel only sets to a constant, and ``t_far``,
-    which is a copy of ``t_max`` (glsl/methods/kdtree/kd_packet_era.glsl).
+    Fields that a kernel only sets to a constant are left out, and so is ``t_far``, a copy of
+    ``t_max`` (glsl/methods/kdtree/kd_packet_era.glsl).
     """
     marks = options["push_down"] or options["stack_size"]
     found = {
@@ -184,9 +180,8 @@ def _packet_row(name: str, summary: str, citation: str, single: str,
                 **more: Any) -> Method:
     """A row of a packet method.
 
-    ``states`` returns two records for the schedule ``step``: the state of a packet and the state
-    of a ray. Under ``loop``, packets run in a single pass, and the row's ``state`` holds each
-    ray's phase after this pass.
+    ``states`` returns the state of a packet and the state of a ray under the schedule ``step``.
+    Under ``loop``, the row's ``state`` holds each ray's phase after the packets' single pass.
     """
     glsl = f"methods/kdtree/{name.replace('-', '_')}"
 
@@ -209,10 +204,7 @@ def _row(name: str, summary: str, citation: str, kernels: tuple[str, ...] = (),
          state: Record = KD_STATE, tables: tuple[Record, ...] = (),
          options: tuple[Option, ...] = (),
          prepare: Callable[..., Accelerator] = _prepare, **more: Any) -> Method:
-    """A row of a single-ray method.
-
-    ``kernels``, ``tables`` and ``options`` are added to those of the whole family.
-    """
+    """A row of a single-ray method; ``kernels``, ``tables`` and ``options`` are additional."""
     return Method(
         name=name, summary=summary, citation=citation,
         glsl=f"methods/kdtree/{name.replace('-', '_')}.glsl",
@@ -222,8 +214,8 @@ def _row(name: str, summary: str, citation: str, kernels: tuple[str, ...] = (),
 
 
 def _short_stack(row: Method, options: Mapping[str, Any]) -> Method:
-    """Return the row of kd-short-stack for these options. In the era form, a stack of at most
-    three entries has a smaller state, which fits into the render targets of a card."""
+    """The row of kd-short-stack for these options. The era form has a smaller state for a stack of
+    at most three entries, which fits into a card's render targets."""
     if options.get("era") and options["stack_size"] <= 3:
         return replace(row, state=KD_SHORT_STACK_ERA_STATE,
                        glsl="methods/kdtree/kd_short_stack_era.glsl")

@@ -4,14 +4,14 @@ J. D. MacDonald, K. S. Booth, "Heuristics for ray tracing using space subdivisio
 Computer 6, 1990. The option `split` selects one of two kinds of candidate planes:
 
 `exact` tries every face of every reference's box (I. Wald, V. Havran, "On building fast kd-trees
-for ray tracing, and on doing that in O(N log N)", 2006). Here, references are sorted on every
-level, whereas the paper keeps them sorted by merging.
+for ray tracing, and on doing that in O(N log N)", 2006). References are sorted on every level; the
+paper keeps them sorted by merging.
 
 `binned` tries the ends of bins, and counts lower and upper faces in two histograms (M. Shevtsov,
 A. Soupikov, A. Kapustin, "Highly parallel fast kd-tree construction for interactive ray tracing of
 dynamic scenes", Eurographics 2007). As in this paper, nodes with few references are searched
-exactly. The bins extend from the lowest to the highest face of the references, not over the whole
-node. So the candidates always include the planes that cut off empty space.
+exactly. The bins extend only from the lowest to the highest face of the references, so planes that
+cut off empty space are candidates.
 """
 from __future__ import annotations
 
@@ -25,8 +25,7 @@ from ...accel.runs import chunks, expand, of_like_length, owners, run_starts
 from ...threads import Run
 
 FEW = 16                # nodes of at most this many references are searched exactly
-# Nodes of at most FEW references are searched in groups of nodes of similar size. FEW_SIZES are
-# the largest numbers of references of a node in each group.
+# The largest number of references of a node in each group of nodes that are searched together.
 FEW_SIZES = (1, 2, 3, 4, 6, 8, 12, FEW)
 WORTH_CUTTING = 0.2     # empty space gets a bonus if it is at least this share of the node
 
@@ -75,9 +74,7 @@ class Costs:
     """The constants of the heuristic, in any common unit.
 
     A split that cuts off empty space costs (1 - empty_bonus) times its normal cost if the empty
-    space is at least the share `WORTH_CUTTING` of the node. Without this limit, the bonus would
-    make the build cut off sliver after sliver until the depth cap. For example, a bonus of 0.4
-    without the limit gives the bunny a tree of 5,000 leaves.
+    space is at least the share `WORTH_CUTTING` of the node: the build must not cut off slivers.
     """
 
     traversal: float = 1.0
@@ -105,9 +102,7 @@ class SplitCost:
 
     def at(self, plane: np.ndarray, left: np.ndarray, right: np.ndarray,
            node: np.ndarray | slice = slice(None)) -> np.ndarray:
-        """The cost of planes (..., k) with these numbers of references `left` and `right`.
-
-        The cost is inf for a plane outside its node.
+        """The cost of planes (..., k) with `left` and `right` references; inf outside the node.
 
         node : the node of each plane; by default, the last axis of `plane` numbers the nodes
         """
@@ -126,13 +121,12 @@ class SplitCost:
 def best_splits(level: KdLevel, costs: Costs, split: str, bins: int, run: Run = map) -> Splits:
     """The best split of every node of the level. Nodes without references get no split.
 
-    run : a function such as `map`, which may use several threads. An item of work is a group of
-        nodes with few references, or an axis of the search `binned`
+    run : a function such as `map`, which may use several threads
     """
     splits = Splits.none(len(level.count))
     starts = run_starts(level.count)
 
-    # No two parts contain the same node, so several threads may search parts at the same time.
+    # Parts share no nodes, so several threads may search at the same time.
     def search(part: tuple[np.ndarray, int]) -> None:
         nodes, size = part
         _few(level, nodes, starts[nodes], size, costs, splits)
@@ -150,7 +144,6 @@ def best_splits(level: KdLevel, costs: Costs, split: str, bins: int, run: Run = 
 
 def _parts(nodes: np.ndarray, starts: np.ndarray,
            count: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-    """Yield the nodes in chunks, with the indices of their references."""
     for part in chunks(count[nodes], 1 << 18):
         some = nodes[part]
         yield some, expand(starts[some], count[some])
@@ -212,18 +205,15 @@ def _binned(level: KdLevel, nodes: np.ndarray, index: np.ndarray, bins: int, cos
 
 def _sorted(level: KdLevel, nodes: np.ndarray, index: np.ndarray, costs: Costs,
             splits: Splits) -> None:
-    """Try all faces of all references, sorted by an integer key.
-
-    The key consists of the node, the coordinate, and the kind of face, lower or upper.
-    """
+    """Try all faces of all references, sorted by node, coordinate and kind of face."""
     count = level.count[nodes]
     node = owners(count).astype(np.uint64) << np.uint64(33)
     starts = 2 * run_starts(count)
     owner = owners(2 * count)
     before = starts[owner]
     for axis in range(3):
-        # At equal coordinates, upper faces come before lower faces, because a plane there
-        # separates the boxes that end from the boxes that begin.
+        # At equal coordinates, upper faces come first: a plane there separates the boxes that end
+        # from the boxes that begin.
         keys = np.concatenate([
             node | (_ordered(level.box[axis].take(index)) << np.uint64(1)) | np.uint64(1),
             node | (_ordered(level.box[3 + axis].take(index)) << np.uint64(1))])

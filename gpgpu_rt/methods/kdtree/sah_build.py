@@ -1,10 +1,9 @@
 """SAH build: a kd-tree by the surface area heuristic (SAH). All nodes of a level split together.
 
-The method is that of I. Wald, V. Havran, "On building fast kd-trees for ray tracing, and on doing
-that in O(N log N)", 2006. The heuristic is greedy, without look-ahead. References are clipped to
-their node, and splits that cut off empty space get a bonus. By default, the depth is at most
-8 + 1.3 log2 n (V. Havran, thesis, 2000). Every triangle's box is widened by `bounds.padding`, so
-that a triangle in a split plane is on both sides.
+I. Wald, V. Havran, "On building fast kd-trees for ray tracing, and on doing that in O(N log N)",
+2006. References are clipped to their node, and splits that cut off empty space get a bonus. By
+default, the depth is at most 8 + 1.3 log2 n (V. Havran, thesis, 2000). Every triangle's box is
+widened by `bounds.padding`, so that a triangle in a split plane is on both sides.
 """
 from __future__ import annotations
 
@@ -26,22 +25,20 @@ def build(triangles: np.ndarray, *, split: str = "binned", bins: int = 32,
           **unknown: object) -> LooseKdTree:
     """Build by the surface area heuristic.
 
-    With the default costs the bunny has about as many leaves as in Popov et al. 2007 (the survey's
-    Figure 17).
+    By default, the bunny has about as many leaves as in Popov et al. 2007 (survey, Figure 17).
 
     Parameters
     ----------
     split : candidate planes: "exact" for the faces of all references' boxes, or "binned" for the
-        ends of bins; nodes with few references use all faces in both cases
+        ends of bins. Nodes with few references always use all faces
     bins : number of bins along each axis of a node
     traversal_cost, intersection_cost : cost of a node and of a triangle, in any common unit
-    empty_bonus : share by which a split's cost is reduced if the split cuts off empty space that
-        is a fifth or more of the node
+    empty_bonus : share by which cutting off at least a fifth of the node as empty space reduces a
+        split's cost
     max_depth : largest depth of a leaf; None for 8 + 1.3 log2 n
-    clip : True clips a triangle to its node, and takes the box of the remaining part. False takes
-        the whole triangle's box, and cuts this box to the node
-    workers : number of processes that grow subtrees (see `shevtsov`). The tree is the same
-        for every number
+    clip : True takes the box of the triangle's part in the node; False cuts the triangle's box to
+        the node
+    workers : number of processes that grow subtrees (see `shevtsov`), without effect on the tree
     """
     refuse_unknown(build, unknown)
     rules = Rules(sah_costs(traversal_cost, intersection_cost, empty_bonus),

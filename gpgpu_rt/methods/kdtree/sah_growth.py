@@ -15,7 +15,7 @@ from .tree import LEAF, MOST_REFERENCES, LooseKdTree
 
 
 def sah_costs(traversal_cost: float, intersection_cost: float, empty_bonus: float) -> Costs:
-    """The constants of the surface area heuristic. Their ranges are checked first."""
+    """The constants of the surface area heuristic, with ranges checked."""
     return Costs(in_range("traversal_cost", traversal_cost, 0, 1e6),
                  in_range("intersection_cost", intersection_cost, 1e-6, 1e6),
                  in_range("empty_bonus", empty_bonus, 0, 0.999))
@@ -39,14 +39,15 @@ class Rules:
 
 def grow(level: KdLevel, depth: int, vertices: np.ndarray | None, rules: Rules,
          enough: int | None = None, run: Run = map) -> tuple[GrownNodes, KdLevel | None]:
-    """Split a level, and the levels below it, until no split lowers the cost or a limit ends the
-    growth. The limits are `max_depth` and `MOST_REFERENCES`.
+    """Split a level, and the levels below it, until no split lowers the cost.
+
+    The limits `max_depth` and `MOST_REFERENCES` may end the growth earlier.
 
     Parameters
     ----------
     depth : depth of the level
-    vertices : (3, 3, n) float32, indexed by vertex, axis and triangle. Triangles are clipped to
-        the nodes of their references. If None, the references' boxes are cut instead
+    vertices : (3, 3, n) float32, indexed by vertex, axis and triangle, to clip triangles to the
+        nodes of their references. If None, the references' boxes are cut instead
     enough : stop before the first level with at least this many nodes; None never stops early
 
     Returns
@@ -83,8 +84,7 @@ def children(level: KdLevel, nodes: np.ndarray, axis: np.ndarray, plane: np.ndar
              vertices: np.ndarray | None, pad: np.float32, run: Run = map) -> KdLevel:
     """The children of the given nodes: all left children, then all right children.
 
-    In this order, the references of each side are already in the order of their nodes, so they
-    need no sorting.
+    So the references of each side are already in the order of their nodes.
     """
     count = level.count[nodes]
     index = expand(run_starts(level.count)[nodes], count)
@@ -109,8 +109,7 @@ def _child(level: KdLevel, index: np.ndarray, owner: np.ndarray, across: np.ndar
            pad: np.float32) -> tuple[np.ndarray, ...]:
     """The children on one side of every split node, as the fields of a level.
 
-    across : the positions in `index` of the references that lie on both sides, and so need
-        clipping
+    across : the positions in `index` of the references on both sides, which need clipping
     """
     triangle, node = level.triangle[index[across]], owner[across]
     box_lo, box_hi = lo[:, node], hi[:, node]
@@ -146,7 +145,7 @@ class GrownNodes:
             plane: np.ndarray | None = None) -> None:
         """Append a level. `axis` and `plane` are the splits of its `inner` nodes.
 
-        The next level must hold the left children of all inner nodes, and then the right children.
+        The next level must hold the left children of all inner nodes, then the right children.
         """
         n, split_count = len(level.count), len(inner)
         axes, planes = np.full(n, LEAF, np.int8), np.zeros(n, np.float32)

@@ -1,18 +1,13 @@
 """Parallel build: the SAH kd-tree on several processes.
 
 M. Shevtsov, A. Soupikov, A. Kapustin, "Highly parallel fast kd-tree construction for interactive
-ray tracing of dynamic scenes", Eurographics 2007 (survey, section 5), use min-max binning (see
-`sah`). In the paper, all workers build the top levels together. Then each worker builds subtrees,
-with exact SAH near the leaves.
+ray tracing of dynamic scenes", Eurographics 2007 (survey, section 5). In the paper, all workers
+build the top levels together, then each worker builds subtrees, with exact SAH near the leaves.
 
-Here, threads share the work on the top levels. numpy releases the interpreter lock in its loops,
-so the threads run at the same time. A thread works on an axis, or on the children of one side, not
-on a part of the triangles. Then processes grow the subtrees from arrays in shared memory; each
-process gets about the same number of references. A node's split depends only on the node, so
-several workers build the same tree as one worker, node for node. There is one exception: the limit
-`MOST_REFERENCES` applies to each group of subtrees separately, and may end a group early.
-
-Processes are spawned, not forked, because a fork would inherit the OpenGL context.
+Here, threads share the work on the top levels: each works on an axis, or on the children of one
+side. Then processes grow the subtrees from arrays in shared memory. Every number of workers builds
+the same tree, with one exception: the limit `MOST_REFERENCES` applies to each group of subtrees,
+and may end a group early. Processes are spawned, because a fork would inherit the OpenGL context.
 """
 from __future__ import annotations
 
@@ -30,7 +25,7 @@ from .sah import KdLevel
 from .sah_growth import Rules, grow
 from .tree import LooseKdTree, join
 
-SUBTREES = 16       # fewest subtrees per worker: enough to distribute the references evenly
+SUBTREES = 16       # fewest subtrees per worker, to distribute the references evenly
 GROUPS = 2          # groups of subtrees per worker; with two, workers end at similar times
 
 
@@ -46,7 +41,7 @@ def grow_on_processes(level: KdLevel, vertices: np.ndarray | None, rules: Rules,
     pool = ProcessPoolExecutor(workers, multiprocessing.get_context("spawn"))
     try:
         with left_to_this_process():
-            for _ in range(workers):        # let workers start while threads build the top levels
+            for _ in range(workers):        # workers start while threads build the top levels
                 pool.submit(_awake)
         with ThreadPoolExecutor(workers) as threads:
             top, rest = grow(level, 0, vertices, rules, SUBTREES * workers, threads.map)
@@ -68,11 +63,11 @@ def grow_on_processes(level: KdLevel, vertices: np.ndarray | None, rules: Rules,
 
 
 def _awake() -> None:
-    """Do nothing. This first task of a worker makes the worker import this module."""
+    """Do nothing, but make a new worker import this module."""
 
 
 def _deal_out(count: np.ndarray, groups: int) -> list[np.ndarray]:
-    """Distribute nodes, beginning with the largest, to groups with about equally many references.
+    """Distribute nodes to groups with about equally many references. The largest nodes come first.
     """
     dealt: list[list[int]] = [[] for _ in range(groups)]
     held = np.zeros(groups, np.int64)

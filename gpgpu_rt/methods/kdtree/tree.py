@@ -1,5 +1,4 @@
-"""Kd-tree: the finished tree, and the loose tree, which builders return with nodes in any
-order."""
+"""Kd-tree: the finished tree, and the loose tree that builders return."""
 from __future__ import annotations
 
 import math
@@ -93,8 +92,6 @@ class LooseKdTree:
     def finish(self, lo: np.ndarray, hi: np.ndarray) -> KdTree:
         """The finished tree, with siblings side by side and subtrees in depth-first order.
 
-        This order keeps the nodes of a path close together in memory.
-
         lo, hi : (3,) float32, the scene's box, world units
         """
         first, second = self.first, self.second
@@ -112,8 +109,7 @@ class LooseKdTree:
         """A tree of at most `most` nodes and at most `most` references.
 
         If the tree is larger, every subtree with at most k references becomes a leaf, which lists
-        a triangle only once. The number k is the same for the whole tree, and is chosen so that
-        both limits are kept.
+        a triangle only once. One number k for the whole tree keeps both limits.
         """
         tree, nodes = self, min(most, len(self.axis))
         while nodes and (len(tree.axis) > most or len(tree.references) > most):
@@ -142,8 +138,8 @@ def join(top: LooseKdTree, groups: list[np.ndarray], subtrees: list[LooseKdTree]
     ----------
     top : the top levels, of n nodes. A child with the number n + k stands for the root of subtree
         k
-    groups, subtrees : an entry of `subtrees` holds one or more subtrees, and its first nodes are
-        their roots. The entry of `groups` with the same index has the numbers k of these subtrees
+    groups, subtrees : an entry of `subtrees` holds subtrees and begins with their roots. The same
+        entry of `groups` has the numbers k of these subtrees
     """
     nodes_above = len(top.axis)
     parts, numbers = [top], [np.arange(nodes_above)]

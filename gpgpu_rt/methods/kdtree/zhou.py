@@ -1,28 +1,24 @@
 """Zhou's build: split large nodes in the middle, and small nodes by SAH on bit masks.
 
 K. Zhou, Q. Hou, R. Wang, B. Guo, "Real-time KD-tree construction on graphics hardware", SIGGRAPH
-Asia 2008 (survey, section 5). This numpy form defines the tree. The fragment programs of
-`gpu_build/zhou.py` give the same tree, node for node. Therefore every value that decides a split
-is computed in float32, in the same order as in the programs.
+Asia 2008 (survey, section 5). The fragment programs of `gpu_build/zhou.py` give the same tree:
+every value that decides a split is computed in float32, in the programs' order.
 
 A reference is a triangle's entry in a node, with the box of the triangle's part in the node. A
-large node has more than `small` references. If empty space on one side of the node is more than
-the share `empty_cut` of the node's extent, a split cuts off this empty space. Otherwise the node
-is split in the middle of its longest axis, and a triangle that lies on both sides is clipped.
+large node has more than `small` references. A split cuts off empty space on one side of the node
+if the space exceeds the share `empty_cut` of the node's extent. Otherwise the split halves the
+longest axis, and clips the triangles that lie on both sides.
 
-A small root is a small node whose parent is large; if the tree's root is small, it is the only
-small root. For small nodes, the six faces of each reference's box are the candidate planes. Masks
-of 64 bits are computed once for each small root. They tell which of the small root's references
-lie left and right of each plane. Each node below the small root is also stored as a mask of the
-small root's references.
+A small root is a small node whose parent is large, or the tree's root. For small nodes, the six
+faces of each reference's box are the candidate planes. Masks of 64 bits, computed once for each
+small root, mark its references left and right of each plane. Each node below is also a mask of the
+root's references.
 
 Departures from the paper: a split cuts off empty space on one side of a node, not on up to six
-sides. A triangle is clipped only by the split plane, not by the six faces of the node, and the
-result is cut to the reference's old box. So the clipping handles the triangle's three edges, not
-the edges of a polygon. If all references of a node lie on both sides of the middle of its longest
-axis, the split uses another axis that separates references. After `FUTILE` levels without such an
-axis, the node becomes a leaf of any size. In small nodes, splits that cut off empty space get the
-bonus of `sah`.
+sides. A triangle is clipped only by the split plane, not by the six faces of the node. If the
+middle of the longest axis separates no references, the split uses another axis that does. After
+`FUTILE` levels without such an axis, the node becomes a leaf of any size. In small nodes, splits
+that cut off empty space get the bonus of `sah`.
 """
 from __future__ import annotations
 
@@ -41,11 +37,11 @@ from .zhou_small import SmallRoots, grow_small
 MASK_BITS = 64
 EMPTY_CUT = 0.25    # the value of Zhou et al. for ray tracing
 FUTILE = 3          # most levels in a row whose splits separate no references: one per axis
-# If `max_depth` is None, large nodes may lie this many levels below `depth_cap`, because halving
-# needs more levels than SAH.
+# By default, large nodes may lie this many levels below `depth_cap`: halving needs more levels
+# than SAH.
 MORE_LEVELS = 8
-# If `max_depth` is None, a small root has at most this many levels below it. More levels would add
-# references but not shorten traversal.
+# By default, a small root has at most this many levels below it. More levels would add references
+# but not shorten traversal.
 SMALL_LEVELS = 8
 SLACK = 2           # clipped parts are widened by this many paddings, for float32 errors
 CHUNK = 1 << 18     # triangles clipped together
@@ -84,7 +80,7 @@ def rules_of(triangles: np.ndarray, *, traversal_cost: float = Costs.traversal,
              intersection_cost: float = Costs.intersection, empty_bonus: float = Costs.empty_bonus,
              max_depth: int | None = None, small: int = MASK_BITS,
              empty_cut: float = EMPTY_CUT, **unknown: object) -> ZhouRules:
-    """The rules that the options of `build` give. The options are checked first."""
+    """The rules that the options of `build` give, after checking."""
     refuse_unknown(rules_of, unknown)
     large = below = deepest = depth_cap(triangles, max_depth)
     if max_depth is None:
@@ -101,8 +97,8 @@ def build(triangles: np.ndarray, **options: object) -> LooseKdTree:
     Parameters
     ----------
     traversal_cost, intersection_cost, empty_bonus : As in `sah_build.build`.
-    max_depth : Largest depth of a leaf. With None, the depth of a large node is at most
-        16 + 1.3 log2 n, and a small root has at most 8 levels below it.
+    max_depth : Largest depth of a leaf. None limits the depth of a large node to 16 + 1.3 log2 n,
+        and the levels below a small root to 8.
     small : Largest number of references of a small node, up to 64.
     empty_cut : Empty space is cut off if its share of a large node's extent is larger than this.
     """
@@ -130,8 +126,7 @@ class Nodes:
         return first, first + 1
 
     def leaf(self, node: np.ndarray, count: np.ndarray, triangle: np.ndarray) -> None:
-        """Make these nodes leaves. `triangle` holds the triangles of the first leaf, then of the
-        second leaf, and so on; `count` holds the number of triangles of each leaf."""
+        """Make these nodes leaves of `count` triangles each, which follow in `triangle`."""
         self.leaves.append((node, count, triangle))
 
     def loose(self) -> LooseKdTree:
@@ -151,8 +146,7 @@ class Nodes:
 
 def grow_large(level: KdLevel, triangles: np.ndarray, rules: ZhouRules,
                nodes: Nodes) -> SmallRoots:
-    """Split the tree's root, given as a level of a single node, and all large nodes below the
-    root. Return the small roots."""
+    """Split the root, given as a level, and all large nodes below it. Return the small roots."""
     node, futile, depth = np.zeros(1, np.int64), np.zeros(1, np.int64), 0
     roots = SmallRoots()
     limit = MOST_REFERENCES * len(triangles) + 4096
@@ -199,7 +193,7 @@ def decide(level: KdLevel, futile: np.ndarray,
     inner : (k,) bool, whether to split
     axis : (k,) int8
     plane : (k,) float32
-    futile : (k,) int64, the number of levels in a row whose planes separated no references
+    futile : (k,) int64, the number of successive levels whose planes separated no references
     """
     lo, hi, count = level.lo, level.hi, level.count
     starts, owner, row = run_starts(count), owners(count), np.arange(len(count))
@@ -253,24 +247,20 @@ def large_children(level: KdLevel, axis: np.ndarray, plane: np.ndarray, triangle
 
 def clip_half(triangles: np.ndarray, index: np.ndarray, axis: np.ndarray, plane: np.ndarray,
               side: int, slack: np.float32, box: np.ndarray) -> np.ndarray:
-    """Clip each triangle by a plane. Return the boxes of the parts that are kept.
-
-    The new boxes lie within the triangles' old boxes.
+    """Clip each triangle by a plane. Return the boxes of the remaining parts within the old boxes.
 
     Parameters
     ----------
     index, axis, plane : (m,), the triangle, and the axis and coordinate of the plane that cuts it
     side : 0 keeps the part below the plane, 1 the part above the plane
     slack : distance by which the plane is shifted away from the kept side, and by which the box of
-        the kept part is widened, world units. The cut makes new vertices. Their coordinates have
-        an error of at most 12 roundings of the scene's largest coordinate, which is less than half
-        of `slack`.
+        the kept part is widened, world units. It is more than twice the error of the new vertices,
+        which is at most 12 roundings of the scene's largest coordinate
     box : (6, m) float32, the lower and the upper corner of each old box
 
     Returns
     -------
-    (6, m) float32. If no part of a triangle is left, the lower corner of the returned box lies
-    above the box's upper corner
+    (6, m) float32. If no part of a triangle is left, the lower corner lies above the upper corner
     """
     result = np.empty_like(box)
     for begin in range(0, len(index), CHUNK):

@@ -16,8 +16,7 @@ CHUNK = 1 << 17     # references processed together
 
 
 class SmallRoots:
-    """The small nodes that result from the splits of large nodes, or the tree's root if it is
-    small."""
+    """The small nodes whose parents are large, or the tree's root if it is small."""
 
     def __init__(self) -> None:
         self._parts: list[tuple[np.ndarray, ...]] = []
@@ -34,17 +33,16 @@ class SmallRoots:
                             np.full(len(node), levels)))
 
     def joined(self) -> tuple[KdLevel, np.ndarray, np.ndarray]:
-        """All small nodes as a level, their node numbers, and the largest number of levels below
-        each node."""
+        """All small nodes as a level, their node numbers, and the levels allowed below each."""
         *level, node, levels = (np.concatenate(part, axis=-1) for part in zip(*self._parts))
         return KdLevel(*level), node, levels
 
 
 def side_masks(level: KdLevel) -> np.ndarray:
-    """Masks of the references left and right of each candidate plane.
+    """Masks of the references left and right of each candidate plane, a face of a reference's box.
 
-    The planes are the six faces of each reference's box. The masks are (2, 6, m) uint64, indexed
-    by side (0 is left), face and reference. Bit j stands for reference j of the node.
+    The masks are (2, 6, m) uint64, indexed by side (0 is left), face and reference. Bit j stands
+    for reference j of the node.
     """
     masks = np.zeros((2, FACES, len(level.triangle)), np.uint64)
     starts = run_starts(level.count)
@@ -66,8 +64,8 @@ def side_masks(level: KdLevel) -> np.ndarray:
 
 
 def grow_small(roots: SmallRoots, costs: Costs, nodes: Nodes) -> None:
-    """Split small nodes, and all nodes below them, as long as a split lowers the cost and the
-    depth limit allows the split."""
+    """Split small nodes, and all nodes below, while this lowers the cost within the depth limit.
+    """
     level, node, levels = roots.joined()
     masks, base = side_masks(level), run_starts(level.count)
     mask = ~np.uint64(0) >> (np.uint64(64) - level.count.astype(np.uint64))
@@ -95,8 +93,7 @@ def _best(level: KdLevel, masks: np.ndarray, base: np.ndarray, mask: np.ndarray,
           hi: np.ndarray, costs: Costs) -> tuple[np.ndarray, np.ndarray]:
     """The cost of each node's best plane, and the number of this plane, 6 * bit + face.
 
-    The cost is inf for a node without a plane. If several planes have the same cost, the plane
-    with the lowest number is chosen.
+    The cost is inf for a node without a plane. On a tie, the lowest number is chosen.
     """
     cost, best = np.full(len(mask), np.inf, np.float32), np.zeros(len(mask), np.int64)
     count = population(mask)

@@ -1,8 +1,7 @@
 """The host's traversal of a uniform grid, for arrays of rays.
 
-This module is the numpy twin of ``glsl/methods/grid/grid.glsl``. The module does the same float32
-operations in the same order. Therefore a ray visits the same cells on the host as in a fragment
-program.
+This numpy twin of ``glsl/methods/grid/grid.glsl`` does the same float32 operations in the same
+order, so a ray visits the same cells.
 """
 from __future__ import annotations
 
@@ -22,9 +21,8 @@ class CellWalk:
 
     Parameters
     ----------
-    rays : the fields of RAY_TEXELS: origin and direction (n, 3) float32, t_min and t_max (n,)
-        float32
-    unit : roundoff unit of the arithmetic; the grid's box is widened in proportion to this unit
+    rays : origin and direction, (n, 3) float32, t_min and t_max, (n,) float32, as in RAY_TEXELS
+    unit : roundoff unit of the arithmetic, to which the widening of the grid's box is proportional
 
     Attributes
     ----------
@@ -63,15 +61,12 @@ class CellWalk:
         return np.minimum(a, b).max(axis=1), np.maximum(a, b).min(axis=1)
 
     def start(self, t_end: np.ndarray) -> np.ndarray:
-        """Move every ray to its first cell that lists triangles.
-
-        Return the rays, (k,), that reach such a cell.
-        """
+        """Move every ray to its first cell that lists triangles. Return the rays that have one."""
         rays = np.flatnonzero(self.t_enter <= self.t_exit)
         grid, t = self.grid, self.t_enter[rays, None]
         at = (self.origin[rays] + t * self.direction[rays] - grid.lo) / grid.cell_size
         last = grid.resolution - 1
-        # Clip before the conversion, because values far outside the grid do not fit an integer.
+        # Clip before the conversion: values far outside the grid do not fit an integer.
         cell = np.clip(np.floor(at), 0, last).astype(np.int64)
         self.cell[rays] = cell
         self.key[rays] = cell @ self.strides

@@ -1,4 +1,4 @@
-"""The Ray Engine. The host walks rays through cells. Passes on the GPU intersect batches of rays.
+"""The Ray Engine: the host walks rays through cells, and passes intersect batches of rays.
 
 Rays that wait for the triangles of the same cell form the cell's queue.
 """
@@ -22,24 +22,23 @@ from ...traversal.driver import UNFINISHED, MethodDriver
 from .quads import BatchTargets, Runs
 from .ray_trip import RayTrip
 
-MOST_QUADS = 1 << 20       # most quads of a draw; a batch with more quads is drawn in parts
+MOST_QUADS = 1 << 20       # most quads of a draw; larger batches are drawn in parts
 QUAD = np.dtype([("rectangle", "<f4", 4), ("row", "<i4")])
 
 
 class RayEngine(MethodDriver):
     """The driver of a method whose rays the host walks through cells.
 
-    See ``Driver`` and ``glsl/methods/ray_engine/ray_engine.glsl``. Each round intersects the rays
-    of the queues that are long enough, in batches. If no queue is long enough, the round
-    intersects the rays of all queues. Then the host walks these rays to their next cells.
+    See ``Driver`` and ``glsl/methods/ray_engine/ray_engine.glsl``. Each round intersects, in
+    batches, the rays of the queues that are long enough, or of all queues if no queue is. Then the
+    host walks these rays to their next cells.
 
-    For each batch, the host uploads the rays, with the t of their hits so far, and the quads. A
-    quad is a rectangle over rays, drawn for one triangle. Then the host reads back the hits.
+    For each batch, the host uploads the rays, with the t of their hits so far, and the quads, and
+    reads back the hits. A quad is a rectangle over rays, drawn for one triangle.
     """
 
     def run(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
             any_hit: bool = False) -> tuple[Target, int]:
-        """Trace every ray. Return the hits and the number of rays that the step cap stopped."""
         self.gpu.context.enable_only(moderngl.NOTHING)
         split = statistics.split
         for name in ("traversal_seconds", "transfer_seconds", "intersection_seconds",
@@ -75,10 +74,7 @@ class RayEngine(MethodDriver):
     # A batch --------------------------------------------------------------------------------
 
     def _batch(self, trip: RayTrip, chosen: np.ndarray, statistics: Statistics) -> None:
-        """Intersect the rays ``chosen``, (k,) int, with the triangles of their cells.
-
-        The rays must be sorted by cell.
-        """
+        """Intersect the rays ``chosen``, (k,) int, sorted by cell, with their cells' triangles."""
         split, batch = statistics.split, self._batch_for(len(trip.phase), trip.record)
         with clocked(split, "traversal_seconds"):
             runs = Runs.of(trip.walk.key[chosen])

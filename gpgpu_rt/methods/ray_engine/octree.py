@@ -2,8 +2,7 @@
 
 A. S. Glassner, "Space subdivision for fast ray tracing", 1984. N. A. Carr, J. D. Hall, J. C. Hart,
 "The ray engine", Graphics Hardware 2002, traverse an octree on the host. A cell lists the
-triangles that overlap it, by the tests of `grid/cells.py`. The build goes down level by level
-from the root and processes all nodes of a level together.
+triangles that overlap it, by the tests of `grid/cells.py`.
 """
 from __future__ import annotations
 
@@ -32,8 +31,8 @@ class Octree:
     lo, hi : (3,) float32, the padded scene box, world units; the cube begins at lo
     resolution : (3,) int32, the number of finest cells along each axis, 2^levels
     cell_size : (3,) float32, the size of the finest cells, world units
-    child : (nodes,) int32, the first of a node's eight children, or -1 - cell for a leaf. In the
-        order of the children, x changes fastest
+    child : (nodes,) int32, the first of a node's eight children, among which x changes fastest, or
+        -1 - cell for a leaf
     corner : (cells, 3) int32, the lower corner of each cell
     span : (cells,) int32, the width of each cell in finest cells
     cell_start : (cells + 1,) int32, each cell's first reference; the last entry is m
@@ -132,9 +131,7 @@ def build_octree(triangles: np.ndarray, *, leaf_size: int = 8, density: float = 
 
 
 def _levels(triangles: int, finest: float, density: float) -> int:
-    """The number of levels below the root that the density gives.
-
-    The finest level has at most `finest` cells along each axis.
+    """The number of levels below the root; the finest has at most `finest` cells along each axis.
     """
     wanted = np.ceil(np.log2(max(8 * density * triangles, 1)) / 3)
     return int(np.clip(min(wanted, np.floor(np.log2(max(finest, 1)))), 0, MOST_LEVELS))
@@ -152,7 +149,7 @@ def _handed_down(shapes: Shapes, triangle: np.ndarray, parent: np.ndarray, corne
     """
     triangles, nodes = [triangle[:0]], [parent[:0]]
     for part in chunks(np.full(len(triangle), 8), CHUNK):
-        # For each axis, find which of the two halves of the parent the triangle's box overlaps.
+        # Find the halves of the parent along each axis that the triangle's box overlaps.
         begin = shapes.first[triangle[part]] - corner[parent[part]]
         end = begin + shapes.cell_count[triangle[part]]
         along = np.stack([(begin <= 0) & (end > 0), (begin <= 1) & (end > 1)])

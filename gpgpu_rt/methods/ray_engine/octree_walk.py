@@ -15,9 +15,8 @@ class OctreeWalk(CellWalk):
 
     The octree's smallest cells are called finest cells. A ray leaves a cell through a face, and
     its exit point gives a finest cell behind the face. Along the face's two axes, this finest cell
-    is clamped to the extent of the old cell. Therefore rounding never leads to a cell that does
-    not touch the old cell. A descent from the root then finds the cell that contains the finest
-    cell.
+    is clamped to the old cell, so that rounding never skips a cell. A descent from the root then
+    finds the cell that contains the finest cell.
     """
 
     grid: Octree

@@ -26,7 +26,7 @@ NO_T = 3.4e38      # larger than every t
 
 @dataclass(frozen=True)
 class Runs:
-    """Runs of a batch's rays. The rays of a run wait in the same cell.
+    """Runs of a batch's rays that wait in the same cell.
 
     first, count : (k,) int64, the first ray and the number of rays of each run
     cell : (k,) int64, the cell of each run
@@ -43,9 +43,7 @@ class Runs:
         return cls(first, np.diff(first, append=len(keys)), keys[first])
 
     def rectangles(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return rectangles that cover the runs in rows of WIDTH texels.
-
-        A run needs at most three rectangles: its first row, its whole rows, and its last row.
+        """Return at most three rectangles for each run, which cover it in rows of WIDTH texels.
 
         Returns
         -------
@@ -69,7 +67,7 @@ class BatchTargets:
     Parameters
     ----------
     rays : largest number of rays in a batch
-    by_depth : whether the depth test keeps the nearest hit; if False, MIN blending keeps it
+    by_depth : whether the depth test, rather than MIN blending, keeps the nearest hit
     record : the record of a ray
     """
 
@@ -79,7 +77,7 @@ class BatchTargets:
         gpu = setup.gpu
         self.size = (WIDTH, max(1, -(-rays // WIDTH)))
         gpu.check_size(*self.size, f"a batch of {rays:,} rays")
-        # The texture of rays is float32: the fields are already rounded to the format ``storage``.
+        # The fields are already rounded to the format ``storage``, so the texture is float32.
         self.rays = Target(gpu, record, self.size)
         self.hit_record = replace(HIT, storage=self.precision.storage)
         self.depth = gpu.context.depth_renderbuffer(self.size)
@@ -96,8 +94,7 @@ class BatchTargets:
 
     @property
     def passes(self) -> tuple[str, ...]:
-        """The names of the passes that draw quads, in their order. A name says which hit the pass
-        keeps."""
+        """The names of the passes that draw quads, in order. A name says which hit is kept."""
         return ("KEEP_DEPTH",) if self.by_depth else ("KEEP_NEAREST", "KEEP_FIRST")
 
     def upload(self, rays: Mapping[str, np.ndarray]) -> int:
@@ -118,8 +115,7 @@ class BatchTargets:
 
     def draw_quads(self, keep: str, any_hit: bool, samplers: Samplers, accelerator: Accelerator,
                    quads: moderngl.Buffer, count: int, depth_end: float) -> None:
-        """Draw a buffer of ``count`` quads. A quad holds four floats, which are a rectangle, and
-        the row of a triangle."""
+        """Draw a buffer of ``count`` quads: a rectangle of four floats and a triangle's row."""
         context = self.gpu.context
         target = self.targets[keep]
         target.framebuffer.depth_mask = True     # clearing and drawing write depth
@@ -143,7 +139,6 @@ class BatchTargets:
             context.blend_equation = moderngl.FUNC_ADD
 
     def _keeping(self, keep: str, any_hit: bool) -> PrimitivePass:
-        """Return the program that draws triangles as quads for the pass ``keep``."""
         key, setup = (keep, any_hit), self._setup
         if key not in self._quads:
             streams = [self.record.stream_glsl(False), HIT.stream_glsl(False)]
@@ -186,7 +181,6 @@ class BatchTargets:
         return self.hit_record.unpack(texels[:count]), len(data)
 
     def bytes(self) -> int:
-        """Return the bytes of all targets."""
         return sum(target.bytes() for target in (self.rays, self.hits, self.nearest, self.first))
 
     def release(self) -> None:

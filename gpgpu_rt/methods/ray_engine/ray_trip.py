@@ -29,8 +29,7 @@ class RayTrip:
     record, rays : The record of the rays, and its fields as arrays.
     walk : The rays' positions in the cells.
     hit : The fields of HIT for the nearest hits so far. Before a ray's first hit, t is t_max.
-    tested, leaves : Numbers of triangles that each ray tested and of leaves that it visited, (n,)
-        int32.
+    tested, leaves : Numbers of triangles tested and leaves visited by each ray, (n,) int32.
     phase : UNFINISHED for a ray that the step cap stopped, else DONE, (n,) int32.
     """
 
@@ -50,8 +49,8 @@ class RayTrip:
     def enter(self, rays: np.ndarray) -> np.ndarray:
         """Select the rays that may test their cell's list within the step cap.
 
-        ``rays`` are rays that have reached a cell. Visited cells and tested triangles count as
-        steps. Rays that would exceed the step cap become UNFINISHED and are left out.
+        Visited cells and tested triangles count as steps. Rays that would exceed the step cap
+        become UNFINISHED.
         """
         steps = (self.walk.nodes_visited[rays] + self.tested[rays]
                  + self.walk.listed[self.walk.key[rays]])
@@ -60,17 +59,16 @@ class RayTrip:
         return rays[on]
 
     def ready(self, waiting: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Sort waiting rays by cell, and choose the rays that are intersected now. The queue of a
-        cell holds the rays that wait for the cell's triangles.
+        """Sort waiting rays by cell, and choose the rays that are intersected now.
 
-        The rays of queues that are long enough are intersected now. If no queue is long enough,
-        all waiting rays are intersected now.
+        The rays of queues that are long enough are chosen, or all rays if no queue is. The queue
+        of a cell holds the rays that wait for the cell's triangles.
 
         Returns
         -------
         chosen : the rays that the next batches intersect
         waiting : the rays that keep waiting
-        alone : the rays in very short queues, which the host itself intersects now
+        alone : the rays in very short queues, which the host intersects now
         """
         waiting = waiting[np.argsort(self.walk.key[waiting], kind="stable")]
         queues = Runs.of(self.walk.key[waiting])
@@ -87,10 +85,7 @@ class RayTrip:
                 "t_max": self.hit["t"][chosen]}
 
     def take(self, rays: np.ndarray, found: dict[str, np.ndarray]) -> None:
-        """Store the found hits that are better than the known hits.
-
-        A hit is better if it is nearer, or as near and on a triangle of lower index.
-        """
+        """Store the found hits that are nearer, or as near and on a triangle of lower index."""
         t, known = found["t"], self.hit["t"][rays]
         better = (found["triangle"] != NO_TRIANGLE) & (
             (t < known) | ((t == known) & (found["triangle"] < self.hit["triangle"][rays])))
@@ -124,7 +119,7 @@ class RayTrip:
     def onward(self, rays: np.ndarray) -> np.ndarray:
         """Move rays from a tested cell to their next cell that lists triangles.
 
-        Return the rays that reach such a cell and may test its list.
+        Return the rays that reach such a cell within the step cap.
         """
         self.leaves[rays] += 1
         self.tested[rays] += self.walk.listed[self.walk.key[rays]]

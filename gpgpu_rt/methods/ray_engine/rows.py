@@ -29,8 +29,7 @@ def _prepare(triangles: np.ndarray, options: Mapping[str, Any]) -> Accelerator:
     grid = _cells(triangles, options)
     uniforms = {"scene_lo": tuple(grid.lo), "scene_hi": tuple(grid.hi),
                 **fixed_uniforms(options["fixed_point"], triangles)}
-    # As in the method `grid`, a ray enters each cell at most once, and tests each list at most
-    # once.
+    # A ray enters each cell and tests each list at most once.
     bound = (int(grid.resolution.sum()) + len(grid.references)
              + int((np.diff(grid.cell_start) > 0).sum()) + 3)
     return Accelerator(triangle_table(triangles), uniforms, bound, grid, automatic={

@@ -1,4 +1,4 @@
-"""Cones over rays. Each level of a ray hierarchy is made from the level below, as in a mipmap."""
+"""Cones over rays, level by level as in a mipmap."""
 from __future__ import annotations
 
 from ...gl.context import Gpu
@@ -16,8 +16,7 @@ def level_sizes(size: tuple[int, int]) -> tuple[list[tuple[int, int]], list[tupl
     """Return the (width, height) of every level, and the fan from each level to the next.
 
     The nodes of the first level are the rays. A fan is the number of nodes, along x and along y,
-    below one node of the next level. The fan is (2, 2), but (4, 1) or (1, 4) for a level with
-    several nodes in a single row or column.
+    below one node of the next level: (2, 2), but (4, 1) or (1, 4) for a single row or column.
     """
     sizes, fans = [size], []
     while len(sizes) == 1 or sizes[-1] != (1, 1):
@@ -65,7 +64,7 @@ class RayCones:
             self._level.draw(level, below.samplers())
 
     def top(self, nodes: int) -> int:
-        """Return the number of the level whose nodes form the first (triangle, node) pairs.
+        """Return the level whose nodes form the first (triangle, node) pairs.
 
         This is the lowest level above the rays that has at most ``nodes`` nodes.
         """
@@ -73,7 +72,6 @@ class RayCones:
                     if k and (level.length <= nodes or k == len(self.levels) - 1))
 
     def bytes(self) -> int:
-        """Return the bytes of all levels."""
         return sum(level.bytes() for level in self.levels)
 
     def release(self) -> None:

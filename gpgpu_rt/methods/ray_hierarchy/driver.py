@@ -28,14 +28,12 @@ GROWTH = 4      # ratio of the sizes of successive batches of triangles
 class RayHierarchy(MethodDriver):
     """Runs `ray-hierarchy`; see ``Driver``.
 
-    The triangles are divided into batches. Before each batch, the hierarchy over the rays is
-    rebuilt, and rays end at their nearest hits so far. The first batches are small, because their
-    hits shorten the rays for the later batches. A batch begins with all pairs of one of its
-    triangles and a node of the top level. A pass reads up to ``stream_size`` pairs and tests the
-    triangle of each pair against the four children of the pair's node. Each child that passes the
-    test forms a new pair with the triangle. The new pairs are processed in the same way, level by
-    level down to the rays. Only then are the next ``stream_size`` pairs tested. So no stream is
-    longer than four times ``stream_size``.
+    Before each batch of triangles, the hierarchy over the rays is rebuilt, and rays end at their
+    nearest hits so far. The first batches are small, because their hits shorten the rays for the
+    later batches. A batch begins with all pairs of one of its triangles and a node of the top
+    level. A pass tests the triangles of up to ``stream_size`` pairs against the four children of
+    their nodes. A child that passes forms a new pair. The new pairs descend to the rays before the
+    next ``stream_size`` pairs are tested, so no stream is longer than four times ``stream_size``.
     """
 
     def __init__(self, setup: Setup) -> None:
@@ -51,7 +49,7 @@ class RayHierarchy(MethodDriver):
 
     @property
     def unit(self) -> float:
-        """The factor by which passes multiply world lengths. The scene's size is then about 1."""
+        """The factor by which passes scale world lengths. The scene's size is then about 1."""
         return self.accelerator.uniforms["unit"]
 
     @property
@@ -68,7 +66,6 @@ class RayHierarchy(MethodDriver):
 
     def run(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
             any_hit: bool = False) -> tuple[Target, int]:
-        """Trace every ray. Return the hits and the number of rays that the step cap stopped."""
         self.gpu.context.enable_only(moderngl.NOTHING)
         self.gpu.context.blend_func = moderngl.ONE, moderngl.ONE
         drawn = self.room.draws
@@ -87,7 +84,6 @@ class RayHierarchy(MethodDriver):
 
     def _draw(self, program: FullScreenPass, rays: RayTextures, source: Target | None,
               target: Target, statistics: Statistics) -> None:
-        """Draw a pass over the rays' states."""
         textures = {**self.samplers, **rays.samplers(), **(source.samplers() if source else {})}
         for image in self._images + self._visits[:1]:
             textures |= image.samplers()
@@ -99,7 +95,7 @@ class RayHierarchy(MethodDriver):
     def _test(self, level: int, first: int, count: int) -> int:
         """Test the triangles of pairs against the children of the pairs' nodes.
 
-        Return the number of pairs that remain, one level below.
+        Return the number of remaining pairs, one level below.
         """
         assert self.cones is not None and self._balls is not None
         pairs, below = self._pairs[level], self.cones.levels[level - 1]
@@ -114,8 +110,7 @@ class RayHierarchy(MethodDriver):
         return kept
 
     def _count(self, level: int, first: int, count: int) -> None:
-        """Add one visit to the node of each pair. `hand_down_visits` later adds this visit to the
-        nodes below."""
+        """Add a visit to each pair's node. `hand_down_visits` later adds it to the nodes below."""
         visits = self._visits[level - 1]
         self.blend(moderngl.FUNC_ADD)
         self.room.scatter("pair_visits", visits, [self._pairs[level]], count, base=first,
@@ -123,8 +118,7 @@ class RayHierarchy(MethodDriver):
         self.gpu.context.enable_only(moderngl.NOTHING)
 
     def hand_down_visits(self) -> None:
-        """Add the visits of each node to its children, level by level down to the first level
-        above the rays."""
+        """Add the visits of each node to its children, down to the first level above the rays."""
         assert self.cones is not None
         self.blend(moderngl.FUNC_ADD)
         for level in range(len(self._visits) - 1, 0, -1):
@@ -196,8 +190,8 @@ class RayHierarchy(MethodDriver):
     def compiled(self, name: str, records: list[tuple[Record, bool]],
                  more: Mapping[str, str] | None = None, any_hit: bool = False,
                  **defines: object) -> FullScreenPass:
-        """Return the program ``glsl/<name>.frag``. In ``records``, the flag of a record is True if
-        the program writes the record, and False if the program reads the record."""
+        """Return the program ``glsl/<name>.frag``. The flag of a record in ``records`` tells
+        whether the program writes or reads the record."""
         def make() -> FullScreenPass:
             texts, target = list((more or {}).values()), 0
             for record, writes in records:
@@ -212,9 +206,7 @@ class RayHierarchy(MethodDriver):
         return self.program((name, tuple(records), any_hit, tuple(sorted(defines.items()))), make)
 
     def rays_pass(self, rays: RayTextures, any_hit: bool, part: str) -> FullScreenPass:
-        """Return the pass over all rays for a ``part`` of a call.
-
-        "start" sets up states, "nearest" keeps the nearest triangles, "finish" ends the call.
+        """Return the pass over all rays for a ``part`` of a call: "start", "nearest" or "finish".
         """
         layout = self.precision.layout
         records = [(rays.record, False), (LEAST, False), (LOWEST, False), (VISITS, False),
@@ -278,8 +270,7 @@ class _Trace:
     def _descend(self, level: int, pairs: int) -> None:
         """Test the pairs of a level, and the pairs that remain on all levels down to the rays.
 
-        The pairs are divided into parts. A part descends to the rays before the next part is
-        tested.
+        A part of the pairs descends to the rays before the next part is tested.
         """
         chunk = self.owner.options["stream_size"] * (1 if level else 4)
         for first in range(0, pairs, chunk):

@@ -6,9 +6,9 @@ from ...gl.record import Record
 CONE = Record("cone", "centre:vec3 radius | axis:vec3 chord | reach")
 """A node of the ray hierarchy: a sphere around the rays' origins and a cone of directions.
 
-All lengths are in units of about the scene's size. ``chord`` is the largest distance between the
-axis, as a unit vector, and the unit direction of a ray. ``reach`` is the largest distance to which
-a ray still searches, or -1 if the node has no ray."""
+Lengths are in units of about the scene's size. ``chord`` is the largest distance between the axis,
+as a unit vector, and the unit direction of a ray. ``reach`` is the largest distance to which a ray
+still searches, or -1 if the node has no ray."""
 
 PAIR = Record("pair", "triangle:int x:int y:int")
 """A triangle and a node in a level of the hierarchy. Triangle -1 marks an empty element."""

@@ -1,10 +1,9 @@
 """Beams. A beam is the volume that the rays of a five-dimensional box can reach.
 
-J. Arvo, D. Kirk, "Fast Ray Tracing by Ray Classification", SIGGRAPH 1987. A beam is the box of its
-origins swept along its directions. It is convex and has five bounding planes: a plane behind the
-origins, and four planes with the extreme slopes of its directions (the paper's "linear
-separation"). Tests find the boxes and triangles that a beam may overlap. They compute in float64,
-and pad the beams. A test that cannot decide reports an overlap.
+J. Arvo, D. Kirk, "Fast Ray Tracing by Ray Classification", SIGGRAPH 1987. A beam has five bounding
+planes: a plane behind its origins, and four planes with the extreme slopes of its directions (the
+paper's "linear separation"). Tests find the boxes and triangles that a padded beam may overlap, in
+float64.
 """
 from __future__ import annotations
 
@@ -94,8 +93,8 @@ class Candidates:
     Attributes
     ----------
     corners : (3, 3, n), corners in the frame: axis, corner, triangle
-    near : (n,) float32, each triangle's lowest coordinate along the axis, exact. With
-        ``negative``, coordinates are negated
+    near : (n,) float32, each triangle's lowest coordinate along the axis, exact; negated with
+        ``negative``
     order : (n,) int64, the triangles in ascending order of ``near``
     """
 
@@ -115,8 +114,8 @@ class Candidates:
 
         Returns
         -------
-        the triangles, beam by beam, for each beam in ascending order of ``near``; and the number
-        of triangles of each beam, (m,) int64
+        the triangles, beam by beam, in ascending order of ``near``; and their number for each
+        beam, (m,) int64
         """
         m, n = len(beams.behind), len(self.order)
         if not n:
@@ -128,10 +127,7 @@ class Candidates:
         return self.order[keys % n], np.bincount(keys // n, minlength=m)
 
     def _descend(self, beams: Beams) -> tuple[np.ndarray, np.ndarray]:
-        """All pairs of a beam and a triangle that lies in a leaf whose box the beam may overlap.
-
-        All beams descend the tree together, level by level.
-        """
+        """All pairs of a beam and a triangle in a leaf whose box the beam may overlap."""
         tree, found = self.tree, []
         beam = np.arange(len(beams.behind))
         node = np.zeros(len(beam), np.int64)

@@ -1,7 +1,6 @@
 """Ray classification: a pass finds the five-dimensional box of each ray (ray_boxes.py).
 
-For boxes that need a list of triangles and have none yet, the host makes the lists. The method's
-programs trace the rays through the lists of their boxes.
+The host makes missing lists of triangles, and programs trace the rays through the lists.
 """
 from __future__ import annotations
 
@@ -30,18 +29,16 @@ class RayClasses(Traversal):
         self._own: dict[Record, Samplers] = {RAY_BOX: {}, CANDIDATE: {}}
 
     def follow(self, samplers: Samplers, accelerator: Accelerator, step_cap: int) -> None:
-        """Use the tables of triangles that moved. Drop the textures of all lists, because the
-        lists were made for the old positions."""
+        """Use the tables of triangles that moved. The old textures of all lists are dropped."""
         self._release_own()
         self._given = samplers
         super().follow(samplers, accelerator, step_cap)
 
     def run(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
             any_hit: bool = False) -> tuple[Target, int]:
-        """Trace every ray. Return the hits and the number of rays that the step cap stopped."""
         boxes: RayBoxes = self.accelerator.structure
         cells = self._box_of_each(rays, statistics)
-        # If another driver made the lists, they are not yet in this driver's textures.
+        # Lists that another driver made are not yet in this driver's textures.
         if boxes.ask(cells) or not self._own[RAY_BOX]:
             self._upload(boxes)
         for record, samplers in self._own.items():
@@ -78,6 +75,5 @@ class RayClasses(Traversal):
             self._own[record] = {}
 
     def release(self) -> None:
-        """Free programs and textures."""
         self._release_own()
         super().release()

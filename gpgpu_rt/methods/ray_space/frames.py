@@ -1,8 +1,8 @@
 """Ray space: frames and error bounds for the methods that subdivide rays instead of space.
 
 The dominant axis of a direction is the axis of its largest component. Divided by the magnitude of
-this component, the direction is a point (u, v) in [-1, 1]^2 on a face of a cube, the direction
-cube. In the frame of an axis, the coordinate along this axis comes last, as in `permute` of
+this component, the direction is a point (u, v) in [-1, 1]^2 on a face of the direction cube. In
+the frame of an axis, the coordinate along this axis comes last, as in `permute` of
 ``glsl/core/ray.glsl``.
 """
 from __future__ import annotations
@@ -28,8 +28,8 @@ class RaySpace:
     lo, hi : (3,) float32, the scene's padded box, world units
     pad : float, world units. Rounding displaces a valid ray by less than this
     direction_pad : float, the error bound of a valid ray's u and v
-    far : float, world units. A ray is valid if its origin lies within this distance of the
-        scene's centre along each axis
+    far : float, world units. A valid ray's origin lies within this distance of the scene's centre
+        along each axis
     """
 
     lo: np.ndarray
@@ -58,8 +58,8 @@ def ray_space(triangles: np.ndarray, arithmetic: str = "fp32") -> RaySpace:
 def in_frame(points: np.ndarray, axis: int, negative: bool = False) -> np.ndarray:
     """Convert (..., 3) points to the frame of an axis, in float64.
 
-    With ``negative``, the last coordinate is negated. The coordinate then grows along rays in the
-    negative direction of the axis.
+    With ``negative``, the last coordinate is negated, so that it grows along rays in the negative
+    direction of the axis.
     """
     framed = points[..., ORDERS[axis]].astype(np.float64)
     if negative:

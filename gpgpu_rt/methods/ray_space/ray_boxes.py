@@ -2,21 +2,16 @@
 
 J. Arvo, D. Kirk, "Fast Ray Tracing by Ray Classification", SIGGRAPH 1987 (survey, Table 1). A ray
 is a five-dimensional point: its origin, and its direction's (u, v) on a face of the direction cube
-(frames.py). From one level to the next, a box is halved along all five axes, except along axes on
-which the box is already a single finest cell. The candidates of a box are the triangles that its
-rays may hit.
+(frames.py). From level to level, a box is halved along all axes, down to single finest cells. The
+candidates of a box are the triangles that its rays may hit.
 
-The paper halves a box until it has few candidates. Here, the rays of a call decide: a box may have
-a list if it holds ``min_rays`` rays. Each cell of the finest level lies in one box of
-each level. The cell uses the list of the smallest of these boxes that has a list. If all lists
-would exceed the budget, ``min_rays`` is raised for this call. The paper finds a box's candidates
-among the candidates of the next larger box. Here, a BVH finds the candidates, so the larger boxes
-need no lists.
+The paper halves a box until it has few candidates. Here, a box may have a list if it holds
+``min_rays`` rays of a call. A finest cell uses the list of the smallest box around it that has a
+list. If all lists would exceed the budget, ``min_rays`` is raised for this call. The paper finds a
+box's candidates among those of the next larger box; here, a BVH finds them.
 
-A directory holds the start of every finest cell's list, so that a ray finds its list by one
-lookup. If lists do not fit into the budget, their rays use the lists of larger boxes. The largest
-box of each face of the direction cube always has a list, which holds all triangles in their order
-along the face's axis.
+A directory holds the start of every finest cell's list. The largest box of each face of the
+direction cube always has a list, which holds all triangles in their order along the face's axis.
 """
 from __future__ import annotations
 
@@ -41,7 +36,7 @@ FACES = 6               # cube faces: 2 * axis for positive directions, 2 * axis
 
 
 class RayBoxes:
-    """The boxes of rays of a scene. Their lists are made on demand.
+    """The boxes of rays of a scene, with lists made on demand.
 
     Parameters
     ----------
@@ -54,8 +49,8 @@ class RayBoxes:
 
     Attributes
     ----------
-    directory : (cells + 6,) int64, the first candidate of each cell's list. The last six entries
-        are for the lists of the six faces, which have all triangles
+    directory : (cells + 6,) int64, the first candidate of each cell's list, then of the six faces'
+        lists, which have all triangles
     grow_seconds : seconds spent on making lists so far
 
     Raises
@@ -141,8 +136,8 @@ class RayBoxes:
     def ask(self, cells: np.ndarray) -> bool:
         """Make the lists that rays need. Return whether the directory changed.
 
-        ``cells`` holds the number of each ray's finest cell. Numbers that are no cell are ignored:
-        rays that miss the scene, and rays that use the list of a face, have such numbers.
+        ``cells`` holds the number of each ray's finest cell. Rays that miss the scene or use the
+        list of a face have other numbers, which are ignored.
         """
         began = time.perf_counter()
         chosen, rays = np.unique(cells[(cells >= 0) & (cells < self.cells)], return_counts=True)
@@ -169,8 +164,8 @@ class RayBoxes:
     def _affordable(self, cells: np.ndarray, rays: np.ndarray) -> tuple[np.ndarray, float]:
         """The level of each cell's box, and the estimated number of candidates of all lists.
 
-        The level is the finest level at which the box around the cell holds ``min_rays`` rays. If
-        the estimate, from a sample of the lists, exceeds the budget, this minimum is raised.
+        The level is the finest at which the box around the cell holds ``min_rays`` rays, or more
+        if the estimate exceeds the budget.
         """
         room = FILLED * (self.most - FACES * (len(self.faces[0].order) + 1))
         least = self.min_rays
@@ -212,8 +207,7 @@ class RayBoxes:
     def _make(self, cells: np.ndarray, rays: np.ndarray, wanted: np.ndarray) -> bool:
         """Make the missing lists. Return False if the budget does not suffice for all of them.
 
-        The lists of the finest level are made first. In each level, the faces follow one another,
-        and in each face the boxes with the most rays get their lists first.
+        The finest level comes first. In each face of a level, boxes with more rays come first.
         """
         for level in range(self.levels - 1, 0, -1):
             mine = wanted == level

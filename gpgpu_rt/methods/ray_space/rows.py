@@ -1,7 +1,4 @@
-"""ray-classification (Arvo and Kirk 1987) and visibility-field (Mortensen et al. 2007).
-
-Both methods use tables over rays instead of space.
-"""
+"""ray-classification (Arvo and Kirk 1987) and visibility-field (Mortensen et al. 2007)."""
 from __future__ import annotations
 
 from collections.abc import Mapping

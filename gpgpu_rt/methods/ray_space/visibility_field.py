@@ -1,20 +1,17 @@
 """Visibility field. Lines are grouped into beams, and each beam lists its triangles in order.
 
 J. Mortensen, P. Khanna, I. Yu, M. Slater, "A Visibility Field for Ray Tracing", CGIV 2007 (survey,
-Table 1). Three faces of the direction cube (frames.py) are divided into cells. They cover half of
-all directions. This is enough, because a ray of the opposite direction uses the same beam. For
-each cell, a grid of tiles covers the plane through the scene's centre perpendicular to the face's
-axis. A cell and a tile define a beam: all lines that have a direction in the cell and cross the
-plane in the tile.
+Table 1). Three faces of the direction cube (frames.py), half of all directions, are divided into
+cells. For each cell, a grid of tiles covers the plane through the scene's centre perpendicular to
+the face's axis. A beam is all lines that have a direction in a cell and cross the plane in a tile.
 
 In the paper, a beam lists the triangles that its central direction hits. Here, a beam lists all
-triangles that any line of the beam may hit, so that a ray of any direction finds its hit.
+triangles that any line of the beam may hit.
 
 A triangle's near end is its lowest coordinate along the axis, and its far end is its highest. The
-triangles of a beam are sorted by their near ends. The beam also stores, for each triangle, the
-largest far end among this triangle and the triangles before it. Therefore a binary search finds
-the first triangle that a ray from any point of the beam may hit, both up and down the axis. The
-paper uses a tree along the beam for this search.
+triangles of a beam are sorted by their near ends. Each entry also stores the largest far end up to
+this entry. So a binary search finds the first triangle that a ray from any point of the beam may
+hit, both up and down the axis. The paper uses a tree for this search.
 """
 from __future__ import annotations
 
@@ -34,8 +31,8 @@ MIB = 1 << 20
 ENTRY_BYTES, BEAM_BYTES = 16, 8      # bytes in float32 textures
 SAMPLES = 2000          # triangles from which the size of a field is estimated
 FINEST = (8, 24)        # the most directions and the most tiles by default
-# The least ratio of tiles to directions, both along a side. If two fields need equal memory, rays
-# test more triangles in the field with the smaller ratio.
+# The least ratio of tiles to directions, both along a side. In fields of equal memory, rays test
+# more triangles with a smaller ratio.
 TILES = 2
 # By default, a field of n triangles has an estimated USUAL_ENTRIES * n + 4096 entries at most.
 USUAL_ENTRIES = 1024
@@ -47,7 +44,7 @@ class VisibilityField:
     """The beams of a scene and their entries. An entry is a triangle in the list of a beam.
 
     The beams are in the order (axis, v, u, tile y, tile x). Three more beams follow, one for each
-    axis. Each of these three beams lists all triangles.
+    axis, which list all triangles.
 
     Attributes
     ----------
@@ -88,9 +85,9 @@ def build_visibility_field(triangles: np.ndarray, *, directions: int | None = No
     ----------
     triangles : (n, 3, 3) float32, world units
     directions, tiles : the largest number of cells along a side of a face, and of tiles along a
-        side of a plane; None for 8 and 24. If both are None, the field is made coarser until its
-        estimated number of entries is at most 1024 n + 4096
-    budget : limit on entries and beams, MiB. A field beyond the limit is made coarser
+        side of a plane; None for 8 and 24. If both are None, a field is coarsened above an
+        estimated 1024 n + 4096 entries
+    budget : limit on entries and beams, MiB, beyond which the field is coarsened
     arithmetic : the number format to which kernels round
 
     Raises
@@ -108,7 +105,6 @@ def build_visibility_field(triangles: np.ndarray, *, directions: int | None = No
         field = _build(frames, cells, size, most)
         if field is not None:
             return field
-        # The estimate was too low: make the field coarser.
         cells, size = (cells, size - 1) if size > 1 else (cells - 1, size)
     field = _build(frames, 1, 1, most)
     if field is None:
@@ -152,8 +148,8 @@ class _Frame:
         wide = 1 / directions + self.space.direction_pad
         middle = (2 * np.array(cell) + 1) / directions - 1
         depth = corners[:, :, 2:]
-        # Project each corner onto the plane along the cell's central direction. For the other
-        # directions of the cell, the projection deviates in proportion to the corner's depth.
+        # Project each corner onto the plane along the cell's central direction. For the cell's
+        # other directions, the projection deviates in proportion to the corner's depth.
         crossing = corners[:, :, :2] - middle * depth
         reach = wide * np.abs(depth) + 3 * self.space.pad
         edge = self.half[:2] + (np.abs(middle) + 1 / directions) * self.half[2]
@@ -172,9 +168,9 @@ def _resolution(frames: list[_Frame], directions: int, tiles: int, usual: float
                 ) -> tuple[int, int]:
     """The numbers of directions and tiles of a field with at most ``usual`` entries.
 
-    The numbers are at most ``directions`` and ``tiles``. First, reduce the number of directions
-    until a field with ``TILES`` times as many tiles as directions has at most ``usual`` entries.
-    Then find the largest number of tiles with which the field has at most ``usual`` entries.
+    First, reduce ``directions`` until a field with ``TILES`` times as many tiles as directions has
+    at most ``usual`` entries. Then find the largest number of tiles, up to ``tiles``, with at most
+    ``usual`` entries.
     """
     while directions > 1 and _estimate(frames, directions, min(TILES * directions, tiles)) > usual:
         directions -= 1
@@ -248,8 +244,8 @@ def _sorted(frame: _Frame, keys: np.ndarray, n: int) -> list[np.ndarray]:
     """The triangle, near, far and reach of the entries with these sorted keys."""
     n = max(n, 1)
     triangle = frame.by_near[keys % n] if len(keys) else keys
-    # Compute the running maximum of the far rank within each tile. The tile's number is in the
-    # high digits of the values, so the maximum restarts at each tile.
+    # Compute the running maximum of the far rank. It restarts at each tile, because the tile's
+    # number is in the high digits of the values.
     above = np.maximum.accumulate((keys // n) * n + frame.far_rank[triangle]) % n
     far = frame.far[triangle]
     reach = frame.far[frame.by_far[above]] if len(keys) else far

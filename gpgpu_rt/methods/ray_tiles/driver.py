@@ -8,11 +8,9 @@ The passes, in this order:
 3. ``tile_ends`` computes the distance to which each tile's rays search.
 4. For each batch of triangles, ``tile_pairs`` draws all pairs of a triangle and a tile. The vertex
    stage drops a pair if the tile's cone cannot meet the triangle. MIN blending keeps each ray's
-   nearest t. Before the next batch, ``tile_ends`` computes the distances again (step 3), because
-   a ray with a hit searches only up to this hit.
+   nearest t. Before the next batch, ``tile_ends`` updates the distances (step 3).
 5. ``tile_pairs`` draws all pairs once more, and keeps the lowest index of the triangles at each
-   ray's nearest t. With ``any_hit``, step 5 is left out, and step 4 keeps the index of a triangle
-   instead of t.
+   ray's nearest t. With ``any_hit``, step 4 keeps a triangle's index instead, without step 5.
 6. ``tile_hits`` writes the hit of each ray.
 """
 from __future__ import annotations
@@ -48,7 +46,6 @@ class RayTiles(MethodDriver):
 
     def run(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
             any_hit: bool = False) -> tuple[Target, int]:
-        """Trace every ray. Return the hits and the number of rays that the step cap stopped."""
         context, room = self.gpu.context, self._targets_for(buffers.size)
         context.enable_only(moderngl.NOTHING)
         room.targets["nearest"].clear(np.inf)
@@ -86,7 +83,6 @@ class RayTiles(MethodDriver):
 
     def _pairs(self, rays: RayTextures, batch: tuple[int, int], equal: bool,
                statistics: Statistics, any_hit: bool) -> None:
-        """Draw each triangle of a batch over the tiles whose cones it meets."""
         context = self.gpu.context
         context.enable_only(moderngl.BLEND | moderngl.PROGRAM_POINT_SIZE)
         context.blend_func = moderngl.ONE, moderngl.ONE
@@ -101,8 +97,8 @@ class RayTiles(MethodDriver):
                     counting: bool, statistics: Statistics, any_hit: bool) -> None:
         room = self._targets
         textures = self._textures(rays)
-        # A target must not be bound as a sampler. The program does not read NEAREST in this pass,
-        # so bind another texture in its place.
+        # A target must not be bound as a sampler, and the program does not read NEAREST in this
+        # pass: bind another texture.
         if target == "nearest":
             textures |= room.targets["found"].samplers(NEAREST.name)
         program = self._pair_program(rays.record, any_hit, counting)
@@ -178,8 +174,8 @@ class TileTargets:
         self.targets = {name: Target(owner.gpu, record, shape)
                         for name, (record, shape) in records.items()}
         for name in records.keys() & {"nearest", "found", "quads"}:
-            # The renderer drops a point whose centre is outside the viewport. So the viewport is
-            # large enough for whole tiles, even if the last tile reaches past the last ray.
+            # The renderer drops a point whose centre is outside the viewport, so the viewport
+            # covers whole tiles.
             self.targets[name].framebuffer.viewport = (0, 0, *(owner.tile * n for n in self.tiles))
 
     def samplers(self) -> Samplers:
@@ -188,7 +184,6 @@ class TileTargets:
                 for sampler, texture in target.samplers().items()}
 
     def bytes(self) -> int:
-        """Return the bytes of all targets."""
         return sum(target.bytes() for target in self.targets.values())
 
     def release(self) -> None:

@@ -19,9 +19,8 @@ FIRST_BATCH = 64    # triangles of the first batch; each batch is twice as large
 def batches(triangles: int) -> tuple[tuple[int, int], ...]:
     """The first triangle and the number of triangles of each batch.
 
-    Between two batches, a pass shortens the search of each tile's rays. Each batch is twice as
-    large as the batch before. So the first, small batches shorten the search early, but a million
-    triangles still need only 14 batches.
+    Between two batches, a pass shortens the search of each tile's rays. The first batches are
+    small, but a million triangles still need only 14 batches.
     """
     found, first, count = [], 0, FIRST_BATCH
     while first < triangles:

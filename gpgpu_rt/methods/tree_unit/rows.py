@@ -1,6 +1,7 @@
-"""tree-unit: one traversal for kd-trees and BVHs. The option ``criterion`` says how a ray chooses
-the children of a node. The survey (section 5) proposes such a traversal for hardware. A ray
-returns to a node's far child as in kd-backtrack."""
+"""tree-unit: one traversal for kd-trees and BVHs.
+
+The option ``criterion`` says how a ray chooses the children of a node. The survey (section 5)
+proposes such a traversal for hardware. A ray returns to a node's far child as in kd-backtrack."""
 from __future__ import annotations
 
 from collections.abc import Mapping
@@ -46,7 +47,7 @@ def _prepare(triangles: np.ndarray, options: Mapping[str, Any]) -> Accelerator:
         UNIT_BOUNDS.name: {"lo": tree.lo, "hi": tree.hi, "parent": tree.parents(),
                            "side": tree.sides()},
         REFERENCE.name: {"triangle": tree.references}}
-    # A ray enters each node at most once, and climbs from each node at most once.
+    # A ray enters each node and climbs from each node at most once.
     return Accelerator(tables, uniforms, 2 * len(tree.axis) + len(tree.references), tree,
                        boxes=tree.boxes)
 

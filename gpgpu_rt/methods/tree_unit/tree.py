@@ -54,9 +54,8 @@ class UnitTree:
 def from_kdtree(tree: KdTree) -> UnitTree:
     """Return a kd-tree in the common format.
 
-    A face of a node that lies on the scene's box is moved to OPEN. The scene's box already clips
-    rays at this place. Without this move, rounding could end a ray's interval in the node before a
-    triangle that lies on the face.
+    Faces on the scene's box, which clips rays anyway, are moved to OPEN, so that rounding cannot
+    end a ray's interval in the node before a triangle on the face.
     """
     lo, hi = tree.boxes()
     return UnitTree(tree.left, tree.count, tree.axis, tree.split,
@@ -67,8 +66,8 @@ def from_kdtree(tree: KdTree) -> UnitTree:
 def from_bvh(bvh: Bvh) -> UnitTree:
     """Return a BVH in the common format.
 
-    The axis of an inner node is the axis along which the centres of its children lie furthest
-    apart. A tree without nodes becomes a leaf without references.
+    The axis of an inner node is the axis along which its children's centres lie furthest apart. A
+    tree without nodes becomes a leaf without references.
     """
     if not len(bvh.escape):
         nothing = np.zeros(1, np.int32)

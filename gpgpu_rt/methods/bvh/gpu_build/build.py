@@ -1,7 +1,4 @@
-"""Build a bounding volume hierarchy by fragment passes.
-
-The result has the form of the result of `methods.bvh.build.build_bvh`.
-"""
+"""Build a bounding volume hierarchy by fragment passes, in the form of `build_bvh`."""
 from __future__ import annotations
 
 import numpy as np
@@ -26,7 +23,7 @@ def build_bvh_by_passes(gpu: Gpu, triangles: np.ndarray, *, build: str = "sah",
     ----------
     triangles : (n, 3, 3) float32, world units
     build : a name in GPU_BUILDS
-    options : options of the builder, the same as for the CPU's builder in `methods.bvh`
+    options : options of the CPU's builder in `methods.bvh`
 
     Raises
     ------

@@ -1,7 +1,7 @@
 """Hybrid build by fragment passes (Lauterbach et al. 2009): LBVH for upper levels, SAH below them.
 
-Triangles with equal codes of a few bits per axis form a cluster. LBVH builds the tree over the
-clusters, and SAH splits all clusters together.
+LBVH builds the tree over clusters, the triangles with equal codes of a few bits per axis. SAH then
+splits all clusters together.
 """
 from __future__ import annotations
 

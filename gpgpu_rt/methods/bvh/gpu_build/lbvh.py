@@ -1,10 +1,9 @@
 """LBVH by fragment passes (Lauterbach et al. 2009).
 
-The tree equals the tree of `methods.bvh.lbvh`, node for node. First, passes compute boxes and
-Morton codes, and sort the codes. A slot is a place in the sorted order. Then a pass over all nodes
-finds each node's span of slots, and its parent, in the sorted codes. Six passes of pointer jumping
-give the nodes' positions in depth-first order. Last, the boxes of runs of slots are joined to the
-box of each node.
+The tree equals the tree of `methods.bvh.lbvh`. Passes compute boxes and Morton codes, and sort the
+codes. A slot is a place in the sorted order. A pass finds each node's span of slots and its
+parent. Six passes of pointer jumping give the nodes' positions in depth-first order. Last, the
+boxes of runs of slots are joined to the boxes of nodes.
 """
 from __future__ import annotations
 
@@ -50,10 +49,7 @@ def upload(room: StreamRoom, triangles: np.ndarray) -> Stream:
 
 
 def scaled_boxes(room: StreamRoom, source: Stream, triangles: np.ndarray) -> Stream:
-    """The BOX of each triangle, scaled by 2^`unit_exponent`.
-
-    In world units, areas and lattice cells of tiny or huge scenes would underflow or overflow.
-    """
+    """The BOX of each triangle, scaled by 2^`unit_exponent` to avoid underflow and overflow."""
     boxes = room.stream(BOX, source.length)
     room.draw("triangle_boxes", boxes, [source],
               unit=float(np.ldexp(1.0, unit_exponent(triangles))))
@@ -79,8 +75,7 @@ def radix_nodes(room: StreamRoom, keys: Stream, max_leaf: int = 1,
     Parameters
     ----------
     max_leaf : nodes of at most this many triangles are leaves
-    most_bits : if given, ``max_leaf`` has no effect. Instead, nodes whose triangles share this
-        many leading bits are leaves
+    most_bits : if given, nodes whose triangles share this many leading bits are leaves instead
 
     Returns
     -------

@@ -4,17 +4,15 @@ from __future__ import annotations
 from ....gl.record import Record
 
 BIN = Record("bin", "lo:vec3 count:int | minus_hi:vec3")
-"""The box of the triangles in a bin, and their number.
-
-The upper corner is negated, so that MIN blending serves both corners."""
+"""The box of the triangles in a bin, and their number. MIN blending serves both corners, because
+the upper corner is negated."""
 
 SLOT = Record("slot", "triangle:int node:int starts:int")
 """A place in the order of triangles. ``triangle`` is the triangle in this slot. ``node`` is the
-unfinished node to which the slot belongs, or -1 in a leaf. ``starts`` is 1 if a leaf starts
-here."""
+slot's unfinished node, or -1 in a leaf. ``starts`` is 1 if a leaf starts here."""
 
 SPLIT = Record("split", "axis:int at:int taken:int")
-"""A node's split: ``taken`` triangles go to the left child. A node with ``taken`` = 0 is a leaf.
+"""A node's split: ``taken`` triangles go to the left child; 0 makes the node a leaf.
 
 ``at`` is the place of the split along ``axis``: a bin for a large node, a slot for a small node.
 Axis 3 splits the triangles in the order of their slots."""
@@ -23,5 +21,5 @@ INTERVAL = Record("interval", "first:int last:int parent:int turns:int")
 """A node: the slots from ``first`` to ``last``. ``first`` is -1 if there is no node.
 
 ``turns`` is the number of ancestors, on the path up to ``parent``, that have the node in their
-left subtree. In LBVH, ``parent`` is the parent at first; each pass of pointer jumping (lbvh.py)
-replaces it by a higher ancestor. If ``parent`` is -1, the path goes up to the root."""
+left subtree. In LBVH, each pass of pointer jumping (lbvh.py) replaces ``parent`` by a higher
+ancestor; -1 means that the path goes up to the root."""

@@ -1,11 +1,10 @@
-"""SAH build by fragment passes. The same passes process all nodes of a level together.
+"""SAH build by fragment passes, which process all nodes of a level together.
 
-The method follows Lauterbach et al. 2009. Nodes of more than SMALL triangles are binned: for each
-triangle and axis, a point is blended into a bin of the triangle's node. For smaller nodes, a
-fragment for each triangle tries three splits: the split behind this triangle along each axis. A
-slot is a place in the order of triangles. To partition the slots of a node, each slot that goes to
-the right child gets a flag, and a scan sums the flags. For each level, the host reads back two
-numbers: how many nodes are binned, and how many are split.
+Lauterbach et al. 2009. Nodes of more than SMALL triangles are binned: for each triangle and axis,
+a point is blended into a bin of the triangle's node. For smaller nodes, a fragment for each
+triangle tries the split behind this triangle along each axis. A slot is a place in the order of
+triangles. A scan of flags partitions the slots of a node. For each level, the host reads back how
+many nodes are binned, and how many are split.
 """
 from __future__ import annotations
 
@@ -22,8 +21,7 @@ from .lbvh import scaled_boxes, upload
 from .records import BIN, INTERVAL, SLOT, SPLIT
 from .thread import thread
 
-# Nodes of at most this many triangles are not binned. Lauterbach et al. split such nodes in local
-# queues.
+# Nodes of at most this many triangles are not binned; Lauterbach et al. use local queues.
 SMALL = 32
 FAR = 3e38
 
@@ -46,8 +44,7 @@ class Splitting:
     Parameters
     ----------
     boxes : the BOX of each triangle, from `scaled_boxes`
-    other parameters : as in `methods.bvh.sah.build`; `max_depth` counts the levels below the given
-        nodes
+    other parameters : as in `methods.bvh.sah.build`; `max_depth` counts from the given nodes
     """
 
     def __init__(self, room: StreamRoom, boxes: Stream, *, bins: int = 32, max_leaf: int = 4,
@@ -122,8 +119,7 @@ class Splitting:
         return parted, children
 
     def _binned(self, slots: Stream, level: Stream, large: Stream) -> tuple[Stream, Stream]:
-        """The bins of each slot along the three axes, and the cheapest split of each binned node
-        and axis. Both streams hold VALUES."""
+        """The VALUES of each slot's bins, and of each binned node's cheapest split per axis."""
         room, defines, context = self.room, self.defines, self.room.gpu.context
         nodes = int(large.read_one(level.length)["value"][0])
         bins = room.stream(VALUES, slots.length)

@@ -1,10 +1,9 @@
 """Threading: turn nodes that span slots into a finished hierarchy with boxes and escape indices.
 
 A slot is a place in the order of triangles. The nodes may come from any tree whose nodes span
-consecutive slots. Two numbers give a node's position in depth-first order: the number of leaves
-that begin before the node, and the number of ancestors that have the node in their left subtree. A
-node's box is joined from the boxes of four runs of 4^k slots, which together cover the node. So
-neither positions nor boxes need one pass per level of the tree.
+consecutive slots. Two numbers give a node's position in depth-first order: the leaves that begin
+before the node, and the ancestors that have the node in their left subtree. A node's box is joined
+from the boxes of four runs of 4^k slots. So no pass per level is needed.
 """
 from __future__ import annotations
 
@@ -28,11 +27,10 @@ def thread(room: StreamRoom, triangles: Stream, order: Stream, sums: Stream,
     ----------
     triangles : TRIANGLE, as uploaded
     order : SOURCE, the triangle in each slot
-    sums : VALUES, for each slot, the number of leaves that begin before it; one more entry at the
-        end holds the number of all leaves
+    sums : VALUES, for each slot, the number of leaves that begin before it; last, the total
     max_leaf : the largest number of triangles in a leaf
-    lists : pairs: an INTERVAL stream, and the largest number of slots that a node of this stream
-        spans. The nodes may be in any order. Entries with first = -1 are no nodes.
+    lists : pairs: an INTERVAL stream in any order, and the largest number of slots that a node of
+        the stream spans. Entries with first = -1 are no nodes
 
     Raises
     ------
@@ -70,7 +68,7 @@ def thread(room: StreamRoom, triangles: Stream, order: Stream, sums: Stream,
 
 
 def pack(nodes: dict[str, np.ndarray], order: np.ndarray) -> Bvh:
-    """Return the hierarchy, made from nodes in depth-first order and the triangle of each slot.
+    """Return the hierarchy of nodes in depth-first order and the triangle of each slot.
 
     ``nodes`` has the fields of BVH_NODE.
     """
@@ -80,7 +78,7 @@ def pack(nodes: dict[str, np.ndarray], order: np.ndarray) -> Bvh:
     first, count = (np.zeros(total, np.int32) for _ in range(2))
     first[leaves] = nodes["first"][leaves]
     count[leaves] = np.diff(nodes["first"][leaves], append=len(order))
-    # A node's depth is the number of other inner nodes whose subtrees contain the node.
+    # A node's depth is the number of inner nodes whose subtrees contain it.
     opened = np.cumsum(count == 0) - (count == 0)
     inner = np.flatnonzero(count == 0)
     closed = np.cumsum(np.bincount(escape[inner], minlength=total + 1))[:total]

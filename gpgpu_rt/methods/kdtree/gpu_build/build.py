@@ -1,4 +1,4 @@
-"""Build a kd-tree by fragment passes. The result has the form of the CPU builders' result."""
+"""Build a kd-tree by fragment passes, in the form of the CPU builders' result."""
 from __future__ import annotations
 
 import numpy as np
@@ -25,7 +25,7 @@ def build_kdtree_by_passes(gpu: Gpu, triangles: np.ndarray, *, build: str = "zho
     ----------
     triangles : (n, 3, 3) float32, world units
     build : a name in GPU_KD_BUILDS
-    options : options of the builder, the same as for the CPU's builder in `methods.kdtree`
+    options : options of the CPU's builder in `methods.kdtree`
 
     Raises
     ------

@@ -1,19 +1,14 @@
 """Hybrid kd-tree by fragment passes: Morton codes give the upper levels, SAH splits those below.
 
-The build is that of `methods.kdtree.hybrid`, with the passes of Zhou's build. The upper levels
-need no costs: a node stands for the codes that begin with a prefix, and the bits of this prefix
-select the lattice plane that halves the node. The planes are the same as on the CPU. In the
-levels below, binned SAH splits all nodes of more than `FEW` pieces (see `sah`), level by level.
-The passes with Zhou's masks split the smaller nodes. These passes try every face of every piece's
-box, as the exact search on the CPU does.
+The build is that of `methods.kdtree.hybrid`, with the passes of Zhou's build. In the upper levels,
+a node stands for the codes that begin with a prefix, whose bits select the lattice plane that
+halves the node. Below, binned SAH splits all nodes of more than `FEW` pieces (see `sah`). The
+passes with Zhou's masks split the smaller nodes: they try every face of every piece's box.
 
-A piece is a triangle's entry in a node, with the box of the triangle's part in the node. Pieces
-are made in another way than on the CPU. The CPU lists a triangle in the cells of a lattice, and
-clips it in all levels below. Here, each split of a large node clips the triangle by the split
-plane. In nodes of at most `FEW` pieces, triangles are no longer clipped, so the boxes of their
-parts are larger than on the CPU. The trees therefore cost a few percent more (docs/kd-trees.md),
-but give the same hits. With Zhou's limit of 64 pieces instead of `FEW`, the trees would cost up to
-9 % more, and the bunny's tree would have twice as many references.
+A piece is a triangle's entry in a node, with the box of the triangle's part in the node. The CPU
+clips triangles in all levels. Here, each split of a large node clips the triangle by the split
+plane, but nodes of at most `FEW` pieces are no longer clipped. The trees therefore cost a few
+percent more (docs/kd-trees.md), but give the same hits.
 """
 from __future__ import annotations
 
@@ -66,10 +61,7 @@ class Codes(Halving):
         self.groups = {"BINS": bins, "GROUPS": bins // 4 + 1}
 
     def small(self, depth: int) -> int:
-        """The largest number of pieces of a small node at this depth.
-
-        The result is 0 in the upper levels, because codes split every node there.
-        """
+        """The largest number of pieces of a small node; 0 where codes split every node."""
         return 0 if depth < 3 * self.bits else self.rules.small
 
     def decide(self, room: StreamRoom, cells: Stream, starts: Stream, pieces: Stream, chunks: int,
@@ -84,7 +76,6 @@ class Codes(Halving):
 
     def _weigh(self, room: StreamRoom, cells: Stream, starts: Stream, pieces: Stream, chunks: int,
                decisions: Stream, stop: bool) -> None:
-        """Write the decision of binned SAH for each node of a level."""
         groups, costs = self.groups["GROUPS"], self.rules.costs
         bounds = chunk_bounds(room, cells, starts, pieces, chunks)
         boxes = room.stream(BOX, cells.length)

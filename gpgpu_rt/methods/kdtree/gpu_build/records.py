@@ -4,18 +4,18 @@ from __future__ import annotations
 from ....gl.record import Record
 
 PIECE = Record("piece", "lo:vec3 triangle:int | hi:vec3 node:int")
-"""A piece: the part of a triangle in a node. The record has the piece's box and the node's number.
-For pieces of small nodes, `node` is the number of the small root."""
+"""A piece: the part of a triangle in a node, as the piece's box and the node's number; for a small
+node, `node` is the number of the small root."""
 
 CELL = Record("cell", "lo:vec3 count:int | hi:vec3 futile:int | parent:int")
 """A node in a level of large nodes: its box, number of pieces, and parent in the level above.
 
-`futile` is the number of levels in a row whose splits separated no pieces. In the hybrid build,
-`futile` holds the node's prefix of codes instead."""
+`futile` is the number of successive levels whose splits separated no pieces; in the hybrid build,
+the node's prefix of codes."""
 
 CHUNK = Record("chunk", "lo:vec3 | hi:vec3 | left:vec3 | right:vec3")
-"""A chunk of a node's pieces: the bounds of the pieces, and for each axis, how many pieces lie
-left and how many lie right of the node's middle."""
+"""A chunk of a node's pieces: their bounds, and for each axis, how many pieces lie left and how
+many lie right of the node's middle."""
 
 DECISION = Record("decision", "plane axis:int futile:int")
 """The split of a node in a level of large nodes. Axis 3 means no split."""
@@ -31,14 +31,14 @@ SMALL_NODE = Record("node", "lo:vec3 base:int | hi:vec3 levels:int | mask:vec4")
 """A small node: its box, the first piece of its small root (`base`), the largest number of levels
 below the node, and its pieces. A small root is a small node whose parent is large.
 
-`mask` marks those pieces of the root that the node holds. It has 64 bits, 16 in each channel."""
+`mask` marks the pieces of the root that the node holds, with 64 bits, 16 in each channel."""
 
 EXTENT = Record("extent", "lo hi")
 """The extent of a piece along an axis."""
 
 SIDES = Record("sides", "lower_left:vec4 | lower_right:vec4 | upper_left:vec4 | upper_right:vec4")
-"""Masks for a piece and an axis. They mark the pieces of the small root that lie left and right of
-the piece's lower end, and left and right of its upper end. The masks are as in SMALL_NODE."""
+"""Masks, as in SMALL_NODE, for a piece and an axis. They mark the pieces of the small root left
+and right of the piece's lower end, and left and right of its upper end."""
 
 CHOICE = Record("choice", "plane face:int source:int inner:int")
 """The cheapest plane of a small node. `face` is the face of a piece's box (0 to 5) in this plane,

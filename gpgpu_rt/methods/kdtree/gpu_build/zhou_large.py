@@ -1,4 +1,4 @@
-"""The large nodes of Zhou's kd-tree by fragment passes. Passes work on a whole level at once.
+"""The large nodes of Zhou's kd-tree by fragment passes, which work on a whole level at once.
 
 A piece is a triangle's entry in a node, with the box of the triangle's part in the node. A chunk
 is a run of at most CHUNK_PIECES pieces of a large node."""
@@ -27,13 +27,12 @@ class LargeLevel:
     ----------
     cells : CELL of each node.
     starts : VALUES of each node: how many pieces of large nodes, pieces of small nodes, small
-        nodes, and chunks come before the node.
+        nodes, and chunks come before it.
     first_root : Number of small nodes in all levels above.
     first_piece : Number of pieces of small nodes in all levels above.
     roots : Number of small nodes.
     decisions : DECISION of each node.
-    ranks : VALUES of each node: how many split nodes, and how many pieces of large leaves, come
-        before the node.
+    ranks : VALUES of each node: how many split nodes and pieces of large leaves come before it.
     first_stuck : Number of pieces of large leaves in all levels above.
     inner : Number of split nodes.
     small : Largest number of pieces of a small node.
@@ -58,8 +57,7 @@ class LargeNodes:
     Attributes
     ----------
     levels : all levels, from the root down
-    small : pieces of small nodes, a stream for each level below the root; if the root is small, a
-        stream of the root's pieces
+    small : pieces of small nodes, a stream for each level below the root, or of a small root
     stuck : pieces of large nodes that became leaves, a stream for each level that has such pieces
     roots : number of small nodes
     """
@@ -123,7 +121,7 @@ def grow_large(room: StreamRoom, source: Stream, triangles: np.ndarray, rules: c
         found.levels.append(level)
         found.roots += counts[2]
         if not level.inner:
-            if counts[0]:       # otherwise the pieces are of small nodes, and `found` owns them
+            if counts[0]:       # the pieces of small nodes belong to `found`
                 room.drop(pieces)
             return found
         cells, starts, pieces, counts = _children(room, found, level, pieces, source, rules, way)

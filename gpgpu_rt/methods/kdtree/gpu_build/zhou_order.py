@@ -1,7 +1,7 @@
 """Fragment passes that bring the nodes of Zhou's kd-tree into their final order.
 
-Passes compute the sizes of subtrees from the leaves up, and then positions from the root down.
-Every node is then drawn at its position, and references are gathered leaf by leaf.
+Passes compute sizes of subtrees from the leaves up, and positions from the root down. Then nodes
+are drawn at their positions, and references are gathered.
 """
 from __future__ import annotations
 
@@ -98,7 +98,6 @@ def _below(room: StreamRoom, ranks: Stream, above: Stream, sizes: Stream) -> Str
 
 
 def _read(nodes: Stream, references: Stream, box: tuple[np.ndarray, np.ndarray]) -> KdTree:
-    """Read the tree back to the host."""
     fields = nodes.read()
     axis, left = fields["axis"].astype(np.int8), fields["left"]
     first = np.where(axis == LEAF, -1, left)

@@ -1,7 +1,4 @@
-"""The small nodes of Zhou's kd-tree by fragment passes.
-
-The nodes equal the nodes of `methods/kdtree/zhou_small.py`.
-"""
+"""Small nodes of Zhou's kd-tree by fragment passes, equal to `methods/kdtree/zhou_small.py`."""
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -37,8 +34,8 @@ class SmallLevel:
 
 def grow_small(room: StreamRoom, large: LargeNodes, pieces: Stream,
                rules: ZhouRules) -> list[SmallLevel]:
-    """Split small nodes, and all nodes below them, as long as a split lowers the cost and the
-    depth limit allows the split."""
+    """Split small nodes, and all nodes below, while this lowers the cost within the depth limit.
+    """
     if not large.roots:
         return []
     nodes = room.stream(SMALL_NODE, large.roots)
