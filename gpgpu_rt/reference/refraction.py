@@ -15,8 +15,7 @@ def refract(directions: np.ndarray, normals: np.ndarray, ratio: float
     ----------
     directions : (n, 3) unit directions of the incoming rays
     normals : (n, 3) unit normals on the incoming side
-    ratio : the refractive index in front of the interface divided by the refractive index behind
-        it
+    ratio : the refractive index in front of the interface divided by that behind it
 
     Returns
     -------
