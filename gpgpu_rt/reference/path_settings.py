@@ -21,7 +21,6 @@ class PathSettings:
         the surviving paths' weight grows to compensate
     seed : the seed of the random numbers
     sampler : "sobol" for numbers evenly distributed over a pixel's samples, or "random"
-        "random"
 
     Raises
     ------

@@ -21,8 +21,8 @@ class JudgedFigure:
 
     Attributes
     ----------
+    name, title : the figure's name and title
     verdict : the fields of the verdict in the figure's JSON file
-    verdict : the fields of the verdict, as the figure's JSON file holds them
     """
 
     name: str

@@ -65,6 +65,7 @@ def framed(points: np.ndarray, size: Sequence[int] = (1, 1), *, fov: float = 45.
 def beside(camera: Camera, triangles: np.ndarray | None = None) -> PointLight:
     """Return a light above the camera and to its left, so that shadows are visible. If a triangle
     hides this place from the camera, the light moves to another side or nearer to the camera.
+
     Parameters
     ----------
     triangles : (n, 3, 3) float32, world units; None if no triangle can hide the light

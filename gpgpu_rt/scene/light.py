@@ -40,6 +40,7 @@ class PointLight:
 class Environment:
     """The light that rays find when they miss all triangles: ``constant``, ``sky``, ``surrounded``
     or ``BACKDROP``.
+
     Attributes
     ----------
     kind : "backdrop", a pale sky with weak light from everywhere, for pictures of plain meshes;
