@@ -1,7 +1,6 @@
 """Tile bounds: bounds of the rays in each tile of the ray textures.
 
-The bounds are computed while rays are written to texels. A tile without a live ray, or whose rays
-all miss the scene, need not be drawn.
+A tile without a live ray, or whose rays all miss the scene, need not be drawn.
 """
 from __future__ import annotations
 
@@ -48,8 +47,7 @@ class TileBounds:
         if start is None:
             self.live[rows] = self._joined(np.logical_or, planes[0][:, :, 3] <= along[:, :, 3])
             return
-        # A texel holds a direction and t_max, so these reductions also bound t_max, which shows
-        # which tiles have live rays.
+        # The fourth component is t_max. Its bounds show which tiles have live rays.
         least, most = (self._joined(op, along) for op in (np.minimum, np.maximum))
         self.live[rows] = start[3] <= most[:, :, 3]
         if not (start[3] <= least[:, :, 3]).all():      # leave empty rays out of the bounds

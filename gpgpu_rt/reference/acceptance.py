@@ -2,22 +2,20 @@
 
 Exact arithmetic has a single answer to each ray. An engine that rounds may rightly return another
 answer: either triangle of an edge that the ray passes, or the farther of two surfaces that nearly
-touch. This module tells which answers a fair engine may give.
+touch.
 
-A fair engine rounds like float32, but its operations together may lose up to four more bits: the
-bounds of `error_bounds` are evaluated with a unit roundoff of 2^-20 instead of 2^-24. They tell
-which triangles a fair engine may hit, which triangles it certainly hits, and how large the error
-of its t may be.
+A fair engine rounds like float32, but its operations together may lose up to four more bits, so
+`error_bounds` is evaluated with a unit roundoff of 2^-20 instead of 2^-24. The bounds tell which
+triangles a fair engine may hit, and which triangles it certainly hits.
 
 A triangle is acceptable if it may be hit, and if no triangle is certainly hit before it.
 
 A ray must hit if it certainly hits a triangle. A ray near an edge or a vertex must also hit if two
-conditions are met. First, the ray and all its neighbours hit in exact arithmetic. The neighbours
-are rays with the same origin and slightly turned directions; the outer neighbours are turned
-further than rounding errors can move the ray. Second, the triangles that the ray and its
-neighbours hit meet at the edge or the vertex: their corners there are equal to the bit. (Surfaces
-that only seem to meet, as seen from the ray's origin, do not oblige a ray between them to hit.) If
-an engine misses a ray that must hit, the miss is a leak.
+conditions are met. First, the ray and all its neighbours hit in exact arithmetic. Neighbours have
+the same origin and slightly turned directions; the outer neighbours are turned further than
+rounding errors can move the ray. Second, the triangles that these rays hit meet at the edge or the
+vertex, where their corners are equal to the bit. If an engine misses a ray that must hit, the miss
+is a leak.
 
 A ray may hit if some triangle is acceptable. A ray that may hit but need not is undecidable: a hit
 and a miss are both right.
@@ -60,9 +58,10 @@ class Acceptance:
     must_hit, may_hit : (n,) bool
     starts : (n + 1,) int; entries starts[i] to starts[i + 1] - 1 of `triangle`, `t_low` and
         `t_high` belong to ray i
-    triangle : (k,) int32, acceptable triangles; of copies (same corners in the same order) only
-        the lowest index
-    copy_of : (m,) int, for each triangle the lowest index of its copies
+    triangle : (k,) int32, acceptable triangles; of triangles with the same corners in the same
+        order, only the lowest index
+    copy_of : (m,) int, for each triangle the lowest index of a triangle with the same corners in
+        the same order
     t_low, t_high : (k,) float64, the smallest and the largest acceptable t on each element of
         `triangle`
     """
@@ -85,8 +84,8 @@ class Acceptance:
         return self.must_hit | ~self.may_hit
 
     def entry(self, triangle: np.ndarray) -> np.ndarray:
-        """Return (n,) int, for each ray the entry of the reported ``triangle``, (n,) int; -1 if
-        the triangle is not acceptable."""
+        """Return (n,) int, the entry of each ray's reported ``triangle``, (n,) int; -1 if the
+        triangle is not acceptable."""
         ray = np.repeat(np.arange(len(self)), np.diff(self.starts))
         found = np.full(len(self), -1)
         first = np.full(len(self), -1)

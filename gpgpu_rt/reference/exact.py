@@ -2,8 +2,7 @@
 
 Cramer's rule solves ``o + t d = (1 - u - v) v0 + u v1 + v v2``. Every float32 number is an integer
 times a power of two, so Python's unlimited integers solve the equation exactly. Only the final t,
-u and v are rounded, each to the nearest float64. A pair of ray and triangle takes about 10
-microseconds.
+u and v are rounded, each to the nearest float64.
 """
 from __future__ import annotations
 

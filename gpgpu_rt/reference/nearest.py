@@ -86,11 +86,10 @@ def settle(scene_or_triangles: Any, origins: np.ndarray, directions: np.ndarray,
            ) -> tuple[Hits, int]:
     """Return the hits, after deciding in integers the rays that float64 cannot decide.
 
-    The error bounds of `error_bounds` for float64 tell which triangles may be a ray's nearest hit.
-    A ray is doubtful if several triangles may be, or if the only such triangle is not certainly
-    hit. For example, the ray passes near an edge, the hit is near an end of the interval, or two
-    triangles are almost equally far. `nearest_of_pairs` then chooses among these triangles. Copies
-    of a triangle cause no doubt, because the lowest index wins.
+    Error bounds of float64 tell which triangles may be a ray's nearest hit. A ray is doubtful if
+    several triangles may be, or if the only such triangle is not certainly hit. `nearest_of_pairs`
+    then chooses among these triangles. Copies of a triangle cause no doubt, because the lowest
+    index wins.
 
     Parameters
     ----------
@@ -163,8 +162,8 @@ class _Bundle:
 
 def _nearest(hits: Hits, rays: np.ndarray, solid: np.ndarray, bundle: _Bundle,
              corners: np.ndarray, pairs: Iterator[tuple[np.ndarray, np.ndarray]]) -> None:
-    """Test the pairs of (ray, triangle) and store each ray's nearest hit in ``hits``, of equally
-    near triangles the lowest index."""
+    """Test the pairs of (ray, triangle) and store each ray's nearest hit in ``hits``. At equal t,
+    the lowest index wins."""
     for ray, triangle in pairs:
         t, u, v, accepted = _intersect(bundle, corners, ray, triangle)
         found = np.flatnonzero(accepted)

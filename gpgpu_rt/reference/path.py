@@ -3,10 +3,9 @@
 The algorithm is path tracing (Kajiya, "The Rendering Equation", SIGGRAPH 1986). At each vertex, a
 path samples one light (next-event estimation), then continues in a direction sampled from the
 material. Both techniques may find the same light, so the power heuristic (for a sky, the balance
-heuristic) weights the light found by each (Veach and Guibas, "Optimally Combining Sampling
-Techniques for Monte Carlo Rendering", SIGGRAPH 1995). The shaders use the same random numbers and
-sample the same lights. Their pictures differ only by float32 rounding, which sometimes makes a
-path hit another surface.
+heuristic) weights the light of each (Veach and Guibas, "Optimally Combining Sampling Techniques
+for Monte Carlo Rendering", SIGGRAPH 1995). The shaders use the same random numbers and lights, so
+pictures differ only by float32 rounding.
 
 Neither the reference nor the shaders scale radiance where light enters or leaves a denser medium,
 as physics would. This matters only for a light or an eye inside glass.
@@ -147,17 +146,16 @@ class _Paths:
     def _far_density(self, direction: np.ndarray, radiance: np.ndarray, found: np.ndarray
                      ) -> np.ndarray:
         """Return the density with which next-event estimation samples the surroundings in each
-        ``direction``, from which ``radiance`` comes; it includes the probability of choosing the
-        surroundings as the light. An image is sampled in proportion to its luminance. A sky is
-        sampled as the material scatters light, with the path's density ``found``."""
+        ``direction``, including the probability of choosing the surroundings. An image is sampled
+        in proportion to its luminance, that of ``radiance``. A sky is sampled as the material
+        scatters light, with the density ``found``."""
         light = self.scene.environment.image_light if self.scene.environment else None
         return self.lights.far * (found if light is None else light.density(direction, radiance))
 
     def _far_weight(self, mine: np.ndarray, other: np.ndarray) -> np.ndarray:
         """Return the weight of light of the surroundings, divided by ``mine``, the density of the
-        technique that found it; ``other`` is the other technique's density. An image uses the
-        power heuristic. For a sky the two densities are proportional, so the balance heuristic
-        suffices."""
+        sampling technique that found the light. ``other`` is the other technique's density. For a
+        sky, the densities are proportional, so the balance heuristic suffices."""
         if self.scene.environment is not None and self.scene.environment.image_light is not None:
             return _power_weight(mine, other)
         return 1 / np.maximum(mine + other, TINY)
@@ -350,8 +348,8 @@ class _Surfaces:
 
     @staticmethod
     def _off(direction: np.ndarray, side: np.ndarray) -> np.ndarray:
-        """Mirror directions that point to the wrong side of their flat triangle, as interpolated
-        normals may make them. The normal ``side`` points to the right side."""
+        """Return the directions, mirrored where an interpolated normal made them point to the
+        wrong side of the flat triangle. The normal ``side`` points to the right side."""
         away = _dot(direction, side) <= 0
         return np.where(away[:, None], _reflect(direction, side), direction)
 

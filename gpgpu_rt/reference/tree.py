@@ -90,8 +90,7 @@ class ReferenceTree:
         """Yield, in batches, all pairs (ray, triangle) whose ray meets the triangle's leaf box.
 
         The traversal reads ``t_max`` again for each batch of nodes, nearer nodes first. A caller
-        that searches for the nearest hit writes smaller values into ``t_max`` between batches, to
-        prune further nodes.
+        may reduce ``t_max`` between batches, to prune further nodes.
 
         Parameters
         ----------

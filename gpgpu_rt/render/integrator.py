@@ -1,9 +1,9 @@
 """Integrator: draws a picture by passes over streams of rays.
 
 A new integrator declares its ``streams`` and ``passes``, and runs the passes in ``draw``. A
-scene's properties set GLSL defines (``render/needs.py``). A stream or pass that names defines
-exists only if the scene sets at least one of them. ``trace(rays)`` traces rays with the tracer's
-method and returns hits; ``trace(rays, any_hit=True)`` finds whether rays are occluded.
+scene's properties set GLSL defines (``render/needs.py``); a stream or pass that names defines
+exists only if the scene sets one of them. ``trace(rays)`` returns hits by the tracer's method;
+``trace(rays, any_hit=True)`` finds whether rays are occluded.
 """
 from __future__ import annotations
 
@@ -71,9 +71,8 @@ class PicturePass:
 ALL_FEATURES = Option(
     "all_features", False, "build the programs, textures and passes of every feature, even those "
     "that the scene does not require; the picture is the same", bool, label="build every feature")
-# 8 bounces, because each depth of refraction needs its own textures and doubles the branches, and
-# light usually leaves solid glass after one or two inner reflections. 12 bounces take three times
-# as long and change a picture by at most one grey level on average.
+# Each depth of refraction needs its own textures and doubles the branches, and light usually
+# leaves solid glass after one or two inner reflections.
 BOUNCES = Option("bounces", 8, "largest number of successive reflections and refractions",
                  int, minimum=0, maximum=64, label="most bounces")
 LIGHT_SAMPLES = Option("light_samples", 16, "shadow rays from each visible point towards emitting "
@@ -148,19 +147,15 @@ class Integrator:
         raise NotImplementedError
 
     def start(self, region: Region, options: Mapping[str, Any] = {}) -> None:
-        """Allocate the streams for a region of a picture, and reset the counts of the last
-        picture.
-
-        ``options`` are the integrator's options, most of which have already determined ``needs``.
-        """
+        """Allocate the streams for a region of a picture, and reset the counts."""
         self.given = resolve_options(options, self.options, f"integrator {self.name}")
         self.region = region
         self._make_room(region.size)
         self.drawn.clear()
         self.fetches, self.vertices = 0, []
         if self.needs.want(("MOVING",)) and self.needs.asked.all_features:
-            # Write the tables again: with all features on, the picture shall cost as much as with
-            # a renderer that supports everything and does not know whether triangles moved.
+            # A renderer that supports every feature does not know whether triangles moved, so it
+            # writes the tables again.
             self.textures.take(self.scene)
 
     @property

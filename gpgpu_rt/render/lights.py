@@ -19,9 +19,9 @@ def light_uniforms(scene: Scene, needs: SceneNeeds, depth: int = 0, sample: int 
     """Return the uniforms of ``render/light.glsl`` for each shadow ray of a hit. If the programs
     expect a light and the scene has none, return a black point light.
 
-    ``depth`` is the number of bounces so far. Each bounce halves the number of shadow rays towards
-    emitting triangles, because there are more rays and each has less weight. Each ``sample`` of a
-    pixel uses other points on these triangles.
+    ``depth`` is the number of bounces so far. Each bounce multiplies the rays and reduces their
+    weight, so it halves the shadow rays towards emitting triangles. Each ``sample`` of a pixel
+    uses other points on these triangles.
     """
     lights: list[Uniforms] = [
         {"light_position": light.position, "light_intensity": light.intensity,
@@ -52,8 +52,8 @@ def _places(scene: Scene, count: int, sample: int) -> list[Uniforms]:
     if len(rows) <= count:
         wanted = power / power.sum() * count
         chosen = np.maximum(np.floor(wanted), 1).astype(int)
-        # Change one point at a time until the sum is right, in at most as many rounds as there are
-        # triangles. A bright triangle may lose several points to dark triangles.
+        # Change one point at a time until the sum is right. A bright triangle may lose several
+        # points.
         while chosen.sum() != count:
             step = 1 if chosen.sum() < count else -1
             gap = np.where((step < 0) & (chosen == 1), -np.inf, step * (wanted - chosen))

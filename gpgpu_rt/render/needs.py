@@ -1,9 +1,9 @@
 """Needs: the table that decides which programs, textures and passes a picture needs.
 
-Each row of ``PROPERTIES`` says how to detect a property of scenes, which defines it sets, which
-tables it adds, and what to tell the user if it is absent. An integrator declares which define each
-of its streams and passes needs (``render/integrator.py``). Rows and declarations decide what is
-compiled, allocated, fetched and drawn. To add a property, add a row.
+Each row of ``PROPERTIES`` says how to detect a property of scenes, which defines and tables it
+adds, and what to tell the user if it is absent. Streams and passes of integrators declare which
+defines they need (``render/integrator.py``). Rows and declarations decide what is compiled,
+allocated, fetched and drawn. To add a property, add a row.
 """
 from __future__ import annotations
 
@@ -116,8 +116,8 @@ def _kind(kind: str) -> Callable[[Scene, Asked], bool]:
 SURFACES = Table(SURFACE, lambda scene: {
     "normal": Column(len(scene), lambda rows: unit_normals(scene.triangles[rows])),
     "material": scene.material_of})
-# A hit names its triangle by its index in the scene's order, but the tracer's triangle table is in
-# its method's order. Rays that leave surfaces therefore need a second table, in the scene's order.
+# Hits name triangles in the scene's order, but the tracer's triangle table is in its method's
+# order. Rays that leave surfaces therefore need a second table.
 LEFT_SURFACES = Table(TRIANGLE, lambda scene: triangle_table(scene.triangles)[TRIANGLE.name],
                       geometric=True)
 _MIRROR = Table(MIRROR, lambda scene: {"share": [m.mirror for m in scene.materials]})

@@ -3,12 +3,12 @@
 A wave is a set of paths that are traced together. A path is live until it ends. The texels of
 ended paths stay in the texture, where they share packets or SIMD lanes with live rays. Stream
 reduction (D. Horn, "Stream Reduction Operations for GPGPU Applications", GPU Gems 2, 2005; survey,
-sections 3.6 and 4.3) packs the live paths. It keeps the order of squares of 8x8 texels, so packets
+sections 3.6 and 4.3) packs the live paths, in the order of squares of 8x8 texels, so that packets
 and tiles still contain neighbours.
 
-Each packed path keeps its light and the position of its original texel, on which its random
-numbers depend. In the end, a pass draws a point for each packed path, which adds its light to the
-original texel. Packing therefore does not change the bits of a picture.
+A packed path keeps the position of its original texel, on which its random numbers depend. In the
+end, a pass draws a point for each packed path, which adds the path's light to this texel. So
+packing does not change the bits of a picture.
 """
 from __future__ import annotations
 
@@ -151,9 +151,9 @@ class PackedPaths:
         return [level.size for level in self._levels]
 
     def pack(self, level: PathTextures, live: int) -> PathTextures:
-        """Pack ``live`` paths into the smallest textures that hold them, and return these
-        textures, or ``level`` if no smaller textures do. Before packing, add the paths' light to
-        their original texels.
+        """Pack ``live`` paths into the smallest textures that hold them, after adding their light
+        to their original texels. Return these textures, or ``level`` if no smaller textures hold
+        the paths.
 
         Parameters
         ----------

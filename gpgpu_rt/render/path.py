@@ -1,14 +1,14 @@
 """Path tracing: global illumination by waves of paths that advance one vertex at a time.
 
 The algorithm is that of Kajiya, "The Rendering Equation", SIGGRAPH 1986, with next-event
-estimation and Russian roulette. ``reference/path.py`` is the same algorithm in float64, and
-explains the weights. A wave contains a block of texels for each pixel, one path per texel. An
-ended path's ray has an empty interval, which every method skips, and the depth buffer masks its
-texel. An occlusion query finds when all paths have ended.
+estimation and Russian roulette; ``reference/path.py`` explains the weights. A wave contains a
+block of texels for each pixel, one path per texel. The ray of an ended path has an empty interval,
+which every method skips, and the depth buffer masks its texel. An occlusion query finds when all
+paths have ended.
 
 Random numbers depend only on seed, pixel, sample and vertex, and samples are added in a fixed
-order. Pictures are therefore bit-identical for all methods, sizes of a wave, and with or without
-packing of live paths.
+order. So pictures are bit-identical for all methods and sizes of a wave, with or without packing
+of live paths.
 """
 from __future__ import annotations
 
@@ -282,8 +282,8 @@ def _settings(given: Mapping[str, Any]) -> PathSettings:
 
 
 def _block(most: int, size: tuple[int, int], largest: int) -> tuple[int, int]:
-    """Return a pixel's block of texels in a wave, (columns, rows): a power of two, at most
-    ``most`` unless 1, with no side of the wave's textures above ``largest``."""
+    """Return the columns and rows of a pixel's block of texels in a wave. Their product is a power
+    of two, at most ``most`` unless 1. No side of the wave's textures exceeds ``largest``."""
     columns = rows = 1
     while 2 * columns * rows <= most:
         wider = 2 * columns * size[0] <= largest and columns <= rows

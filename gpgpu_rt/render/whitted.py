@@ -3,12 +3,12 @@
 The algorithm is that of Whitted, "An Improved Illumination Model for Shaded Display", CACM 1980.
 Its recursion runs on the host, over whole images instead of single rays. A branch is a sequence of
 reflections and refractions. A wave contains the rays of one branch, with a texel for each pixel.
-Deep in the tree of branches, most texels are empty. An occlusion query counts the rays of a branch
-in the pass that makes them. A branch without rays ends; the passes of other branches draw only the
-tiles that have rays.
+An occlusion query counts the rays of a branch in the pass that makes them. A branch without rays
+ends; the passes of other branches draw only the tiles that have rays, because most texels are
+empty deep in the tree.
 
-Reflected rays are traced in the next wave, so two sets of textures suffice for all depths.
-Refracted rays wait until their branch is traced, so each depth needs its own textures for them.
+Two sets of textures suffice for reflected rays, which are traced in the next wave. Refracted rays
+wait until their branch is traced, so each depth needs its own textures for them.
 """
 from __future__ import annotations
 
@@ -209,9 +209,9 @@ class Whitted(Integrator):
 
 
 def places_in_pixel(samples: int) -> Iterator[tuple[float, float]]:
-    """Yield the offset of each sample from the pixel's centre, in pixels, equal for all pixels. Of
-    2^k samples, each cell of a division into 2^i columns and 2^(k - i) rows contains exactly one,
-    for any i from 0 to k."""
+    """Yield the offset of each sample from the pixel's centre, in pixels, equal for all pixels. If
+    a pixel with 2^k samples is divided into 2^i columns and 2^(k - i) rows, each cell contains
+    exactly one sample."""
     cells = 1 << (samples - 1).bit_length()
     for first in range(0, samples, _AT_ONCE):    # 2^24 samples in one block would need gigabytes
         points = sobol_first_two(np.arange(first, min(first + _AT_ONCE, samples),

@@ -29,8 +29,8 @@ WIDTHS = (1400, 1000, 700, 450)
 PARTS = importlib.resources.files(__package__)
 STYLE, SCRIPT = (PARTS.joinpath(name).read_text(encoding="utf-8")
                  for name in ("page.css", "page.js"))
-# The content security policy forbids all requests, so even a faulty page cannot contact a server,
-# and all scripts but the page's own, which it names by digest.
+# The content security policy forbids all requests, so that even a faulty page cannot contact a
+# server, and all scripts except the page's own, whose digest it names.
 _DIGEST = base64.b64encode(hashlib.sha256(SCRIPT.encode()).digest()).decode()
 _HEAD = f"""<!DOCTYPE html>
 <html lang="en"><head><meta charset="utf-8">

@@ -32,9 +32,9 @@ def material_rows(values: Any, count: int, materials: Sequence[Material], name: 
 
 def corner_values(values: Any, count: int, width: int, name: str,
                   what: str) -> np.ndarray | None:
-    """Check values of the triangles' corners and return them as (count, 3, width) float32, or None
-    for None. Values of width 3 are normals and get unit length. A triangle with three zero normals
-    is shaded flat."""
+    """Check values of the triangles' corners and return them as (count, 3, width) float32; None
+    stays None. Values of width 3 are normals and get unit length. A triangle with three zero
+    normals is shaded flat."""
     if values is None:
         return None
     try:
@@ -84,8 +84,8 @@ def smooth_normals(triangles: np.ndarray, faces: np.ndarray | None = None) -> np
     weighted = (angle[:, :, None] * flat[:, None]).reshape(-1, 3)
     total = np.stack([np.bincount(vertex, weighted[:, axis]) for axis in range(3)], axis=1)
     normals = _unit(total)[vertex].reshape(corners.shape)
-    # Where the weighted normals cancel, use the triangle's own normal; without area, an arbitrary
-    # one.
+    # Where the weighted normals cancel, use the triangle's own normal, or an arbitrary normal if
+    # the triangle has no area.
     normals = np.where(normals.any(axis=2, keepdims=True), normals, flat[:, None])
     normals = np.where(normals.any(axis=2, keepdims=True), normals, (0.0, 0.0, 1.0))
     return normals.astype(np.float32)

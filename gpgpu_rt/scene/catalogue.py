@@ -178,13 +178,13 @@ def data_folder() -> Path:
 
 
 def folders() -> list[Path]:
-    """Return the folders in which meshes are searched, in this order."""
+    """Return the folders in which meshes are searched, in the order of the search."""
     return [*named_folders(), Path("scenes"), data_folder()]
 
 
 def mesh_path(name: str) -> Path | None:
-    """Return the mesh file of a named scene; None if there is none, or the scene can have an
-    argument and is therefore always built."""
+    """Return the mesh file of a named scene, or None. A scene that can have an argument is always
+    built, so it has no mesh file."""
     row = ROWS[name]
     if row.takes_argument:
         return None

@@ -228,9 +228,8 @@ _CHECKS: Mapping[str, Callable[[Path, int], None]] = {
 
 
 def whole_text(path: Path) -> bytes | None:
-    """Return the file's content if it contains text that is not UTF-8, whose encoding trimesh
-    would have to guess; None otherwise. The text is converted to UTF-8; in a binary STL, it is
-    replaced by zeros."""
+    """Return the file's content with its text converted to UTF-8, or None if the text already is
+    UTF-8, so that trimesh can read the file. In a binary STL, zeros replace the text."""
     suffix = path.suffix.lower()
     if suffix == ".ply":
         header = ply_header(path)

@@ -28,8 +28,7 @@ def framed(points: np.ndarray, size: Sequence[int] = (1, 1), *, fov: float = 45.
            along: Vector = ALONG, margin: float = MARGIN) -> Camera:
     """Return the nearest camera that sees all points, y up, with a margin around them.
 
-    The eye is the apex of the smallest view pyramid that contains the points: across or down, they
-    touch the margins on both sides.
+    In at least one of the two image directions, the points touch the margins on both sides.
 
     Parameters
     ----------
@@ -89,11 +88,10 @@ def inside(triangles: np.ndarray, outside: Camera) -> Camera | None:
     """Return a camera inside the mesh if the mesh is a room; None for any other mesh, or if no
     tested place in the room is suitable.
 
-    A mesh counts as a room if a camera outside sees the backs of many triangles, and many
-    triangles are hidden from all sides by the largest triangles, such as walls and table tops. The
-    second condition excludes objects whose triangles face inwards. For two rooms, 0.95 and 0.5 of
-    the seen triangles show their backs, and 0.36 and 0.9 are hidden; for objects, at most 0.23 and
-    0.14. The limits 0.4 and 0.25 lie between.
+    A mesh counts as a room if a camera outside sees the backs of many triangles, and if the
+    largest triangles, such as walls and table tops, hide many triangles from all sides. The second
+    condition excludes objects whose triangles face inwards. The limits of the two shares, 0.4 and
+    0.25, lie between values measured for rooms and for objects.
 
     Parameters
     ----------

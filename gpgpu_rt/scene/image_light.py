@@ -1,11 +1,11 @@
 """Image light: samples directions to a surrounding image in proportion to its luminance.
 
 The image is filtered bilinearly: radiance is a bilinear function in each cell between four texel
-centres, and samples are exactly proportional to the luminance of this function in each row of
-cells. The first random number chooses a row of cells, the second a cell of the row, in proportion
-to the cell's luminance times the cosine of the row's latitude. The remainders of the numbers give
-the position in the cell. The probability density of a direction therefore depends only on its
-radiance and latitude.
+centres. In each row of cells, samples are exactly proportional to the luminance of this function.
+The first random number chooses a row, the second a cell of the row; the remainders of the numbers
+give the position in the cell. A cell's probability is proportional to its luminance times the
+cosine of the row's latitude. The density of a direction therefore depends only on its radiance and
+latitude.
 
 Pharr and Humphreys ("Infinite Area Light Source with Importance Sampling", 2004) choose a texel
 instead. But bilinear filtering spreads a small sun to neighbouring texels, which their method
@@ -24,9 +24,10 @@ from .luminance import luminance
 class ImageLight:
     """The sampling table of an equirectangular image, made by ``of``.
 
-    Cells lie between texel centres. Row 0 of the cells lies above the first row's centres, row
-    ``height`` below the last row's; both are half as high as other rows, and their radiance does
-    not vary with latitude. Column 0 lies between the last and the first column of texels.
+    Cells lie between texel centres. Row 0 of the cells lies above the centres of the first row of
+    texels, and row ``height`` below the centres of the last row. These two rows are half as high
+    as other rows, and their radiance does not vary with latitude. Column 0 lies between the last
+    and the first column of texels.
 
     Attributes
     ----------

@@ -1,8 +1,8 @@
 """OBJ file: a reader for Wavefront's mesh format, in time linear in the file's size.
 
-trimesh's reader needs more time and memory with each change of the material, drops normals and
+trimesh's reader needs more time and memory with each change of the material. It drops normals and
 texture coordinates unless all corners under a material have them, and reorders faces if some are
-quads. This reader keeps the order of the faces, and the normals and texture coordinates of every
+quads. This reader keeps the order of the faces, and keeps normals and texture coordinates of every
 face that has them at all corners.
 """
 from __future__ import annotations

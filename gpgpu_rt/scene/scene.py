@@ -170,7 +170,7 @@ class Scene:
         Raises
         ------
         SceneError
-            the shape is wrong, or a vertex is not finite in float32; the message names the first
+            the shape is wrong, or a vertex is not finite in float32; the message names the vertex
         """
         if np.ndim(vertices) != 3:
             with np.errstate(over="ignore"):    # `check_vertices` reports overflow
@@ -213,7 +213,7 @@ class Scene:
         ------
         SceneError
             a shape is wrong, a vertex is not finite in float32, or a face has an index out of
-            range; the message names the first
+            range; the message names the vertex or face
         """
         vertices = _array(vertices, np.float64, name, "vertices")
         faces = _faces(faces, name)

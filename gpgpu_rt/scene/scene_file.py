@@ -171,8 +171,7 @@ class _SceneFile:
         return quad(*np.array(entry["quad"], np.float64))
 
     def _row(self, name: str | None, where: str) -> int:
-        """Return the row of the material of this name; without a name, that of an added default
-        material."""
+        """Return the row of the material of this name. Without a name, add a default material."""
         if name is None:
             self.materials.append(Material())
             return len(self.materials) - 1
@@ -236,7 +235,7 @@ class _SceneFile:
 
 def _named(mesh: mesh_file.Mesh, word: str) -> np.ndarray:
     """Return (n,) bool: the faces of the part or material of this name. A part with several
-    materials is stored as several parts with numbers after the name; all count."""
+    materials is stored as several parts with numbers after the name; all these parts count."""
     parts = [k for k, name in enumerate(mesh.parts)
              if name == word or re.fullmatch(re.escape(word) + r"_\d+", name)]
     materials = [k for k, m in enumerate(mesh.materials) if m.name == word]

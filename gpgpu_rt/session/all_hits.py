@@ -95,8 +95,8 @@ def collect(batch: RayBatch, trace: Round, max_hits: int | None = None) -> AllHi
         raise OptionError(f"max_hits is {max_hits}; give 0 or more, or None for all")
     fields = {**batch.given_fields(), "after": np.full(batch.count, -1)}
     status = batch.status()
-    # In the first round, also trace empty rays, so that packets match the tiles of the image.
-    # Sorted rays have none.
+    # In the first round, also trace empty rays, so that packets match the tiles of the image. If
+    # the rays were sorted, empty rays are already left out.
     rays = np.arange(batch.count) if batch.order is None else batch.order.rays
     found: list[dict[str, np.ndarray]] = []
     height, width = batch.size[::-1]

@@ -219,7 +219,7 @@ class Caustics:
         return self.look(seen.places, seen.normals)
 
     def release(self) -> None:
-        """Free textures and programs; do not use the object afterwards."""
+        """Free textures and programs."""
         with self.gpu:
             release(self.mesh, self._receive, self._look, self._splats, self._targets,
                     self._textures, self._tables, self._depths)

@@ -12,8 +12,8 @@ if TYPE_CHECKING:
     from ...tracer import Tracer
 
 LIFT = 1e-4       # offset of shadow rays from the surface, as a share of the scene's extent
-# Steps whose multiples, modulo 1, fill a cube and a square evenly: powers of the roots of x^4 = x
-# + 1 and of x^3 = x + 1 (Roberts 2018).
+# Steps whose multiples, modulo 1, fill a cube and a square evenly (Roberts 2018): powers of the
+# roots of x^4 = x + 1 and x^3 = x + 1.
 SPREAD_3 = 1.2207440846057596 ** -np.arange(1.0, 4.0)
 SPREAD_2 = 1.3247179572447460 ** -np.arange(1.0, 3.0)
 

@@ -271,7 +271,7 @@ class RayBundles:
         return textures if layer is None else {**textures, "layer_texel_0": layer}
 
     def release(self) -> None:
-        """Free textures and programs; do not use the object afterwards."""
+        """Free textures and programs."""
         with self.gpu:
             textures = [*self._layers, *self._arriving.color_attachments, *self._tables.values()]
             release(self._peel, self._exchange, self._gather, self._targets, self._arriving,

@@ -70,5 +70,5 @@ class Refraction:
         return found[:, :, :3], found[:, :, 3].astype(np.int8)
 
     def release(self) -> None:
-        """Free all buffers; do not use the object afterwards."""
+        """Free all buffers."""
         self.mesh.release()

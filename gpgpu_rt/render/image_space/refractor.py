@@ -85,7 +85,7 @@ class Refractor:
             context.enable_only(moderngl.NOTHING)
 
     def release(self) -> None:
-        """Free all buffers; do not use the object afterwards."""
+        """Free all buffers."""
         with self.gpu:
             release(self._passes, self._buffer)
 

@@ -54,8 +54,8 @@ class _Segments:
 
 
 def _over(length: np.ndarray, span: np.ndarray) -> np.ndarray:
-    """Return length / span, or 0 where span is 0: such a segment has no length if times ascend, so
-    its tangents are not used."""
+    """Return length / span, or 0 where span is 0: the tangents there are not used if times
+    ascend."""
     return np.divide(length, span, out=np.zeros_like(length), where=span != 0)
 
 
@@ -157,7 +157,7 @@ def _matrix(q: np.ndarray) -> np.ndarray:
 
 @dataclass(frozen=True, eq=False)
 class KeyedMotion:
-    """The key frames of a transform; a None changes nothing.
+    """The key frames of a transform. A part that is None changes nothing.
 
     Attributes
     ----------

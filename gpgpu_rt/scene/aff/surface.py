@@ -19,8 +19,8 @@ class Surface:
 
     The shininess of a fill statement is ignored: the specular share reflects like a mirror, as the
     authors of BART require of ray tracers. The ambient share is ignored too, because the
-    environment lights the scene, except that it replaces the diffuse share of a surface without
-    diffuse and specular shares, such as the garden behind BART's kitchen.
+    environment lights the scene. Only a surface without diffuse and specular shares, such as the
+    garden behind BART's kitchen, uses its ambient share as its diffuse share.
 
     Attributes
     ----------

@@ -37,8 +37,8 @@ class Original:
 def _without_repeats(mesh: Mesh) -> Mesh:
     """Return a mesh without repeated triangles and unused vertices.
 
-    In the published Cornell box, two faces at the bottom repeat the vertices of side faces;
-    without them, it has 32 triangles, like Cornell University's own data.
+    In the published Cornell box, two faces at the bottom repeat the vertices of side faces.
+    Without the two faces, the box has 32 triangles, like Cornell University's own data.
     """
     corners = np.sort(mesh.vertices[mesh.faces].view("f8,f8,f8")[..., 0], axis=1)
     _, first = np.unique(corners.view("f8").reshape(len(mesh.faces), -1), axis=0,

@@ -15,8 +15,8 @@ PAINT, RUBBER = (0.62, 0.10, 0.09), (0.10, 0.10, 0.11)
 
 
 def boulder() -> Built:
-    """Return a closed rock of six charts: 49,152 triangles. The charts are the displaced sides of
-    a cube on a sphere, with bit-identical borders."""
+    """Return a closed rock of six charts: 49,152 triangles. The charts are the sides of a cube,
+    projected to a sphere and displaced; their borders are bit-identical."""
     cells = 64
     along = 2 * np.arange(cells + 1) - cells
     charts = []
@@ -64,8 +64,8 @@ def knot() -> Built:
 
 
 def car() -> Built:
-    """Return a car of five charts, its body and four wheels: 16,384 triangles. Unconnected wheels
-    do not fit into a single geometry image."""
+    """Return a car of five charts, its body and four wheels: 16,384 triangles. The wheels are not
+    connected to the body, so no single geometry image can hold the car."""
     along = np.linspace(0.0, 1.0, 65)
     width = 0.85 * np.sin(np.pi * along) ** 0.25
     bonnet = 0.35 * np.sin(np.pi * along) ** 0.4

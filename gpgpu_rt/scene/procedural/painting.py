@@ -13,7 +13,7 @@ def palette(index: np.ndarray) -> np.ndarray:
 
 
 def by_part(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
-    """Return (n, 3) colours, one for each connected part; vertices at the same position are
+    """Return (n, 3) colours, one for each connected part. Vertices at the same position count as
     one."""
     vertices = np.ascontiguousarray(vertices, np.float32) + np.float32(0)
     _, same = np.unique(vertices.view([("", np.float32)] * 3).reshape(-1), return_inverse=True)

@@ -137,15 +137,15 @@ def noise(points: np.ndarray, wavelength: float, seed: int) -> np.ndarray:
 
 
 def bump(triangles: np.ndarray, height: float, wavelength: float, seed: int = 0) -> np.ndarray:
-    """Return triangles with vertices displaced by smooth noise, equal vertices alike."""
+    """Return triangles with vertices displaced by smooth noise; equal vertices stay equal."""
     moves = threads(len(triangles))(lambda axis: noise(triangles, wavelength, seed + axis),
                                     range(3))
     return triangles + height * np.stack(tuple(moves), axis=-1)
 
 
 def divide(triangles: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Split triangles until there are exactly `count`. Return the new triangles, and the index of
-    each one's original.
+    """Split triangles until there are exactly `count`. Return the new triangles, and for each the
+    index of its original.
 
     Split the largest triangles in three at their centroid, which keeps their edges whole. If an
     odd number is missing, cut one more triangle in two across its longest edge.

@@ -31,7 +31,7 @@ class GeometryImage:
     Raises
     ------
     SceneError
-        a chart has a wrong shape or is not finite in float32; the message names the first
+        a chart has a wrong shape or is not finite in float32; the message names the chart
     """
 
     charts: tuple[np.ndarray, ...]

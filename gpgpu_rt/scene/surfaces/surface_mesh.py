@@ -128,8 +128,8 @@ class SurfaceMesh:
 
     @cached_property
     def _neighbours(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """The start and the length of the run of each vertex, (v,) each, and for all runs
-        together, the neighbours and their distances."""
+        """The neighbours of all vertices, in runs of consecutive entries: the start and the length
+        of each vertex's run, (v,) each; the neighbours; and their distances."""
         lone = self.twin < 0
         here = np.concatenate([self.start, self.end[lone]])
         there = np.concatenate([self.end, self.start[lone]])
