@@ -11,11 +11,11 @@ triangles a fair engine may hit, and which triangles it certainly hits.
 A triangle is acceptable if it may be hit, and if no triangle is certainly hit before it.
 
 A ray must hit if it certainly hits a triangle. A ray near an edge or a vertex must also hit if two
-conditions are met. First, the ray and all its neighbours hit in exact arithmetic. Neighbours have
-the same origin and slightly turned directions; the outer neighbours are turned further than
-rounding errors can move the ray. Second, the triangles that these rays hit meet at the edge or the
-vertex, where their corners are equal to the bit. If an engine misses a ray that must hit, the miss
-is a leak.
+conditions are met. First, the ray hits in exact arithmetic, and all its neighbours hit, too.
+Neighbours have the same origin and slightly turned directions; the outer neighbours are turned
+further than rounding errors can move the ray. Second, the triangles that these rays hit meet at
+the edge or the vertex, where their corners are equal to the bit. If an engine misses a ray that
+must hit, the miss is a leak.
 
 A ray may hit if some triangle is acceptable. A ray that may hit but need not is undecidable: a hit
 and a miss are both right.

@@ -147,7 +147,7 @@ class _Paths:
                      ) -> np.ndarray:
         """Return the density with which next-event estimation samples the surroundings in each
         ``direction``, including the probability of choosing the surroundings. An image is sampled
-        in proportion to its luminance, that of ``radiance``. A sky is sampled as the material
+        in proportion to the luminance of its ``radiance``. A sky is sampled as the material
         scatters light, with the density ``found``."""
         light = self.scene.environment.image_light if self.scene.environment else None
         return self.lights.far * (found if light is None else light.density(direction, radiance))

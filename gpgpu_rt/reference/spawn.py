@@ -19,10 +19,10 @@ def spawn(scene: Any, hits: Hits, directions: np.ndarray) -> np.ndarray:
 
     An origin is offset from the hit point along the triangle's normal, to the side of the new
     direction. The offset is the error bound of the hit point plus the usual error of the
-    watertight test in float32, which is larger for long thin triangles. So while the new ray hits
-    the triangle of the hit, the offset is doubled, up to the triangle's extent. A bisection then
-    brings it to at most a seventh above the necessary offset. ``glsl/render/spawn.glsl`` derives
-    the offset.
+    watertight test in float32. The test has larger errors for long thin triangles. So while the
+    new ray hits the triangle of the hit, the offset is doubled, up to the triangle's extent. A
+    bisection then brings it to at most a seventh above the necessary offset.
+    ``glsl/render/spawn.glsl`` derives the offset.
 
     Parameters
     ----------

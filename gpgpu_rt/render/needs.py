@@ -269,7 +269,7 @@ class SceneNeeds:
         return tuple(image for p in self._rows(self.present) for image in p.images)
 
     def want(self, defines: tuple[str, ...]) -> bool:
-        """Return whether one of the defines is set, or there are none."""
+        """Return whether one of the defines is set, or none is given."""
         return not defines or any(define in self.defines for define in defines)
 
     def why_not(self, *, define: str | None = None, table: str | None = None,

@@ -97,7 +97,7 @@ def to_html(text: str, folder: Path, width: int, known: Collection[str] = ()) ->
 
 
 def _within(token: Any, folder: Path, known: Collection[str]) -> None:
-    """Make a link to a figure's file a link within the page, and any other link text."""
+    """Point links to figures' files into the page, and turn other links into text."""
     if token.type != "link_open":
         return
     name = Path(str(token.attrGet("href"))).stem
@@ -108,8 +108,8 @@ def _within(token: Any, folder: Path, known: Collection[str]) -> None:
 
 
 def _embedded(folder: Path, url: str, text: str, width: int) -> str:
-    """Return HTML with the picture that a text names, if the picture is in the folder of the
-    figures: the page may be published."""
+    """Return HTML with the picture that a text names. Only pictures in the folder of the figures
+    are embedded, because the page may be published."""
     name = unquote(url)
     try:
         path = (folder / name).resolve()

@@ -1,8 +1,8 @@
 """Films of passes and heat maps of the cost per pixel, made while the page is written.
 
-A film is stored as one picture with all frames below each other and a pixel for each ray, of which
-the page's script shows one frame at a time, enlarged. So the page stays small, and the reader can
-pause the film.
+A film is stored as one picture: all frames below each other, with a pixel for each ray. The page's
+script shows one enlarged frame at a time. So the page stays small, and the reader can pause the
+film.
 """
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Lights: point lights and surroundings. Emitting triangles are a matter of materials."""
+"""Lights: point lights and surroundings. Materials describe the emission of triangles."""
 from __future__ import annotations
 
 from dataclasses import dataclass, field

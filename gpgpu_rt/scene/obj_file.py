@@ -1,4 +1,4 @@
-"""OBJ file: a reader for Wavefront's mesh format, in time linear in the file's size.
+"""OBJ file: a reader for Wavefront's mesh format, in a time that depends only on the file's size.
 
 trimesh's reader needs more time and memory with each change of the material. It drops normals and
 texture coordinates unless all corners under a material have them, and reorders faces if some are

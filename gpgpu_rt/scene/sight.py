@@ -35,7 +35,8 @@ def first_seen(triangles: np.ndarray, eye: np.ndarray, directions: np.ndarray
         radius = ((rows - middle[:, None]) ** 2).sum(axis=2).max(axis=1)
         middle -= start
         along = middle @ unit.T
-        # Enlarge the squared radius by 10^-5: rounding must not cull a ray through a corner.
+        # Enlarge the squared radius by a factor of 1 + 10^-5: rounding must not cull a ray through
+        # a corner.
         limit = (middle ** 2).sum(axis=1) * (1 - 1e-9) - radius * (1 + 1e-5)
         row, ray = np.nonzero((limit[:, None] <= along ** 2) & (
             along >= -np.sqrt(radius)[:, None]))

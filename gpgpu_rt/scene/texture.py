@@ -94,7 +94,7 @@ class Texture:
 
     @classmethod
     def from_image(cls, image: Image.Image, name: str = "image") -> Texture:
-        """Return the texture of an sRGB PIL image without alpha. Messages call it ``name``.
+        """Return the texture of an sRGB PIL image; alpha is ignored. Messages call it ``name``.
 
         Raises
         ------

@@ -1,4 +1,4 @@
-"""Values: checks numbers and vectors from users; errors name the wrong quantity."""
+"""Values: checks numbers and vectors from users; errors name the quantity that is wrong."""
 from __future__ import annotations
 
 from typing import Any

@@ -84,7 +84,7 @@ class Placement:
 
     @property
     def group(self) -> np.ndarray:
-        """(v,) a number for each vertex, equal for vertices with the same transform."""
+        """(v,) a number for each vertex; vertices with the same number have the same transform."""
         made = np.repeat(self.node, np.diff(self.first))
         for k in self._keys:    # each of these vertices moves on its own
             some = slice(self.first[k], self.first[k + 1])

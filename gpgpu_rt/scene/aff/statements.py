@@ -71,7 +71,7 @@ class Span:
 
 @dataclass(frozen=True, eq=False)
 class KeyFrames:
-    """The motion of all transforms of a name, or of the camera."""
+    """The motion of all transforms called ``name``, or of the camera."""
 
     name: str
     motion: KeyedMotion

@@ -88,7 +88,8 @@ def explosion_triangles(frame: int) -> np.ndarray:
 
 
 def explosion() -> Built:
-    """Return the procedural bunny before it flies apart: 69,451 triangles, from further away."""
+    """Return the procedural bunny before it flies apart: 69,451 triangles, seen from further away
+    than the scene bunny."""
     built = creatures.bunny()
     return replace(built, camera=Camera((-1.1, 1.3, 3.9), (0.0, 0.72, 0.0), fov=36))
 

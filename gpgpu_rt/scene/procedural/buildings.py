@@ -50,7 +50,7 @@ def sodahall() -> Built:
     pieces.add(boxes(np.stack([x, y, low], 1), np.stack([x + 0.12, up, high], 1)), PLASTER)
     pieces.add(boxes(np.stack([x, y, far_z - 0.05], 1), np.stack([x + width, y + 1.0,
                                                                   far_z + 0.05], 1)), PLASTER)
-    # Leave a doorway free between the wall beside it and the part above it.
+    # Two boxes leave a doorway free: the wall beside the door, and the part above it.
     for begin, end, bottom in ((1.4, width, 0.0), (0.0, 1.4, 2.2)):
         pieces.add(boxes(np.stack([x + begin, y + bottom, wall_z - 0.06], 1),
                          np.stack([x + end, up, wall_z + 0.06], 1)), PLASTER)

@@ -27,7 +27,8 @@ def embed(mesh: SurfaceMesh, border: np.ndarray, places: np.ndarray, size: int,
     size : cells along a side of the square
     guess : (f, 2) approximate positions of the faces, from which the solver starts; None for the
         centre
-    tolerance : the solver stops when the residual is this share of the residual at the centre
+    tolerance : the solver stops when the residual is this share of the residual with all inner
+        vertices at the centre
     """
     corners = mesh.vertices[mesh.faces]
     one = np.roll(corners, -1, axis=1) - corners      # along the half-edge that starts at a corner
@@ -61,8 +62,8 @@ def embed(mesh: SurfaceMesh, border: np.ndarray, places: np.ndarray, size: int,
         row, column = (np.bincount(mesh.start, np.repeat(g, 3), count) / near for g in guess.T)
         at = np.where(free > 0, row + 1j * column, at)
         left = -missed(at)
-    # The preconditioner has two levels. A coarse matrix over patches of vertices reduces errors of
-    # long range, the diagonal of the full matrix reduces local errors.
+    # The preconditioner has two levels. A coarse matrix over patches of vertices reduces errors
+    # that extend over many vertices, the diagonal of the full matrix reduces local errors.
     patches = min(count // 16 + 1, PATCHES)
     patch = np.empty(count, np.int64)
     patch[morton_order(mesh.vertices if guess is None else

@@ -46,8 +46,7 @@ class Parametrisation:
 
     def distances(self) -> np.ndarray:
         """Return the distance of each vertex, (v,) float64, from the image's surface at the
-        vertex's row and column, world units: an upper bound, because another triangle of the image
-        may be nearer."""
+        vertex's row and column, world units. Another triangle of the image may be nearer."""
         cell = np.clip(np.floor(self.flat), 0, len(self.image) - 2).astype(np.int64)
         down, right = (self.flat - cell).T[:, :, None]
         row, column = cell.T
@@ -124,7 +123,7 @@ def _opened(mesh: SurfaceMesh, size: int, cuts: int) -> Parametrisation:
     """Return the flattened surface, after cutting from the boundary to the most shrunk faces.
 
     A closed surface is first cut along a path from the vertex furthest from the centre to the
-    vertex furthest from it along edges.
+    vertex furthest from this vertex along edges.
     """
     along = np.zeros(len(mesh.start), bool)
     if (mesh.twin >= 0).all():
@@ -228,7 +227,7 @@ def _shares(length: np.ndarray, mate: np.ndarray, total: int) -> np.ndarray:
 
 
 def _square(at: np.ndarray, size: int) -> np.ndarray:
-    """Return (k,) rows and columns of positions ``at`` around the border of an image of ``size``
+    """Return (k, 2) row and column of positions ``at`` around the border of an image of ``size``
     cells a side, counted from the first texel along the first row."""
     side, along = np.divmod(at, size)
     ends = np.full_like(at, size)

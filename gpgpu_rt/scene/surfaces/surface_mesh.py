@@ -56,8 +56,8 @@ class SurfaceMesh:
         Raises
         ------
         SceneError
-            two triangles run along an edge in the same direction, as always if more than two share
-            it
+            two triangles run along an edge in the same direction, as they must if more than two
+            share it
         """
         key = self.start * len(self.vertices) + self.end
         order = np.argsort(key, kind="stable")
