@@ -42,8 +42,8 @@ def sample_triangle(random: np.ndarray) -> np.ndarray:
 
 
 def frames_around(z: np.ndarray) -> np.ndarray:
-    """Return orthonormal frames, (n, 3, 3). Row 2 of a frame is the unit vector from ``z``, (n,
-    3)."""
+    """Return orthonormal frames, (n, 3, 3). Row 2 of each frame is the given unit vector ``z``,
+    (n, 3)."""
     sign = np.where(z[:, 2] < 0, -1.0, 1.0)
     a = -1 / (sign + z[:, 2])
     b = z[:, 0] * z[:, 1] * a

@@ -7,14 +7,14 @@ from ..errors import LimitError
 from ..scene.scene import Scene
 from ..scene.texture import Texture
 
-# Largest width and height of the packed texture, in texels, which renderers support. Only a wider
-# material texture makes it wider than WIDTH.
+# Largest width and height of the packed texture, in texels, which renderers support. A wider
+# texture of a material makes the packed texture wider.
 WIDTH, HEIGHT = 8192, 16384
 
 
 def places(scene: Scene) -> dict[str, np.ndarray]:
     """Return the fields of the record IMAGE (``records.py``) for each material: its image's
-    rectangle in the packed texture, or zeros if no image or no triangle uses it."""
+    rectangle in the packed texture, or zeros if the material has no image or no triangle."""
     corners = np.zeros((len(scene.materials), 4), np.int32)
     found = {id(t): (x, y) for t, x, y in _shelved(scene)}   # only textures in use
     for k, material in enumerate(scene.materials):

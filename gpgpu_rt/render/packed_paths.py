@@ -123,7 +123,7 @@ class PathTextures:
 
 class PackedPaths:
     """The smaller textures for packed paths; each size has ``share`` times the texels of the next
-    larger.
+    larger size.
 
     Parameters
     ----------

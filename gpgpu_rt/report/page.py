@@ -23,7 +23,8 @@ from .films import film, heat_maps, or_why_not
 from .verdict_badges import BADGE_STYLE, overview
 
 LIMIT = 15_000_000      # largest size of the page in bytes
-# Widths of pictures in pixels; the first with which the page stays within LIMIT is used.
+# Largest widths of a picture in pixels. The page uses the first width that keeps its size within
+# LIMIT.
 WIDTHS = (1400, 1000, 700, 450)
 
 PARTS = importlib.resources.files(__package__)

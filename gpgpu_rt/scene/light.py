@@ -38,8 +38,8 @@ class PointLight:
 
 @dataclass(frozen=True)
 class Environment:
-    """The light that rays find when they miss all triangles: ``constant``, ``sky``, ``surrounded``
-    or ``BACKDROP``.
+    """The light that rays find when they miss all triangles. ``constant``, ``sky`` and
+    ``surrounded`` make environments.
 
     Attributes
     ----------

@@ -151,8 +151,8 @@ def _indices(words: Sequence[bytes]) -> np.ndarray:
 
 def _count_from_zero(index: np.ndarray, declared: np.ndarray, line: np.ndarray) -> None:
     """Convert indices to count from 0, in place. In the file, a negative index counts back from
-    the last value before its line. Afterwards, a negative index is missing or before the first
-    value."""
+    the last value before its line. Afterwards, a negative index means a missing index, or an index
+    before the first value."""
     back = index < 0
     if back.any():
         before = np.searchsorted(declared, line[back])

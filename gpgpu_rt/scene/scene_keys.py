@@ -108,8 +108,8 @@ OBJECTS: Mapping[str, Mapping[str, Key]] = {
 
 
 def check(value: Any, kind: str, where: str, key: Key = Key("", "")) -> None:
-    """Raise SceneError, with ``where`` first, unless the value has the given kind and its numbers
-    keep the bounds of ``key``."""
+    """Raise SceneError, whose message begins with ``where``, unless the value has the given kind
+    and its numbers keep the bounds of ``key``."""
     if kind.startswith(("list of ", "map of ")):
         many, _, one = kind.partition(" of ")
         shape = list if many == "list" else dict

@@ -195,8 +195,8 @@ class Caustics:
     # The picture ----------------------------------------------------------------------------
 
     def look(self, places: np.ndarray, normals: np.ndarray) -> np.ndarray:
-        """Return (h, w) float32, the irradiance at points by the last `map`, for 1 watt per
-        steradian.
+        """Return (h, w) float32, the irradiance at points according to the last `map`, for 1 watt
+        per steradian.
 
         Parameters
         ----------

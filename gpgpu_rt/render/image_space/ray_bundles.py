@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 STRAIGHT = ("traced", "bundles")
 FAR = 1e30           # a depth behind all surfaces
 MOST_LAYERS = 4096   # a projection with more layers is an error
-# The smallest patch, as a share of the scene's extent: a triangle as large as the scene would have
+# The smallest patch, as a share of the scene's extent. A triangle as large as the scene then has
 # 10^12 patches.
 LEAST_PATCH = 1e-6
 LIFTED = 0.2         # distance from the surface at which light is gathered, in pixels

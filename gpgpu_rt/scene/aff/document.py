@@ -148,8 +148,8 @@ class _Reader:
         return made
 
     def _statements(self) -> Iterator[tuple[_File, Statement]]:
-        """Yield each statement with its file; an included file's statements replace its
-        include."""
+        """Yield each statement with its file; an included file's statements replace the include
+        statement."""
         top = os.path.realpath(self.path)
         level, opened = 0, {top: (self.files[top], iter(self.files[top].statements))}
         while opened:

@@ -17,7 +17,7 @@ class Placement:
     Attributes
     ----------
     points : (3, v) float64 vertices in the coordinates of their instances
-    first : (i + 1,) int, the index of the first vertex of each instance, then v
+    first : (i + 1,) int, the index of the first vertex of each instance, and v at the end
     node : (i,) int, the transform of each instance
     """
 

@@ -21,7 +21,7 @@ SODA_HALL, POWER_PLANT = 2_169_132, 12_748_510   # triangles, as in the survey's
 
 # Soda Hall -------------------------------------------------------------------------------------
 
-# STOREYS; ROOMS on each side of a corridor; ROOM: width, height and depth of a room.
+# ROOMS: rooms on each side of a corridor. ROOM: width, height and depth of a room.
 STOREYS, ROOMS, ROOM = 7, 20, (5.0, 3.4, 6.0)
 CORRIDOR = 3.0
 
