@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import numpy as np
 
-SIDE = 8    # side in rays of the smallest tiles; larger tiles consist of these tiles
+SIDE = 8    # side of the smallest tiles, in rays
 
 
 class TileBounds:

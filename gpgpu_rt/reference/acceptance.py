@@ -139,9 +139,6 @@ def exact_hits(vertices: np.ndarray, origins: np.ndarray, directions: np.ndarray
                t_min: np.ndarray, t_max: np.ndarray) -> Hits:
     """Return the exact hits, with t, u and v correctly rounded to float64.
 
-    Error bounds of float64 decide which triangles most rays hit. Integer arithmetic decides the
-    other rays, and computes t, u and v of all hits.
-
     Parameters
     ----------
     vertices : (m, 3, 3) float64, as `as_triangles` returns them, world units

@@ -1,11 +1,10 @@
 """Reference tracer: nearest hits in float64 on the CPU, by brute force or with `ReferenceTree`.
 
 The triangle test is by Woop, Benthin and Wald, "Watertight Ray/Triangle Intersection", JCGT 2(1),
-2013. It moves the ray's origin to 0, permutes the axes so that the direction's largest component
-is z, and shears the vertices so that the ray lies on the z axis. Three 2D edge functions then
-decide. Rounding may make an edge function 0, but never gives it the wrong sign. The triangle on
-the other side of an edge has exactly the negated edge function, so no ray passes between the two
-triangles.
+2013. It moves, permutes and shears the vertices so that the ray lies on the z axis and z is the
+direction's largest component. Three 2D edge functions then decide. Rounding may make an edge
+function 0, but never gives it the wrong sign. The triangle on the other side of an edge has
+exactly the negated edge function, so no ray passes between the two triangles.
 
 The test departs from the paper in four points. It accepts triangles that face either way. It does
 not fall back to a higher precision. A hit must also lie in the bounding box of the sheared

@@ -1,5 +1,4 @@
-"""Refraction through two interfaces of a mesh in float64: the reference for image-space
-refraction."""
+"""Refraction through a mesh in float64: the reference for image-space refraction."""
 from __future__ import annotations
 
 import numpy as np

@@ -2,8 +2,7 @@
 
 Each row of ``PROPERTIES`` says how to detect a property of scenes, which defines and tables it
 adds, and what to tell the user if it is absent. Streams and passes of integrators declare which
-defines they need (``render/integrator.py``). Rows and declarations decide what is compiled,
-allocated, fetched and drawn. To add a property, add a row.
+defines they need (``render/integrator.py``). To add a property, add a row.
 """
 from __future__ import annotations
 

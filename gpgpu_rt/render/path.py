@@ -3,8 +3,7 @@
 The algorithm is that of Kajiya, "The Rendering Equation", SIGGRAPH 1986, with next-event
 estimation and Russian roulette; ``reference/path.py`` explains the weights. A wave contains a
 block of texels for each pixel, one path per texel. The ray of an ended path has an empty interval,
-which every method skips, and the depth buffer masks its texel. An occlusion query finds when all
-paths have ended.
+which every method skips, and the depth buffer masks its texel.
 
 Random numbers depend only on seed, pixel, sample and vertex, and samples are added in a fixed
 order. So pictures are bit-identical for all methods and sizes of a wave, with or without packing

@@ -1,8 +1,7 @@
 """Films of passes and heat maps of the cost per pixel, made while the page is written.
 
 A film is stored as one picture: all frames below each other, with a pixel for each ray. The page's
-script shows one enlarged frame at a time. So the page stays small, and the reader can pause the
-film.
+script shows one enlarged frame at a time.
 """
 from __future__ import annotations
 

@@ -22,7 +22,7 @@ from .figure import Figure, to_html
 from .films import film, heat_maps, or_why_not
 from .verdict_badges import BADGE_STYLE, overview
 
-LIMIT = 15_000_000      # largest size of the page in bytes
+LIMIT = 15_000_000      # bytes
 # Largest widths of a picture in pixels. The page uses the first width that keeps its size within
 # LIMIT.
 WIDTHS = (1400, 1000, 700, 450)

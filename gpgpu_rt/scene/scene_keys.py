@@ -1,5 +1,4 @@
-"""Scene keys: declares the keys of a scene file, for the check of files and for the JSON
-schema."""
+"""Scene keys: declares the keys of a scene file, for its check and for its JSON schema."""
 from __future__ import annotations
 
 from collections.abc import Mapping

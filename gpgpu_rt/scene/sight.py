@@ -12,9 +12,6 @@ def first_seen(triangles: np.ndarray, eye: np.ndarray, directions: np.ndarray
                ) -> tuple[np.ndarray, np.ndarray]:
     """Return the distance and the index of the first triangle in each direction.
 
-    A matrix product culls the triangles whose bounding sphere a ray misses. The watertight test
-    decides the other pairs.
-
     Parameters
     ----------
     triangles : (n, 3, 3) float32, world units

@@ -3,7 +3,7 @@
 Hits are in the order of (t, triangle). After a hit, the ray continues with the hit's t as its
 t_min; at exactly this t, it accepts only triangles with a higher index (``accept`` in
 ``glsl/core/triangle.glsl``). So no hit is skipped, no offset is needed, and coincident triangles
-are all found. This t is not converted to the caller's units, which could round it.
+are all found.
 """
 from __future__ import annotations
 

@@ -1,5 +1,4 @@
-"""Patches: divides triangles into patches of constant radiance, and computes lamps' direct
-light."""
+"""Patches: divides triangles into patches, and computes the direct light at points."""
 from __future__ import annotations
 
 from typing import TYPE_CHECKING

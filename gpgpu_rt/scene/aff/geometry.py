@@ -11,7 +11,7 @@ from ..procedural.shapes import ball, tube
 from .tokens import Tokens
 
 BALL_TRIANGLES = 1280   # triangles of a sphere; also the default in JSON scene files
-CONE_SIDES = 24         # sides of a cone
+CONE_SIDES = 24
 
 
 @dataclass(frozen=True, eq=False)

@@ -18,7 +18,7 @@ TRIES = 5              # a download fails after this many connections in a row w
 # Seconds before the next connection; doubled by each connection without a new byte.
 FIRST_WAIT = 0.2
 SECONDS = 30           # longest wait for an answer of the server
-BLOCK = 1 << 16        # bytes that are read at a time
+BLOCK = 1 << 16        # bytes
 # Read a file that was changed on the server to its end, so that the message can name its digest,
 # but stop at this multiple of the expected size.
 LARGEST = 4

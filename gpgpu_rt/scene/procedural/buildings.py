@@ -3,7 +3,7 @@
 The stand-ins have the properties of the originals that matter for ray tracing: millions of
 triangles, as many as the original, most of them small and hidden, and large walls and floors
 around many small objects. In Soda Hall, rooms hide each other; the Power Plant has no walls
-between its many thin parts. A part, such as a chair, is made once and placed many times.
+between its many thin parts.
 """
 from __future__ import annotations
 

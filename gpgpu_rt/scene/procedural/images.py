@@ -1,4 +1,4 @@
-"""Images: built-in scenes that are geometry images of one chart or several charts."""
+"""Images: built-in scenes that are geometry images of one or several charts."""
 from __future__ import annotations
 
 import itertools
